@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait.cycle import GaitCycle
 
-NOTES = ("ankle_shift_along_shank_m", "ankle_shift_vertical_m")
+_NOTES = ("ankle_shift_along_shank_m", "ankle_shift_vertical_m")
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def fit_to_leg(
     lacking = float(np.mean(wanted - height)) - vertical
     along = lacking / float(np.mean(np.cos(shank)))
     moved = _moved(cycle, along, vertical)
-    notes = {**cycle.notes} | dict(zip(NOTES, (f"{along:.4f}", f"{vertical:.4f}"), strict=True))
+    notes = {**cycle.notes} | dict(zip(_NOTES, (f"{along:.4f}", f"{vertical:.4f}"), strict=True))
     moved = dataclasses.replace(moved, ankle_height=float(wanted.mean()), sole_thickness=stack, notes=notes)
     vars(moved)["flat"] = cycle.flat  # the same samples, so that their mean height stays the wanted one
     placed = {name: moved.fitted(name) for name in ("ankle_x", "ankle_z")}

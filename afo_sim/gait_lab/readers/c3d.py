@@ -15,17 +15,17 @@ from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, offset_not
 from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
 # Results of a model that Vicon stores as points; each of these parameters lists their names.
-RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
+_RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
 
-CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}  # by type
-EDGES = (0.2, 6.0)  # of a plate or a treadmill's belt [m]; assumed
-BESIDE = 0.02  # distance from the plate at which a centre of pressure is off it [m]; assumed
-DEPTH = (0.002, 0.3)  # of a plate's origin below its surface [m]; assumed
-Z = np.array([0.0, 0.0, 1.0])
+_CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}  # by type
+_EDGES = (0.2, 6.0)  # of a plate or a treadmill's belt [m]; assumed
+_BESIDE = 0.02  # distance from the plate at which a centre of pressure is off it [m]; assumed
+_DEPTH = (0.002, 0.3)  # of a plate's origin below its surface [m]; assumed
+_Z = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
-class DeclaredPlate:
+class _DeclaredPlate:
     """A plate as the file declares it; the unit of length is the file's."""
 
     kind: int
@@ -36,7 +36,7 @@ class DeclaredPlate:
     moment_unit: str
 
 
-class NoPlateError(Exception):
+class _NoPlateError(Exception):
     """Why a plate cannot be read."""
 
 
@@ -50,7 +50,7 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     samples = file.analogs.shape[1]
     ratio = max(round(samples / file.frames), 1) if file.frames else 1
     analog_time = file.first_frame / rate + np.arange(samples) / (rate * ratio)
-    plates, left_out = plates_of_c3d(path, file, analog_time, metre)
+    plates, left_out = _plates_of_c3d(path, file, analog_time, metre)
     notices = [*results, *_events(file), *unit, *left_out]
     return marker_set(path, time, names, points * metre, notices), plates
 
@@ -68,7 +68,7 @@ def _markers(file: C3dFile) -> tuple[list[str], np.ndarray, list[Notice]]:
     """Names, coordinates (n, markers, 3) in the file's unit, and a note on points that are none."""
     count = file.points.shape[1]
     names = (file.texts("POINT", "LABELS") + [""] * count)[:count]
-    results = {name for kind in RESULTS for name in file.texts("POINT", kind) if name}
+    results = {name for kind in _RESULTS for name in file.texts("POINT", kind) if name}
     kept = [k for k, name in enumerate(names) if name not in results]
     results_there = count - len(kept)
     text = "{count} of its points are a model's results, no markers"
@@ -103,7 +103,7 @@ def _events(file: C3dFile) -> list[Notice]:
     return [note("events-unused", text, count=len(labels), events=shown)]
 
 
-def plates_of_c3d(
+def _plates_of_c3d(
     path: pathlib.Path, file: C3dFile, time: np.ndarray, metre: float
 ) -> tuple[list[Plate], list[Notice]]:
     """All plates that can be read, and warnings for those that cannot.
@@ -116,30 +116,30 @@ def plates_of_c3d(
         name = str(k + 1)
         try:
             plates.append(_plate(path, name, _declared(file, k), time, metre))
-        except (NoPlateError, InputError) as error:  # an InputError: a load without a number
+        except (_NoPlateError, InputError) as error:  # an InputError: a load without a number
             why = error.problem if isinstance(error, InputError) else str(error)
             text = "plate {subject} was left out: {why}"
             left_out.append(Notice("plate-left-out", text, subject=name, why=why))
     return plates, left_out
 
 
-def _declared(file: C3dFile, k: int) -> DeclaredPlate:
+def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
     kinds, corners, origins = (file.numbers("FORCE_PLATFORM", n) for n in ("TYPE", "CORNERS", "ORIGIN"))
     kind = int(kinds[k]) if k < len(kinds) else 0
-    if kind not in CHANNELS:
-        raise NoPlateError(f"its type is {kind}, and types 1 to 4 are read")
+    if kind not in _CHANNELS:
+        raise _NoPlateError(f"its type is {kind}, and types 1 to 4 are read")
     if len(corners) < 12 * (k + 1):
-        raise NoPlateError("its corners are not in the file")
+        raise _NoPlateError("its corners are not in the file")
     channel = file.numbers("FORCE_PLATFORM", "CHANNEL")
     shape = np.shape(file.value("FORCE_PLATFORM", "CHANNEL"))
     rows = shape[0] if len(shape) > 1 else len(channel)
-    places = channel[rows * k : rows * (k + 1)][: CHANNELS[kind]]
-    if len(places) < CHANNELS[kind] or not np.all((places >= 1) & (places <= len(file.analogs))):
+    places = channel[rows * k : rows * (k + 1)][: _CHANNELS[kind]]
+    if len(places) < _CHANNELS[kind] or not np.all((places >= 1) & (places <= len(file.analogs))):
         shown = ", ".join(f"{place:g}" for place in places) or "none"
-        raise NoPlateError(f"the file has {len(file.analogs)} analog channels, not all of its own ({shown})")
+        raise _NoPlateError(f"the file has {len(file.analogs)} analog channels, not all of its own ({shown})")
     index = places.astype(int) - 1
     units = file.texts("ANALOG", "UNITS")
-    return DeclaredPlate(
+    return _DeclaredPlate(
         kind=kind,
         corners=corners[12 * k : 12 * k + 12].reshape(4, 3),
         origin=origins[3 * k : 3 * k + 3] if len(origins) >= 3 * k + 3 else np.zeros(3),
@@ -156,12 +156,12 @@ def _calibration(file: C3dFile, k: int) -> np.ndarray | None:
     return np.asarray(matrix.reshape(6, 6, order="F"))
 
 
-def _plate(path: pathlib.Path, name: str, declared: DeclaredPlate, time: np.ndarray, metre: float) -> Plate:
+def _plate(path: pathlib.Path, name: str, declared: _DeclaredPlate, time: np.ndarray, metre: float) -> Plate:
     notices: list[Notice] = []
     corners = declared.corners * _edge_unit(name, declared.corners, metre, notices)
     centre, turn = _frame(corners)
     half = np.abs((corners - centre) @ turn).max(axis=0)
-    force, moment = plate_loads(name, declared, metre, half, notices)
+    force, moment = _plate_loads(name, declared, metre, half, notices)
     if moment is None:  # type 1 has the centre of pressure itself
         rest = constant(time, force[:, 2], force)
         spot = np.column_stack([declared.channels[:, 3:5] * metre, np.zeros(len(force))])
@@ -169,7 +169,7 @@ def _plate(path: pathlib.Path, name: str, declared: DeclaredPlate, time: np.ndar
     else:
         rest = constant(time, force[:, 2], np.column_stack([force, moment]))
         force, moment = force - rest[:3], moment - rest[3:]
-        spot = place_of(force, moment, Z, 0.0)
+        spot = place_of(force, moment, _Z, 0.0)
     if np.any(rest):
         notices.append(offset_note(name, rest[:3]))
     notices += _pressure_off_plate(name, spot, force[:, 2], half)
@@ -181,9 +181,9 @@ def _edge_unit(name: str, corners: np.ndarray, metre: float, notices: list[Notic
     """Metres in the corners' unit: the file's, unless no plate is of that size."""
     edge = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max())
     if not np.isfinite(edge) or edge == 0.0:
-        raise NoPlateError("its corners are all the same point")
-    fits = [(unit, factor) for unit, factor in UNITS.items() if EDGES[0] <= edge * factor <= EDGES[1]]
-    if EDGES[0] <= edge * metre <= EDGES[1] or len(fits) != 1:
+        raise _NoPlateError("its corners are all the same point")
+    fits = [(unit, factor) for unit, factor in UNITS.items() if _EDGES[0] <= edge * factor <= _EDGES[1]]
+    if _EDGES[0] <= edge * metre <= _EDGES[1] or len(fits) != 1:
         return metre
     unit, factor = fits[0]
     text = "plate {subject}: its edges are {edge:.3g} m long as stated; its corners were read as {unit}"
@@ -201,7 +201,7 @@ def _frame(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     z = np.cross(x, first + second - third - fourth)
     lengths = np.linalg.norm(x), np.linalg.norm(z)
     if min(lengths) < 1e-6 or not np.isfinite(corners).all():
-        raise NoPlateError("its corners are no rectangle")
+        raise _NoPlateError("its corners are no rectangle")
     x, z = x / lengths[0], z / lengths[1]
     return corners.mean(axis=0), np.column_stack([x, np.cross(z, x), z])
 
@@ -212,7 +212,7 @@ def _pressure_off_plate(name: str, spot: np.ndarray, load: np.ndarray, half: np.
     if not pressed.any():
         return []
     off = (np.abs(spot[pressed, :2]) - half[:2]).max(axis=1)
-    share = float((off > BESIDE).mean())
+    share = float((off > _BESIDE).mean())
     if share <= 0.1:
         return []
     text = (
@@ -223,8 +223,8 @@ def _pressure_off_plate(name: str, spot: np.ndarray, load: np.ndarray, half: np.
     return [Notice("plate-pressure-off", text, subject=name, percent=100.0 * share, off_mm=most)]
 
 
-def plate_loads(
-    name: str, declared: DeclaredPlate, metre: float, half: np.ndarray, notices: list[Notice]
+def _plate_loads(
+    name: str, declared: _DeclaredPlate, metre: float, half: np.ndarray, notices: list[Notice]
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Force [N] and moment about the surface's centre [N·m] in the plate's axes, (n, 3) each."""
     channels = declared.channels
@@ -245,7 +245,7 @@ def plate_loads(
     return force, scale * channels[:, 3:6] + np.cross(force, origin)
 
 
-def _origin(name: str, declared: DeclaredPlate, metre: float, notices: list[Notice]) -> np.ndarray:
+def _origin(name: str, declared: _DeclaredPlate, metre: float, notices: list[Notice]) -> np.ndarray:
     """From the sensors' origin to the surface's centre, in the plate's axes [m]; of type 3 half distances.
 
     The plate's z points down, so its third number is negative; where it is not, the opposite vector is
@@ -254,9 +254,9 @@ def _origin(name: str, declared: DeclaredPlate, metre: float, notices: list[Noti
     origin = np.where(np.isfinite(declared.origin), declared.origin, 0.0)
     depth = abs(origin[2]) * metre
     unit = metre
-    if depth and not DEPTH[0] <= depth <= DEPTH[1]:
-        fits = [(n, f) for n, f in UNITS.items() if DEPTH[0] <= abs(origin[2]) * f <= DEPTH[1]]
-        if depth > DEPTH[1] or depth * 1e3 >= DEPTH[0]:  # a tiny number may be no depth but a mark
+    if depth and not _DEPTH[0] <= depth <= _DEPTH[1]:
+        fits = [(n, f) for n, f in UNITS.items() if _DEPTH[0] <= abs(origin[2]) * f <= _DEPTH[1]]
+        if depth > _DEPTH[1] or depth * 1e3 >= _DEPTH[0]:  # a tiny number may be no depth but a mark
             text, read_as = "plate {subject}: its origin lies {depth:.3g} m deep", ""
             if len(fits) == 1:
                 read_as, unit = fits[0]
@@ -264,7 +264,7 @@ def _origin(name: str, declared: DeclaredPlate, metre: float, notices: list[Noti
             notices.append(Notice("plate-origin-unit", text, subject=name, depth=depth, unit=read_as))
     if declared.kind == 3:
         if not np.all(origin[:2]):
-            raise NoPlateError("the distances of its sensors (ORIGIN) are 0")
+            raise _NoPlateError("the distances of its sensors (ORIGIN) are 0")
         return np.array([abs(origin[0]), abs(origin[1]), -abs(origin[2])]) * unit
     if origin[2] > 0.0:
         up = "its ORIGIN points up from the sensors' side; the opposite was taken, as C3D has it"
@@ -286,7 +286,7 @@ def _kistler(channels: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.n
 
 def _moment_scale(
     plate_name: str,
-    declared: DeclaredPlate,
+    declared: _DeclaredPlate,
     metre: float,
     force: np.ndarray,
     moment: np.ndarray,
@@ -304,7 +304,7 @@ def _moment_scale(
 
     def reach(about: np.ndarray) -> float:
         """How far from the middle these moments put the pressure; 1 is the plate's edge."""
-        spot = place_of(force[pressed], about, Z, 0.0)[:, :2] / np.maximum(half[:2], 1e-3)
+        spot = place_of(force[pressed], about, _Z, 0.0)[:, :2] / np.maximum(half[:2], 1e-3)
         return float(np.nanquantile(np.abs(spot).max(axis=1), 0.9))
 
     def is_on(scale: float) -> bool:

@@ -25,10 +25,10 @@ from afo_sim.gait_lab.readers.text import (
 )
 from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
-EXAMPLE = (
+_EXAMPLE = (
     "time [s], R.Knee x [mm], R.Knee y [mm], R.Knee z [mm], knee_angle_r [deg], plate1 fx [N], plate1 px [m]"
 )
-GAIT_CYCLE = ("phase", "shank_angle_deg")  # columns of this program's own gait files
+_GAIT_CYCLE = ("phase", "shank_angle_deg")  # columns of this program's own gait files
 _POINT = re.compile(r"(?P<name>.+?)[ _.:-](?P<axis>[xyz])$", re.IGNORECASE)
 _FORCE = re.compile(r"(?P<plate>.*?)[ _.:-]?(?P<kind>[fvp])(?P<axis>[xyz])$", re.IGNORECASE)
 _MOMENTS = {"nm": 1.0, "n.m": 1.0, "n-m": 1.0, "nmm": 1e-3, "n.mm": 1e-3, "n-mm": 1e-3}
@@ -96,12 +96,12 @@ def _titles(path: pathlib.Path, lines: list[str]) -> tuple[int, str, list[str]]:
         separator = max(";\t,", key=line.count)  # the first of those that are most
         cells = without_empty_end(cells_of(line, separator))
         names = [split_title(cell)[0].lower() for cell in cells]
-        if set(GAIT_CYCLE) <= set(names):
+        if set(_GAIT_CYCLE) <= set(names):
             problem = "is a gait cycle already: `gait show`"
             raise InputError(problem, file=path, allowed="a walking trial, to be imported")
         if len(cells) > 1 and any(_is_time(name) for name in names):
             return k, separator, cells
-    raise InputError("has no line of titles with a time", file=path, allowed=EXAMPLE)
+    raise InputError("has no line of titles with a time", file=path, allowed=_EXAMPLE)
 
 
 def _is_time(name: str) -> bool:
@@ -130,7 +130,7 @@ def _numbers(
             allowed = allowed if separator == "," and len(cells) > width else "numbers or empty cells"
             raise InputError(problem, file=path, value=line.strip(), allowed=allowed) from None
     if len(rows) < 2:
-        raise InputError("has fewer than two rows of numbers", file=path, allowed=EXAMPLE)
+        raise InputError("has fewer than two rows of numbers", file=path, allowed=_EXAMPLE)
     return np.array(rows), []
 
 
@@ -139,7 +139,7 @@ def _columns(path: pathlib.Path, titles: list[str], table: np.ndarray) -> list[_
     bare = [title for title in titles if not split_title(title)[1]]
     if bare:
         shown = ", ".join(repr(title) for title in bare[:8]) + (", …" if len(bare) > 8 else "")
-        raise InputError(f"columns without a unit: {shown}", file=path, allowed=EXAMPLE)
+        raise InputError(f"columns without a unit: {shown}", file=path, allowed=_EXAMPLE)
     return [
         _Column(name, *_unit(split_title(title)[1]), table[:, k])
         for k, (name, title) in enumerate(zip(names, titles, strict=True))
@@ -206,7 +206,7 @@ def _markers(
     for name, own in parts.items():
         if set(own) != set("xyz"):
             missing = ", ".join(sorted(set("xyz") - set(own)))
-            raise InputError(f"marker {name} lacks its {missing}", file=path, allowed=EXAMPLE)
+            raise InputError(f"marker {name} lacks its {missing}", file=path, allowed=_EXAMPLE)
         for triple in zip(own["x"], own["y"], own["z"], strict=False):  # more than one if its name is doubled
             names.append(name)
             blocks.append(np.column_stack([column.values * column.scale for column in triple]))

@@ -10,7 +10,7 @@ from afo_sim.common.notice import Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.text import unique_names
 
-FILLER = 999_000.0  # coordinate from which on it says "lost", as in 9999999, in whatever unit
+_FILLER = 999_000.0  # coordinate from which on it says "lost", as in 9999999, in whatever unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ def lost_as_nan(points: np.ndarray) -> np.ndarray:
     """
     with np.errstate(invalid="ignore"):
         size = np.abs(points)
-        lost = ~np.isfinite(points).all(axis=2) | (size >= FILLER).any(axis=2) | (points == 0.0).all(axis=2)
+        lost = ~np.isfinite(points).all(axis=2) | (size >= _FILLER).any(axis=2) | (points == 0.0).all(axis=2)
         lost |= (points[..., :1] == points).all(axis=2) & (size[..., 0] >= 999.0)
     return np.where(lost[..., None], np.nan, points)
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 
-Function = Callable[[Sequence[np.ndarray]], np.ndarray]  # coordinates, (n,) each → values that fit (n,)
+_Function = Callable[[Sequence[np.ndarray]], np.ndarray]  # coordinates, (n,) each → values that fit (n,)
 
-SPLINES = ("SimmSpline", "NaturalCubicSpline", "natCubicSpline")  # one curve, its names over the years
+_SPLINES = ("SimmSpline", "NaturalCubicSpline", "natCubicSpline")  # one curve, its names over the years
 
 
-def read_function(element: Element) -> Function:
+def _read_function(element: Element) -> _Function:
     """Read a function from its XML element.
 
     A kind that is not known is refused when it is evaluated, so that a shoulder does not stop a leg.
@@ -30,7 +30,7 @@ def read_function(element: Element) -> Function:
     if kind == "MultiplierFunction":
         inner, scale = inner_function(element), _numbers(element, "scale", 1, "1")[0]
         return lambda q: scale * inner(q)
-    if kind in SPLINES or kind == "PiecewiseLinearFunction":
+    if kind in _SPLINES or kind == "PiecewiseLinearFunction":
         x, y = _numbers(element, "x"), _numbers(element, "y")
         if len(x) != len(y) or len(x) < 2 or np.any(np.diff(x) <= 0.0):
             raise InputError("needs as many y as x, at least two, x rising", field=kind)
@@ -38,16 +38,16 @@ def read_function(element: Element) -> Function:
     return _refused(kind)
 
 
-def inner_function(element: Element) -> Function:
+def inner_function(element: Element) -> _Function:
     """Read the function that a TransformAxis or a MultiplierFunction holds; none counts as zero.
 
     Documents of version 4 put it there under its kind, earlier ones inside an element `function`.
     """
     for child in element:
         if child.tag == "function" and len(child):
-            return read_function(child[0])
+            return _read_function(child[0])
         if child.tag not in ("function", "axis", "coordinates", "coordinate", "scale"):
-            return read_function(child)
+            return _read_function(child)
     return lambda q: np.asarray(0.0)
 
 
@@ -66,7 +66,7 @@ def _numbers(element: Element, name: str, count: int | None = None, left_out: st
     return found
 
 
-def _linear(coefficients: np.ndarray) -> Function:
+def _linear(coefficients: np.ndarray) -> _Function:
     """a₁q₁ + … + b."""
 
     def value(q: Sequence[np.ndarray]) -> np.ndarray:
@@ -75,7 +75,7 @@ def _linear(coefficients: np.ndarray) -> Function:
     return value
 
 
-def _line_through(x: np.ndarray, y: np.ndarray) -> Function:
+def _line_through(x: np.ndarray, y: np.ndarray) -> _Function:
     """Straight pieces; the first and the last go on beyond the ends."""
     slope = np.diff(y) / np.diff(x)
 
@@ -86,7 +86,7 @@ def _line_through(x: np.ndarray, y: np.ndarray) -> Function:
     return value
 
 
-def _spline(x: np.ndarray, y: np.ndarray) -> Function:
+def _spline(x: np.ndarray, y: np.ndarray) -> _Function:
     """The cubic spline of SIMM: Forsythe, Malcolm and Moler (1977), straight beyond its ends.
 
     Not the natural one, in spite of a name it once had: its third derivative at an end is that of the
@@ -113,7 +113,7 @@ def _divided(x: np.ndarray, y: np.ndarray) -> float:
     return (_divided(x[1:], y[1:]) - _divided(x[:-1], y[:-1])) / float(x[-1] - x[0])
 
 
-def _refused(kind: str) -> Function:
+def _refused(kind: str) -> _Function:
     def value(q: Sequence[np.ndarray]) -> np.ndarray:
         allowed = "Constant, LinearFunction, PolynomialFunction, MultiplierFunction, SimmSpline, "
         allowed += "PiecewiseLinearFunction"
@@ -161,7 +161,7 @@ class MotionAxis:
 
     axis: np.ndarray  # of length 1, as OpenSim makes every axis (3,)
     coordinates: tuple[str, ...]
-    amount: Function  # [rad] or [m]
+    amount: _Function  # [rad] or [m]
 
 
 @dataclass(frozen=True, eq=False)

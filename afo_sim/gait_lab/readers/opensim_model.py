@@ -20,13 +20,13 @@ from afo_sim.gait_lab.readers.opensim_joint import (
     offset_pose,
 )
 
-METRES = ("", "m", "meter", "meters", "metre", "metres")
-NEWEST = 49999  # document versions 1xxxx to 4xxxx: OpenSim 1 to 4
+_METRES = ("", "m", "meter", "meters", "metre", "metres")
+_NEWEST = 49999  # document versions 1xxxx to 4xxxx: OpenSim 1 to 4
 
 X, Y, Z = np.eye(3)
 # {kind: (axes of its rotations, axes of its translations)}, coordinates in this order; OpenSim's API
 # documentation of each joint: frames turn about their own axes, x first
-PLAIN: dict[str, tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]] = {
+_PLAIN: dict[str, tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]] = {
     "WeldJoint": ((), ()),
     "PinJoint": ((Z,), ()),
     "SliderJoint": ((), (X,)),
@@ -36,7 +36,7 @@ PLAIN: dict[str, tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]] = {
     "PlanarJoint": ((Z,), (X, Y)),
     "FreeJoint": ((X, Y, Z), (X, Y, Z)),
 }
-FIXED = Pose(np.eye(3)[None], np.zeros((1, 3)))
+_FIXED = Pose(np.eye(3)[None], np.zeros((1, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Sphere:
     radius: float  # [m]
 
 
-class Frames:
+class _Frames:
     """The offset frames of a model, and what they are fixed to."""
 
     def __init__(self, model: Element, bodies: set[str]):
@@ -62,7 +62,7 @@ class Frames:
     ) -> tuple[str, Pose]:
         """The body that an element hangs on, and where the frame that it names stands on the body."""
         name = (_socket(element, socket) or element.findtext(old) or "").strip().split("/")[-1]
-        found = FIXED
+        found = _FIXED
         for _ in range(20):  # frames on frames; more than 20 would be a ring
             frame = (own or {}).get(name)
             if frame is None and name in self._bodies:
@@ -142,11 +142,11 @@ def read_opensim_model(path: pathlib.Path) -> OpenSimModel:
     if root.tag != "OpenSimDocument" or model is None:
         raise InputError("is not an OpenSim model", file=path, allowed="<OpenSimDocument> with a <Model>")
     version = root.get("Version", "")
-    if not version.isdigit() or not 10901 <= int(version) <= NEWEST:
+    if not version.isdigit() or not 10901 <= int(version) <= _NEWEST:
         allowed = "10901 to 4xxxx: a model that OpenSim 2, 3 or 4 has saved"
         raise InputError("is no document version known here", file=path, value=version, allowed=allowed)
     unit = (model.findtext("length_units") or "").strip().lower()
-    if unit not in METRES:
+    if unit not in _METRES:
         raise InputError("is another unit", file=path, field="length_units", value=unit, allowed="meters")
     try:
         return _model(path, model)
@@ -160,9 +160,9 @@ def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
     for body in model.iterfind("BodySet/objects/Body"):
         name = body.get("name", "")
         bodies[name] = _number(body, "mass", f"mass of {name}")
-        joints += body_joints(body)
-    frames = Frames(model, set(bodies))
-    joints += set_joints(model, frames)
+        joints += _body_joints(body)
+    frames = _Frames(model, set(bodies))
+    joints += _set_joints(model, frames)
     if not bodies or not joints:
         raise InputError("has no bodies, or no joints between them")
     markers, lost = {}, []
@@ -179,7 +179,7 @@ def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
     return OpenSimModel(path, model.get("name", ""), bodies, tuple(joints), markers, spheres, notices)
 
 
-def _spheres(model: ElementTree.Element, frames: Frames) -> list[Sphere]:
+def _spheres(model: ElementTree.Element, frames: _Frames) -> list[Sphere]:
     found = []
     for sphere in model.iterfind("ContactGeometrySet/objects/ContactSphere"):
         body, place = frames.base(sphere, "frame", "body_name")
@@ -199,7 +199,7 @@ def _number(element: ElementTree.Element, name: str, field: str) -> float:
     return value
 
 
-def body_joints(body: Element) -> Iterator[Joint]:
+def _body_joints(body: Element) -> Iterator[Joint]:
     """The joint that a body of version 1 to 3 brings along."""
     for element in body.iterfind("Joint/*"):
         in_parent = offset_pose(
@@ -210,7 +210,7 @@ def body_joints(body: Element) -> Iterator[Joint]:
         yield _joint(element, parent, body.get("name", ""), in_parent, in_child)
 
 
-def set_joints(model: Element, frames: Frames) -> Iterator[Joint]:
+def _set_joints(model: Element, frames: _Frames) -> Iterator[Joint]:
     """The joints of version 4."""
     for element in model.iterfind("JointSet/objects/*"):
         own = {frame.get("name", ""): frame for frame in element.iterfind("frames/PhysicalOffsetFrame")}
@@ -238,8 +238,8 @@ def _joint(element: Element, parent: str, child: str, in_parent: Pose, in_child:
         refused = "is written from child to parent, which is not read here"
     elif kind == "CustomJoint":
         rotations, translations = _spatial(element, names)
-    elif kind in PLAIN:
-        turns, ways = PLAIN[kind]
+    elif kind in _PLAIN:
+        turns, ways = _PLAIN[kind]
         if len(names) != len(turns) + len(ways):
             refused = f"has {len(names)} coordinates, but its kind needs {len(turns) + len(ways)}"
         rotations, translations = _plain(turns, names), _plain(ways, names[len(turns) :])

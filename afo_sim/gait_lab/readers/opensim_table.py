@@ -20,7 +20,7 @@ from afo_sim.gait_lab.readers.text import (
     without_empty_end,
 )
 
-VECTORS = ("quaternion", "vec3", "vec6", "spatialvec", "rotation", "unitvec3")  # in one cell of a table
+_VECTORS = ("quaternion", "vec3", "vec6", "spatialvec", "rotation", "unitvec3")  # in one cell of a table
 _TIME = re.compile(r"(time|t|zeit)\s*[\[(]?\s*(s|sec|seconds?|ms)?\s*[\])]?$", re.IGNORECASE)
 
 
@@ -95,7 +95,7 @@ def _refuse_vectors(
     kind = header.get("datatype", "").lower()
     cells = cells_of(row, separator) if separator != "," else []
     commas = max((cell.count(",") for cell in cells), default=0)
-    if not kind.startswith(VECTORS) and commas < 2:
+    if not kind.startswith(_VECTORS) and commas < 2:
         return
     word = "quaternions" if kind.startswith("quaternion") or commas == 3 else "vectors"
     of = ", ".join(names[1:5]) + (", …" if len(names) > 5 else "")

@@ -8,13 +8,13 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.gait_lab.noted import note
 
-WOBBLE = 0.005  # share of a step by which steps may differ and count as even [-]; assumed
-DISAGREES = 0.02  # share by which clock and stated rate may differ without a word [-]; assumed
-LONGEST_STEP = 0.5  # between two samples of a walk [s]; assumed: beyond, it is no time in seconds
+_WOBBLE = 0.005  # share of a step by which steps may differ and count as even [-]; assumed
+_DISAGREES = 0.02  # share by which clock and stated rate may differ without a word [-]; assumed
+_LONGEST_STEP = 0.5  # between two samples of a walk [s]; assumed: beyond, it is no time in seconds
 
-LONGEST_GAP = 0.2  # that is filled without distrust [s]
+_LONGEST_GAP = 0.2  # that is filled without distrust [s]
 # Two passes of a second-order Butterworth filter have their -3 dB at this share of one pass's (Winter 2009).
-TWO_PASSES = 0.802
+_TWO_PASSES = 0.802
 
 
 def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, list[Notice]]:
@@ -32,7 +32,7 @@ def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray,
     steps = np.diff(time)
     mean = float(time[-1] - time[0]) / count[-1]
     stated = 1.0 / rate if rate and np.isfinite(rate) and rate > 0.0 else None
-    if stated is not None and abs(mean / stated - 1.0) > DISAGREES:
+    if stated is not None and abs(mean / stated - 1.0) > _DISAGREES:
         if _is_rounded_step(steps, stated, grain):
             doubt = Notice(
                 "clock-step-rounded",
@@ -50,7 +50,7 @@ def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray,
             stated=rate,
         )
         return time, [doubt]
-    if np.ptp(steps) <= WOBBLE * mean or steps.min() < 0.0:
+    if np.ptp(steps) <= _WOBBLE * mean or steps.min() < 0.0:
         return time, []
     repeats = int((steps == 0.0).sum())
     if not repeats and (grain > 0.5 * mean or np.abs(steps - mean).max() > 1.01 * grain):
@@ -74,7 +74,7 @@ def _is_rounded_step(steps: np.ndarray, stated: float, grain: float) -> bool:
     """Whether a clock of equal steps that is no whole number of Hz is the stated one, its step rounded."""
     mean = float(steps.mean())
     rate = 1.0 / mean
-    even = float(np.ptp(steps)) < 1e-6 + WOBBLE * mean
+    even = float(np.ptp(steps)) < 1e-6 + _WOBBLE * mean
     return even and abs(rate - round(rate)) > 1e-4 * rate and abs(mean - stated) <= 0.5 * grain + 1e-9
 
 
@@ -92,7 +92,7 @@ def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) 
     Units: time [s] (n,).
     """
     step = float(np.nanmedian(np.diff(time))) if len(time) > 1 else 0.0
-    if step > LONGEST_STEP:
+    if step > _LONGEST_STEP:
         problem = f"its time runs in steps of {step:g} s: milliseconds, or numbers of frames?"
         raise InputError(problem, file=path, field=field, allowed=allowed)
 
@@ -112,7 +112,7 @@ def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> No
         raise InputError(
             f"time does not increase after {time[np.argmax(steps <= 0.0)]:g} s", file=file, field=field
         )
-    longest = max(LONGEST_GAP, 3.0 * float(np.median(steps)))
+    longest = max(_LONGEST_GAP, 3.0 * float(np.median(steps)))
     if steps.max() > longest:
         k = int(np.argmax(steps))
         seen = f"time leaps from {time[k]:g} to {time[k + 1]:g} s"
@@ -137,7 +137,7 @@ def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tu
     hidden = []
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         span = float(time[max(start - 1, 0)]), float(time[min(stop, len(time) - 1)])
-        if span[1] - span[0] > LONGEST_GAP or start == 0 or stop == len(time):
+        if span[1] - span[0] > _LONGEST_GAP or start == 0 or stop == len(time):
             hidden.append(span)
     return filled, hidden
 
@@ -165,7 +165,7 @@ def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     from scipy.signal import butter, sosfiltfilt
 
     rate = (len(time) - 1) / (time[-1] - time[0])
-    once = cutoff / TWO_PASSES
+    once = cutoff / _TWO_PASSES
     if cutoff <= 0.0 or once >= 0.49 * rate or len(time) < 16:
         return values
     sections = butter(2, once, fs=rate, output="sos")

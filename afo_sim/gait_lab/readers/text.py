@@ -37,7 +37,7 @@ def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
     return (lines[:-1] if ended else lines), ended
 
 
-def parse_number(cell: str) -> float:
+def _parse_number(cell: str) -> float:
     """A cell as a number; NaN for all the ways in which programs write that there is none.
 
     Examples
@@ -54,16 +54,16 @@ def parse_number(cell: str) -> float:
     if infinite:
         return -math.inf if infinite[1] == "-" else math.inf
     if _DECIMAL_COMMA.match(text):
-        return parse_number(text.replace(",", "."))
+        return _parse_number(text.replace(",", "."))
     raise ValueError(f"{text!r} is no number")
 
 
 def parse_row(cells: list[str]) -> list[float]:
-    """All of a row's cells as numbers; ValueError as `parse_number`."""
+    """All of a row's cells as numbers; ValueError as `_parse_number`."""
     try:
         return [float(cell) for cell in cells]  # by far the most rows
     except ValueError:
-        return [parse_number(cell) for cell in cells]
+        return [_parse_number(cell) for cell in cells]
 
 
 def separator_of(line: str) -> str | None:

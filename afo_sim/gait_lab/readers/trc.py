@@ -21,7 +21,7 @@ from afo_sim.gait_lab.readers.text import (
 )
 from afo_sim.gait_lab.readers.unit_checks import length_name, metres
 
-LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
+_LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
 _AXIS = re.compile(r"[xyz]\d+$", re.IGNORECASE)
 
 
@@ -62,7 +62,7 @@ def _header(path: pathlib.Path, lines: list[str]) -> _Header:
             keys, values = line, next((later for later in lines[k + 1 :] if later.strip()), "")
         elif len(cells) > 2 and re.fullmatch(r"frames?(#|no\.?)?", cells[0].lower()):
             return _titles(path, line, lines[k + 1 :], _stated(keys, values))
-    raise InputError("is not laid out as a .trc file", file=path, allowed=LAYOUT)
+    raise InputError("is not laid out as a .trc file", file=path, allowed=_LAYOUT)
 
 
 def _stated(keys: str, values: str) -> dict[str, str]:
@@ -86,7 +86,7 @@ def _titles(path: pathlib.Path, line: str, rest: list[str], stated: dict[str, st
     if rows and all(not cell or _AXIS.match(cell) for cell in rows[0].split()):
         rows = rows[1:]
     if len(rows) < 2 or not names:
-        raise InputError("is not laid out as a .trc file", file=path, allowed=LAYOUT)
+        raise InputError("is not laid out as a .trc file", file=path, allowed=_LAYOUT)
     return _Header(stated, names, lead, tabs and "\t" in rows[0], rows)
 
 

@@ -9,10 +9,10 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 
-PERSON = (0.5, 2.5)  # largest extent of a person's markers [m]; assumed: a leg alone to arms stretched up
-BELIEVED = (0.3, 8.0)  # extent for which a stated unit is not doubted [m]; markers on the floor may be far
-FEW = 8  # markers up to which a small cloud may be no more than a foot
-SMALLEST = 0.05  # extent of any few markers [m]
+_PERSON = (0.5, 2.5)  # largest extent of a person's markers [m]; assumed: a leg alone to arms stretched up
+_BELIEVED = (0.3, 8.0)  # extent for which a stated unit is not doubted [m]; markers on the floor may be far
+_FEW = 8  # markers up to which a small cloud may be no more than a foot
+_SMALLEST = 0.05  # extent of any few markers [m]
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 _NAMES = {
     "metre": "m", "metres": "m", "meter": "m", "meters": "m", "millimeter": "mm", "millimeters": "mm",
@@ -21,8 +21,8 @@ _NAMES = {
 }  # fmt: skip
 
 # A walking knee's range is some 60 deg, 1.05 rad (norm of 42 adults, Fukuchi 2018); the limits are derived.
-HALF_TURN = 3.2  # angle that no knee reaches in radians, a little over π
-LEAST_RANGE = 0.35  # of a knee that walks, stiff or not [rad], 20 deg; 0.35 deg is a knee that is locked
+_HALF_TURN = 3.2  # angle that no knee reaches in radians, a little over π
+_LEAST_RANGE = 0.35  # of a knee that walks, stiff or not [rad], 20 deg; 0.35 deg is a knee that is locked
 
 
 def length_name(text: str) -> str:
@@ -31,7 +31,7 @@ def length_name(text: str) -> str:
     return _NAMES.get(plain, plain)
 
 
-def extent(points: np.ndarray) -> float:
+def _extent(points: np.ndarray) -> float:
     """The largest extent of a cloud of points along an axis, in a middle frame; NaN if nothing is seen.
 
     Units: points (n, markers, 3).
@@ -51,11 +51,11 @@ def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float |
 
     Units: points (n, markers, 3).
     """
-    size = extent(points)
-    fits = [(name, factor) for name, factor in UNITS.items() if PERSON[0] <= size * factor <= PERSON[1]]
+    size = _extent(points)
+    fits = [(name, factor) for name, factor in UNITS.items() if _PERSON[0] <= size * factor <= _PERSON[1]]
     if stated is not None:
-        lowest = SMALLEST if points.shape[1] <= FEW else BELIEVED[0]
-        if not np.isfinite(size) or size == 0.0 or lowest <= size * stated <= BELIEVED[1]:
+        lowest = _SMALLEST if points.shape[1] <= _FEW else _BELIEVED[0]
+        if not np.isfinite(size) or size == 0.0 or lowest <= size * stated <= _BELIEVED[1]:
             return stated, []
         seen = "its markers span {stated_size:.3g} m if they are in {stated} as stated"
         if len(fits) != 1:
@@ -85,9 +85,9 @@ def angle_unit(
     """Whether the table's rotations are in degrees, whatever its header says."""
     name, size, span = _knee(table, knee_columns)
     looks: bool | None = None
-    if size > HALF_TURN:
+    if size > _HALF_TURN:
         looks = True
-    elif span >= LEAST_RANGE:
+    elif span >= _LEAST_RANGE:
         looks = False
     says = table.degrees if stated is None else stated
     if stated is not None:

@@ -14,17 +14,17 @@ from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
-DIFFERENCE = 0.1  # between two masses from which on a person is warned
-BOTH_LEGS = (
+_DIFFERENCE = 0.1  # between two masses from which on a person is warned
+_BOTH_LEGS = (
     0.02  # error of the estimate from both legs: speed upward that differs by 0.2 m/s at the ends of a
 )
 # stride of 1.1 s; derived
-ONE_LEG = 0.05  # error where one leg's share is taken for half; assumed, and more of a hemiparetic walk
-UNLIKE = 1.25  # ratio of the legs' impulses that are told, 44 % and 56 % of the weight; assumed
-QUIET = 0.1  # distance from any contact at which a plate carries nobody [s]
-QUIET_ENOUGH = 0.1  # time of that which tells a plate's offset [s]
-OFFSET = 5.0  # of a plate from which on it is told [N]
-TAIL = 0.03  # before and after a contact, in which the force is below its edge of 20 N [s]
+_ONE_LEG = 0.05  # error where one leg's share is taken for half; assumed, and more of a hemiparetic walk
+_UNLIKE = 1.25  # ratio of the legs' impulses that are told, 44 % and 56 % of the weight; assumed
+_QUIET = 0.1  # distance from any contact at which a plate carries nobody [s]
+_QUIET_ENOUGH = 0.1  # time of that which tells a plate's offset [s]
+_OFFSET = 5.0  # of a plate from which on it is told [N]
+_TAIL = 0.03  # before and after a contact, in which the force is below its edge of 20 N [s]
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def find_mass(
         )
         notices.append(Notice("mass-of-one-leg", text, mass=mass))
     for name, other in masses.items():
-        if other is not None and name != how and abs(mass / other - 1.0) > DIFFERENCE:
+        if other is not None and name != how and abs(mass / other - 1.0) > _DIFFERENCE:
             text = "the mass {how}, {mass:.1f} kg, is taken; {subject} it is {other:.1f} kg "
             text += "({percent:+.0f} % off that)"
             data: dict[str, Any] = {
@@ -97,15 +97,15 @@ def _estimate(
     notices = [
         Notice("plate-offset-in-mass", text, subject=name, force=offset)
         for name, offset in offsets.items()
-        if abs(offset) > OFFSET
+        if abs(offset) > _OFFSET
     ]
     if not shares:
         return None, notices
     means = {side: float(np.mean(each)) for side, each in shares.items()}
     mass = sum(means.values()) * 2.0 / len(means)
-    error, symmetry = (BOTH_LEGS, "") if len(means) == 2 else (ONE_LEG, ", both legs taken as alike")
+    error, symmetry = (_BOTH_LEGS, "") if len(means) == 2 else (_ONE_LEG, ", both legs taken as alike")
     low, high = min(means, key=means.__getitem__), max(means, key=means.__getitem__)
-    if means[high] > UNLIKE * means[low]:
+    if means[high] > _UNLIKE * means[low]:
         error = (means[high] - means[low]) / mass
         text = (
             "the {subject} leg carries {percent:.0f} % of the weight only: a limp, or a foot "
@@ -124,14 +124,14 @@ def _impulse(ground: GroundForce, stride: RecordedStride, offsets: Mapping[str, 
     """Vertical impulse on the foot in the stride's stance, without the plates' offset [N·s]."""
     total = 0.0
     for contact in ground.contacts:
-        if stride.start - QUIET <= contact.start and contact.end <= stride.toe_off + QUIET:
+        if stride.start - _QUIET <= contact.start and contact.end <= stride.toe_off + _QUIET:
             total += _of_contact(ground, contact, offsets.get(contact.plate, 0.0))
     return total
 
 
 def _of_contact(ground: GroundForce, contact: PlateContact, offset: float) -> float:
     time, force = ground.plates.get(contact.plate, (ground.time, ground.force_z))
-    inside = (time >= contact.start - TAIL) & (time <= contact.end + TAIL)
+    inside = (time >= contact.start - _TAIL) & (time <= contact.end + _TAIL)
     return float(np.trapezoid(force[inside] - offset, time[inside]))
 
 
@@ -144,7 +144,7 @@ def _offsets(grounds: Mapping[str, GroundForce]) -> dict[str, float]:
         quiet = np.ones(len(time), dtype=bool)
         for contact in contacts:
             if contact.plate == name:
-                quiet &= (time < contact.start - QUIET) | (time > contact.end + QUIET)
+                quiet &= (time < contact.start - _QUIET) | (time > contact.end + _QUIET)
         step = (time[-1] - time[0]) / max(1, len(time) - 1)
-        found[name] = float(np.median(force[quiet])) if quiet.sum() * step >= QUIET_ENOUGH else 0.0
+        found[name] = float(np.median(force[quiet])) if quiet.sum() * step >= _QUIET_ENOUGH else 0.0
     return found

@@ -14,7 +14,7 @@ ROLES = ("hip", "knee", "ankle", "heel", "toe")
 SIDES = ("right", "left")
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 
-QUANTITIES = {  # option: (SI unit, how a person writes it)
+_QUANTITIES = {  # option: (SI unit, how a person writes it)
     "mass": ("kg", "72 kg"),
     "height": ("m", "1.72 m"),
     "sole": ("m", "25 mm"),
@@ -25,7 +25,7 @@ QUANTITIES = {  # option: (SI unit, how a person writes it)
     "hip": ("m", "-6.3 cm"),
     "ankle_height": ("m", "7 cm"),
 }
-HIGHEST_CUTOFF = 50.0  # above it a low-pass leaves walking as noisy as it is; 6 Hz is usual, assumed [Hz]
+_HIGHEST_CUTOFF = 50.0  # above it a low-pass leaves walking as noisy as it is; 6 Hz is usual, assumed [Hz]
 PLAIN = ("forward", "up", "source", "licence", "map", "model", "static")
 
 
@@ -113,16 +113,16 @@ def read_options(given: Mapping[str, Any]) -> Choices:
         An option is no quantity, no choice, or out of range.
     """
     values: dict[str, Any] = {name: given[name] for name in PLAIN if given.get(name) is not None}
-    for name in QUANTITIES:
+    for name in _QUANTITIES:
         text = given.get(name)
         if text is not None:
             values[name] = (
                 tuple(_quantity(name, each) for each in text) if name == "hip" else _quantity(name, text)
             )
-    if values.get("cutoff", 0.0) > HIGHEST_CUTOFF:
+    if values.get("cutoff", 0.0) > _HIGHEST_CUTOFF:
         usual = "6 Hz, as is usual for walking; 0 Hz leaves the data alone"
         raise InputError(
-            f"is above {HIGHEST_CUTOFF:g} Hz", field="cutoff", value=given["cutoff"], allowed=usual
+            f"is above {_HIGHEST_CUTOFF:g} Hz", field="cutoff", value=given["cutoff"], allowed=usual
         )
     if given.get("angles") is not None:
         values["degrees"] = _choice("angles", given["angles"], {"deg": True, "rad": False})
@@ -153,7 +153,7 @@ def _strides(text: str | None) -> dict[str, Any]:
 
 def _quantity(name: str, text: str) -> float:
     """A quantity in SI; a refusal shows how this option is written."""
-    unit, example = QUANTITIES[name]
+    unit, example = _QUANTITIES[name]
     try:
         return parse_quantity(text, unit)
     except ValueError as error:

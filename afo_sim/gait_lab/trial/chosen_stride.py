@@ -14,8 +14,8 @@ from afo_sim.gait.cycle import KINEMATICS, GaitCycle
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
-KINETICS = ("grf_x", "grf_z", "cop_x", "ankle_moment")
-NAMED = 6  # strides whose own notes are told in the mean's
+_KINETICS = ("grf_x", "grf_z", "cop_x", "ankle_moment")
+_NAMED = 6  # strides whose own notes are told in the mean's
 
 
 def take_stride(
@@ -105,7 +105,7 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
             raise InputError("strides of other rows have no mean", field="cycles", value=len(cycle.phase))
     loaded = [cycle for cycle in cycles if np.isfinite(cycle.grf_z).all()]
     # without any force they are NaN, but for moments that come from a file of their own
-    values = {n: _rows(cycles, n) for n in KINEMATICS} | {n: _rows(loaded or cycles, n) for n in KINETICS}
+    values = {n: _rows(cycles, n) for n in KINEMATICS} | {n: _rows(loaded or cycles, n) for n in _KINETICS}
     values["ankle_x"] = values["ankle_x"] - values["ankle_x"][:, :1]
     means: dict[str, Any] = {name: _mean(rows) for name, rows in values.items()}
     means["cop_x"] = _mean_place(values["cop_x"], values["grf_z"])
@@ -167,6 +167,6 @@ def _notes(cycles: Sequence[GaitCycle], loaded: int) -> dict[str, str]:
     }
     cuts = [cycle.notes["cut"] for cycle in cycles if "cut" in cycle.notes]
     if len(cycles) > 1 and cuts:
-        more = f"; and {len(cuts) - NAMED} more" if len(cuts) > NAMED else ""
-        notes["cut"] = "; ".join(cuts[:NAMED]) + more
+        more = f"; and {len(cuts) - _NAMED} more" if len(cuts) > _NAMED else ""
+        notes["cut"] = "; ".join(cuts[:_NAMED]) + more
     return notes | {"mean": f"of {len(cycles)} strides ({which}), ground force of {loaded}"}

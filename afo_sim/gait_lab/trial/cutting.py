@@ -23,12 +23,12 @@ from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride, sample
 
 # What a cycle's notes say of a moment that no file gave.
 FROM_GROUND_FORCE = "derived from ground force and centre of pressure, the foot taken as massless"
-LIGHT = 30.0  # force below which an adult's centre of pressure means nothing; a child's goes by weight [N]
+_LIGHT = 30.0  # force below which an adult's centre of pressure means nothing; a child's goes by weight [N]
 
 # Pitch of the sole where it should lie flat, from which on it does not: a model's sole is pitched by 0.7 to
 # 4.3 deg there in eight legs of two healthy adults, so twice the most (derived) [deg].
-RAISED = 8.0
-CHAIN_ERROR = 0.03  # of typed lengths together; 1 cm costs about 0.05 N·m/kg (assumed) [m]
+_RAISED = 8.0
+_CHAIN_ERROR = 0.03  # of typed lengths together; 1 cm costs about 0.05 N·m/kg (assumed) [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +65,10 @@ class Cutter(Noted):
         plain = cls(motion, closed_motion, ground, belt_speed, mass, choices, 0.0, 0.0, ())
         flat = np.vstack([plain._flat(stride) for stride in strides])
         pitch, height = flat.mean(axis=0)
-        zero, calibration = ankle_zero(float(pitch), sole, choices.keep_zero)
+        zero, calibration = _ankle_zero(float(pitch), sole, choices.keep_zero)
         notices = [calibration]
         lift = 0.0 if choices.ankle_height is None else choices.ankle_height - height
-        require_height(float(height), choices)
+        _require_height(float(height), choices)
         if lift:
             text = "ankle's height moved by {lift_mm:+.0f} mm"
             notices.append(note("ankle-lifted", text, lift_mm=1e3 * float(lift)))
@@ -135,12 +135,12 @@ class Cutter(Noted):
         z = z + self.lift
         force_x, force_z, about = self._force(stride, phase).T
         force_z = np.maximum(force_z, 0.0)
-        pressed = force_z > min(LIGHT, COP_FORCE * mass * GRAVITY)
+        pressed = force_z > min(_LIGHT, COP_FORCE * mass * GRAVITY)
         place = np.where(pressed & (phase < LATE_SWING), about / np.where(pressed, force_z, 1.0), np.nan)
         moment = np.where(pressed | np.isnan(force_z), -(about + z * force_x), 0.0) / mass
         source = FROM_GROUND_FORCE
         if trial.moments is not None:
-            given = moment_of(trial.moments, stride, phase) / mass
+            given = _moment_of(trial.moments, stride, phase) / mass
             if _agree(given, moment, pressed):
                 moment, source = given, f"as in {trial.moments.file.name}"
         flat = flat_part(phase, ankle - shank, z, _standing(stride, phase)).holds(phase)
@@ -180,10 +180,10 @@ def reference_of(
     if trial.moments is None:
         return None
     phase = np.linspace(0.0, 1.0, rows)
-    return np.asarray(np.mean([moment_of(trial.moments, s, phase) for s in strides], axis=0) / mass)
+    return np.asarray(np.mean([_moment_of(trial.moments, s, phase) for s in strides], axis=0) / mass)
 
 
-def moment_of(table: OpenSimTable, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
+def _moment_of(table: OpenSimTable, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
     """Internal ankle moment over a stride's phase, dorsiflexion positive [N·m], of inverse dynamics."""
     name = f"ankle_angle_{stride.side[0]}_moment"
     if name not in table.columns:
@@ -227,7 +227,7 @@ def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, s
     return notes
 
 
-def ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Notice]:
+def _ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Notice]:
     """The ankle angle's zero [rad]: the foot's pitch where flat, or the sole's if it never lies flat there.
 
     With a note or a warning on it.
@@ -235,7 +235,7 @@ def ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Noti
     if keep:
         text = "ankle's zero kept; the foot's pitch where flat is {pitch:+.1f} deg"
         return 0.0, note("ankle-zero-kept", text, pitch=float(np.degrees(flat)))
-    if sole is None or abs(np.degrees(flat - sole)) <= RAISED:
+    if sole is None or abs(np.degrees(flat - sole)) <= _RAISED:
         text = "ankle's zero moved by {moved:+.1f} deg, so that the flat foot is level"
         return flat, note("ankle-zero-moved", text, moved=float(np.degrees(-flat)))
     text = (
@@ -247,20 +247,20 @@ def ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Noti
     return sole, Notice("sole-pitched", text, pitch=pitch, moved=moved)
 
 
-def require_height(height: float, choices: Choices) -> None:
+def _require_height(height: float, choices: Choices) -> None:
     """Refuse an ankle that stands nowhere near the floor, or not where typed lengths have it.
 
     Units: height [m].
     """
     low, high = RANGES["ankle_height_m"]
     stated = choices.ankle_height
-    if choices.thigh is not None and stated is not None and abs(height - stated) > CHAIN_ERROR:
+    if choices.thigh is not None and stated is not None and abs(height - stated) > _CHAIN_ERROR:
         word = "short" if height > stated else "long"
         raise InputError(
             f"thigh, shank and ankle height are {100.0 * abs(height - stated):.0f} cm too {word}: they leave "
             f"the ankle {100.0 * height:.0f} cm above the floor with the foot flat",
             field="thigh",
-            allowed=f"the walker's own, within {100.0 * CHAIN_ERROR:.0f} cm together; or the scaled model, "
+            allowed=f"the walker's own, within {100.0 * _CHAIN_ERROR:.0f} cm together; or the scaled model, "
             "`model`",
         )
     if stated is None and not low <= height <= high:

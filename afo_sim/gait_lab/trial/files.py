@@ -16,11 +16,11 @@ from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_ta
 from afo_sim.gait_lab.readers.plates import Plate, plates_of
 from afo_sim.gait_lab.readers.trc import read_trc
 
-STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
-JOINTS = ("ankle_angle_", "knee_angle_")
+_STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
+_JOINTS = ("ankle_angle_", "knee_angle_")
 
-SUFFIXES = ".mot, .sto, .trc, .c3d, .csv, .osim"
-READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv": "csv", ".osim": "model"}
+_SUFFIXES = ".mot, .sto, .trc, .c3d, .csv, .osim"
+_READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv": "csv", ".osim": "model"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
 
 
 def _content(file: pathlib.Path) -> _Content:
-    kind = kind_of(file)
+    kind = _kind_of(file)
     if kind == "model":
         return _Content(file, model=True)
     if kind == "setup":
@@ -144,8 +144,8 @@ def _content(file: pathlib.Path) -> _Content:
 def _kinds(table: OpenSimTable) -> list[str]:
     """Which of a trial's tables it is, by its columns."""
     names = list(table.columns)
-    moments = [name for name in names if name.startswith(JOINTS) and name.endswith("_moment")]
-    angles = [name for name in names if name.startswith(JOINTS) and not name.endswith(("_moment", "_force"))]
+    moments = [name for name in names if name.startswith(_JOINTS) and name.endswith("_moment")]
+    angles = [name for name in names if name.startswith(_JOINTS) and not name.endswith(("_moment", "_force"))]
     bodies = [name for name in names if name.startswith("talus_")]
     kinds = {"moments": moments, "bodies": bodies, "angles": [] if moments else angles}
     return [kind for kind, found in kinds.items() if found]
@@ -158,7 +158,7 @@ def _walking_and_standing(
     marked = [content for content in contents if content.markers is not None]
     if len(marked) < 2:
         return (marked[0] if marked else None), None, []
-    still = [content for content in marked if stands_still(content.markers)]
+    still = [content for content in marked if _stands_still(content.markers)]
     moving = [content for content in marked if content not in still]
     walking, standing = (moving or still)[0], still[0] if moving and still else None
     many = [content for content in marked if content not in (walking, standing)]
@@ -167,7 +167,7 @@ def _walking_and_standing(
     return walking, standing, [InputError(problem, file=c.file, allowed=allowed) for c in many]
 
 
-def stands_still(markers: Markers | None) -> bool:
+def _stands_still(markers: Markers | None) -> bool:
     """Whether nobody walks: a middle marker stays within 5 cm."""
     if markers is None or not markers.positions:
         return False
@@ -177,7 +177,7 @@ def stands_still(markers: Markers | None) -> bool:
         if len(known):
             low, high = np.quantile(known, [0.05, 0.95], axis=0)
             ways.append(float(np.linalg.norm(high - low)))
-    return bool(ways) and float(np.median(ways)) < STILL
+    return bool(ways) and float(np.median(ways)) < _STILL
 
 
 def _tables(contents: Sequence[_Content]) -> tuple[dict[str, OpenSimTable], list[InputError]]:
@@ -221,11 +221,11 @@ def _notices(contents: Sequence[_Content]) -> tuple[Notice, ...]:
     )
 
 
-def kind_of(file: pathlib.Path) -> str:
+def _kind_of(file: pathlib.Path) -> str:
     """What a file is, by its first lines, and by its name if they do not tell."""
     if file.is_dir():
-        raise InputError("is a folder", file=file, allowed=f"the files of one trial: {SUFFIXES}")
-    by_name = READ_AS.get(file.suffix.lower(), "")
+        raise InputError("is a folder", file=file, allowed=f"the files of one trial: {_SUFFIXES}")
+    by_name = _READ_AS.get(file.suffix.lower(), "")
     try:
         with file.open("rb") as stream:
             head = stream.read(20_000)
@@ -246,4 +246,4 @@ def kind_of(file: pathlib.Path) -> str:
         return by_name
     if re.search(r"^[^#\n]*\btime ?[\[(]", text, re.MULTILINE):
         return "csv"
-    raise InputError("is not a kind of file that can be imported", file=file, allowed=SUFFIXES)
+    raise InputError("is not a kind of file that can be imported", file=file, allowed=_SUFFIXES)

@@ -16,14 +16,14 @@ from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 EDGE = 20.0  # vertical force at which a contact begins and ends [N]
-SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]
-SHORTEST = 0.1  # contact that is a step [s]
-LEVEL = 0.01  # height of the plates that is none (assumed) [m]
-UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the same leg's ankle [m]
+_SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]
+_SHORTEST = 0.1  # contact that is a step [s]
+_LEVEL = 0.01  # height of the plates that is none (assumed) [m]
+_UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the same leg's ankle [m]
 
-REACH = 0.15  # mean distance of a foot's pressure from its line heel–toe, beyond which it is another's or a
+_REACH = 0.15  # mean distance of a foot's pressure from its line heel–toe, beyond which it is another's or a
 # crutch's; 1 to 6 cm in the feet of four recorded walks, the other foot's 35 cm and more (derived) [m]
-PLANAR = 1e-4  # width of a leg that is known in the plane of walking alone [m]
+_PLANAR = 1e-4  # width of a leg that is known in the plane of walking alone [m]
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,10 @@ def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[Plate
     edges = np.flatnonzero(np.diff(np.r_[False, above, False].astype(int)))
     found = []
     for first, stop in zip(edges[::2], edges[1::2], strict=True):
-        whole = bool((first > 0 or force[first] < SURE) and (stop < len(time) or force[stop - 1] < SURE))
+        whole = bool((first > 0 or force[first] < _SURE) and (stop < len(time) or force[stop - 1] < _SURE))
         start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
         end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])
-        if force[first:stop].max() > SURE and end - start >= SHORTEST:
+        if force[first:stop].max() > _SURE and end - start >= _SHORTEST:
             found.append(PlateContact(plate, start, end, whole, own=True))
     return found
 
@@ -71,7 +71,7 @@ def with_floor(frame: WalkingFrame, plates: Sequence[Plate]) -> WalkingFrame:
     pressed = [frame.plane(p.place)[np.abs(frame.plane(p.force)[:, 1]) > PRESSED, 1] for p in plates]
     heights = np.concatenate([np.zeros(0), *pressed])
     floor = float(np.median(heights)) if len(heights) else 0.0
-    if abs(floor) < LEVEL:
+    if abs(floor) < _LEVEL:
         return frame
     text = "the plates lie {above_mm:+.0f} mm above the laboratory's zero: the floor is taken to be there"
     return replace(frame, floor=floor, notices=(*frame.notices, note("floor", text, above_mm=1e3 * floor)))
@@ -146,7 +146,7 @@ def _plate_load(
 ) -> _PlateLoad:
     force = frame.plane(plate.force)
     place = frame.over_floor(plate.place)
-    turned = bool(force[:, 1].min() < -2.0 * SURE and -force[:, 1].min() > force[:, 1].max())
+    turned = bool(force[:, 1].min() < -2.0 * _SURE and -force[:, 1].min() > force[:, 1].max())
     if turned:
         force = -force
     # the moment about the origin on the floor, from which the pressure on the floor follows
@@ -182,7 +182,7 @@ def _assigned(
     found = find_contacts(plate.name, plate.time, force)
     known = [_under_foot(contact, plate.time, force, place, motion) for contact in found]
     for k, contact in enumerate(found):
-        sure = (plate.time > contact.start) & (plate.time < contact.end) & (force > SURE)
+        sure = (plate.time > contact.start) & (plate.time < contact.end) & (force > _SURE)
         if known[k] and not stands_there(plate.time[sure], plate.place[sure], motion.side, legs, frame):
             known[k] = False
     seen = [mine for mine in known if mine is not None]
@@ -194,13 +194,13 @@ def _under_foot(
     contact: PlateContact, time: np.ndarray, force: np.ndarray, place: np.ndarray, motion: LegMotion
 ) -> bool | None:
     """Whether the centre of pressure stays where the leg's own foot is; None where that is not known."""
-    sure = (time > contact.start) & (time < contact.end) & (force > SURE)
+    sure = (time > contact.start) & (time < contact.end) & (force > _SURE)
     sure &= (time >= motion.time[0]) & (time <= motion.time[-1])
     if not np.any(sure):
         return None
     ahead = place[sure] - np.interp(time[sure], motion.time, motion.ankle_x)
     low, high = np.quantile(ahead, [0.05, 0.95])
-    return bool(UNDER_FOOT[0] < low and high < UNDER_FOOT[1])
+    return bool(_UNDER_FOOT[0] < low and high < _UNDER_FOOT[1])
 
 
 def _with_tails(contact: PlateContact, time: np.ndarray, force: np.ndarray) -> slice:
@@ -221,7 +221,7 @@ def _refuse_no_contact(
     if not foreign:
         raise InputError(
             f"no foot stands on a plate ({names}): the greatest upward force is {strongest:.3g} N",
-            allowed=f"one above {SURE:g} N, in newtons and in the motion's axes",
+            allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes",
         )
     spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
     raise InputError(
@@ -246,7 +246,7 @@ def stands_there(
 
     Units: time [s] (n,), place [m] (n, 3).
     """
-    wide = bool(np.ptp(frame.across(place))) and all(_width(leg, frame) > PLANAR for leg in legs.values())
+    wide = bool(np.ptp(frame.across(place))) and all(_width(leg, frame) > _PLANAR for leg in legs.values())
     pressed = _level(place, frame, wide)
     found = {}
     for name, leg in legs.items():
@@ -256,7 +256,7 @@ def stands_there(
             found[name] = float(np.nanmean(away))
     if side not in found:
         return True
-    return found[side] == min(found.values()) and (found[side] < REACH or not wide)
+    return found[side] == min(found.values()) and (found[side] < _REACH or not wide)
 
 
 def _width(leg: LegPoints, frame: WalkingFrame) -> float:

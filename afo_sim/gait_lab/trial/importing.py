@@ -26,7 +26,9 @@ from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.steps import find_steps, open_ends
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame, find_frame
 
-MASS_LIMIT = 0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
+_MASS_LIMIT = (
+    0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,11 +219,11 @@ def _require_mass(mass: BodyMass) -> None:
 
     One leg alone contradicts nothing: of a lame person's weight it may carry a third.
     """
-    if mass.estimated is None or mass.one_leg or abs(mass.mass / mass.estimated - 1.0) <= MASS_LIMIT:
+    if mass.estimated is None or mass.one_leg or abs(mass.mass / mass.estimated - 1.0) <= _MASS_LIMIT:
         return
     off = 100.0 * (mass.mass / mass.estimated - 1.0)
     carried = f"{off:+.0f} % off what the plates carry, {mass.estimated:.1f} kg"
-    within = f"within {100.0 * MASS_LIMIT:.0f} %"
+    within = f"within {100.0 * _MASS_LIMIT:.0f} %"
     if mass.how != "given":
         problem = f"the mass {mass.how}, {mass.mass:.1f} kg, is {carried}"
         raise InputError(problem, field="mass", allowed=f"the walker's own by `mass`, {within}")

@@ -16,13 +16,13 @@ from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.model_leg import ModelLeg, find_leg
 from afo_sim.gait_lab.trial.model_segments import MISFIT, UNSEEN
 
-STEPS = 100  # of the search, which takes about ten (assumed)
-LARGEST = 0.5  # step of a coordinate: a joint far from its place would else turn right round [rad] (assumed)
-SMALL = 1e-5  # step that counts as none [rad] or [m] (assumed)
-PROBE = 1e-6  # by which a coordinate is moved for a derivative [rad] or [m] (assumed)
-WEAK = 1e-9  # added to the normal matrix: what a marker 0.03 mm off an axis gives [m²] (assumed)
+_STEPS = 100  # of the search, which takes about ten (assumed)
+_LARGEST = 0.5  # step of a coordinate: a joint far from its place would else turn right round [rad] (assumed)
+_SMALL = 1e-5  # step that counts as none [rad] or [m] (assumed)
+_PROBE = 1e-6  # by which a coordinate is moved for a derivative [rad] or [m] (assumed)
+_WEAK = 1e-9  # added to the normal matrix: what a marker 0.03 mm off an axis gives [m²] (assumed)
 
-DILUTION = 5.0  # error of a point over that of a marker, above which a frame does not show it (assumed)
+_DILUTION = 5.0  # error of a point over that of a marker, above which a frame does not show it (assumed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ class Posed:
         """Standard error of a point of a body in a plane, over that of a marker's coordinate (n,)."""
         normal, _ = self.equations
         moves = self._moves([(body, self.bodies[body].point(point))])[:, 0]
-        spread = np.linalg.solve(normal + WEAK * np.eye(normal.shape[1]), np.swapaxes(moves, 1, 2))
+        spread = np.linalg.solve(normal + _WEAK * np.eye(normal.shape[1]), np.swapaxes(moves, 1, 2))
         return np.asarray(np.sqrt(2.0 / 3.0 * np.einsum("nic,nci->n", moves, spread)))
 
     @cached_property
@@ -138,13 +138,13 @@ class Posed:
             carried = np.array([body in beyond for body, _ in points])
             there = self._probed(k, far)
             moved = paths[:, carried] @ np.swapaxes(there.rotation, 1, 2) + there.position[:, None]
-            found[..., 6 + k][:, carried] = (moved - paths[:, carried]) / PROBE
+            found[..., 6 + k][:, carried] = (moved - paths[:, carried]) / _PROBE
         return found
 
     def _probed(self, k: int, far: str) -> Pose:
         """Displacement in the laboratory of the body `far` and all beyond as coordinate k moves a little."""
         near = self.bodies[self.skeleton.links[far]]
-        moved = self.skeleton.joint(far, self.q + PROBE * np.eye(self.q.shape[1])[k])
+        moved = self.skeleton.joint(far, self.q + _PROBE * np.eye(self.q.shape[1])[k])
         return near @ moved @ self.bodies[far].inverse()
 
 
@@ -179,14 +179,14 @@ def pose_over(skeleton: Skeleton, seen: Mapping[str, np.ndarray], start: Pose) -
         skeleton, np.tile([default[name] for name, _ in skeleton.free], (len(paths), 1)), start, paths
     )
     damping = np.full(len(paths), 1e-3)
-    for _ in range(STEPS):
+    for _ in range(_STEPS):
         normal, right = best.equations
-        ridge = damping[:, None] * np.einsum("ncc->nc", normal) + WEAK
+        ridge = damping[:, None] * np.einsum("ncc->nc", normal) + _WEAK
         step = np.linalg.solve(normal + ridge[:, :, None] * np.eye(ridge.shape[1]), right[..., None])[..., 0]
-        moving = np.abs(step).max(axis=1) >= SMALL
+        moving = np.abs(step).max(axis=1) >= _SMALL
         if not moving.any():
             return best
-        step = step / np.maximum(np.abs(step[:, 3:]).max(axis=1, keepdims=True) / LARGEST, 1.0)
+        step = step / np.maximum(np.abs(step[:, 3:]).max(axis=1, keepdims=True) / _LARGEST, 1.0)
         new = _try(skeleton, best.q + step[:, 6:], _moved(best.bodies[skeleton.root], step), paths)
         better = new.cost < best.cost
         best = new.where(better, best)
@@ -275,7 +275,7 @@ def _leg(posed: Posed, leg: ModelLeg, laid: LegPoints) -> LegPoints:
 def _shown(posed: Posed, body: str, place: np.ndarray) -> tuple[np.ndarray, float]:
     """Path of a point of a body, NaN where too little is seen (n, 3) [m], and its standard error [m]."""
     dilution = posed.dilution(body, place)
-    shown = dilution < DILUTION
+    shown = dilution < _DILUTION
     error = posed.error * float(np.median(dilution[shown])) if shown.any() else float("nan")
     return np.where(shown[:, None], posed.bodies[body].point(place), np.nan), error
 

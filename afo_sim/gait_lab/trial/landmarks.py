@@ -12,10 +12,10 @@ from afo_sim.gait_lab.trial.clusters import completed
 from afo_sim.gait_lab.trial.leg_points import LegPoint
 from afo_sim.gait_lab.trial.roles import Roles
 
-STATIC = "a standing trial with medial markers, or the person's scaled model"
+_STATIC = "a standing trial with medial markers, or the person's scaled model"
 
 # The ways to each point, the best first: landmarks whose midpoint counts.
-WAYS = {
+_WAYS = {
     "knee": (("knee_centre",), ("knee_lateral", "knee_medial"), ("knee_lateral",), ("knee_medial",)),
     "ankle": (("ankle_centre",), ("ankle_lateral", "ankle_medial"), ("ankle_lateral",), ("ankle_medial",)),
     "heel": (("heel",),),
@@ -35,7 +35,7 @@ NEEDED = {
     "heel": ("heel",),
     "toe": ("metatarsal_1", "metatarsal_2", "metatarsal_5", "toe_tip"),
 }
-PELVIS = ("asis", "psis", "sacrum")
+_PELVIS = ("asis", "psis", "sacrum")
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Landmarks:
                 self._hara(side),
                 self._trochanter(side),
             ]
-        return [self._midpoint(side, role, group) for group in WAYS[role]]
+        return [self._midpoint(side, role, group) for group in _WAYS[role]]
 
     def pelvis(self) -> np.ndarray | None:
         """Mean of the pelvis' markers [m] (n, 3); None if it has none."""
@@ -65,7 +65,7 @@ class Landmarks:
     def pelvis_markers(self) -> Iterator[tuple[str, np.ndarray]]:
         """Names and paths of the pelvis' landmarks."""
         for side in SIDES:
-            for landmark in PELVIS:
+            for landmark in _PELVIS:
                 if landmark in self.paths[side]:
                     yield " and ".join(self.names[side][landmark]), self.paths[side][landmark]
 
@@ -89,7 +89,7 @@ class Landmarks:
 
     def _lowest(self, side: str) -> LegPoint | None:
         """Something at the height of the ankle."""
-        return next((p for group in WAYS["ankle"] if (p := self._plain(side, group))), None) or first(
+        return next((p for group in _WAYS["ankle"] if (p := self._plain(side, group))), None) or first(
             self.ways(side, "heel")
         )
 
@@ -113,21 +113,21 @@ class Landmarks:
         if len(group) == 2:
             return replace(point, error=joint_centres.MIDPOINT_ERROR)
         if group[0].endswith("medial"):
-            return replace(point, way="medial alone", error=joint_centres.MEDIAL_ERROR, better=STATIC)
+            return replace(point, way="medial alone", error=joint_centres.MEDIAL_ERROR, better=_STATIC)
         if role == "knee":
-            return replace(point, way="lateral alone", error=joint_centres.KNEE_LATERAL_ERROR, better=STATIC)
+            return replace(point, way="lateral alone", error=joint_centres.KNEE_LATERAL_ERROR, better=_STATIC)
         return self._by_malleolus(side, point)
 
     def _by_malleolus(self, side: str, lateral: LegPoint) -> LegPoint:
         knee, heel, toe = (first(self.ways(side, role)) for role in ("knee", "heel", "toe"))
         if knee is None or heel is None or toe is None:
-            return replace(lateral, way="lateral alone", error=joint_centres.MEDIAL_ERROR, better=STATIC)
+            return replace(lateral, way="lateral alone", error=joint_centres.MEDIAL_ERROR, better=_STATIC)
         ahead, above = (1e3 * offset for offset in joint_centres.ANKLE_FROM_MALLEOLUS)
         return LegPoint(
             joint_centres.ankle_by_malleolus(lateral.path, knee.path, heel.path, toe.path),
             lateral.source,
             joint_centres.ANKLE_LATERAL_ERROR,
-            STATIC,
+            _STATIC,
             way=f"{ahead:.1f} mm forward, {above:.1f} up",
         )
 
@@ -141,8 +141,8 @@ class Landmarks:
         if right is None or left is None or back is None:
             return None
         frame = joint_centres.pelvis_frame(right, left, back, self._below())
-        width = middle(np.linalg.norm(right - left, axis=1))
-        depth = middle(np.linalg.norm(frame.origin - back, axis=1))
+        width = _middle(np.linalg.norm(right - left, axis=1))
+        depth = _middle(np.linalg.norm(frame.origin - back, axis=1))
         return LegPoint(
             frame.place(joint_centres.hip_by_harrington(width, depth, side)),
             "Harrington 2007",
@@ -162,8 +162,8 @@ class Landmarks:
             return None
         frame = joint_centres.level_pelvis_frame(right, left, vertical, feet[0])
         spine = right if side == "right" else left
-        length = middle(np.linalg.norm(spine - knee.path, axis=1))
-        length += middle(np.linalg.norm(knee.path - ankle.path, axis=1))
+        length = _middle(np.linalg.norm(spine - knee.path, axis=1))
+        length += _middle(np.linalg.norm(knee.path - ankle.path, axis=1))
         return LegPoint(
             frame.place(joint_centres.hip_by_hara(length, side)),
             f"Hara 2016 from a leg {1e2 * length:.0f} cm long",
@@ -208,7 +208,7 @@ def find_landmarks(markers: Markers, roles: Roles, up: str | None) -> Landmarks:
         side: {landmark: markers.point(names) for landmark, names in roles.sides[side].items()}
         for side in SIDES
     }
-    keys = [(side, landmark) for side in SIDES for landmark in PELVIS if landmark in paths[side]]
+    keys = [(side, landmark) for side in SIDES for landmark in _PELVIS if landmark in paths[side]]
     keys = [key for key in keys if key != ("left", "sacrum")]
     whole = completed({f"{side} {landmark}": paths[side][landmark] for side, landmark in keys})
     for side, landmark in keys:
@@ -223,7 +223,7 @@ def first(ways: list[LegPoint | None]) -> LegPoint | None:
     return next((way for way in ways if way is not None), None)
 
 
-def middle(values: np.ndarray) -> float:
+def _middle(values: np.ndarray) -> float:
     """Median of what is known; NaN if nothing is."""
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else float("nan")

@@ -10,8 +10,13 @@ from afo_sim.gait_lab.noted import Noted
 
 # Hip centre to ankle centre, toddlers to the tallest. Adults have 0.49 of the body's height (Winter 2009,
 # segment lengths: thigh 0.245 H, shank 0.246 H); 1.2 m is 2.45 m of height, 0.15 m is 0.3 m.
-LEG = (0.15, 1.2)  # [m]
-UNITS = {1000.0: "millimetres", 100.0: "centimetres", 10.0: "decimetres", 0.001: "metres read as millimetres"}
+_LEG = (0.15, 1.2)  # [m]
+_UNITS = {
+    1000.0: "millimetres",
+    100.0: "centimetres",
+    10.0: "decimetres",
+    0.001: "metres read as millimetres",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +71,10 @@ def unit_doubt(points: LegPoints) -> str | None:
     The range of legs spans less than a factor of 10, so that at most one of the usual units fits.
     """
     length = leg_length(points)
-    if not np.isfinite(length) or LEG[0] <= length <= LEG[1]:
+    if not np.isfinite(length) or _LEG[0] <= length <= _LEG[1]:
         return None
     seen = f"the {points.side} leg, hip to knee to ankle, is {length:.3g} m long"
-    for factor, unit in UNITS.items():
-        if LEG[0] <= length / factor <= LEG[1]:
+    for factor, unit in _UNITS.items():
+        if _LEG[0] <= length / factor <= _LEG[1]:
             return f"{seen}: {unit}? divided by {factor:g} it is {length / factor:.2f} m; state the unit"
-    return f"{seen}, and no unit of length makes it a leg of {LEG[0]:g} to {LEG[1]:g} m"
+    return f"{seen}, and no unit of length makes it a leg of {_LEG[0]:g} to {_LEG[1]:g} m"

@@ -16,14 +16,14 @@ from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
 from afo_sim.gait_lab.trial.model_legs import legs_from_angles, legs_from_model_markers
 
-OF_MARKERS = ("markers", "map", "static")  # which a model's own markers make needless
-OF_ANGLES = ("thigh", "shank", "hip", "degrees")  # of a chain of joint angles without a model
-HIP = (-0.063, -0.072)  # hip from the pelvis' origin: between the gait2392 and Rajagopal models [m]
-THIGH, SHANK = 0.41, 0.40  # where the ankle's place is measured, these only carry angles [m]
-FOOT = (-0.05, 0.15)  # heel and toe ahead of the ankle; they carry the foot's angle [m]
-OUT_OF_PLANE = 12.0  # swing of pelvis or hip; half of it in usual walking (assumed) [deg]
-TYPED_ERROR = 0.02  # of an ankle that hangs on three typed lengths (assumed) [m]
-ANGLES = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
+_OF_MARKERS = ("markers", "map", "static")  # which a model's own markers make needless
+_OF_ANGLES = ("thigh", "shank", "hip", "degrees")  # of a chain of joint angles without a model
+_HIP = (-0.063, -0.072)  # hip from the pelvis' origin: between the gait2392 and Rajagopal models [m]
+_THIGH, _SHANK = 0.41, 0.40  # where the ankle's place is measured, these only carry angles [m]
+_FOOT = (-0.05, 0.15)  # heel and toe ahead of the ankle; they carry the foot's angle [m]
+_OUT_OF_PLANE = 12.0  # swing of pelvis or hip; half of it in usual walking (assumed) [deg]
+_TYPED_ERROR = 0.02  # of an ankle that hangs on three typed lengths (assumed) [m]
+_ANGLES = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
 
 
 def find_legs(
@@ -40,22 +40,22 @@ def find_legs(
         ]
         degrees, unit = angle_unit(trial.angles, knees, choices.degrees)
         legs = legs_from_angles(model, trial.angles, degrees)
-        unused = unused_choices(trial, choices, by_model=True)
+        unused = _unused_choices(trial, choices, by_model=True)
         legs = {side: replace(_with(leg, *unit, *unused), by_angles=True) for side, leg in legs.items()}
         return _require_side(legs, trial, choices), model
     if model is not None and trial.markers is not None:
         return _by_model(model, trial, choices)
     if trial.angles is not None:
-        return legs_from_chain(trial.angles, choices, trial.bodies, _seen(trial, choices)), None
+        return _legs_from_chain(trial.angles, choices, trial.bodies, _seen(trial, choices)), None
     if trial.markers is not None:
         legs = legs_from_markers(trial.markers, choices, trial.standing)
-        unused = unused_choices(trial, choices, by_model=False)
+        unused = _unused_choices(trial, choices, by_model=False)
         legs = {side: _with(leg, *unused) for side, leg in legs.items()}
         return _require_side(legs, trial, choices), None
     raise InputError(
         "no file holds the leg's motion",
         file=", ".join(str(file) for file in trial.files),
-        allowed=f"joint angles ({', '.join(ANGLES)}) in a .mot or .sto, or markers in a .trc, .c3d or .csv",
+        allowed=f"joint angles ({', '.join(_ANGLES)}) in a .mot or .sto, or markers in a .trc, .c3d or .csv",
     )
 
 
@@ -69,7 +69,7 @@ def _by_model(
     except InputError as error:
         problem = error
     else:
-        unused = unused_choices(trial, choices, by_model=True)
+        unused = _unused_choices(trial, choices, by_model=True)
         return {side: _with(leg, *unused) for side, leg in legs.items()}, model
     try:
         legs = legs_from_markers(trial.markers, choices, trial.standing)
@@ -108,21 +108,21 @@ def _require_side(legs: dict[str, LegPoints], trial: WalkingTrial, choices: Choi
     return legs
 
 
-def unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) -> tuple[Notice, ...]:
+def _unused_choices(trial: WalkingTrial, choices: Choices, *, by_model: bool) -> tuple[Notice, ...]:
     """A warning on what a person has chosen in vain; none if all counts."""
     names: list[str] = []
     if by_model:
-        names += [*OF_MARKERS, "thigh", "shank", "hip"]
+        names += [*_OF_MARKERS, "thigh", "shank", "hip"]
         names += [] if trial.angles is not None else ["degrees"]
     elif trial.angles is None:
-        names += OF_ANGLES
+        names += _OF_ANGLES
     given = [name for name in names if getattr(choices, name) not in (None, {}, ())]
     why = "the model places the joints" if by_model else "they are of joint angles, and these are markers"
     text = "{subject}: not used, {why}"
     return (Notice("choices-unused", text, subject=", ".join(given), why=why),) if given else ()
 
 
-def legs_from_chain(
+def _legs_from_chain(
     table: OpenSimTable,
     choices: Choices,
     bodies: OpenSimTable | None = None,
@@ -143,7 +143,7 @@ def legs_from_chain(
 
 
 def _names(side: str) -> list[str]:
-    return [ANGLES[0], *(f"{name}_{side[0]}" for name in ANGLES[1:])]
+    return [_ANGLES[0], *(f"{name}_{side[0]}" for name in _ANGLES[1:])]
 
 
 def _placed(
@@ -186,13 +186,13 @@ def _leg(
         )
 
     place = point.path
-    knees = place + along(shank, choices.shank or SHANK)
+    knees = place + along(shank, choices.shank or _SHANK)
     points = {
-        "hip": LegPoint(knees + along(shank - knee, choices.thigh or THIGH), "joint angles"),
+        "hip": LegPoint(knees + along(shank - knee, choices.thigh or _THIGH), "joint angles"),
         "knee": LegPoint(knees, "joint angles"),
         "ankle": replace(point, better="the scaled model with `--model`"),
     }
-    for role, ahead in zip(("heel", "toe"), FOOT, strict=True):
+    for role, ahead in zip(("heel", "toe"), _FOOT, strict=True):
         end = place + along(np.pi / 2 - pitch, ahead)
         points[role] = LegPoint(end, "ankle angle", way="a foot of assumed length")
     pelvis = _pelvis(table)
@@ -236,7 +236,7 @@ def _out_of_plane(table: OpenSimTable, side: str, degrees: bool) -> list[Notice]
         if name in table.columns
     }
     most = max(swings, key=lambda name: swings[name], default="")
-    if not most or swings[most] <= OUT_OF_PLANE:
+    if not most or swings[most] <= _OUT_OF_PLANE:
         return []
     text = (
         "{subject} swings by ±{swing:.0f} deg, which a chain in one plane leaves out: "
@@ -295,7 +295,7 @@ def _ankle(
             f"talus_{side[0]}_X and _Y, or pelvis_tx and pelvis_ty with `thigh`, `shank`, `ankle_height`",
         )
     assert choices.thigh is not None and choices.shank is not None
-    forward, up = choices.hip or HIP
+    forward, up = choices.hip or _HIP
     thigh = tilt + hip
     x = (
         forward * np.cos(tilt)
@@ -312,7 +312,7 @@ def _ankle(
     pelvis = _pelvis(table)
     assert pelvis is not None
     path = pelvis + x[:, None] * heading + y[:, None] * np.array([0.0, 1.0, 0.0])
-    return table.time, LegPoint(path, "pelvis translation and typed lengths", TYPED_ERROR)
+    return table.time, LegPoint(path, "pelvis translation and typed lengths", _TYPED_ERROR)
 
 
 def _common(table: OpenSimTable, time: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

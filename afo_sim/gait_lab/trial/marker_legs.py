@@ -15,21 +15,21 @@ from afo_sim.gait_lab.trial.landmarks import NEEDED, Landmarks, find_landmarks, 
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.roles import Roles, find_roles, mapped_roles, missing_roles, named_points
 
-QUIET = 0.05  # speed below which a marker stands still; sway is slower by half (assumed) [m/s]
-LONG = 0.5  # shortest quiet part [s]
-LAG = 0.1  # before and after, over which a speed is taken, so that noise is none [s]
-FEW = 0.1  # share of markers that may move: an arm, a flicker
-HEIGHTS = (0.04, 0.14)  # that an ankle centre has above the floor [m]
-ENOUGH = 0.9  # of the most seen way's frames, from which on a better way is taken
-STRAY = 0.015  # from its mean place in a segment, above which a point is not bridged by it (assumed) [m]
-MISFIT = 0.015  # of a posture's markers to the walk's, above which they are doubted (assumed) [m]
+_QUIET = 0.05  # speed below which a marker stands still; sway is slower by half (assumed) [m/s]
+_LONG = 0.5  # shortest quiet part [s]
+_LAG = 0.1  # before and after, over which a speed is taken, so that noise is none [s]
+_FEW = 0.1  # share of markers that may move: an arm, a flicker
+_HEIGHTS = (0.04, 0.14)  # that an ankle centre has above the floor [m]
+_ENOUGH = 0.9  # of the most seen way's frames, from which on a better way is taken
+_STRAY = 0.015  # from its mean place in a segment, above which a point is not bridged by it (assumed) [m]
+_MISFIT = 0.015  # of a posture's markers to the walk's, above which they are doubted (assumed) [m]
 # Segments that carry a joint, the best first: the shank's skin moves less than the thigh's.
-CARRIERS = {"hip": ("pelvis",), "knee": ("shank", "thigh"), "ankle": ("shank", "foot")}
-POOR = 3  # number of the way from which on no posture is asked: a medial marker alone, the trochanter
+_CARRIERS = {"hip": ("pelvis",), "knee": ("shank", "thigh"), "ankle": ("shank", "foot")}
+_POOR = 3  # number of the way from which on no posture is asked: a medial marker alone, the trochanter
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen(Noted):
+class _Chosen(Noted):
     """Points of one leg, each with the number of the way that it was found in."""
 
     points: Mapping[str, LegPoint]
@@ -50,7 +50,7 @@ def legs_from_markers(
     landmarks = find_landmarks(markers, roles, choices.up)
     ways = {side: _ways(markers, landmarks, choices, side) for side in SIDES}
     clusters = _clusters_of_walk(markers, landmarks, ways)
-    chosen = {side: choose(ways[side], side, clusters) for side in SIDES}
+    chosen = {side: _choose(ways[side], side, clusters) for side in SIDES}
     posture = standing_posture(standing) if standing else _quiet_posture(markers, landmarks)
     still = None
     if posture:
@@ -58,7 +58,7 @@ def legs_from_markers(
         clusters = _clusters_of_posture(markers, landmarks, posture, still)
     legs, left_out = {}, []
     for side in SIDES:
-        carried = carry_centres(chosen[side], side, still, clusters) if still else chosen[side]
+        carried = _carry_centres(chosen[side], side, still, clusters) if still else chosen[side]
         missing = [role for role in ROLES if role not in carried.points]
         if missing and side == choices.side:
             needed = {role: NEEDED[role] for role in missing}
@@ -148,7 +148,7 @@ def _quiet_posture(markers: Markers, landmarks: Landmarks) -> Markers | None:
 
 
 def _leg(
-    side: str, markers: Markers, landmarks: Landmarks, chosen: Chosen, still: Landmarks | None
+    side: str, markers: Markers, landmarks: Landmarks, chosen: _Chosen, still: Landmarks | None
 ) -> LegPoints:
     """The leg, with the flat foot's numbers where a posture tells them."""
     sole = height = None
@@ -157,10 +157,10 @@ def _leg(
     if still and vertical is not None:
         heel, toe, ankle = (_place(still, side, role, chosen) for role in ("heel", "toe", "ankle"))
         if heel is not None and toe is not None:
-            sole = sole_pitch(heel, toe, vertical)
+            sole = _sole_pitch(heel, toe, vertical)
             text = "standing, the line from heel to toe is pitched {pitch:+.1f} deg, toe up positive"
             notices += (note("sole-pitch", text, subject=side, pitch=float(np.degrees(sole))),)
-        height = flat_ankle_height(ankle, vertical) if ankle is not None else None
+        height = _flat_ankle_height(ankle, vertical) if ankle is not None else None
     return LegPoints(
         side,
         markers.time,
@@ -172,7 +172,7 @@ def _leg(
     )
 
 
-def _place(still: Landmarks, side: str, role: str, chosen: Chosen) -> np.ndarray | None:
+def _place(still: Landmarks, side: str, role: str, chosen: _Chosen) -> np.ndarray | None:
     """A point's place in the posture, found in the way that the walk's was found."""
     ways = still.ways(side, role)
     rank = chosen.ranks[role]
@@ -184,25 +184,25 @@ def quiet_part(markers: Markers, names: Collection[str] | None = None) -> slice 
     """The longest stretch in which nothing moves."""
     moving = _speeds(markers, names)
     seen = np.isfinite(moving).sum(axis=1)
-    still = (seen >= 3) & ((moving > QUIET).sum(axis=1) <= FEW * seen)
+    still = (seen >= 3) & ((moving > _QUIET).sum(axis=1) <= _FEW * seen)
     edges = np.flatnonzero(np.diff(np.r_[False, still, False].astype(int)))
     runs = list(zip(edges[::2], edges[1::2], strict=True))
     if not runs:
         return None
     start, stop = max(runs, key=lambda run: run[1] - run[0])
-    return slice(int(start), int(stop)) if markers.time[stop - 1] - markers.time[start] >= LONG else None
+    return slice(int(start), int(stop)) if markers.time[stop - 1] - markers.time[start] >= _LONG else None
 
 
 def standing_posture(markers: Markers) -> Markers:
     """The mean posture of a standing trial's quiet part, as markers of one frame."""
     time = markers.time
-    if len(time) == 1 or time[-1] - time[0] < LONG:
+    if len(time) == 1 or time[-1] - time[0] < _LONG:
         return quiet_posture(markers, slice(0, len(time)))
     found = quiet_part(markers)
     if found is None:
         slowest = _slowest(_speeds(markers, None))
         raise InputError(
-            f"nobody stands still for {LONG:g} s in it; at best the markers move at {slowest:.2f} m/s",
+            f"nobody stands still for {_LONG:g} s in it; at best the markers move at {slowest:.2f} m/s",
             file=markers.file,
             field="static",
             allowed="a trial of a person who stands",
@@ -225,7 +225,7 @@ def _mean_place(path: np.ndarray) -> np.ndarray:
     return np.asarray(seen.mean(axis=0)) if len(seen) else np.full(3, np.nan)
 
 
-def sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float:
+def _sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float:
     """Pitch of the line from heel to toe where the foot stands flat, toe up positive [rad].
 
     Units: heel, toe [m] (3,), vertical (3,).
@@ -235,21 +235,21 @@ def sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float
     return float(np.arctan2(rise, np.linalg.norm(foot - rise * vertical)))
 
 
-def flat_ankle_height(ankle: np.ndarray, vertical: np.ndarray) -> float | None:
+def _flat_ankle_height(ankle: np.ndarray, vertical: np.ndarray) -> float | None:
     """The ankle centre's height above the laboratory's zero; None if that is no ankle's height [m].
 
     Units: ankle [m] (3,), vertical (3,).
     """
     height = float(ankle @ vertical)
-    return height if HEIGHTS[0] <= height <= HEIGHTS[1] else None
+    return height if _HEIGHTS[0] <= height <= _HEIGHTS[1] else None
 
 
 def _speeds(markers: Markers, names: Collection[str] | None) -> np.ndarray:
-    """Speed of each marker over 2 `LAG` (n, m), that of the nearest whole span at the ends [m/s]."""
+    """Speed of each marker over 2 `_LAG` (n, m), that of the nearest whole span at the ends [m/s]."""
     chosen = list(markers.positions) if names is None else [n for n in markers.positions if n in names]
     paths = np.stack([markers.positions[name] for name in chosen], axis=1)
     time = markers.time
-    step = max(1, round(LAG / float(np.median(np.diff(time)))))
+    step = max(1, round(_LAG / float(np.median(np.diff(time)))))
     if len(time) <= 2 * step:
         return np.full(paths.shape[:2], np.nan)
     way = np.linalg.norm(paths[2 * step :] - paths[: -2 * step], axis=2)
@@ -263,7 +263,7 @@ def _slowest(speeds: np.ndarray) -> float:
     return float(np.min(mean[seen.any(axis=1)], initial=np.inf))
 
 
-def choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clusters) -> Chosen:
+def _choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clusters) -> _Chosen:
     """The best way to each point that is seen in nearly as many frames as any.
 
     A joint's gaps are bridged by the markers of its segment.
@@ -274,8 +274,8 @@ def choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clust
         for rank, way in enumerate(each):
             if way is None or not _seen(way):
                 continue
-            whole = _bridged(way, [clusters.get((side, segment)) for segment in CARRIERS.get(role, ())])
-            if _seen(whole) >= ENOUGH * most:
+            whole = _bridged(way, [clusters.get((side, segment)) for segment in _CARRIERS.get(role, ())])
+            if _seen(whole) >= _ENOUGH * most:
                 points[role], ranks[role] = whole, rank
                 more = _seen(whole) - _seen(way)
                 if more:
@@ -284,18 +284,18 @@ def choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clust
                     data = {"seen": _seen(way), "frames": len(way.path), "more": more}
                     notices.append(note("point-bridged", text, subject=f"{side} {role}", **data))
                 break
-    return Chosen(points, ranks, tuple(notices))
+    return _Chosen(points, ranks, tuple(notices))
 
 
-def carry_centres(chosen: Chosen, side: str, still: Landmarks, clusters: Clusters) -> Chosen:
+def _carry_centres(chosen: _Chosen, side: str, still: Landmarks, clusters: Clusters) -> _Chosen:
     """Joint centres of a standing posture in the walk, where the posture tells them in a better way."""
     points, ranks = dict(chosen.points), dict(chosen.ranks)
     notices = list(chosen.notices)
     upper: tuple[str, np.ndarray] | None = None  # the joint above and its place in the posture
-    for role in CARRIERS:
+    for role in _CARRIERS:
         ways = still.ways(side, role)
         rank = next((k for k, way in enumerate(ways) if way and _seen(way)), len(ways))
-        if rank < min(ranks.get(role, len(ways)), POOR):
+        if rank < min(ranks.get(role, len(ways)), _POOR):
             way = ways[rank]
             assert way is not None
             cluster = _carrier(role, side, clusters, upper, points)
@@ -319,7 +319,7 @@ def _carrier(
     points: Mapping[str, LegPoint],
 ) -> Cluster | None:
     """The markers that carry a joint; with the joint above where they are too few, as in Plug-in Gait."""
-    found = [cluster for segment in CARRIERS[role] if (cluster := clusters.get((side, segment)))]
+    found = [cluster for segment in _CARRIERS[role] if (cluster := clusters.get((side, segment)))]
     proximal = clusters.get((side, {"knee": "thigh", "ankle": "shank"}.get(role, "")))
     if proximal is not None and upper is not None:
         joined = proximal.joined(f"the {upper[0]} centre", upper[1], points[upper[0]].path)
@@ -328,7 +328,7 @@ def _carrier(
 
 
 def _not_carried(role: str, side: str, clusters: Clusters) -> Notice:
-    segment = CARRIERS[role][0]
+    segment = _CARRIERS[role][0]
     cluster = clusters.get((side, segment))
     text = (
         "the {subject} of the standing posture is not used: both trials see {markers} on the {segment}, and "
@@ -342,7 +342,7 @@ def _not_carried(role: str, side: str, clusters: Clusters) -> Notice:
 def _misfit(cluster: Cluster) -> list[Notice]:
     """A warning where the markers of a segment lie otherwise than they did in standing."""
     off = cluster.misfit()
-    if off <= MISFIT:
+    if off <= _MISFIT:
         return []
     text = "{subject} lie {off_mm:.0f} mm off where they were in standing: the same person, the same markers?"
     return [Notice("standing-misfit", text, subject=", ".join(cluster.names), off_mm=1e3 * off)]
@@ -355,7 +355,7 @@ def _bridged(way: LegPoint, carriers: list[Cluster | None]) -> LegPoint:
     filled = [c.bridge(way.path) for c in carriers if c is not None and c.places_segment]
     path = way.path
     for more, stray in sorted(filled, key=lambda each: each[1]):
-        if stray < STRAY:
+        if stray < _STRAY:
             path = np.where(np.isfinite(path), path, more)
     bridged = np.isfinite(path).all(axis=1) & ~np.isfinite(way.path).all(axis=1)
     return replace(way, path=path, bridged=bridged)

@@ -11,7 +11,7 @@ from afo_sim.gait_lab.readers.opensim_joint import Joint
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
 
 # Names of bodies by segment, without side and punctuation; the first is OpenSim's own
-NAMES = {
+_NAMES = {
     "pelvis": ("pelvis", "hip", "hips"),
     "thigh": ("femur", "thigh", "upperleg"),
     "shank": ("tibia", "shank", "lowerleg", "tibfib", "shin"),
@@ -20,10 +20,10 @@ NAMES = {
 }
 
 
-NEAR_END = 0.015  # points this near the foot's end share it; the lowest of them counts [m] (assumed)
-SKIN = 0.010  # how far a marker's centre may lie from the end of the foot that it marks [m] (assumed)
-BONE = 0.02  # how far the foot may reach behind the heel bone's origin [m] (assumed)
-GROUND = ("ground", "floor", "sole")  # in the name of a marker that was projected onto the floor
+_NEAR_END = 0.015  # points this near the foot's end share it; the lowest of them counts [m] (assumed)
+_SKIN = 0.010  # how far a marker's centre may lie from the end of the foot that it marks [m] (assumed)
+_BONE = 0.02  # how far the foot may reach behind the heel bone's origin [m] (assumed)
+_GROUND = ("ground", "floor", "sole")  # in the name of a marker that was projected onto the floor
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class ModelLeg:
 def find_leg(model: OpenSimModel, side: str) -> ModelLeg:
     """Find a leg by the names of its bodies, and its joints between them."""
     bodies, missing = {}, []
-    for segment, names in NAMES.items():
+    for segment, names in _NAMES.items():
         found = [
             body for body in model.bodies if _called(body, names, "" if segment == "pelvis" else side[0])
         ]
@@ -102,7 +102,7 @@ def find_leg(model: OpenSimModel, side: str) -> ModelLeg:
         _joint(model, bodies[a], bodies[b])
         for a, b in (("pelvis", "thigh"), ("thigh", "shank"), ("shank", "foot"))
     )
-    foot = find_foot(model, bodies["foot"], bodies.get("toes"), ankle.distal)
+    foot = _find_foot(model, bodies["foot"], bodies.get("toes"), ankle.distal)
     return ModelLeg(side, bodies, hip, knee, ankle, foot)
 
 
@@ -142,13 +142,13 @@ def _joint(model: OpenSimModel, proximal: str, distal: str) -> ModelJoint:
     return ModelJoint(joint, model.pose(proximal, distal, {}).point(distal_place)[0], distal_place[0])
 
 
-def find_foot(model: OpenSimModel, foot: str, toes: str | None, ankle: np.ndarray) -> ModelFoot:
+def _find_foot(model: OpenSimModel, foot: str, toes: str | None, ankle: np.ndarray) -> ModelFoot:
     """Find the ends of the foot among its markers, contact spheres and joints, with the toes straight.
 
     Units: ankle [m] (3,).
     """
     points = foot_markers(model, foot, toes)
-    floor = [place[1] for name, place in points.items() if any(word in name.lower() for word in GROUND)]
+    floor = [place[1] for name, place in points.items() if any(word in name.lower() for word in _GROUND)]
     for k, sphere in enumerate(s for s in model.spheres if s.body in (foot, toes)):
         centre = _on_foot(model, foot, sphere.body, sphere.centre)
         floor.append(centre[1] - sphere.radius)
@@ -169,7 +169,7 @@ def find_foot(model: OpenSimModel, foot: str, toes: str | None, ankle: np.ndarra
         heel=back[1],
         toe=front[1],
         sources={role: f"{name} of the model" for role, (name, _) in ends.items()},
-        error={role: SKIN if name in marked else BONE for role, (name, _) in ends.items()},
+        error={role: _SKIN if name in marked else _BONE for role, (name, _) in ends.items()},
         ankle=ankle,
         ankle_height=float(ankle[1] - min(floor)) if floor else None,
         outline=outline,
@@ -192,6 +192,6 @@ def _on_foot(model: OpenSimModel, foot: str, body: str, place: np.ndarray) -> np
 def _end(points: Mapping[str, np.ndarray], ahead: float) -> tuple[str, np.ndarray]:
     """The lowest of the points at one end of the foot: it shows when that end meets the floor."""
     furthest = max(ahead * place[0] for place in points.values())
-    there = {n: p for n, p in points.items() if ahead * p[0] > furthest - NEAR_END}
+    there = {n: p for n, p in points.items() if ahead * p[0] > furthest - _NEAR_END}
     name = min(there, key=lambda n: there[n][1])
     return name, there[name]

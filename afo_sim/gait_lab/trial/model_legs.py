@@ -21,14 +21,14 @@ from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.model_leg import ModelLeg, find_leg
 from afo_sim.gait_lab.trial.model_segments import fitted_leg
 
-BEYOND = np.radians(10.0)  # beyond a joint's range in the model, from which on it is told [rad] (assumed)
-SCALE = 0.05  # difference in length that a scaled model has not (assumed)
-APART = 0.03  # least distance of two markers that tells a scale [m] (assumed)
+_BEYOND = np.radians(10.0)  # beyond a joint's range in the model, from which on it is told [rad] (assumed)
+_SCALE = 0.05  # difference in length that a scaled model has not (assumed)
+_APART = 0.03  # least distance of two markers that tells a scale [m] (assumed)
 
 
 def legs_from_angles(model: OpenSimModel, table: OpenSimTable, degrees: bool) -> dict[str, LegPoints]:
     """Place both legs by forward kinematics."""
-    return _both(lambda side: placed_leg(model, find_leg(model, side), table, degrees), "")
+    return _both(lambda side: _placed_leg(model, find_leg(model, side), table, degrees), "")
 
 
 def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choices) -> dict[str, LegPoints]:
@@ -36,13 +36,13 @@ def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choi
 
     Where the whole model cannot be posed, its segments are laid over their markers one by one.
     """
-    seen = match_markers(model, markers)
+    seen = _match_markers(model, markers)
     legs = _both(
         lambda side: fitted_leg(model, find_leg(model, side), markers, seen),
         choices.side,
         lambda laid: posed_legs(model, laid, seen),
     )
-    doubts = (*name_warnings(model, markers), *scale_warnings(model, seen))
+    doubts = (*_name_warnings(model, markers), *_scale_warnings(model, seen))
     return {side: replace(leg, notices=(*doubts, *leg.notices)) for side, leg in legs.items()}
 
 
@@ -69,7 +69,7 @@ def _both(
     return found
 
 
-def placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees: bool) -> LegPoints:
+def _placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees: bool) -> LegPoints:
     """Place a leg by its coordinates; parameters and errors as `legs_from_angles`."""
     names = ("ground", *(leg.bodies[segment] for segment in ("pelvis", "thigh", "shank", "foot")))
     parts = [
@@ -153,7 +153,7 @@ def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray])
         if c.name not in values or not c.rotational or not np.isfinite(values[c.name]).any():
             continue
         low, high = float(np.nanmin(values[c.name])), float(np.nanmax(values[c.name]))
-        if low < c.limits[0] - BEYOND or high > c.limits[1] + BEYOND:
+        if low < c.limits[0] - _BEYOND or high > c.limits[1] + _BEYOND:
             reach, allowed = (
                 f"{np.degrees(a):.0f} to {np.degrees(b):.0f} deg" for a, b in ((low, high), c.limits)
             )
@@ -162,7 +162,7 @@ def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray])
     return tuple(found)
 
 
-def match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray]:
+def _match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray]:
     """Paths of the model's markers in the trial, by the model's names [m] (n, 3).
 
     Names match whatever their case and punctuation, and whatever stands before a colon.
@@ -182,7 +182,7 @@ def match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray
     return found
 
 
-def name_warnings(model: OpenSimModel, markers: Markers) -> tuple[Notice, ...]:
+def _name_warnings(model: OpenSimModel, markers: Markers) -> tuple[Notice, ...]:
     """A warning where two markers of the trial have the name of one of the model's: two people's, perhaps."""
     of_name = defaultdict(list)
     for name in markers.positions:
@@ -197,7 +197,7 @@ def name_warnings(model: OpenSimModel, markers: Markers) -> tuple[Notice, ...]:
     return tuple(lines)
 
 
-def scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:
+def _scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:
     """A warning where distances between markers of one body are not the model's.
 
     Units: seen [m] (n, 3).
@@ -209,9 +209,9 @@ def scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple
     for pair in (pair for names in of_body.values() for pair in combinations(names, 2)):
         there = np.linalg.norm(seen[pair[0]] - seen[pair[1]], axis=1)
         here = float(np.linalg.norm(model.markers[pair[0]][1] - model.markers[pair[1]][1]))
-        if here > APART and np.isfinite(there).any():
+        if here > _APART and np.isfinite(there).any():
             ratios.append(float(np.nanmedian(there)) / here)
-    if not ratios or abs(np.median(ratios) - 1.0) <= SCALE:
+    if not ratios or abs(np.median(ratios) - 1.0) <= _SCALE:
         return ()
     ratio = float(np.median(ratios))
     text = (

@@ -45,7 +45,7 @@ class Segment:
     def with_centre(self, name: str, local: np.ndarray, path: np.ndarray) -> "Segment":
         """The same with a joint centre as one more point, its path (n, 3) placed by a neighbour."""
         return replace(
-            lay(self.name, {**self.local, name: local}, {**self.seen, name: path}, len(path), self.missing),
+            _lay(self.name, {**self.local, name: local}, {**self.seen, name: path}, len(path), self.missing),
             shared=tuple(dict.fromkeys((*self.shared, name))),
         )
 
@@ -91,7 +91,7 @@ class Segment:
         return laid, doubt
 
 
-def lay(
+def _lay(
     name: str,
     local: Mapping[str, np.ndarray],
     seen: Mapping[str, np.ndarray],
@@ -195,4 +195,4 @@ def _own(model: OpenSimModel, leg: ModelLeg, name: str, seen: Mapping[str, np.nd
     count = len(next(iter(seen.values())))
     there = {marker: seen[marker] for marker in local if marker in seen}
     missing = tuple(marker for marker in local if marker not in seen)
-    return lay(name if name == "pelvis" else f"{leg.side} {name}", local, there, count, missing)
+    return _lay(name if name == "pelvis" else f"{leg.side} {name}", local, there, count, missing)

@@ -7,7 +7,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 
-AROUND = 50  # samples beside a stride that its spline knows: 0.27^50 is nothing (de Boor 1978)
+_AROUND = 50  # samples beside a stride that its spline knows: 0.27^50 is nothing (de Boor 1978)
 WIDEST = 0.05  # gap that is bridged, as a share of the period [-] (assumed: 0.1 to 0.3 deg in a known walk)
 # Evidence of a heel strike, beside the methods by which a foot lands.
 FORCE, POSTURE = "force", "the leg's posture"
@@ -94,7 +94,7 @@ def sample(
     if stride.closed is None:
         step = float(time[1] - time[0])
         inside = (at >= time[0] - step) & (at <= time[-1] + step)
-        near = slice(*np.searchsorted(time, (at.min() - AROUND * step, at.max() + AROUND * step)))
+        near = slice(*np.searchsorted(time, (at.min() - _AROUND * step, at.max() + _AROUND * step)))
         time, values = time[near], values[near]  # a spline does not feel samples so far away
         found[np.ix_(inside, known)] = CubicSpline(time, values[:, known])(at[inside])
         found[np.ix_(~inside, known)] = outside

@@ -18,17 +18,17 @@ from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.marker_sets import GENERAL, LANDMARKS, SETS, MarkerSet
 
-Reading = tuple[str, str]  # side, or "" for none; the rest of the name
+_Reading = tuple[str, str]  # side, or "" for none; the rest of the name
 # Computed signals that a C3D keeps among its points.
-COMPUTED = re.compile(r"(angle|moment|force|power|grf|scale|score)s?\d*$")
+_COMPUTED = re.compile(r"(angle|moment|force|power|grf|scale|score)s?\d*$")
 
 Names = Mapping[str, tuple[str, ...]]  # landmark → markers; the midpoint of several counts
-CANDIDATES = 3  # names that a message offers for a missing landmark
-RECOGNISED = 4  # names from which on a set is recognised
-CLUSTER = re.compile(r"(th|thi|thl|thigh|sh|shk|shank|tib|tb|leg)[a-z]?[a-z]?\d*$")
-LIKENESS = 0.6  # of two names, from which on one is offered for the other
-GROUPS = (*SIDES, "middle")
-HEAD = """\
+_CANDIDATES = 3  # names that a message offers for a missing landmark
+_RECOGNISED = 4  # names from which on a set is recognised
+_CLUSTER = re.compile(r"(th|thi|thl|thigh|sh|shk|shank|tib|tb|leg)[a-z]?[a-z]?\d*$")
+_LIKENESS = 0.6  # of two names, from which on one is offered for the other
+_GROUPS = (*SIDES, "middle")
+_HEAD = """\
 # Which marker sits on which landmark of the body.
 # Only what stands here counts. Several names: their midpoint. A line that begins with # does not count.
 # A leg needs: hip_centre, or both asis (with psis or sacrum), or trochanter; knee_centre, knee_lateral or
@@ -56,13 +56,13 @@ def find_roles(markers: Markers) -> Roles:
     ranked = sorted(SETS, key=lambda known: _fit(known, read), reverse=True)
     best, hits = ranked[0], _fit(ranked[0], read)[0]
     found: dict[str, dict[str, str]] = {side: {} for side in SIDES}
-    for known in (best, GENERAL) if hits >= RECOGNISED else (GENERAL,):
+    for known in (best, GENERAL) if hits >= _RECOGNISED else (GENERAL,):
         _add(found, read, known)
     served = {side: {LANDMARKS[landmark][0] for landmark in found[side]} for side in SIDES}
     for known in ranked:
         _add(found, read, known, served)
     notices = []
-    if hits >= RECOGNISED:
+    if hits >= _RECOGNISED:
         text = "marker set: {name}, by {hits} of {count} names"
         notices.append(note("marker-set", text, name=best.name, hits=hits, count=len(read)))
     if best.meaning_of("toe") == "metatarsal_2":
@@ -87,12 +87,12 @@ def candidates(names: Sequence[str], side: str, landmarks: Iterable[str]) -> lis
         rests = [rest for letter, rest in ways if letter in (side, "")]
         if any(letter not in (side, "") for letter, _ in ways) and not any(s == side for s, _ in ways):
             continue
-        if any(CLUSTER.match(rest) for rest in rests):
+        if any(_CLUSTER.match(rest) for rest in rests):
             continue  # on the middle of a segment
         ratios = [difflib.SequenceMatcher(None, rest, word).ratio() for rest in rests for word in usual]
-        if max(ratios, default=0.0) >= LIKENESS:
+        if max(ratios, default=0.0) >= _LIKENESS:
             likely.append((-max(ratios), name))
-    return [name for _, name in sorted(likely, key=lambda entry: entry[0])[:CANDIDATES]]
+    return [name for _, name in sorted(likely, key=lambda entry: entry[0])[:_CANDIDATES]]
 
 
 def named_points(markers: Markers, choices: Choices) -> dict[str, tuple[str, ...]]:
@@ -140,17 +140,17 @@ def plain(name: str) -> str:
     return re.sub("[^a-z0-9]", "", name.split(":")[-1].lower())
 
 
-def readings(names: Sequence[str]) -> dict[str, list[Reading]]:
+def readings(names: Sequence[str]) -> dict[str, list[_Reading]]:
     """Ways to read each of a file's names, the likeliest first; computed signals are left out.
 
     Units: returns [(side, rest), …].
     """
-    markers = [name for name in names if not COMPUTED.search(plain(name))]
+    markers = [name for name in names if not _COMPUTED.search(plain(name))]
     start = _common_start([_bare(name) for name in markers])
     return {name: list(_readings(_bare(name).removeprefix(start))) for name in markers}
 
 
-def _readings(bare: str) -> Iterator[Reading]:
+def _readings(bare: str) -> Iterator[_Reading]:
     whole = plain(bare)
     yield "", whole
     for side in SIDES:
@@ -185,7 +185,7 @@ def _common_start(names: Sequence[str]) -> str:
 
 def _add(
     found: dict[str, dict[str, str]],
-    read: Mapping[str, Sequence[Reading]],
+    read: Mapping[str, Sequence[_Reading]],
     known: MarkerSet,
     served: Mapping[str, Collection[str]] | None = None,
 ) -> None:
@@ -201,13 +201,13 @@ def _add(
                 found[each].setdefault(landmark, name)
 
 
-def _fit(known: MarkerSet, read: Mapping[str, Sequence[Reading]]) -> tuple[int, int]:
+def _fit(known: MarkerSet, read: Mapping[str, Sequence[_Reading]]) -> tuple[int, int]:
     """How many names a set has meanings for; of equals the one with fewer names of its own is better."""
     hits = sum(_meaning(known, ways) is not None for ways in read.values())
     return hits, -sum(map(len, known.names.values()))
 
 
-def _meaning(known: MarkerSet, ways: Sequence[Reading]) -> Reading | None:
+def _meaning(known: MarkerSet, ways: Sequence[_Reading]) -> _Reading | None:
     """Side and landmark that a name stands for in a set."""
     for side, rest in ways:
         landmark = known.meaning_of(rest)
@@ -237,8 +237,8 @@ def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
     """
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for group, table in read_toml(path).items():
-        if group not in GROUPS:
-            raise unknown(group, GROUPS, file=path, field=group, problem="is an unknown table")
+        if group not in _GROUPS:
+            raise unknown(group, _GROUPS, file=path, field=group, problem="is an unknown table")
         if not isinstance(table, dict):
             raise InputError("is no table", file=path, field=group, value=table, allowed=f"[{group}]")
         found[group] = {}
@@ -287,8 +287,8 @@ def write_role_map(path: pathlib.Path, markers: Markers, roles: Roles | None = N
     roles = find_roles(markers) if roles is None else roles
     used = {name for side in roles.sides.values() for names in side.values() for name in names}
     free = [name for name in markers.positions if name not in used]
-    lines = [HEAD, f"# The markers of {markers.file.name}:", *_wrapped(list(markers.positions))]
-    for group in GROUPS:
+    lines = [_HEAD, f"# The markers of {markers.file.name}:", *_wrapped(list(markers.positions))]
+    for group in _GROUPS:
         known = roles.sides[SIDES[0] if group == "middle" else group]
         lines += ["", f"[{group}]", *(_line(group, landmark, known, free) for landmark in _landmarks(group))]
     write_text(path, "\n".join(lines) + "\n")

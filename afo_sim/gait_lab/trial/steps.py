@@ -19,10 +19,10 @@ from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.strides import find_strides
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
-OPEN = 3.0  # difference of a closed stride's ends that is told (assumed) [deg]
+_OPEN = 3.0  # difference of a closed stride's ends that is told (assumed) [deg]
 
-ELSEWHERE = 0.08  # share of the weight on other plates while the other foot swings (assumed) [-]
-MIDDLE = (0.2, 0.8)  # part of the other foot's swing in which it surely stands nowhere (assumed) [-]
+_ELSEWHERE = 0.08  # share of the weight on other plates while the other foot swings (assumed) [-]
+_MIDDLE = (0.2, 0.8)  # part of the other foot's swing in which it surely stands nowhere (assumed) [-]
 
 
 def find_steps(
@@ -63,7 +63,7 @@ def find_steps(
             if side == choices.side or choices.both:
                 raise
             notices.append(_unused_leg(side, error))
-    return grounds, without_shared_steps(strides, trial.plates, grounds, motions, legs, frame), notices
+    return grounds, _without_shared_steps(strides, trial.plates, grounds, motions, legs, frame), notices
 
 
 def _unused_leg(side: str, error: InputError) -> Notice:
@@ -77,7 +77,7 @@ def open_ends(strides: Sequence[RecordedStride]) -> list[Notice]:
         ends = {} if stride.closed is None else stride.closed.residual
         angles = {n: float(abs(np.degrees(v))) for n, v in ends.items() if n.endswith("_angle")}
         name = max(angles, key=angles.__getitem__, default="")
-        if name and angles[name] > OPEN:
+        if name and angles[name] > _OPEN:
             text = (
                 "the closed stride's ends differ by {apart:.1f} deg at the {joint}: bring a longer recording"
             )
@@ -102,7 +102,7 @@ def _over_ground(stride: RecordedStride, belt_speed: float) -> RecordedStride:
     return replace(stride, closed=replace(stride.closed, length=length))
 
 
-def without_shared_steps(
+def _without_shared_steps(
     strides: Sequence[RecordedStride],
     plates: Sequence[Plate],
     grounds: Mapping[str, GroundForce],
@@ -122,7 +122,7 @@ def without_shared_steps(
         judged = stride.loaded and stride.closed is None and stride.side in grounds and other in swings
         during = [(a, b) for a, b in swings.get(other, ()) if stride.start < a and b < stride.toe_off]
         lost = _lost(stride.side, during, plates, grounds, legs, frame) if judged and during else 0.0
-        if lost > ELSEWHERE:
+        if lost > _ELSEWHERE:
             seen = f"{100.0 * lost:.0f} % of the weight stands on another plate while the other foot swings"
             stride = replace(stride, loaded=False, missing=f"the ground force is missing in part ({seen})")
         found.append(stride)
@@ -136,7 +136,7 @@ def _swings(motion: LegMotion) -> list[tuple[float, float]]:
     for off in events.toe_offs:
         strike = next((time for time in events.strikes if time > off), None)
         if strike is not None and strike - off < events.stride_time:
-            found.append((off + MIDDLE[0] * (strike - off), off + MIDDLE[1] * (strike - off)))
+            found.append((off + _MIDDLE[0] * (strike - off), off + _MIDDLE[1] * (strike - off)))
     return found
 
 

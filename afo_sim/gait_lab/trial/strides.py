@@ -35,15 +35,15 @@ from afo_sim.gait_lab.trial.recorded_stride import (
 )
 from afo_sim.gait_lab.trial.travel import STRIDE
 
-MISSED = 1.6  # time of a stride, as a share of the others' median, that holds a strike that was missed [-]
+_MISSED = 1.6  # time of a stride, as a share of the others' median, that holds a strike that was missed [-]
 
-SAME = 0.15  # of force, kinematics and posture about one event, as a share of the stride [-] (assumed)
-SUNK = 0.7  # share of the toe's fall after heel strike that is over when a foot that landed on its heel
+_SAME = 0.15  # of force, kinematics and posture about one event, as a share of the stride [-] (assumed)
+_SUNK = 0.7  # share of the toe's fall after heel strike that is over when a foot that landed on its heel
 # beside the plate meets it [-] (derived: 0.8 and 0.9 in two such steps, 0 to 0.2 in seven on a plate)
-RAISED = 0.02  # height of the toe at heel strike from which on its fall is looked at [m] (assumed)
-WINDOWS = 41  # that are tried where a recording holds more than a period
-BARE = 0.01  # share of a period without force that is no gap in a stance [-] (assumed: a motion's sample)
-SIGNALS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
+_RAISED = 0.02  # height of the toe at heel strike from which on its fall is looked at [m] (assumed)
+_WINDOWS = 41  # that are tried where a recording holds more than a period
+_BARE = 0.01  # share of a period without force that is no gap in a stance [-] (assumed: a motion's sample)
+_SIGNALS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 
 
 @dataclass(frozen=True)
@@ -80,10 +80,10 @@ def find_strides(motion: LegMotion, ground: GroundForce | None) -> list[Recorded
     whole = [contact for contact in leg.contacts if contact not in leg.beside]
     if any(stride.loaded for stride in found) or (found and not whole):
         return found
-    closed = closed_stride(motion, ground, whole, "; ".join(leg.beside.values()))
+    closed = _closed_stride(motion, ground, whole, "; ".join(leg.beside.values()))
     if found:
         usual = float(np.median([stride.time for stride in found]))
-        if not isinstance(closed, RecordedStride) or abs(closed.time - usual) > SAME * usual:
+        if not isinstance(closed, RecordedStride) or abs(closed.time - usual) > _SAME * usual:
             return found
         return sorted([*found, closed] if closed.loaded else found, key=lambda stride: stride.start)
     if isinstance(closed, RecordedStride):
@@ -96,14 +96,14 @@ def _known(motion: LegMotion, ground: GroundForce | None) -> tuple[_Leg, list[st
     """The leg, and why contacts are no steps of it."""
     events = find_events(motion)
     contacts = steps(ground)
-    steppable = tuple(contact for contact in contacts if not refused(contact))
+    steppable = tuple(contact for contact in contacts if not _refused(contact))
     beside = {}
     for contact in steppable:
         if ground and begins(contact, ground) and _inside(motion, contact.start):
-            reason = beside_heel_strike(contact.start, motion, events)
+            reason = _beside_heel_strike(contact.start, motion, events)
             if reason:
                 beside[contact] = f"{place(contact)}: {reason}"
-    why = [f"{place(contact)}: {refused(contact)}" for contact in contacts if refused(contact)]
+    why = [f"{place(contact)}: {_refused(contact)}" for contact in contacts if _refused(contact)]
     return _Leg(motion, events, ground, steppable, beside), [*why, *beside.values()]
 
 
@@ -126,7 +126,7 @@ def _strikes(leg: _Leg) -> list[_Strike]:
     moments = list(leg.events.strikes)
     if by_force and (returned := posture_return(leg.motion, by_force[-1].time)):
         moments.append(returned)
-    within = SAME * leg.events.stride_time
+    within = _SAME * leg.events.stride_time
     strikes = list(by_force)
     for moment in moments:
         if all(abs(moment - strike.time) > within for strike in strikes):
@@ -155,7 +155,7 @@ def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[Record
         gaps = [name for name, a, b in leg.motion.hidden if a < second.time and b > first.time]
         if not STRIDE[0] <= time <= STRIDE[1]:
             why.append(f"{span}: {time:.2f} s are no stride")
-        elif time > MISSED * float(np.median(times)):
+        elif time > _MISSED * float(np.median(times)):
             why.append(f"{span}: a heel strike in it was missed")
         elif gaps:
             why.append(f"{span}: {gaps[0]} is missing for too long")
@@ -193,7 +193,7 @@ def _left_early(leg: _Leg, contact: PlateContact, off: float | None, end: float)
     if leg.ground and not ends(contact, leg.ground):
         return "the ground force is missing in part (the plate's recording ends before the toe-off)"
     early = 0.0 if off is None else off - contact.end
-    if contact.end > end or abs(early) > SAME * (end - contact.start):
+    if contact.end > end or abs(early) > _SAME * (end - contact.start):
         seen = f"the foot leaves the plate {abs(early):.2f} s from its toe-off"
         return f"the ground force is missing in part ({seen})"
     return ""
@@ -229,7 +229,7 @@ def place(contact: PlateContact) -> str:
     return f"contact {contact.start:.2f} to {contact.end:.2f} s"
 
 
-def refused(contact: PlateContact) -> str:
+def _refused(contact: PlateContact) -> str:
     """Why a contact is no step, in words; empty if it is one."""
     if contact.end - contact.start > STRIDE[1]:
         return "too long for a step; both feet on one plate, or wrong axes?"
@@ -246,7 +246,7 @@ def ends(contact: PlateContact, ground: GroundForce) -> bool:
     return contact.whole or contact.end < ground.plates[contact.plate][0][-1]
 
 
-def beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
+def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
     """Why a contact's beginning is not the foot's heel strike, in words; empty if it is, or nothing tells.
 
     Units: start [s].
@@ -257,14 +257,14 @@ def beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> s
     around = np.array([events.strikes[0] - time, *events.strikes, events.strikes[-1] + time])
     strike = float(around[np.argmin(np.abs(around - start))])
     late = start - strike
-    if SAME * time < abs(late) < 0.5 * time:
+    if _SAME * time < abs(late) < 0.5 * time:
         return f"it begins {late:+.2f} s from the foot's heel strike; another foot's, or a part of a step?"
-    if late > 0.0 and sunk(motion, strike, start, time) > SUNK:
+    if late > 0.0 and _sunk(motion, strike, start, time) > _SUNK:
         return f"the heel landed {late:.2f} s before, beside the plate, or the clocks differ"
     return ""
 
 
-def sunk(motion: LegMotion, strike: float, start: float, time: float) -> float:
+def _sunk(motion: LegMotion, strike: float, start: float, time: float) -> float:
     """Share of the toe's fall after a heel strike that is over at `start` [-]; 0 if the foot lands flat."""
     if motion.toe is None:
         return 0.0
@@ -273,10 +273,10 @@ def sunk(motion: LegMotion, strike: float, start: float, time: float) -> float:
     if not soon.any():
         return 0.0
     up, now = np.interp([strike, start], motion.time, height) - height[soon].min()
-    return float((up - now) / up) if up > RAISED else 0.0
+    return float((up - now) / up) if up > _RAISED else 0.0
 
 
-def steps_without_motion(ground: GroundForce, own: Sequence[PlateContact]) -> list[PlateContact]:
+def _steps_without_motion(ground: GroundForce, own: Sequence[PlateContact]) -> list[PlateContact]:
     """Contacts before and after the motion on plates that only this foot was seen on."""
     if not own:
         return []
@@ -286,13 +286,13 @@ def steps_without_motion(ground: GroundForce, own: Sequence[PlateContact]) -> li
     return sorted((c for c in found if c.end < first or c.start > last), key=lambda c: c.start)
 
 
-def closed_stride(
+def _closed_stride(
     motion: LegMotion, ground: GroundForce | None, contacts: Sequence[PlateContact], missing: str = ""
 ) -> RecordedStride | str:
     """Close the longest part of the motion that was seen to a stride, or say why not."""
     seen = _longest_seen(motion)
     length = float(seen.time[-1] - seen.time[0])
-    around = [*contacts, *(steps_without_motion(ground, contacts) if ground else ())]
+    around = [*contacts, *(_steps_without_motion(ground, contacts) if ground else ())]
     starts = sorted(c.start for c in around if ground and begins(c, ground))
     period, how = period_by_force(starts, seen), FORCE
     if period is None:
@@ -338,7 +338,7 @@ def _windows(motion: LegMotion, period: float) -> Iterator[tuple[float, float]]:
         yield float(time[0]), float(time[-1])
         return
     state = posture(motion)
-    first = np.linspace(time[0], time[-1] - period, WINDOWS)
+    first = np.linspace(time[0], time[-1] - period, _WINDOWS)
     now, then = (np.column_stack([np.interp(t, time, c) for c in state.T]) for t in (first, first + period))
     for start in first[np.argsort(np.linalg.norm(then - now, axis=1))]:
         yield float(start), float(start + period)
@@ -353,7 +353,7 @@ def _closed(
     period: float,
     how: str,
 ) -> RecordedStride:
-    residual = {name: _seam(motion.time, getattr(motion, name), window, period) for name in SIGNALS}
+    residual = {name: _seam(motion.time, getattr(motion, name), window, period) for name in _SIGNALS}
     length = -residual["ankle_x"]
     if motion.pelvis_x is not None:
         length = -_seam(motion.time, motion.pelvis_x, window, period)
@@ -411,7 +411,7 @@ def _strike(
     middle = 0.5 * (window[0] + window[1])
     for start in sorted(starts, key=lambda start: abs(start - middle)):
         place = window[0] + (start - window[0]) % period
-        if abs(start - middle) < period and not beside_heel_strike(place, motion, events):
+        if abs(start - middle) < period and not _beside_heel_strike(place, motion, events):
             return start, FORCE
     if events.strikes:
         return min(events.strikes, key=lambda s: abs(s - middle)), events.method
@@ -424,7 +424,7 @@ def _toe_off(events: FootEvents, by_force: Sequence[float], strike: float, perio
         return strike + ((by_force[0] - strike) % period if by_force else STANCE * period)
     moved = (events.toe_offs[0] - strike) % period
     shares = [(off - strike) % period for off in by_force]
-    near = [share for share in shares if abs(share - moved) < SAME * period]
+    near = [share for share in shares if abs(share - moved) < _SAME * period]
     return strike + (min(near, key=lambda share: abs(share - moved)) if near else moved)
 
 
@@ -441,5 +441,5 @@ def _covered(
     known = when <= window[1]
     on = np.zeros(len(when), dtype=bool)
     for contact in contacts:
-        on |= (when >= contact.start - BARE * period) & (when <= contact.end + BARE * period)
+        on |= (when >= contact.start - _BARE * period) & (when <= contact.end + _BARE * period)
     return bool(on[known].all() and known.mean() > 0.5)

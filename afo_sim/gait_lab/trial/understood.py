@@ -19,19 +19,19 @@ from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 if TYPE_CHECKING:
     from afo_sim.gait_lab.trial.importing import Imported
 
-ANKLE_ERROR = 0.01  # of an ankle centre whose error nobody states, fore and aft; assumed [m]
-MASSLESS = 0.014  # moment of the foot's weight and inertia in walking, see GaitCycle.ground_moment [N·m/kg]
-LONG_NAME = 5  # letters of plates' names that say by themselves what they are
-WISHES = 2  # things that are named as making it better
+_ANKLE_ERROR = 0.01  # of an ankle centre whose error nobody states, fore and aft; assumed [m]
+_MASSLESS = 0.014  # moment of the foot's weight and inertia in walking, see GaitCycle.ground_moment [N·m/kg]
+_LONG_NAME = 5  # letters of plates' names that say by themselves what they are
+_WISHES = 2  # things that are named as making it better
 # Notes on a leg whose matter stands with the joint centres, or counts in the taken stride alone.
-ELSEWHERE = ("placed-by-model", "point-bridged", "model-parts-posed")
-OTHERS = ("leg-unused", "stride-left-out")  # notes on what was not taken, and why
-WORTH = ("ankle", "knee", "hip", "heel", "toe")  # points, by what a better one does for the ankle's moment
+_ELSEWHERE = ("placed-by-model", "point-bridged", "model-parts-posed")
+_OTHERS = ("leg-unused", "stride-left-out")  # notes on what was not taken, and why
+_WORTH = ("ankle", "knee", "hip", "heel", "toe")  # points, by what a better one does for the ankle's moment
 
 
 def verdict(imported: "Imported") -> str:
     """What was taken, and the numbers that a person looks for first, in one sentence."""
-    plantar, dorsi = moment_peaks(imported)
+    plantar, dorsi = _moment_peaks(imported)
     cycle = imported.cycle
     return (
         f"{taken_words(imported)}: plantarflexor peak {plantar.long_text(' N·m/kg')}, dorsiflexor peak "
@@ -41,30 +41,30 @@ def verdict(imported: "Imported") -> str:
 
 def taken_words(imported: "Imported") -> str:
     """Which stride was taken and when it was recorded, or of which strides the mean is."""
-    chosen = chosen_strides(imported)
+    chosen = _chosen_strides(imported)
     sides = list(dict.fromkeys(stride.side for stride in chosen))
     if len(chosen) > 1:
-        legs = f"both legs, {counted(chosen)}" if len(sides) > 1 else counted(chosen)
+        legs = f"both legs, {_counted(chosen)}" if len(sides) > 1 else _counted(chosen)
         return f"mean of {legs}"
     (stride,) = chosen
     own = sum(other.side == stride.side for other in imported.strides)
     words = f"{stride.side} stride {imported.number(imported.chosen[0])} of {own}"
     if stride.closed is None:
         return f"{words}, {stride.start:.2f} to {stride.end:.2f} s"
-    return f"{words}, {recorded_words(stride.closed)}"
+    return f"{words}, {_recorded_words(stride.closed)}"
 
 
-def chosen_strides(imported: "Imported") -> list[RecordedStride]:
+def _chosen_strides(imported: "Imported") -> list[RecordedStride]:
     """The strides that the cycle is, or is the mean of."""
     return [imported.strides[index] for index in imported.chosen]
 
 
-def recorded_words(closing: Closing) -> str:
+def _recorded_words(closing: Closing) -> str:
     """The part of the recording that a closed stride uses."""
     return f"recorded {closing.window[0]:.3f} to {closing.window[1]:.3f} s, closed cyclically"
 
 
-def counted(strides: Sequence[RecordedStride]) -> str:
+def _counted(strides: Sequence[RecordedStride]) -> str:
     """How many strides of each side: "2 right and 1 left strides"."""
     sides = [stride.side for stride in strides]
     counts = {side: sides.count(side) for side in dict.fromkeys(sides)}
@@ -114,8 +114,8 @@ def _found(imported: "Imported") -> str:
     legs = "both legs" if len(imported.legs) > 1 else f"{imported.cycle.side} leg"
     said = [", ".join(said), f"{legs}, {start:.2f} to {end:.2f} s"]
     leg = imported.legs[imported.cycle.side]
-    said += [remark for remark in leg.remarks if remark.code not in ELSEWHERE]
-    return "; ".join([*said, *_bridged(leg, chosen_strides(imported))])
+    said += [remark for remark in leg.remarks if remark.code not in _ELSEWHERE]
+    return "; ".join([*said, *_bridged(leg, _chosen_strides(imported))])
 
 
 def direction(frame: WalkingFrame) -> str:
@@ -141,10 +141,10 @@ def _strides(imported: "Imported") -> str:
         if side in imported.grounds:
             ground = imported.grounds[side]
             plates = ", ".join(dict.fromkeys(contact.plate for contact in ground.contacts))
-            words += f" (plate {plates})" if len(plates) < LONG_NAME else f" ({plates})"
+            words += f" (plate {plates})" if len(plates) < _LONG_NAME else f" ({plates})"
             more += [remark for remark in ground.remarks if remark.code != "foot-on-plates"]
         found.append(words)
-    more += [remark for remark in imported.remarks if remark.code in OTHERS]
+    more += [remark for remark in imported.remarks if remark.code in _OTHERS]
     return "; ".join(
         [f"whole stance on plates: {', '.join(found)}", *dict.fromkeys(more), *_taken_off(imported)]
     )
@@ -159,13 +159,13 @@ def _taken_off(imported: "Imported") -> list[str]:
 
 def _taken(imported: "Imported") -> str:
     """When the taken strides began and ended, by what evidence."""
-    chosen = chosen_strides(imported)
+    chosen = _chosen_strides(imported)
     evidence = f"; events by {_evidence(chosen)}"
     if len(chosen) > 1:
         spread = np.std([stride.time for stride in chosen], ddof=1)
         closed = sum(stride.closed is not None for stride in chosen)
         return (
-            f"{counted(chosen)}, {imported.cycle.stride_time:.3f} s on average (standard deviation "
+            f"{_counted(chosen)}, {imported.cycle.stride_time:.3f} s on average (standard deviation "
             f"{spread:.3f} s){evidence}" + f"; {closed} closed cyclically" * bool(closed)
         )
     (stride,) = chosen
@@ -174,7 +174,7 @@ def _taken(imported: "Imported") -> str:
     first, last = stride.closed.window
     # instants of a closed stride are given where they were recorded
     strike, off = (first + (t - first) % stride.time for t in (stride.start, stride.toe_off))
-    words = f"{recorded_words(stride.closed)}; heel strike {strike:.3f} s, toe-off {off:.3f} s{evidence}"
+    words = f"{_recorded_words(stride.closed)}; heel strike {strike:.3f} s, toe-off {off:.3f} s{evidence}"
     if stride.closed.gap >= 0.0005:
         words += f"; {100.0 * (last - first) / stride.time:.1f} % of a stride recorded"
     return words + _ends(stride.closed)
@@ -232,7 +232,7 @@ def _moment(imported: "Imported") -> str:
     names = ("plantarflexor", "dorsiflexor")
     peaks = [
         f"{name} {peak.text()}" + f" at {100.0 * peak.phase:.0f} %" * (peak.value > 0.0)
-        for name, peak in zip(names, moment_peaks(imported), strict=True)
+        for name, peak in zip(names, _moment_peaks(imported), strict=True)
     ]
     given = _moment_is_given(cycle)
     words = f"{', '.join(peaks)}, by the {'given inverse dynamics' if given else 'ground force'}"
@@ -252,9 +252,9 @@ def _moment_is_given(cycle: GaitCycle) -> bool:
 def _estimated(imported: "Imported") -> str:
     """What was not measured, and what its error does to moment or angle."""
     points = imported.legs[imported.cycle.side].points
-    error = ankle_error(imported)
-    size = f"±{1e3 * ANKLE_ERROR:.0f} mm fore-aft (assumed): " if error is None else ""
-    said = [f"ankle {size}±{moment_peaks(imported)[0].error:.2f} N·m/kg"]
+    error = _ankle_error(imported)
+    size = f"±{1e3 * _ANKLE_ERROR:.0f} mm fore-aft (assumed): " if error is None else ""
+    said = [f"ankle {size}±{_moment_peaks(imported)[0].error:.2f} N·m/kg"]
     leans = {}
     for role, segment in (("knee", "shank"), ("hip", "thigh")):
         error = points[role].error if role in points else None
@@ -263,7 +263,7 @@ def _estimated(imported: "Imported") -> str:
     if leans:
         said.append(", ".join(f"{segment} ±{lean:.1f} deg" for segment, lean in leans.items()))
     if not _moment_is_given(imported.cycle):
-        said.append(f"foot as massless ±{MASSLESS} N·m/kg")
+        said.append(f"foot as massless ±{_MASSLESS} N·m/kg")
     return "; ".join(said)
 
 
@@ -277,8 +277,8 @@ def _length(imported: "Imported", role: str) -> float:
 def _better(imported: "Imported") -> str:
     """The first two of what is lacking, in the order of what it does to the ankle's moment."""
     points = imported.legs[imported.cycle.side].points
-    chosen = chosen_strides(imported)
-    wishes = [f"{role}: {points[role].better}" for role in WORTH if role in points and points[role].better]
+    chosen = _chosen_strides(imported)
+    wishes = [f"{role}: {points[role].better}" for role in _WORTH if role in points and points[role].better]
     if not all(stride.loaded for stride in chosen):
         wishes.insert(0, "a plate under the whole stance")
     if imported.mass.how == "by the plates":
@@ -287,7 +287,7 @@ def _better(imported: "Imported") -> str:
         wishes.append("a recording of a whole stride")
     if sum(stride.side == imported.cycle.side and stride.loaded for stride in imported.strides) == 1:
         wishes.append("more strides on plates, for their mean")
-    return "; ".join(wishes[:WISHES]) or "nothing that is known"
+    return "; ".join(wishes[:_WISHES]) or "nothing that is known"
 
 
 def _count(number: int, thing: str) -> str:
@@ -365,7 +365,7 @@ class MomentPeak:
         return f"{self.text()}{unit}" + f" ({own})" * bool(own)
 
 
-def moment_peaks(imported: "Imported") -> tuple[MomentPeak, MomentPeak]:
+def _moment_peaks(imported: "Imported") -> tuple[MomentPeak, MomentPeak]:
     """The plantarflexor's and the dorsiflexor's peak of the taken stride."""
     cycle = imported.cycle
     stance = (cycle.grf_z > STANCE_FORCE) & (cycle.phase < LATE_SWING)
@@ -373,19 +373,19 @@ def moment_peaks(imported: "Imported") -> tuple[MomentPeak, MomentPeak]:
     for index in imported.chosen:
         chosen.setdefault(imported.strides[index].side, []).append(imported.cycles[index].ankle_moment)
     means = {side: np.mean(moments, axis=0) for side, moments in chosen.items()} if len(chosen) > 1 else {}
-    arm = ankle_error(imported)
+    arm = _ankle_error(imported)
     found = []
     for sign in (-1.0, 1.0):  # dorsiflexion is positive
         k = int(np.argmax(np.where(stance, sign * cycle.ankle_moment, -np.inf)))
         sides = {side: max(0.0, float((sign * moment)[stance].max())) for side, moment in means.items()}
-        error = (ANKLE_ERROR if arm is None else arm) * GRAVITY * float(cycle.grf_z[k])
+        error = (_ANKLE_ERROR if arm is None else arm) * GRAVITY * float(cycle.grf_z[k])
         found.append(
             MomentPeak(max(0.0, float(sign * cycle.ankle_moment[k])), float(cycle.phase[k]), error, sides)
         )
     return found[0], found[1]
 
 
-def ankle_error(imported: "Imported") -> float | None:
+def _ankle_error(imported: "Imported") -> float | None:
     """The ankle centre's error, the larger of two averaged legs' [m]; None where it is not known."""
     sides = {imported.strides[index].side for index in imported.chosen}
     errors = [imported.legs[side].points["ankle"].error for side in sides if side in imported.legs]
