@@ -43,7 +43,7 @@ def fit_to_leg(
     ----------
     cycle : as read; `ankle_angle` such that pitch = ankle − shank is 0 where this outsole stands flat
     outsole : points (x, z) on which the foot can stand, from the ankle in the axes of the flat foot [m]; of a
-        foot whose toes bend those behind the toes, since these give way
+        foot whose toes bend those behind the toes, since these yield
     sole_thickness : of what the recorded walker wore under the ankle [m]; by default the cycle's, or 0
     stack : thickness of what this leg wears under the ankle, of which `outsole` is the lower side [m]
 

@@ -12,7 +12,7 @@ from afo_sim.gait.flat_foot import USUAL
 _CLOSING_ANGLE = 5.0  # largest difference between the stride's two ends that is taken out [deg]
 _CLOSING_HEIGHT = 0.03  # likewise of the ankle's height [m]
 _MIN_ROWS = 50
-STANCE_FORCE = 0.05  # vertical force that tells stance from swing [body weights]
+STANCE_FORCE = 0.05  # vertical force that separates stance from swing [body weights]
 COP_FORCE = 0.10  # above it the centre of pressure must be known [body weights]
 LATE_SWING = 0.9  # force that rises beyond this phase is the next heel strike's [-]
 _PEAK_FORCE = 0.5  # that some part of the stance must reach [body weights]
@@ -103,7 +103,7 @@ class _Examination:
         cycle = self.cycle
         if cycle.side not in ("right", "left"):
             raise InputError(
-                "is no side", file=self.file, field="side", value=cycle.side, allowed="right, left"
+                "is not a valid side", file=self.file, field="side", value=cycle.side, allowed="right, left"
             )
         values = (cycle.stride_time, cycle.body_mass, cycle.walking_speed, cycle.ankle_height)
         known = dict(zip(RANGES, values, strict=True))

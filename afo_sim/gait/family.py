@@ -45,8 +45,8 @@ def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle
     """
     members = family_of(file)
     quicker = float(np.sqrt(taller))
-    speeds, told = np.array([cycle.walking_speed for _, cycle in members]), speed
-    speed = told / quicker
+    speeds, asked = np.array([cycle.walking_speed for _, cycle in members]), speed
+    speed = asked / quicker
     same = np.flatnonzero(np.abs(speeds - speed) <= _SAME_SPEED * speeds)
     if len(same):
         return members[int(same[0])][1]
@@ -55,7 +55,7 @@ def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle
             "its family does not walk at that speed",
             file=file,
             field="gait.speed",
-            value=f"{told:g} m/s",
+            value=f"{asked:g} m/s",
             allowed=f"{quicker * speeds[0]:.4g} to {quicker * speeds[-1]:.4g} m/s"
             + (" for a person of this height" if taller != 1.0 else ""),
         )
@@ -87,7 +87,7 @@ def family_of(file: pathlib.Path) -> tuple[tuple[str, GaitCycle], ...]:
 
 
 def _stamp(folder: pathlib.Path) -> _Stamp:
-    """What tells that a folder's gait files have changed."""
+    """What shows that a folder's gait files have changed."""
     with os.scandir(folder) as entries:
         files = [(e.name, e.stat()) for e in entries if e.name.endswith(".csv") and e.is_file()]
     return tuple(sorted((name, stat.st_mtime_ns, stat.st_size) for name, stat in files))

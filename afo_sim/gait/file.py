@@ -61,7 +61,7 @@ def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
     """
     header = {key: str(getattr(cycle, name)) for key, name in _TEXTS.items()}
     header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}
-    told = {key: getattr(cycle, name) for key, name in _OPTIONAL.items()}
-    header |= {key: f"{value:.6g}" for key, value in told.items() if value is not None}
+    known = {key: getattr(cycle, name) for key, name in _OPTIONAL.items()}
+    header |= {key: f"{value:.6g}" for key, value in known.items() if value is not None}
     columns = {column: getattr(cycle, name) / factor for column, (name, factor) in COLUMNS.items()}
     write_table(pathlib.Path(path), {**header, **cycle.notes}, columns)

@@ -34,7 +34,7 @@ OXFORD = (
     (98, 12.7),
 )
 FLAT = -0.67  # mean of 20 to 36 %, where the sole is flat [deg]
-_LEAST_CLEARANCE = 0.86  # phase at which the swing's extension is told [-]
+_LEAST_CLEARANCE = 0.86  # phase at which the swing's extension is stated [-]
 _SWING = ((0.0, 1.0), (0.12, 0.0), (0.50, 0.0), (0.68, 1.0), (1.0, 1.0))  # how far it shifts the curve [-]
 _HARMONICS, _SAMPLES = 10, 401
 

@@ -146,7 +146,7 @@ def test_columns_without_a_unit_are_all_named(tmp_path: pathlib.Path) -> None:
             "time [s],knee_angle_r [deg]\n0,1\n0,01,2\n0,02,3\n0,03,4\n",
             "decimal commas only where semicolons",
         ),
-        ("time [kg],knee_angle_r [deg]\n0,1\n0.01,2\n", "is no time"),
+        ("time [kg],knee_angle_r [deg]\n0,1\n0.01,2\n", "is not a valid time"),
         ("time [s],knee_angle_r [deg]\n0,1\n10,2\n20,3\n", "its time runs in steps of 10 s"),
         ("time [s],R.Knee x [m],R.Knee z [m]\n0,1,1\n0.01,2,2\n", "marker R.Knee lacks its y"),
         ("time [s],p fx [N],p fz [N]\n0,1,1\n0.01,2,2\n", "plate p has the columns fx, fz only"),

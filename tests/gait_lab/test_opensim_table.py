@@ -251,9 +251,9 @@ def test_what_a_person_says_goes_first_unless_it_cannot_be() -> None:
 def test_a_locked_knee_tells_nothing() -> None:
     locked = table(True, True, bend=0.005)
     assert angle_unit(locked, ["knee_angle_r"], None) == (True, ())
-    with pytest.raises(InputError, match="its knee does not tell"):
+    with pytest.raises(InputError, match="its knee does not show it"):
         angle_unit(table(True, None, bend=0.005), ["knee_angle_r"], None)
-    with pytest.raises(InputError, match="its knee does not tell"):
+    with pytest.raises(InputError, match="its knee does not show it"):
         angle_unit(table(True, None), ["knee_angle_l"], None)
 
 

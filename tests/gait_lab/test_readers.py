@@ -377,7 +377,7 @@ def test_bad_files_are_one_message(walk: Walk, tmp_path: pathlib.Path) -> None:
     for files, expected in (
         (["plain.mot", forces], "has no header that ends in 'endheader'"),
         (["word.mot", forces], "row 2 of its table is not 7 numbers"),
-        (["inch.trc", forces], "Units = 'parsnips': is no length"),
+        (["inch.trc", forces], "Units = 'parsnips': is not a valid length"),
         (["not.trc", forces], "is not laid out as a .trc file"),
         (["other.sto", forces], "holds neither joint angles"),
         (["no_knee.mot", forces], "knee_angle_r: this coordinate is missing"),

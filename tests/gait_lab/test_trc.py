@@ -85,7 +85,7 @@ def test_a_size_that_fits_no_unit_is_told_or_refused(tmp_path: pathlib.Path) -> 
     assert markers.positions["C7"][0, 1] == pytest.approx(29.0)
     with pytest.raises(InputError, match="Units: is not stated"):
         read(tmp_path, trc(factor=2e4, unit=""))
-    with pytest.raises(InputError, match="'parsnips': is no length"):
+    with pytest.raises(InputError, match="'parsnips': is not a valid length"):
         read(tmp_path, trc(unit="parsnips"))
 
 
@@ -199,7 +199,7 @@ def test_what_cannot_be_told_apart_is_refused(tmp_path: pathlib.Path) -> None:
         read(tmp_path, lines)
     lines = trc()
     lines[9] = lines[9].replace("\t", "\tword", 3)
-    with pytest.raises(InputError, match="frame 4 holds what is no number"):
+    with pytest.raises(InputError, match="frame 4 holds something that is not a number"):
         read(tmp_path, lines)
 
 

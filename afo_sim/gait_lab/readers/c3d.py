@@ -60,7 +60,7 @@ def _rate(path: pathlib.Path, file: C3dFile) -> float:
     rates = [*file.numbers("POINT", "RATE")[:1], file.frame_rate]
     rate = next((float(rate) for rate in rates if np.isfinite(rate) and rate > 0.0), 0.0)
     if not 1.0 <= rate <= 1e5:
-        raise InputError("is no frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
+        raise InputError("is not a valid frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
     return rate
 
 
@@ -84,7 +84,7 @@ def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float
         factor = parse_quantity(f"1 {stated}", "m")
     except ValueError:
         raise InputError(
-            "is no length", file=path, field="POINT:UNITS", value=stated, allowed="mm, m"
+            "is not a valid length", file=path, field="POINT:UNITS", value=stated, allowed="mm, m"
         ) from None
     found, warnings = metres(points, factor, stated)
     assert found is not None

@@ -105,9 +105,9 @@ def _refuse_damaged(path: pathlib.Path) -> int:
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
     except ValueError:  # a place before the file's beginning
-        raise InputError("is no C3D file, or no whole one", file=path) from None
+        raise InputError("is not a whole C3D file", file=path) from None
     if len(head) < _BLOCK or head[1] != 0x50:
-        raise InputError("is no C3D file, or no whole one", file=path)
+        raise InputError("is not a whole C3D file", file=path)
     if len(section) < 4:
         raise InputError(f"is cut short: it ends after {size} bytes, before its parameters", file=path)
     order = ">" if section[3] == 86 else "<"  # 86: MIPS; 84: Intel; 85: DEC, whose whole numbers are Intel's

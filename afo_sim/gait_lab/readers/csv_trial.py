@@ -74,7 +74,8 @@ def read_csv_trial(path: pathlib.Path) -> CsvTrial:
     titled = next(k for k, column in enumerate(columns) if _is_time(column.name))
     clock = columns.pop(titled)
     if clock.unit != "s":
-        raise InputError("is no time", file=path, field="time", value=titles[titled], allowed="time [s]")
+        title = titles[titled]
+        raise InputError("is not a valid time", file=path, field="time", value=title, allowed="time [s]")
     time, rounded = even_clock(clock.values * clock.scale)
     notices += rounded
     check_clock(path, time)

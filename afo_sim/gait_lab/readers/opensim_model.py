@@ -60,7 +60,7 @@ class _Frames:
     def base(
         self, element: Element, socket: str, old: str, own: dict[str, Element] | None = None
     ) -> tuple[str, Pose]:
-        """The body that an element hangs on, and where the frame that it names stands on the body."""
+        """The body that an element belongs to, and where the frame that it names stands on the body."""
         name = (_socket(element, socket) or element.findtext(old) or "").strip().split("/")[-1]
         found = _FIXED
         for _ in range(20):  # frames on frames; more than 20 would be a ring
@@ -144,7 +144,7 @@ def read_opensim_model(path: pathlib.Path) -> OpenSimModel:
     version = root.get("Version", "")
     if not version.isdigit() or not 10901 <= int(version) <= _NEWEST:
         allowed = "10901 to 4xxxx: a model that OpenSim 2, 3 or 4 has saved"
-        raise InputError("is no document version known here", file=path, value=version, allowed=allowed)
+        raise InputError("is not a known document version", file=path, value=version, allowed=allowed)
     unit = (model.findtext("length_units") or "").strip().lower()
     if unit not in _METRES:
         raise InputError("is another unit", file=path, field="length_units", value=unit, allowed="meters")
@@ -195,7 +195,7 @@ def _number(element: ElementTree.Element, name: str, field: str) -> float:
     except ValueError:
         value = -1.0
     if not 0.0 <= value < np.inf:
-        raise InputError("is no number of 0 or more", field=field, value=text)
+        raise InputError("is not a number of 0 or more", field=field, value=text)
     return value
 
 
@@ -272,7 +272,7 @@ def _spatial(joint: Element, names: list[str]) -> tuple[tuple[MotionAxis, ...], 
                 raise InputError("has an axis without direction", field=field)
             unknown = [name for name in used if name not in names]
             if unknown:
-                raise InputError("is no coordinate of its joint", field=field, value=unknown[0])
+                raise InputError("is not a coordinate of its joint", field=field, value=unknown[0])
             parts.append(MotionAxis(direction / np.linalg.norm(direction), used, inner_function(axis)))
         found.append(tuple(parts))
     return found[0], found[1]
@@ -303,6 +303,6 @@ def _root(path: pathlib.Path) -> ElementTree.Element:
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from None
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise InputError(f"is no XML: {error}", file=path, allowed="an OpenSim model, .osim") from None
+        raise InputError(f"is not XML: {error}", file=path, allowed="an OpenSim model, .osim") from None
     except InputError as error:
         raise error.of_file(path) from None

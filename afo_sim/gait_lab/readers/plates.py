@@ -33,7 +33,7 @@ class Plate(Noted):
     time: np.ndarray  # [s] (n,)
     force: np.ndarray  # ground on foot [N] (n, 3)
     place: np.ndarray  # centre of pressure [m] (n, 3); meaningless where hardly anything presses
-    corners: np.ndarray | None = None  # where the file tells them [m] (4, 3)
+    corners: np.ndarray | None = None  # where the file states them [m] (4, 3)
     notices: tuple[Notice, ...] = ()  # what was odd about it and how it was read
 
 

@@ -98,7 +98,7 @@ def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) 
 
 
 def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> None:
-    """Refuse a trial's clock that stands still, runs backward, leaps or holds what is no number.
+    """Refuse a trial's clock that stands still, runs backward, leaps or holds something that is not a number.
 
     Units: time [s] (n,).
     """

@@ -31,7 +31,7 @@ def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
         except UnicodeDecodeError:
             text = raw.decode("latin-1")
     if "\0" in text:
-        raise InputError("is no text file", file=path)
+        raise InputError("is not a text file", file=path)
     ended = text.endswith(("\n", "\r"))
     lines = re.split("\r\n|\r|\n", text)  # not splitlines, which splits at Latin-1's 0x85 too
     return (lines[:-1] if ended else lines), ended

@@ -112,7 +112,7 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
         try:
             found = parse_row(cells[:width])
         except ValueError:
-            problem = f"frame {cells[0] or k + 1} holds what is no number"
+            problem = f"frame {cells[0] or k + 1} holds something that is not a number"
             raise InputError(problem, file=path, allowed="numbers separated by tabs") from None
         table[k, : len(found)] = found
     return table, warnings
@@ -156,7 +156,7 @@ def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, l
             stated = parse_quantity(f"1 {name}", "m")
         except ValueError:
             raise InputError(
-                "is no length", file=path, field="Units", value=unit, allowed="m, mm, cm"
+                "is not a valid length", file=path, field="Units", value=unit, allowed="m, mm, cm"
             ) from None
     factor, notices = metres(points, stated, name)
     if factor is None:

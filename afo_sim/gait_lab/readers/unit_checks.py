@@ -110,7 +110,7 @@ def angle_unit(
         if says is not None:
             return says, ()
         raise InputError(
-            "does not say whether its angles are in degrees, and its knee does not tell",
+            "does not say whether its angles are in degrees, and its knee does not show it",
             file=table.file,
             field=name,
             value=f"a range of {span:.3g}",

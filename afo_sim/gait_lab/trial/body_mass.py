@@ -20,10 +20,10 @@ _BOTH_LEGS = (
 )
 # stride of 1.1 s; derived
 _ONE_LEG = 0.05  # error where one leg's share is taken for half; assumed, and more of a hemiparetic walk
-_UNLIKE = 1.25  # ratio of the legs' impulses that are told, 44 % and 56 % of the weight; assumed
+_UNLIKE = 1.25  # ratio of the legs' impulses that are reported, 44 % and 56 % of the weight; assumed
 _QUIET = 0.1  # distance from any contact at which a plate carries nobody [s]
-_QUIET_ENOUGH = 0.1  # time of that which tells a plate's offset [s]
-_OFFSET = 5.0  # of a plate from which on it is told [N]
+_QUIET_ENOUGH = 0.1  # time of that which shows a plate's offset [s]
+_OFFSET = 5.0  # of a plate from which on it is reported [N]
 _TAIL = 0.03  # before and after a contact, in which the force is below its edge of 20 N [s]
 
 

@@ -35,7 +35,7 @@ class Choices:
 
     side: str = "right"
     mass: float | None = None  # of the body [kg]; by default the model's, or what the plates carry
-    height: float | None = None  # of the body [m]; nothing in the files tells it
+    height: float | None = None  # of the body [m]; nothing in the files states it
     sole: float | None = None  # thickness of the sole that was worn, under the ankle [m]; likewise
     stride: int | None = None  # which of the side's strides, from 1; the first by default
     mean: bool = False  # of all the side's strides, instead of one of them
@@ -72,9 +72,10 @@ class Choices:
             raise InputError("is the same axis as up", field="forward", value=self.forward)
         for role in self.markers:
             if role not in ROLES:
-                raise InputError("is no role", field="marker", value=role, allowed=", ".join(ROLES))
+                raise InputError("is not a valid role", field="marker", value=role, allowed=", ".join(ROLES))
         if self.stride is not None and self.stride < 1:
-            raise InputError("is no stride", field="stride", value=self.stride, allowed="1, 2, …, mean")
+            problem = "is not a valid stride"
+            raise InputError(problem, field="stride", value=self.stride, allowed="1, 2, …, mean")
         if self.stride is not None and (self.mean or self.both):
             raise InputError("is one stride, and a mean is asked for", field="stride", value=self.stride)
         for name, number, low, high in (
@@ -148,7 +149,8 @@ def _strides(text: str | None) -> dict[str, Any]:
     try:
         return {"stride": int(text)}
     except ValueError:
-        raise InputError("is no stride", field="stride", value=text, allowed="1, 2, …, mean") from None
+        problem = "is not a valid stride"
+        raise InputError(problem, field="stride", value=text, allowed="1, 2, …, mean") from None
 
 
 def _quantity(name: str, text: str) -> float:

@@ -15,7 +15,7 @@ from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
 _KINETICS = ("grf_x", "grf_z", "cop_x", "ankle_moment")
-_NAMED = 6  # strides whose own notes are told in the mean's
+_NAMED = 6  # strides whose own notes are repeated in the mean's
 
 
 def take_stride(

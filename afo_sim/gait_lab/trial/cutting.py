@@ -60,7 +60,7 @@ class Cutter(Noted):
         """Calibrate by the part of all strides in which the sole lies flat: its pitch, the ankle's height.
 
         `sole` is the pitch of the line heel–toe with the sole flat [rad], where a standing trial or a model
-        tells it. A foot that is pitched against that never lies flat: a toe walker's. Then `sole` counts.
+        shows it. A foot that is pitched against that never lies flat: a toe walker's. Then `sole` counts.
         """
         plain = cls(motion, closed_motion, ground, belt_speed, mass, choices, 0.0, 0.0, ())
         flat = np.vstack([plain._flat(stride) for stride in strides])

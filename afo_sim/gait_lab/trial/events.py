@@ -13,7 +13,7 @@ from afo_sim.gait_lab.trial.travel import STRIDE
 _SMOOTH = 10.0  # low-pass of the distances, upper end of what is used with the method [Hz] (assumed)
 STEP = 0.1  # way of the heel about the pelvis that is a walk's; in adults 0.6 to 0.8 [m] (assumed)
 _APART = 0.5  # shortest time between two events of one kind: the shortest stride [s]
-_USUAL = 1.2  # time of a stride where nothing tells it better [s]
+_USUAL = 1.2  # time of a stride where nothing shows it better [s]
 STANCE = 0.6  # share of it after which the toe leaves, likewise (Perry 1992) [-]
 _SEGMENT = 0.42  # thigh and shank: 0.245 and 0.246 of the height (Winter 2009), at 1.7 m [m]
 _HEEL_FIRST = np.radians(8.0)  # pitch of the foot from which on the heel lands first (Altman, Davis 2012)

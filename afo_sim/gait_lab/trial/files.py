@@ -222,7 +222,7 @@ def _notices(contents: Sequence[_Content]) -> tuple[Notice, ...]:
 
 
 def _kind_of(file: pathlib.Path) -> str:
-    """What a file is, by its first lines, and by its name if they do not tell."""
+    """What a file is, by its first lines, and by its name if they do not show it."""
     if file.is_dir():
         raise InputError("is a folder", file=file, allowed=f"the files of one trial: {_SUFFIXES}")
     by_name = _READ_AS.get(file.suffix.lower(), "")

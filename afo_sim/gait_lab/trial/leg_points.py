@@ -49,7 +49,7 @@ class LegPoints(Noted):
     points: Mapping[str, LegPoint]  # by role: hip, knee, ankle, heel, toe
     pelvis: np.ndarray | None = None  # a point of the pelvis, in the laboratory's axes [m] (n, 3)
     sole: float | None = None  # pitch of the line heel–toe with the sole flat, where a model or a standing
-    # trial tells it, toe up positive [rad]
+    # trial shows it, toe up positive [rad]
     ankle_height: float | None = None  # of the ankle centre above the flat sole, likewise [m]
     outline: Mapping[str, float] = field(default_factory=dict)  # of the foot, ahead of the ankle when flat:
     # "heel" and "toe" [m], likewise

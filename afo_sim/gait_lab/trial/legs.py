@@ -22,7 +22,7 @@ _HIP = (-0.063, -0.072)  # hip from the pelvis' origin: between the gait2392 and
 _THIGH, _SHANK = 0.41, 0.40  # where the ankle's place is measured, these only carry angles [m]
 _FOOT = (-0.05, 0.15)  # heel and toe ahead of the ankle; they carry the foot's angle [m]
 _OUT_OF_PLANE = 12.0  # swing of pelvis or hip; half of it in usual walking (assumed) [deg]
-_TYPED_ERROR = 0.02  # of an ankle that hangs on three typed lengths (assumed) [m]
+_TYPED_ERROR = 0.02  # of an ankle that depends on three typed lengths (assumed) [m]
 _ANGLES = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
 
 

@@ -40,10 +40,10 @@ class _Chosen(Noted):
 def legs_from_markers(
     markers: Markers, choices: Choices, standing: Markers | None = None
 ) -> dict[str, LegPoints]:
-    """Hip, knee and ankle centre, heel and toe of both legs, as far as the markers tell them.
+    """Hip, knee and ankle centre, heel and toe of both legs, as far as the markers show them.
 
     A joint's centre comes from the best of: a centre in the file, the midpoint of the lateral and the medial
-    marker, one of the two, a regression. Where a standing trial, or a quiet part of the walk, tells it in a
+    marker, one of the two, a regression. Where a standing trial, or a quiet part of the walk, shows it in a
     better way than the walk, it is carried into the walk by the markers of its segment.
     """
     roles = _roles(markers, choices, standing)
@@ -150,7 +150,7 @@ def _quiet_posture(markers: Markers, landmarks: Landmarks) -> Markers | None:
 def _leg(
     side: str, markers: Markers, landmarks: Landmarks, chosen: _Chosen, still: Landmarks | None
 ) -> LegPoints:
-    """The leg, with the flat foot's numbers where a posture tells them."""
+    """The leg, with the flat foot's numbers where a posture shows them."""
     sole = height = None
     notices = chosen.notices
     vertical = still.vertical() if still else None
@@ -288,7 +288,7 @@ def _choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clus
 
 
 def _carry_centres(chosen: _Chosen, side: str, still: Landmarks, clusters: Clusters) -> _Chosen:
-    """Joint centres of a standing posture in the walk, where the posture tells them in a better way."""
+    """Joint centres of a standing posture in the walk, where the posture shows them in a better way."""
     points, ranks = dict(chosen.points), dict(chosen.ranks)
     notices = list(chosen.notices)
     upper: tuple[str, np.ndarray] | None = None  # the joint above and its place in the posture

@@ -48,7 +48,7 @@ class ModelFoot:
     sources: Mapping[str, str]  # heel and toe: what they are
     error: Mapping[str, float]  # heel and toe, from the foot's own ends [m]
     ankle: np.ndarray  # the ankle's centre, by default (3,)
-    ankle_height: float | None  # of the ankle's centre above the sole, where something tells the sole [m]
+    ankle_height: float | None  # of the ankle's centre above the sole, where something shows the sole [m]
     outline: Mapping[str, float] = field(default_factory=dict)  # ends ahead of the ankle [m]
 
     @property

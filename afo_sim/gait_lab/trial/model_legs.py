@@ -21,9 +21,9 @@ from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.model_leg import ModelLeg, find_leg
 from afo_sim.gait_lab.trial.model_segments import fitted_leg
 
-_BEYOND = np.radians(10.0)  # beyond a joint's range in the model, from which on it is told [rad] (assumed)
+_BEYOND = np.radians(10.0)  # beyond a joint's range in the model: reported [rad] (assumed)
 _SCALE = 0.05  # difference in length that a scaled model has not (assumed)
-_APART = 0.03  # least distance of two markers that tells a scale [m] (assumed)
+_APART = 0.03  # least distance of two markers that shows a scale [m] (assumed)
 
 
 def legs_from_angles(model: OpenSimModel, table: OpenSimTable, degrees: bool) -> dict[str, LegPoints]:

@@ -16,7 +16,7 @@ from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
 
-_ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: told, refused; assumed [deg]
+_ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: reported, refused; assumed [deg]
 _ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
 _ADULT_SHANK = 0.4  # knee to ankle; a shorter one makes the lower limit lower in proportion [m]
 _PEAK = (0.6, 2.2)  # plantarflexor moment of weak push-off, and of runners [N·m/kg]; assumed

@@ -39,14 +39,14 @@ _HEAD = """\
 
 @dataclass(frozen=True)
 class Roles(Noted):
-    """The landmarks of both legs that a file's names tell."""
+    """The landmarks of both legs that a file's names show."""
 
     sides: Mapping[str, Names]  # "right" and "left"; the sacrum is in both
     notices: tuple[Notice, ...] = ()
 
 
 def find_roles(markers: Markers) -> Roles:
-    """The landmarks that a file's names tell.
+    """The landmarks that a file's names show.
 
     A name that two sets use differently has the meaning of the set that fits most of the file's names.
     Names that mean the same in every set complete it, and names of other sets do so where a point of the
@@ -240,7 +240,8 @@ def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
         if group not in _GROUPS:
             raise unknown(group, _GROUPS, file=path, field=group, problem="is an unknown table")
         if not isinstance(table, dict):
-            raise InputError("is no table", file=path, field=group, value=table, allowed=f"[{group}]")
+            problem, allowed = "is not a valid table", f"[{group}]"
+            raise InputError(problem, file=path, field=group, value=table, allowed=allowed)
         found[group] = {}
         for landmark, value in table.items():
             field = f"{group}.{landmark}"
@@ -250,7 +251,8 @@ def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
             names = [value] if isinstance(value, str) else value
             if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
                 allowed = '"NAME" or ["NAME", "NAME"]'
-                raise InputError("is no marker", file=path, field=field, value=value, allowed=allowed)
+                problem = "is not a valid marker"
+                raise InputError(problem, file=path, field=field, value=value, allowed=allowed)
             found[group][landmark] = tuple(names)
     return found
 
@@ -277,7 +279,7 @@ def write_role_map(path: pathlib.Path, markers: Markers, roles: Roles | None = N
     ----------
     path : to be written
     markers : of the trial
-    roles : what is known; by default what the names tell
+    roles : what is known; by default what the names show
 
     Raises
     ------

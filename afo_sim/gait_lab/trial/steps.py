@@ -19,7 +19,7 @@ from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.strides import find_strides
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
-_OPEN = 3.0  # difference of a closed stride's ends that is told (assumed) [deg]
+_OPEN = 3.0  # difference of a closed stride's ends that is reported (assumed) [deg]
 
 _ELSEWHERE = 0.08  # share of the weight on other plates while the other foot swings (assumed) [-]
 _MIDDLE = (0.2, 0.8)  # part of the other foot's swing in which it surely stands nowhere (assumed) [-]

@@ -68,7 +68,7 @@ def find_strides(motion: LegMotion, ground: GroundForce | None) -> list[Recorded
     """All strides of a leg, with ground force or without.
 
     A stride begins and ends with the beginning of a contact where the foot meets a plate. Elsewhere the
-    kinematics tell that there is a heel strike. Its time is that at which the leg's posture comes back to
+    kinematics show that there is a heel strike. Its time is that at which the leg's posture comes back to
     that of the nearest contact, or the kinematics' own if there is no contact. A recording without such a
     stride, or with none that is loaded, is closed to one if it holds 95 % of a period.
     """
@@ -247,7 +247,7 @@ def ends(contact: PlateContact, ground: GroundForce) -> bool:
 
 
 def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
-    """Why a contact's beginning is not the foot's heel strike, in words; empty if it is, or nothing tells.
+    """Why a contact's beginning is not the foot's heel strike, in words; empty if it is, or nothing shows it.
 
     Units: start [s].
     """

@@ -28,12 +28,12 @@ _TURN_LIMIT = 30.0  # beyond it a stride's ends are seen more than 1 deg wrong; 
 # `_LEAN` is seen at tan(seen) = tan(_LEAN) cos(turn / 2) [deg]
 _LEAN = 40.0  # of a shank at toe-off, about its largest in walking [deg]
 _TURNED_OUT = 45.0  # of a foot [deg]
-_APART = 0.02  # distance of the hips below which right and left are not told; assumed [m]
+_APART = 0.02  # distance of the hips below which right and left are not told apart; assumed [m]
 
 _LOWEST = 0.25  # share of a stride in which a foot surely lies flat; derived from 15–35 %, `USUAL` [-]
 _RIPPLE = 0.005  # of a marker's height while the foot lies flat; assumed [m]
 _SWING = 0.03  # least rise of heel or toe that is a step; assumed [m]
-_STEADY = 0.08  # shortest time of a foot's rest that tells its speed; assumed [s]
+_STEADY = 0.08  # shortest time of a foot's rest that shows its speed; assumed [s]
 _BELT_ERROR = 0.05  # between the belt's speeds as given and as found
 _BELT_SPREAD = 0.1  # of the belt's speed from step to step, or between the feet; assumed
 
@@ -90,7 +90,7 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     period = stride_period(legs, up)
     time, path, what = body_path(legs)
     if len(time) < 3:
-        raise InputError("the walking direction cannot be told: neither pelvis, hip nor ankle is seen")
+        raise InputError("the walking direction cannot be seen: neither pelvis, hip nor ankle is seen")
     body = heading(time, path[:, level], period)
     feet = {side: _standing_foot(leg, up, level, period) for side, leg in legs.items()}
     found = [foot.velocity for foot in feet.values() if len(foot.speeds)]
