@@ -1,6 +1,5 @@
 """Points of both legs from an OpenSim model: by its joint angles, or by the markers that a trial shows."""
 
-import re
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -20,6 +19,7 @@ from afo_sim.gait_lab.trial.inverse_kinematics import posed_legs
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.model_leg import ModelLeg, find_leg
 from afo_sim.gait_lab.trial.model_segments import fitted_leg
+from afo_sim.gait_lab.trial.roles import plain
 
 _BEYOND = np.radians(10.0)  # beyond a joint's range in the model: reported [rad] (assumed)
 _SCALE = 0.05  # difference in length that a scaled model has not (assumed)
@@ -169,10 +169,10 @@ def _match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarra
     """
     trial: dict[str, str] = {}
     for name in markers.positions:
-        trial.setdefault(_plain(name), name)
+        trial.setdefault(plain(name), name)
     found = {}
     for name in model.markers:
-        there = name if name in markers.positions else trial.get(_plain(name))
+        there = name if name in markers.positions else trial.get(plain(name))
         if there is not None and np.isfinite(markers.positions[there]).any():
             found[name] = markers.positions[there]
     if not found:
@@ -186,10 +186,10 @@ def _name_warnings(model: OpenSimModel, markers: Markers) -> tuple[Notice, ...]:
     """A warning where two markers of the trial have the name of one of the model's: two people's, perhaps."""
     of_name = defaultdict(list)
     for name in markers.positions:
-        of_name[_plain(name)].append(name)
+        of_name[plain(name)].append(name)
     lines = []
     for name in model.markers:
-        there = of_name[_plain(name)]
+        there = of_name[plain(name)]
         if len(there) > 1 and name not in markers.positions:
             text = "{markers} are both the model's {subject}; {taken} was taken"
             both = " and ".join(there)
@@ -219,7 +219,3 @@ def _scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tupl
         " pairs, each on one body): is this the person's scaled model?"
     )
     return (Notice("model-scale", text, ratio=ratio, pairs=len(ratios)),)
-
-
-def _plain(name: str) -> str:
-    return re.sub("[^a-z0-9]", "", name.split(":")[-1].lower())
