@@ -28,9 +28,9 @@ from afo_sim.gait.flat_foot import USUAL
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.plates import Plate
 from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.chosen_stride import mean_cycle
 from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.importing import Imported, cut_cycle
-from afo_sim.gait_lab.trial.mean_stride import mean_cycle
 
 PACKAGE = "GaitAnalysisToolKit==0.2.0"
 FOLDER = "GaitAnalysisToolKit-0.2.0/gaitanalysis/octave/2d_inverse_dynamics/test"

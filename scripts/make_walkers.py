@@ -20,9 +20,7 @@ from afo_sim.gait.checks import STANCE_FORCE, examine, findings, stance
 from afo_sim.gait.cycle import DEGREE, GaitCycle
 from afo_sim.gait.family import at_speed
 from afo_sim.gait.file import read, write
-from afo_sim.gait.hip_path import Chain
-from afo_sim.gait.mean_curve import resampled, with_derived_path
-from afo_sim.gait.rocker import FootShape
+from afo_sim.gait.hip_path import Chain, FootShape, resampled, with_derived_path
 
 GAIT_DATA = pathlib.Path(__file__).resolve().parents[1] / "gait_data"
 HEIGHT = 1.71  # of the mean adult, by speed over speed per height [m]

@@ -9,14 +9,16 @@ import numpy as np
 from walking import Walk, known_walk
 
 from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
+MOVED = "moved 10 mm forward and 10 mm up"
 WAYS = {
     "hip": ("Harrington 2007 from the pelvis' markers", 0.020, "a scaled model, or a static trial"),
     "knee": ("midpoint of R.Knee.Lat and R.Knee.Med", 0.010, ""),
-    "ankle": ("R.Ankle.Lat, moved 10 mm forward and 10 mm up", 0.008, "a marker on the inner malleolus"),
+    "ankle": ("R.Ankle.Lat", 0.008, "a marker on the inner malleolus", None, MOVED),
     "heel": ("R.Heel", None, ""),
     "toe": ("R.Toe", None, ""),
 }
@@ -32,7 +34,16 @@ def stand_in(*, duration: float = 4.0, side: str = "right", **changes: Any) -> A
         forward=np.array([0.0, 0.0, -1.0]),
         up=np.array([0.0, 1.0, 0.0]),
         belt_speed=0.0,
-        remarks=("walks along -z, up y, overground at 0.98 m/s",),
+        notices=(
+            note(
+                "direction",
+                "walks along {forward}, up {up}, {subject} at {speed:.2f} m/s",
+                subject="overground",
+                forward="-z",
+                up="y",
+                speed=0.98,
+            ),
+        ),
     )
     time = np.arange(0.0, duration, 0.01)
     random = np.random.default_rng(5)
@@ -49,7 +60,8 @@ def stand_in(*, duration: float = 4.0, side: str = "right", **changes: Any) -> A
                     end=start + stride,
                     time=stride,
                     toe_off=start + 0.63 * stride,
-                    by="force",
+                    start_by="force",
+                    end_by="force",
                     loaded=number < 2,
                     closed=None,
                 )

@@ -89,10 +89,9 @@ def gait_import_command(trial: Trial) -> None:
     with progress("reading the trial"):
         from afo_sim.common.writing import check_writable, together
         from afo_sim.gait.file import write
+        from afo_sim.gait_lab.trial.choices import read_options
         from afo_sim.gait_lab.trial.importing import import_gait
-        from afo_sim.gait_lab.trial.options import read_options
-        from afo_sim.gait_lab.trial.understood import ten_lines
-        from afo_sim.gait_lab.trial.verdict import verdict
+        from afo_sim.gait_lab.trial.understood import ten_lines, verdict
         from afo_sim.show.gait_figure import draw_gait
 
         asked = {k: v for k, v in vars(trial).items() if k not in ("files", "out", "write_map")}
@@ -117,7 +116,7 @@ def _write_map(files: list[Path], path: Path) -> None:
     """Write which marker seems to sit where, for a person to mend."""
     with progress("reading the markers"):
         from afo_sim.gait_lab.trial.files import read_trial
-        from afo_sim.gait_lab.trial.role_map import write_role_map
+        from afo_sim.gait_lab.trial.roles import write_role_map
 
         if path.exists():
             raise InputError("exists already", field="write_map", value=str(path), allowed="another name")

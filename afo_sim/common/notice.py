@@ -41,16 +41,14 @@ class Notice(str):
     def __reduce__(self) -> tuple[Any, ...]:
         return _made, (self.code, self._text, self.subject, self.severity, dict(self.data))
 
-    def of(self, whom: str) -> Self:
-        """The same notice of something: its text behind `whom: `."""
-        data = {**self.data, "whom": whom, "notice": str(self)}
-        return type(self)(self.code, "{whom}: {notice}", subject=self.subject, severity=self.severity, **data)
+    def after(self, words: str) -> Self:
+        """The same notice with words before its sentence."""
+        text = words.replace("{", "{{").replace("}", "}}") + self._text
+        return type(self)(self.code, text, subject=self.subject, severity=self.severity, **self.data)
 
-    @classmethod
-    def from_json(cls, read: Mapping[str, Any]) -> Self:
-        """The notice that `as_json` wrote."""
-        text = read["text"].replace("{", "{{").replace("}", "}}")
-        return cls(read["code"], text, subject=read["subject"], severity=read["severity"], **read["data"])
+    def with_severity(self, severity: Severity) -> Self:
+        """The same notice, taken more or less seriously."""
+        return type(self)(self.code, self._text, subject=self.subject, severity=severity, **self.data)
 
     def as_json(self) -> dict[str, Any]:
         """Code, subject, severity, data and text, for a file."""

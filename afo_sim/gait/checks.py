@@ -9,19 +9,19 @@ from afo_sim.common.errors import InputError
 from afo_sim.gait.cycle import COLUMNS, GaitCycle
 from afo_sim.gait.flat_foot import USUAL
 
-CLOSING_ANGLE = 5.0  # largest difference between the stride's two ends that is taken out [deg]
-CLOSING_HEIGHT = 0.03  # likewise of the ankle's height [m]
-MIN_ROWS = 50
-STANCE_FORCE = 0.05  # vertical force that tells stance from swing [body weights]
+_CLOSING_ANGLE = 5.0  # largest difference between the stride's two ends that is taken out [deg]
+_CLOSING_HEIGHT = 0.03  # likewise of the ankle's height [m]
+_MIN_ROWS = 50
+STANCE_FORCE = 0.05  # vertical force that separates stance from swing [body weights]
 COP_FORCE = 0.10  # above it the centre of pressure must be known [body weights]
 LATE_SWING = 0.9  # force that rises beyond this phase is the next heel strike's [-]
-PEAK_FORCE = 0.5  # that some part of the stance must reach [body weights]
-MEAN_FORCE = (0.35, 0.65)  # over the stride, of one leg: half the body, more or less [body weights]
+_PEAK_FORCE = 0.5  # that some part of the stance must reach [body weights]
+_MEAN_FORCE = (0.35, 0.65)  # over the stride, of one leg: half the body, more or less [body weights]
 STANCE_SHARE = (0.35, 0.85)  # of the stride [-]
-STANCE_START = 0.05  # latest phase at which the force may begin to rise [-]
+_STANCE_START = 0.05  # latest phase at which the force may begin to rise [-]
 HEIGHT_ERROR = 0.02  # between the stated ankle height and the recorded one, foot flat [m]
-TRAVEL_ERROR = 0.25  # between the ankle's way and speed × time, as a share [-]
-SLIDE = 0.08  # of the ankle while the foot is flat; it rolls over by some 0.01 [m]
+_TRAVEL_ERROR = 0.25  # between the ankle's way and speed × time, as a share [-]
+_SLIDE = 0.08  # of the ankle while the foot is flat; it rolls over by some 0.01 [m]
 MOMENT_ERROR = 0.25  # RMS between moment and ground force's demand, as a share of its peak [-]
 RANGES = {
     "stride_time_s": (0.4, 5.0),
@@ -31,9 +31,9 @@ RANGES = {
 }
 BODY_HEIGHT = (0.5, 2.5)  # of a person who walks; an optional key [m]
 SOLE_THICKNESS = (0.0, 0.15)  # likewise, under the ankle [m]
-OPTIONAL_RANGES = {"body_height_m": BODY_HEIGHT, "sole_thickness_m": SOLE_THICKNESS}
+_OPTIONAL_RANGES = {"body_height_m": BODY_HEIGHT, "sole_thickness_m": SOLE_THICKNESS}
 # Column: (least, most, what the number probably is beyond them).
-LIMITS = {
+_LIMITS = {
     "shank_angle_deg": (-90.0, 120.0, "degrees converted twice, or another angle"),
     "knee_angle_deg": (-90.0, 160.0, "degrees converted twice, or another angle"),
     "ankle_angle_deg": (-80.0, 60.0, "degrees converted twice, or its zero elsewhere (90 deg?)"),
@@ -103,14 +103,14 @@ class _Examination:
         cycle = self.cycle
         if cycle.side not in ("right", "left"):
             raise InputError(
-                "is no side", file=self.file, field="side", value=cycle.side, allowed="right, left"
+                "is not a valid side", file=self.file, field="side", value=cycle.side, allowed="right, left"
             )
         values = (cycle.stride_time, cycle.body_mass, cycle.walking_speed, cycle.ankle_height)
         known = dict(zip(RANGES, values, strict=True))
-        optional = dict(zip(OPTIONAL_RANGES, (cycle.body_height, cycle.sole_thickness), strict=True))
+        optional = dict(zip(_OPTIONAL_RANGES, (cycle.body_height, cycle.sole_thickness), strict=True))
         known |= {key: value for key, value in optional.items() if value is not None}
         for key, value in known.items():
-            low, high = {**RANGES, **OPTIONAL_RANGES}[key]
+            low, high = {**RANGES, **_OPTIONAL_RANGES}[key]
             if not low <= value <= high:
                 allowed = f"{low:g} to {high:g}"
                 shown = f"{value:.4g}"
@@ -118,8 +118,8 @@ class _Examination:
 
     def _phase(self) -> None:
         phase = self.cycle.phase
-        if len(phase) < MIN_ROWS:
-            self._refuse("phase", f"has {len(phase)} rows", f"at least {MIN_ROWS} rows over the stride")
+        if len(phase) < _MIN_ROWS:
+            self._refuse("phase", f"has {len(phase)} rows", f"at least {_MIN_ROWS} rows over the stride")
         if not np.all(np.isfinite(phase)):
             self._refuse("phase", "has empty cells", "a number in each row")
         if np.any(np.diff(phase) <= 0.0):
@@ -164,12 +164,12 @@ class _Examination:
             self._refuse("grf_x_bw", seen, "x forward, some 0.2 body weights; z up, some 1.1")
         way_x, way_z = abs(np.ptp(self.cycle.ankle_x)), abs(np.ptp(self.cycle.ankle_z))
         end_z = abs(self.cycle.ankle_z[-1] - self.cycle.ankle_z[0])
-        if end_z > CLOSING_HEIGHT and end_z > abs(self.cycle.ankle_x[-1] - self.cycle.ankle_x[0]):
+        if end_z > _CLOSING_HEIGHT and end_z > abs(self.cycle.ankle_x[-1] - self.cycle.ankle_x[0]):
             seen = f"travels {way_z:.3g} m and ankle_x_m {way_x:.3g} m: swapped axes?"
             self._refuse("ankle_z_m", seen, "x forward, a stride's length; z up, returning after the stride")
 
     def _limits(self) -> None:
-        for column, (low, high, guess) in LIMITS.items():
+        for column, (low, high, guess) in _LIMITS.items():
             values = self._column(column)
             values = values[np.isfinite(values)]
             if len(values) and not (low <= values.min() and values.max() <= high):
@@ -178,20 +178,20 @@ class _Examination:
 
     def _stance(self) -> None:
         phase, force = self.cycle.phase, self.cycle.grf_z
-        if force.max() < PEAK_FORCE:
+        if force.max() < _PEAK_FORCE:
             seen = f"has no stance: its peak is {force.max():.3g}"
-            if force.min() < -PEAK_FORCE:
+            if force.min() < -_PEAK_FORCE:
                 seen = f"has no stance but a trough of {force.min():.3g}: force of the foot on the ground?"
             self._refuse("grf_z_bw", seen, "the ground's force on the foot, upward positive, some 1.1")
         mean = float(np.trapezoid(force, phase))
-        if not MEAN_FORCE[0] <= mean <= MEAN_FORCE[1]:
+        if not _MEAN_FORCE[0] <= mean <= _MEAN_FORCE[1]:
             self._refuse(
                 "grf_z_bw",
                 f"is {mean:.2g} body weights on average over the stride (is the body mass right?)",
-                f"{MEAN_FORCE[0]:g} to {MEAN_FORCE[1]:g}: each leg carries half of the body",
+                f"{_MEAN_FORCE[0]:g} to {_MEAN_FORCE[1]:g}: each leg carries half of the body",
             )
         share, start = stance(self.cycle), phase[np.argmax(force > STANCE_FORCE)]
-        if start > STANCE_START:
+        if start > _STANCE_START:
             seen = f"begins to rise at phase {start:.3g}"
             self._refuse("grf_z_bw", seen, "heel strike at phase 0")
         if not STANCE_SHARE[0] <= share <= STANCE_SHARE[1]:
@@ -202,20 +202,20 @@ class _Examination:
     def _travel(self) -> None:
         way = self.cycle.ankle_x[-1] - self.cycle.ankle_x[0]
         expected = self.cycle.walking_speed * self.cycle.stride_time
-        if abs(way - expected) <= TRAVEL_ERROR * expected:
+        if abs(way - expected) <= _TRAVEL_ERROR * expected:
             self._slide()
             return
         seen = f"goes {way:.3g} m forward in the stride"
         if abs(way) < 0.2 * expected:
             seen += " (a treadmill without the belt's travel?)"
-        elif abs(way + expected) <= TRAVEL_ERROR * expected:
+        elif abs(way + expected) <= _TRAVEL_ERROR * expected:
             seen += " (x backward?)"
         self._refuse("ankle_x_m", seen, f"overground, about speed × stride time = {expected:.3g} m")
 
     def _slide(self) -> None:
         flat = self.cycle.ankle_x[self._usual()]
         slide = float(flat[-1] - flat[0])
-        if abs(slide) > SLIDE:
+        if abs(slide) > _SLIDE:
             low, high = (f"{100.0 * share:.0f}" for share in USUAL)
             seen = f"goes {slide:+.3g} m between {low} and {high} % of the stride, "
             seen += "where the foot is on the floor"
@@ -225,7 +225,7 @@ class _Examination:
     def _period(self) -> None:
         for name, closing in closing_errors(self.cycle).items():
             angle = name.endswith("_deg")
-            limit = CLOSING_ANGLE if angle else CLOSING_HEIGHT
+            limit = _CLOSING_ANGLE if angle else _CLOSING_HEIGHT
             if abs(closing) > limit:
                 unit = "deg" if angle else "m"
                 seen = f"ends {closing:+.3g} {unit} from where it began"

@@ -12,7 +12,7 @@ from afo_sim.gait.flat_foot import FlatFoot, flat_part
 from afo_sim.gait.fourier import FourierSeries, Wave
 
 HARMONICS = 12  # of the kinematics: 10 Hz at a stride of 1.2 s
-PRESSED = 0.1  # upward force of a foot that stands [body weights]; assumed
+_PRESSED = 0.1  # upward force of a foot that stands [body weights]; assumed
 DEGREE = np.pi / 180.0
 
 # Column of the file: (field of GaitCycle, factor from the file's unit and sign to the house's).
@@ -28,7 +28,7 @@ COLUMNS = {
     "cop_x_m": ("cop_x", 1.0),
     "ankle_moment_nm_per_kg": ("ankle_moment", -1.0),  # laboratories publish plantarflexion positive
 }
-WARNING = "warning"  # notes "warning 1", "warning 2", …: what a person should look at
+_WARNING = "warning"  # notes "warning 1", "warning 2", …: what a person should look at
 KINEMATICS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 
 
@@ -75,12 +75,12 @@ class GaitCycle:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a person should look at before the stride is believed, one sentence each."""
-        return tuple(text for key, text in self.notes.items() if key.startswith(f"{WARNING} "))
+        return tuple(text for key, text in self.notes.items() if key.startswith(f"{_WARNING} "))
 
     def with_warnings(self, warnings: Sequence[str]) -> "GaitCycle":
         """The same stride with these warnings in its notes, so that its file carries them."""
-        notes = {key: text for key, text in self.notes.items() if not key.startswith(f"{WARNING} ")}
-        notes |= {f"{WARNING} {number}": text for number, text in enumerate(warnings, 1)}
+        notes = {key: text for key, text in self.notes.items() if not key.startswith(f"{_WARNING} ")}
+        notes |= {f"{_WARNING} {number}": text for number, text in enumerate(warnings, 1)}
         return dataclasses.replace(self, notes=notes)
 
     def signal(self, name: str, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:
@@ -130,7 +130,7 @@ class GaitCycle:
     @cached_property
     def flat(self) -> FlatFoot:
         """Where the sole lies flat, as phases of the stride."""
-        return flat_part(self.phase, self.foot_pitch(), self.ankle_z, ~(self.grf_z < PRESSED))
+        return flat_part(self.phase, self.foot_pitch(), self.ankle_z, ~(self.grf_z < _PRESSED))
 
     def foot_flat(self) -> np.ndarray:
         """Mask of the samples in which the sole lies flat (n,)."""

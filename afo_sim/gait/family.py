@@ -15,11 +15,11 @@ from afo_sim.gait.checks import COP_FORCE
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.file import read
 
-FAMILY = "family"  # header key that the members have alike
-SAME_SPEED = 1e-9  # relative difference that is none
-BLENDED = ("shank_angle", "knee_angle", "ankle_angle", "ankle_z", "grf_x", "grf_z", "ankle_moment")
-NUMBERS = ("body_mass", "ankle_height", "body_height", "sole_thickness")
-Stamp = tuple[tuple[str, int, int], ...]  # name, time of change [ns] and size of each CSV
+_FAMILY = "family"  # header key that the members have alike
+_SAME_SPEED = 1e-9  # relative difference that is none
+_BLENDED = ("shank_angle", "knee_angle", "ankle_angle", "ankle_z", "grf_x", "grf_z", "ankle_moment")
+_NUMBERS = ("body_mass", "ankle_height", "body_height", "sole_thickness")
+_Stamp = tuple[tuple[str, int, int], ...]  # name, time of change [ns] and size of each CSV
 
 
 def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle:
@@ -45,9 +45,9 @@ def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle
     """
     members = family_of(file)
     quicker = float(np.sqrt(taller))
-    speeds, told = np.array([cycle.walking_speed for _, cycle in members]), speed
-    speed = told / quicker
-    same = np.flatnonzero(np.abs(speeds - speed) <= SAME_SPEED * speeds)
+    speeds, asked = np.array([cycle.walking_speed for _, cycle in members]), speed
+    speed = asked / quicker
+    same = np.flatnonzero(np.abs(speeds - speed) <= _SAME_SPEED * speeds)
     if len(same):
         return members[int(same[0])][1]
     if not speeds[0] < speed < speeds[-1]:
@@ -55,7 +55,7 @@ def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle
             "its family does not walk at that speed",
             file=file,
             field="gait.speed",
-            value=f"{told:g} m/s",
+            value=f"{asked:g} m/s",
             allowed=f"{quicker * speeds[0]:.4g} to {quicker * speeds[-1]:.4g} m/s"
             + (" for a person of this height" if taller != 1.0 else ""),
         )
@@ -74,39 +74,39 @@ def family_of(file: pathlib.Path) -> tuple[tuple[str, GaitCycle], ...]:
     stamp = _stamp(folder)
     family = _families(folder, stamp).get(pathlib.Path(file).name)
     if family is None and pathlib.Path(file).suffix != ".csv":
-        family = read_header(pathlib.Path(file)).get(FAMILY)
+        family = read_header(pathlib.Path(file)).get(_FAMILY)
     if not family:
         known = sorted(name for name, other in _families(folder, stamp).items() if other)
         raise InputError(
             "is of no family, so that it has no other speed",
             file=file,
-            field=FAMILY,
+            field=_FAMILY,
             allowed="a stride with a line '# family: …'" + (f", such as {', '.join(known)}" if known else ""),
         )
     return _members(folder, family, stamp)
 
 
-def _stamp(folder: pathlib.Path) -> Stamp:
-    """What tells that a folder's gait files have changed."""
+def _stamp(folder: pathlib.Path) -> _Stamp:
+    """What shows that a folder's gait files have changed."""
     with os.scandir(folder) as entries:
         files = [(e.name, e.stat()) for e in entries if e.name.endswith(".csv") and e.is_file()]
     return tuple(sorted((name, stat.st_mtime_ns, stat.st_size) for name, stat in files))
 
 
 @functools.lru_cache(maxsize=8)
-def _families(folder: pathlib.Path, stamp: Stamp) -> dict[str, str | None]:
+def _families(folder: pathlib.Path, stamp: _Stamp) -> dict[str, str | None]:
     """The family of each CSV of a folder; None of what has none, or cannot be read."""
     found: dict[str, str | None] = {}
     for name, _, _ in stamp:
         try:
-            found[name] = read_header(folder / name).get(FAMILY)
+            found[name] = read_header(folder / name).get(_FAMILY)
         except InputError:
             found[name] = None  # another's file, of any kind
     return found
 
 
 @functools.lru_cache(maxsize=8)
-def _members(folder: pathlib.Path, family: str, stamp: Stamp) -> tuple[tuple[str, GaitCycle], ...]:
+def _members(folder: pathlib.Path, family: str, stamp: _Stamp) -> tuple[tuple[str, GaitCycle], ...]:
     names = [name for name, other in _families(folder, stamp).items() if other == family]
     cycles = {pathlib.Path(name).stem: read(folder / name) for name in names}
     members = sorted(cycles.items(), key=lambda member: member[1].walking_speed)
@@ -124,15 +124,15 @@ def _blended(slow: GaitCycle, fast: GaitCycle, share: float, speed: float, betwe
     def mix(of_slow: np.ndarray, of_fast: np.ndarray) -> np.ndarray:
         return np.asarray((1.0 - share) * of_slow + share * of_fast)
 
-    columns: dict[str, Any] = {name: mix(getattr(slow, name), getattr(fast, name)) for name in BLENDED}
+    columns: dict[str, Any] = {name: mix(getattr(slow, name), getattr(fast, name)) for name in _BLENDED}
     forward = mix(slow.ankle_x - slow.ankle_x[0], fast.ankle_x - fast.ankle_x[0])
     numbers: dict[str, Any] = {}
-    for name in NUMBERS:
+    for name in _NUMBERS:
         of_slow, of_fast = getattr(slow, name), getattr(fast, name)
         known = of_slow is not None and of_fast is not None
         numbers[name] = (1.0 - share) * of_slow + share * of_fast if known else None
     notes = {key: text for key, text in slow.notes.items() if fast.notes.get(key) == text}
-    notes |= {"description": f"{slow.notes.get(FAMILY, '')} {between}", "between": between}
+    notes |= {"description": f"{slow.notes.get(_FAMILY, '')} {between}", "between": between}
     return dataclasses.replace(
         slow,
         source=_joined((slow.source, fast.source)),

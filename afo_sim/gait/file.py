@@ -8,14 +8,14 @@ from afo_sim.common.phase_table import read_header, read_table, write_table
 from afo_sim.gait.checks import examine
 from afo_sim.gait.cycle import COLUMNS, GaitCycle
 
-TEXTS = {"source": "source", "licence": "licence", "side": "side"}
+_TEXTS = {"source": "source", "licence": "licence", "side": "side"}
 NUMBERS = {
     "stride_time_s": "stride_time",
     "body_mass_kg": "body_mass",
     "walking_speed_m_per_s": "walking_speed",
     "ankle_height_m": "ankle_height",
 }
-OPTIONAL = {"body_height_m": "body_height", "sole_thickness_m": "sole_thickness"}
+_OPTIONAL = {"body_height_m": "body_height", "sole_thickness_m": "sole_thickness"}
 
 
 def read(path: str | pathlib.Path) -> GaitCycle:
@@ -39,11 +39,11 @@ def read(path: str | pathlib.Path) -> GaitCycle:
     if read_header(file).get("kind") == "norm":
         raise InputError("is a norm to compare with", file=file, allowed="one stride of a person")
     table = read_table(file, tuple(COLUMNS))
-    facts: dict[str, Any] = {name: table.text(key) for key, name in TEXTS.items()}
+    facts: dict[str, Any] = {name: table.text(key) for key, name in _TEXTS.items()}
     facts |= {name: table.number(key) for key, name in NUMBERS.items()}
-    facts |= {name: table.number(key) for key, name in OPTIONAL.items() if key in table.header}
+    facts |= {name: table.number(key) for key, name in _OPTIONAL.items() if key in table.header}
     facts |= {name: table.columns[column] * factor for column, (name, factor) in COLUMNS.items()}
-    known = {**TEXTS, **NUMBERS, **OPTIONAL}
+    known = {**_TEXTS, **NUMBERS, **_OPTIONAL}
     notes = {key: text for key, text in table.header.items() if key not in known}
     cycle = GaitCycle(**facts, notes=notes)
     examine(cycle, table.file)
@@ -59,9 +59,9 @@ def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
     cycle : what to write; its moment is turned back to plantarflexion positive, and each of its notes, such
         as a warning, becomes a header line
     """
-    header = {key: str(getattr(cycle, name)) for key, name in TEXTS.items()}
+    header = {key: str(getattr(cycle, name)) for key, name in _TEXTS.items()}
     header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}
-    told = {key: getattr(cycle, name) for key, name in OPTIONAL.items()}
-    header |= {key: f"{value:.6g}" for key, value in told.items() if value is not None}
+    known = {key: getattr(cycle, name) for key, name in _OPTIONAL.items()}
+    header |= {key: f"{value:.6g}" for key, value in known.items() if value is not None}
     columns = {column: getattr(cycle, name) / factor for column, (name, factor) in COLUMNS.items()}
     write_table(pathlib.Path(path), {**header, **cycle.notes}, columns)

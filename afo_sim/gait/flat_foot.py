@@ -7,8 +7,8 @@ import numpy as np
 WITHIN = (0.08, 0.40)  # of the stride; before it the foot comes down, after it every heel rises [-]
 USUAL = (0.15, 0.35)  # that is taken where the foot is never steady [-]
 LEAST = 0.08  # share of the stride in which a foot must be steady to be called flat; assumed [-]
-TURN = np.radians(1.0)  # of the sole about its mean; markers' noise is half of it; assumed [rad]
-RISE = 0.002  # of the ankle over its lowest; a heel that rises by 1 deg lifts it by as much; assumed [m]
+_TURN = np.radians(1.0)  # of the sole about its mean; markers' noise is half of it; assumed [rad]
+_RISE = 0.002  # of the ankle over its lowest; a heel that rises by 1 deg lifts it by as much; assumed [m]
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ def _grown(turned: np.ndarray, raised: np.ndarray, first: int, stop: int) -> tup
 
 def _unrest(turned: np.ndarray, raised: np.ndarray) -> float:
     """Range of pitch and of height, each over what a flat foot may have [-]."""
-    return float(np.ptp(turned) / (2.0 * TURN) + np.ptp(raised) / RISE)
+    return float(np.ptp(turned) / (2.0 * _TURN) + np.ptp(raised) / _RISE)
 
 
 def _steady(turned: np.ndarray, raised: np.ndarray) -> bool:
-    return bool(np.abs(turned - turned.mean()).max() <= TURN and np.ptp(raised) <= RISE)
+    return bool(np.abs(turned - turned.mean()).max() <= _TURN and np.ptp(raised) <= _RISE)

@@ -1,23 +1,80 @@
-"""The ankle's path where only the angles of one leg and its load are known.
+"""The ankle's path where only the angles of one leg and its load are known, as in published mean curves.
 
-While the foot carries the body, the floor holds the ankle (`rocker`), and the chain ankle–knee–hip tells
-where the hip is. The other leg does the same half a stride later. So the hip of the swinging leg is the
-standing leg's, and the chain hip–knee–ankle leads down to the swinging ankle.
+While the foot carries the body, the floor holds the ankle: the foot rocks over the heel, stands flat, and
+rocks over the ball with its toes flat. The chain ankle–knee–hip leads to the hip. The other leg does the
+same half a stride later. So the hip of the swinging leg is the standing leg's, and the chain hip–knee–ankle
+leads down to the swinging ankle.
 """
 
+import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.gait.cycle import HARMONICS
+from afo_sim.common.units import GRAVITY
+from afo_sim.gait.checks import COP_FORCE, LATE_SWING
+from afo_sim.gait.cycle import HARMONICS, GaitCycle
 from afo_sim.gait.fourier import FourierSeries
-from afo_sim.gait.rocker import FootShape, rocking
 
-THIGH, SHANK = 0.245, 0.246  # of body height (Winter 2009, figure 4.1, after Drillis & Contini)
+_ADULT = 1.75  # body height that the lengths below belong to [m]
+# Heel's contact behind the ankle centre: halfway between the centre of pressure of the loaded heel (10 mm:
+# Bovi 2011, by moment and force) and the heel bone's end (48.8 mm: opensim-models, talus to calcaneus).
+HEEL = 0.030
+_HINGE = 0.130  # joint of the toes ahead of the ankle centre (opensim-models: 178.8 − 48.8 mm) [m]
+_HINGE_HEIGHT = 0.025  # of that joint above the floor: an ankle axis at 69 mm, the joint 44 mm below [m]
+
+
+@dataclass(frozen=True)
+class FootShape:
+    """What rocks on the floor, from the ankle centre, with the foot flat.
+
+    ankle_height above the floor [m]; heel: its contact, behind [m]; hinge of the toes, ahead [m];
+    hinge_height above the floor [m].
+    """
+
+    ankle_height: float
+    heel: float
+    hinge: float
+    hinge_height: float
+
+    @classmethod
+    def of_height(cls, body_height: float, ankle_height: float, behind: float = 0.0) -> "FootShape":
+        """An adult's foot, scaled by body height.
+
+        Units: body_height [m], ankle_height [m], behind [m].
+        """
+        size = body_height / _ADULT
+        return cls(ankle_height, size * HEEL - behind, size * _HINGE + behind, size * _HINGE_HEIGHT)
+
+
+def rocking(pitch: np.ndarray, foot: FootShape) -> tuple[np.ndarray, np.ndarray]:
+    """Where the ankle is while the foot stands and turns without sliding.
+
+    Toe up, the foot turns about the heel's contact. Toe down, it turns about the hinge of the toes, which lie
+    flat on the floor.
+
+    Source
+    ------
+    Perry & Burnfield 2010, Gait Analysis, chapter 3 (heel, ankle and forefoot rocker), as rigid parts.
+
+    Units: pitch [rad] (n,), returns [m].
+    """
+    sine, cosine = np.sin(np.abs(pitch)), np.cos(pitch)
+    above = foot.ankle_height - foot.hinge_height  # of the ankle above the hinge
+    on_heel = foot.heel * (cosine - 1.0) - foot.ankle_height * sine
+    on_ball = foot.hinge * (1.0 - cosine) + above * sine
+    over_heel = foot.heel * sine + foot.ankle_height * cosine
+    over_ball = foot.hinge_height + foot.hinge * sine + above * cosine
+    toe_up = pitch > 0.0
+    return np.where(toe_up, on_heel, on_ball), np.where(toe_up, over_heel, over_ball)
+
+
+_THIGH, _SHANK = 0.245, 0.246  # of body height (Winter 2009, figure 4.1, after Drillis & Contini)
 LOADED = 0.6  # upward force above which the floor is taken to hold the foot [body weights]
-LATE = 0.9  # phase beyond which force is the next heel strike's
-SMOOTHED = 3  # harmonics of the hip's path in stance …
-SPAN = 1.0 / 0.6  # … over this many strides, so that the window has no periodic ends
+_LATE = 0.9  # phase beyond which force is the next heel strike's
+_SMOOTHED = 3  # harmonics of the hip's path in stance …
+_SPAN = 1.0 / 0.6  # … over this many strides, so that the window has no periodic ends
 
 
 @dataclass(frozen=True)
@@ -30,7 +87,7 @@ class Chain:
     @classmethod
     def of_height(cls, body_height: float) -> "Chain":
         """Of a person of that height [m]."""
-        return cls(THIGH * body_height, SHANK * body_height)
+        return cls(_THIGH * body_height, _SHANK * body_height)
 
     def hip(self, shank_angle: np.ndarray, knee_angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The hip from the ankle: forward, up [m] (n,).
@@ -73,7 +130,7 @@ def ankle_path(
     """
     shank, knee, ankle = angles
     start = float(phase[np.argmax(load > LOADED)])
-    end = float(phase[(load > LOADED) & (phase < LATE)][-1])
+    end = float(phase[(load > LOADED) & (phase < _LATE)][-1])
     way = stride_length * phase
     floor = rocking(ankle - shank, foot)
     joined, gaps = [], []
@@ -119,6 +176,53 @@ class _Swing:
 
 
 def _basis(phase: np.ndarray) -> np.ndarray:
-    """Constant, cosines and sines (n, 1 + 2 SMOOTHED)."""
-    turn = 2.0 * np.pi * np.outer(phase / SPAN, np.arange(1, SMOOTHED + 1))
+    """Constant, cosines and sines (n, 1 + 2 _SMOOTHED)."""
+    turn = 2.0 * np.pi * np.outer(phase / _SPAN, np.arange(1, _SMOOTHED + 1))
     return np.column_stack([np.ones(len(phase)), np.cos(turn), np.sin(turn)])
+
+
+_ROWS = 201  # every 0.5 % of the stride, so that points at every 2 % stay what they were
+_ANGLES = ("shank_angle", "knee_angle", "ankle_angle")
+_FORCES = ("grf_x", "grf_z", "ankle_moment")
+
+
+def resampled(phase: np.ndarray, curves: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Published points as smooth columns of _ROWS rows over one closed stride.
+
+    What an angle fails to close by is taken out as a straight line about mid-stride, as `FourierSeries.fit`
+    does, so that the stride repeats; periodic cubic splines run through the points. Forces and moment are
+    monotone between their points (PCHIP), so that nothing overshoots at heel strike and toe-off.
+
+    Units: phase [-] (n,), curves (n,).
+    """
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    fine = np.linspace(0.0, 1.0, _ROWS)
+    columns = {"phase": fine}
+    for name in _ANGLES:
+        values = curves[name] - (curves[name][-1] - curves[name][0]) * (phase - 0.5)
+        values[-1] = values[0]  # equal to the last bit, which the spline asks for
+        columns[name] = CubicSpline(phase, values, bc_type="periodic")(fine)
+    return columns | {name: PchipInterpolator(phase, curves[name])(fine) for name in _FORCES}
+
+
+def _centre_of_pressure(
+    moment: np.ndarray, force_x: np.ndarray, force_z: np.ndarray, height: np.ndarray
+) -> np.ndarray:
+    """Where the ground presses, ahead of the ankle, so that its force has the ankle's moment [m] (n,).
+
+    Units: moment [N·m/kg] (n,), force_x, force_z [body weights] (n,), height [m] (n,).
+    """
+    pressing = force_z > COP_FORCE
+    ahead = -moment / GRAVITY - height * force_x
+    return np.where(pressing, ahead / np.where(pressing, force_z, 1.0), np.nan)
+
+
+def with_derived_path(cycle: GaitCycle, foot: FootShape, chain: Chain) -> GaitCycle:
+    """The same stride with its ankle's path and centre of pressure derived from its other columns."""
+    length = cycle.walking_speed * cycle.stride_time
+    angles = cycle.shank_angle, cycle.knee_angle, cycle.ankle_angle
+    path = ankle_path(cycle.phase, angles, cycle.grf_z, length, foot, chain)
+    place = _centre_of_pressure(cycle.ankle_moment, cycle.grf_x, cycle.grf_z, path.up)
+    place = np.where(cycle.phase < LATE_SWING, place, np.nan)
+    return dataclasses.replace(cycle, ankle_x=path.forward, ankle_z=path.up, cop_x=place)

@@ -11,9 +11,9 @@ from afo_sim.common.assets import find_gait
 from afo_sim.common.phase_table import read_header, read_table
 from afo_sim.gait.cycle import DEGREE
 
-SHIPPED = "norm_adult"
+_SHIPPED = "norm_adult"
 # Column of the file: field of Norm.
-COLUMNS = {
+_COLUMNS = {
     "phase": "phase",
     "ankle_angle_deg": "ankle_angle",
     "ankle_low_deg": "ankle_low",
@@ -22,7 +22,7 @@ COLUMNS = {
     "ankle_moment_high_nm_per_kg": "moment_low",  # the file's moments are plantarflexion positive
     "ankle_moment_low_nm_per_kg": "moment_high",
 }
-SCALES = {"phase": 1.0, "moment_low": -1.0, "moment_high": -1.0}  # of a field; angles: degrees
+_SCALES = {"phase": 1.0, "moment_low": -1.0, "moment_high": -1.0}  # of a field; angles: degrees
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +63,6 @@ def read(path: pathlib.Path | None = None) -> Norm:
     InputError
         As `phase_table.read_table`.
     """
-    table = read_table(path or find_gait(SHIPPED), tuple(COLUMNS))
-    scaled = {name: table.columns[column] * SCALES.get(name, DEGREE) for column, name in COLUMNS.items()}
+    table = read_table(path or find_gait(_SHIPPED), tuple(_COLUMNS))
+    scaled = {name: table.columns[column] * _SCALES.get(name, DEGREE) for column, name in _COLUMNS.items()}
     return Norm(**scaled, header=table.header)

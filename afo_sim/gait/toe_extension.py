@@ -34,9 +34,9 @@ OXFORD = (
     (98, 12.7),
 )
 FLAT = -0.67  # mean of 20 to 36 %, where the sole is flat [deg]
-LEAST_CLEARANCE = 0.86  # phase at which the swing's extension is told [-]
-SWING = ((0.0, 1.0), (0.12, 0.0), (0.50, 0.0), (0.68, 1.0), (1.0, 1.0))  # how far it shifts the curve [-]
-HARMONICS, SAMPLES = 10, 401
+_LEAST_CLEARANCE = 0.86  # phase at which the swing's extension is stated [-]
+_SWING = ((0.0, 1.0), (0.12, 0.0), (0.50, 0.0), (0.68, 1.0), (1.0, 1.0))  # how far it shifts the curve [-]
+_HARMONICS, _SAMPLES = 10, 401
 
 
 @functools.lru_cache(maxsize=8)
@@ -56,8 +56,8 @@ def toe_extension(swing: float) -> FourierSeries:
     place, degrees = np.array(OXFORD).T
     place = np.append(0.01 * place, 1.0)
     degrees = np.append(degrees, degrees[0]) - FLAT
-    phase = np.linspace(0.0, 1.0, SAMPLES)
+    phase = np.linspace(0.0, 1.0, _SAMPLES)
     curve = np.interp(phase, place, degrees)
-    weight = np.interp(phase, *np.array(SWING).T)
-    shift = np.degrees(swing) - float(np.interp(LEAST_CLEARANCE, phase, curve))
-    return FourierSeries.fit(phase, np.radians(curve + shift * weight), HARMONICS)
+    weight = np.interp(phase, *np.array(_SWING).T)
+    shift = np.degrees(swing) - float(np.interp(_LEAST_CLEARANCE, phase, curve))
+    return FourierSeries.fit(phase, np.radians(curve + shift * weight), _HARMONICS)

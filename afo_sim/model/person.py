@@ -9,7 +9,7 @@ from afo_sim.description.quantity import Provenance
 from afo_sim.description.scenario import Scenario
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.hip_path import Chain
-from afo_sim.gait.steppage import stepped
+from afo_sim.gait.variants import stepped
 from afo_sim.model.recorded import recorded_stride
 
 

@@ -8,7 +8,7 @@ from afo_sim.description.walking import Gait
 from afo_sim.gait import family
 from afo_sim.gait import file as gait_file
 from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.similar import scaled
+from afo_sim.gait.variants import scaled
 
 
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:

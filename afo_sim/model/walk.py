@@ -12,9 +12,9 @@ import numpy as np
 
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Gait
+from afo_sim.gait.ankle_alignment import Placed, fit_to_leg
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.fourier import Wave
-from afo_sim.gait.place import Placed, fit_to_leg
 from afo_sim.model.clock import Clock
 from afo_sim.model.foot import TOE_POINTS, Foot, Turn, turned_all
 from afo_sim.model.outsole import Point, grown, worn

@@ -15,7 +15,7 @@ from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.file import read
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.gait_lab.trial.importing import Imported
-from afo_sim.gait_lab.trial.verdict import taken_words
+from afo_sim.gait_lab.trial.understood import taken_words
 from afo_sim.show import gait_panels
 from afo_sim.show.style import COLOURS, NORM, ZERO, paragraph, plain, write_figure
 

@@ -147,7 +147,10 @@ REFUSED = {
     "cutoff too high": (("--cutoff", "80 Hz"), "--cutoff = '80 Hz': is above 50 Hz; allowed: 6 Hz"),
     "wrong unit": (("--mass", "72 m"), "does not convert to kg"),
     "no such stride": (("--mass", "72 kg", "--stride", "9"), "--stride = 9: there is no such stride"),
-    "stride in words": (("--stride", "first"), "--stride = 'first': is no stride; allowed: 1, 2, …, mean"),
+    "stride in words": (
+        ("--stride", "first"),
+        "--stride = 'first': is not a valid stride; allowed: 1, 2, …, mean",
+    ),
     "no such side": (("--side", "rigth"), "--side = 'rigth': is no choice; allowed: right, left, both"),
     "no such plate": (("--mass", "72 kg", "--plate", "1_ground_forc"), "did you mean '1_ground_force'"),
     "other foot": (("--mass", "72 kg", "--plate", "ground_force"), "under the right foot throughout"),

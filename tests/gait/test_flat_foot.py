@@ -5,7 +5,7 @@ import pathlib
 
 import numpy as np
 import pytest
-from gait.rigid_leg import RigidLeg
+from gait_lab.rigid_leg import RigidLeg
 
 from afo_sim.common import assets
 from afo_sim.gait import file as gait

@@ -15,9 +15,7 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.gait import file as gait
 from afo_sim.gait.checks import COP_FORCE, closing_errors
 from afo_sim.gait.cycle import KINEMATICS, GaitCycle
-from afo_sim.gait.hip_path import LOADED, Chain, ankle_path
-from afo_sim.gait.mean_curve import with_derived_path
-from afo_sim.gait.rocker import FootShape, rocking
+from afo_sim.gait.hip_path import LOADED, Chain, FootShape, ankle_path, rocking, with_derived_path
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.importing import import_gait
 from tests import real_trials

@@ -13,8 +13,8 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.description.reader import load
 from afo_sim.description.walking import Gait
 from afo_sim.gait import file as gait_file
+from afo_sim.gait.ankle_alignment import fit_to_leg
 from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.place import fit_to_leg
 from afo_sim.model.build import Built, build
 from afo_sim.model.foot import turned
 from afo_sim.model.patient import needed_moment

@@ -1,34 +1,58 @@
 """C3D files: markers and force plates."""
 
 import pathlib
+from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
-from afo_sim.gait_lab.readers.c3d_plates import plates_of_c3d
-from afo_sim.gait_lab.readers.length_unit import length_name, metres
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
-from afo_sim.gait_lab.readers.plates import Plate
+from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, offset_note, place_of, plate
+from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
 # Results of a model that Vicon stores as points; each of these parameters lists their names.
-RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
+_RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
+
+_CHANNELS = {1: 6, 2: 6, 3: 8, 4: 6}  # by type
+_EDGES = (0.2, 6.0)  # of a plate or a treadmill's belt [m]; assumed
+_BESIDE = 0.02  # distance from the plate at which a centre of pressure is off it [m]; assumed
+_DEPTH = (0.002, 0.3)  # of a plate's origin below its surface [m]; assumed
+_Z = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class _DeclaredPlate:
+    """A plate as the file declares it; the unit of length is the file's."""
+
+    kind: int
+    corners: np.ndarray  # (4, 3)
+    origin: np.ndarray  # (3,)
+    channels: np.ndarray  # (n, 6 or 8)
+    calibration: np.ndarray | None  # (6, 6), of type 4
+    moment_unit: str
+
+
+class _NoPlateError(Exception):
+    """Why a plate cannot be read."""
 
 
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     """Read markers and force plates from a C3D file."""
     file = read_c3d_file(path)
     rate = _rate(path, file)
-    names, points, remarks = _markers(file)
-    metre, warnings = _metre(path, file, points)
+    names, points, results = _markers(file)
+    metre, unit = _metre(path, file, points)
     time = (file.first_frame + np.arange(file.frames)) / rate
     samples = file.analogs.shape[1]
     ratio = max(round(samples / file.frames), 1) if file.frames else 1
     analog_time = file.first_frame / rate + np.arange(samples) / (rate * ratio)
-    plates, left_out = plates_of_c3d(path, file, analog_time, metre)
-    remarks += _events(file)
-    return marker_set(path, time, names, points * metre, remarks, [*warnings, *left_out]), plates
+    plates, left_out = _plates_of_c3d(path, file, analog_time, metre)
+    notices = [*results, *_events(file), *unit, *left_out]
+    return marker_set(path, time, names, points * metre, notices), plates
 
 
 def _rate(path: pathlib.Path, file: C3dFile) -> float:
@@ -36,42 +60,265 @@ def _rate(path: pathlib.Path, file: C3dFile) -> float:
     rates = [*file.numbers("POINT", "RATE")[:1], file.frame_rate]
     rate = next((float(rate) for rate in rates if np.isfinite(rate) and rate > 0.0), 0.0)
     if not 1.0 <= rate <= 1e5:
-        raise InputError("is no frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
+        raise InputError("is not a valid frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
     return rate
 
 
-def _markers(file: C3dFile) -> tuple[list[str], np.ndarray, list[str]]:
-    """Names, coordinates (n, markers, 3) in the file's unit, and remarks."""
+def _markers(file: C3dFile) -> tuple[list[str], np.ndarray, list[Notice]]:
+    """Names, coordinates (n, markers, 3) in the file's unit, and a note on points that are none."""
     count = file.points.shape[1]
     names = (file.texts("POINT", "LABELS") + [""] * count)[:count]
-    results = {name for kind in RESULTS for name in file.texts("POINT", kind) if name}
+    results = {name for kind in _RESULTS for name in file.texts("POINT", kind) if name}
     kept = [k for k, name in enumerate(names) if name not in results]
     results_there = count - len(kept)
-    remarks = [f"{results_there} of its points are a model's results, no markers"] if results_there else []
+    text = "{count} of its points are a model's results, no markers"
+    notes = [note("points-are-results", text, count=results_there)] if results_there else []
     points = np.where(file.residuals[..., None] < 0.0, np.nan, file.points)
-    return [names[k] for k in kept], lost_as_nan(points[:, kept]), remarks
+    return [names[k] for k in kept], lost_as_nan(points[:, kept]), notes
 
 
-def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float, list[str]]:
+def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float, list[Notice]]:
     """Metres in the file's unit of length, and warnings."""
     stated = length_name((file.texts("POINT", "UNITS") or [""])[0]) or "mm"  # C3D's own habit
     try:
         factor = parse_quantity(f"1 {stated}", "m")
     except ValueError:
         raise InputError(
-            "is no length", file=path, field="POINT:UNITS", value=stated, allowed="mm, m"
+            "is not a valid length", file=path, field="POINT:UNITS", value=stated, allowed="mm, m"
         ) from None
     found, warnings = metres(points, factor, stated)
     assert found is not None
     return found, warnings
 
 
-def _events(file: C3dFile) -> list[str]:
-    """A remark on events that somebody marked by hand or program."""
+def _events(file: C3dFile) -> list[Notice]:
+    """A note on events that somebody marked by hand or program."""
     labels, times = file.texts("EVENT", "LABELS"), file.numbers("EVENT", "TIMES")
     if not labels:
         return []
     seconds = [60.0 * a + b for a, b in zip(times[::2], times[1::2], strict=False)]  # minutes and seconds
     shown = ", ".join(f"{name} {at:.2f} s" for name, at in zip(labels[:4], seconds, strict=False))
-    more = ", …" if len(labels) > 4 else ""
-    return [f"its {len(labels)} events ({shown}{more}) are not used: force and motion tell them again"]
+    shown += ", …" if len(labels) > 4 else ""
+    text = "its {count} events ({events}) are not used: force and motion show them again"
+    return [note("events-unused", text, count=len(labels), events=shown)]
+
+
+def _plates_of_c3d(
+    path: pathlib.Path, file: C3dFile, time: np.ndarray, metre: float
+) -> tuple[list[Plate], list[Notice]]:
+    """All plates that can be read, and warnings for those that cannot.
+
+    Units: time [s] (n,).
+    """
+    used = file.numbers("FORCE_PLATFORM", "USED")
+    plates, left_out = [], []
+    for k in range(min(int(used[0]), 64) if len(used) and np.isfinite(used[0]) else 0):
+        name = str(k + 1)
+        try:
+            plates.append(_plate(path, name, _declared(file, k), time, metre))
+        except (_NoPlateError, InputError) as error:  # an InputError: a load without a number
+            why = error.problem if isinstance(error, InputError) else str(error)
+            text = "plate {subject} was left out: {why}"
+            left_out.append(Notice("plate-left-out", text, subject=name, why=why))
+    return plates, left_out
+
+
+def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
+    kinds, corners, origins = (file.numbers("FORCE_PLATFORM", n) for n in ("TYPE", "CORNERS", "ORIGIN"))
+    kind = int(kinds[k]) if k < len(kinds) else 0
+    if kind not in _CHANNELS:
+        raise _NoPlateError(f"its type is {kind}, and types 1 to 4 are read")
+    if len(corners) < 12 * (k + 1):
+        raise _NoPlateError("its corners are not in the file")
+    channel = file.numbers("FORCE_PLATFORM", "CHANNEL")
+    shape = np.shape(file.value("FORCE_PLATFORM", "CHANNEL"))
+    rows = shape[0] if len(shape) > 1 else len(channel)
+    places = channel[rows * k : rows * (k + 1)][: _CHANNELS[kind]]
+    if len(places) < _CHANNELS[kind] or not np.all((places >= 1) & (places <= len(file.analogs))):
+        shown = ", ".join(f"{place:g}" for place in places) or "none"
+        raise _NoPlateError(f"the file has {len(file.analogs)} analog channels, not all of its own ({shown})")
+    index = places.astype(int) - 1
+    units = file.texts("ANALOG", "UNITS")
+    return _DeclaredPlate(
+        kind=kind,
+        corners=corners[12 * k : 12 * k + 12].reshape(4, 3),
+        origin=origins[3 * k : 3 * k + 3] if len(origins) >= 3 * k + 3 else np.zeros(3),
+        channels=file.analogs[index].T,
+        calibration=_calibration(file, k) if kind == 4 else None,
+        moment_unit=units[index[3]] if kind == 2 and index[3] < len(units) else "",
+    )
+
+
+def _calibration(file: C3dFile, k: int) -> np.ndarray | None:
+    matrix = file.numbers("FORCE_PLATFORM", "CAL_MATRIX")[36 * k : 36 * k + 36]
+    if len(matrix) < 36 or not np.any(matrix):
+        return None
+    return np.asarray(matrix.reshape(6, 6, order="F"))
+
+
+def _plate(path: pathlib.Path, name: str, declared: _DeclaredPlate, time: np.ndarray, metre: float) -> Plate:
+    notices: list[Notice] = []
+    corners = declared.corners * _edge_unit(name, declared.corners, metre, notices)
+    centre, turn = _frame(corners)
+    half = np.abs((corners - centre) @ turn).max(axis=0)
+    force, moment = _plate_loads(name, declared, metre, half, notices)
+    if moment is None:  # type 1 has the centre of pressure itself
+        rest = constant(time, force[:, 2], force)
+        spot = np.column_stack([declared.channels[:, 3:5] * metre, np.zeros(len(force))])
+        force = force - rest
+    else:
+        rest = constant(time, force[:, 2], np.column_stack([force, moment]))
+        force, moment = force - rest[:3], moment - rest[3:]
+        spot = place_of(force, moment, _Z, 0.0)
+    if np.any(rest):
+        notices.append(offset_note(name, rest[:3]))
+    notices += _pressure_off_plate(name, spot, force[:, 2], half)
+    found = plate(path, name, time, force @ turn.T, centre + spot @ turn.T)
+    return Plate(name, time, found.force, found.place, corners, tuple(notices))
+
+
+def _edge_unit(name: str, corners: np.ndarray, metre: float, notices: list[Notice]) -> float:
+    """Metres in the corners' unit: the file's, unless no plate is of that size."""
+    edge = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max())
+    if not np.isfinite(edge) or edge == 0.0:
+        raise _NoPlateError("its corners are all the same point")
+    fits = [(unit, factor) for unit, factor in UNITS.items() if _EDGES[0] <= edge * factor <= _EDGES[1]]
+    if _EDGES[0] <= edge * metre <= _EDGES[1] or len(fits) != 1:
+        return metre
+    unit, factor = fits[0]
+    text = "plate {subject}: its edges are {edge:.3g} m long as stated; its corners were read as {unit}"
+    notices.append(Notice("plate-corner-unit", text, subject=name, edge=edge * metre, unit=unit))
+    return factor
+
+
+def _frame(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The surface's centre (3,), and the plate's axes as columns in the laboratory (3, 3).
+
+    Corners stand at +x +y, −x +y, −x −y, +x −y of the plate.
+    """
+    first, second, third, fourth = corners
+    x = first + fourth - second - third
+    z = np.cross(x, first + second - third - fourth)
+    lengths = np.linalg.norm(x), np.linalg.norm(z)
+    if min(lengths) < 1e-6 or not np.isfinite(corners).all():
+        raise _NoPlateError("its corners are no rectangle")
+    x, z = x / lengths[0], z / lengths[1]
+    return corners.mean(axis=0), np.column_stack([x, np.cross(z, x), z])
+
+
+def _pressure_off_plate(name: str, spot: np.ndarray, load: np.ndarray, half: np.ndarray) -> list[Notice]:
+    """A warning where the centre of pressure lies beside the plate too often."""
+    pressed = np.abs(load) > PRESSED
+    if not pressed.any():
+        return []
+    off = (np.abs(spot[pressed, :2]) - half[:2]).max(axis=1)
+    share = float((off > _BESIDE).mean())
+    if share <= 0.1:
+        return []
+    text = (
+        "plate {subject}: its centre of pressure lies off the plate in {percent:.0f} % of its loaded "
+        "samples, by up to {off_mm:.0f} mm: its origin, corners or moments are doubtful"
+    )
+    most = 1e3 * float(np.nanmax(off))
+    return [Notice("plate-pressure-off", text, subject=name, percent=100.0 * share, off_mm=most)]
+
+
+def _plate_loads(
+    name: str, declared: _DeclaredPlate, metre: float, half: np.ndarray, notices: list[Notice]
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Force [N] and moment about the surface's centre [N·m] in the plate's axes, (n, 3) each."""
+    channels = declared.channels
+    if declared.kind == 1:
+        return channels[:, :3], None
+    origin = _origin(name, declared, metre, notices)
+    if declared.kind == 3:
+        return _kistler(channels, origin)
+    if declared.kind == 4:
+        if declared.calibration is None:
+            text = "plate {subject}: has no calibration matrix; its channels were taken as N and moments"
+            notices.append(Notice("plate-not-calibrated", text, subject=name))
+        else:
+            channels = channels @ declared.calibration.T
+    force = channels[:, :3]
+    scale, unit = _moment_scale(name, declared, metre, force, channels[:, 3:6], origin, half)
+    notices += unit
+    return force, scale * channels[:, 3:6] + np.cross(force, origin)
+
+
+def _origin(name: str, declared: _DeclaredPlate, metre: float, notices: list[Notice]) -> np.ndarray:
+    """From the sensors' origin to the surface's centre, in the plate's axes [m]; of type 3 half distances.
+
+    The plate's z points down, so its third number is negative; where it is not, the opposite vector is
+    meant (as Visual3D and ezc3d read it).
+    """
+    origin = np.where(np.isfinite(declared.origin), declared.origin, 0.0)
+    depth = abs(origin[2]) * metre
+    unit = metre
+    if depth and not _DEPTH[0] <= depth <= _DEPTH[1]:
+        fits = [(n, f) for n, f in UNITS.items() if _DEPTH[0] <= abs(origin[2]) * f <= _DEPTH[1]]
+        if depth > _DEPTH[1] or depth * 1e3 >= _DEPTH[0]:  # a tiny number may be no depth but a mark
+            text, read_as = "plate {subject}: its origin lies {depth:.3g} m deep", ""
+            if len(fits) == 1:
+                read_as, unit = fits[0]
+                text += " as stated; it was read as {unit}"
+            notices.append(Notice("plate-origin-unit", text, subject=name, depth=depth, unit=read_as))
+    if declared.kind == 3:
+        if not np.all(origin[:2]):
+            raise _NoPlateError("the distances of its sensors (ORIGIN) are 0")
+        return np.array([abs(origin[0]), abs(origin[1]), -abs(origin[2])]) * unit
+    if origin[2] > 0.0:
+        up = "its ORIGIN points up from the sensors' side; the opposite was taken, as C3D has it"
+        notices.append(note("plate-origin-turned", f"plate {{subject}}: {up}", subject=name))
+        origin = -origin
+    return np.asarray(origin * unit)
+
+
+def _kistler(channels: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Four sensors at (±a, ±b), the first in the first quadrant: Fx12 Fx34 Fy14 Fy23 Fz1 … Fz4 (type 3)."""
+    a, b, depth = origin
+    x12, x34, y14, y23, z1, z2, z3, z4 = channels.T
+    force = np.column_stack([x12 + x34, y14 + y23, z1 + z2 + z3 + z4])
+    moment = np.column_stack(
+        [b * (z1 + z2 - z3 - z4), a * (z2 + z3 - z1 - z4), b * (x34 - x12) + a * (y14 - y23)]
+    )
+    return force, moment + np.cross(force, [0.0, 0.0, depth])
+
+
+def _moment_scale(
+    plate_name: str,
+    declared: _DeclaredPlate,
+    metre: float,
+    force: np.ndarray,
+    moment: np.ndarray,
+    origin: np.ndarray,
+    half: np.ndarray,
+) -> tuple[float, list[Notice]]:
+    """N·m in the moments' unit: the channel's, or N times the file's length, unless the pressure says no."""
+    stated = metre
+    name = declared.moment_unit.strip().lower().replace(" ", "")
+    for words, factor in ((("nmm", "n*mm", "n.mm", "n-mm"), 1e-3), (("nm", "n*m", "n.m", "n-m"), 1.0)):
+        stated = factor if name in words else stated
+    pressed = np.abs(force[:, 2]) > PRESSED
+    if not pressed.any():
+        return stated, []
+
+    def reach(about: np.ndarray) -> float:
+        """How far from the middle these moments put the pressure; 1 is the plate's edge."""
+        spot = place_of(force[pressed], about, _Z, 0.0)[:, :2] / np.maximum(half[:2], 1e-3)
+        return float(np.nanquantile(np.abs(spot).max(axis=1), 0.9))
+
+    def is_on(scale: float) -> bool:
+        # a foot that crosses a plate does not stay within a hundredth of it
+        about = scale * moment[pressed]
+        return reach(about) >= 0.01 and reach(about + np.cross(force[pressed], origin)) <= 1.5
+
+    others = [scale for scale in (1.0, 1e-3) if scale != stated and is_on(scale)]
+    if is_on(stated) or len(others) != 1:
+        return stated, []
+    unit = {1.0: "N·m", 1e-3: "N·mm"}[others[0]]
+    text = (
+        "plate {subject}: its centre of pressure reaches {times:.3g} times as far as its edge with moments "
+        "in the stated unit; they were read as {unit}"
+    )
+    times = reach(stated * moment[pressed])
+    return others[0], [Notice("plate-moment-unit", text, subject=plate_name, times=times, unit=unit)]

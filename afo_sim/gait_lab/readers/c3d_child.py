@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 
-def contents(path: str) -> dict[str, Any]:
+def _contents(path: str) -> dict[str, Any]:
     """All that is read of a C3D file, in plain arrays and texts."""
     import ezc3d
 
@@ -32,7 +32,7 @@ def main() -> None:
     os.dup2(2, 1)  # what ezc3d itself may print is no part of the answer
     found: dict[str, Any] | str
     try:
-        found = contents(sys.argv[1])
+        found = _contents(sys.argv[1])
     except Exception as error:  # ezc3d passes on what its C++ threw
         found = " ".join(str(error).split()) or type(error).__name__
     with os.fdopen(answer, "wb") as stream:

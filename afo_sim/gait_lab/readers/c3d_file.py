@@ -18,7 +18,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 
-BLOCK = 512  # bytes; C3D counts in them
+_BLOCK = 512  # bytes; C3D counts in them
 PATIENCE = 20.0  # that a file is given [s]
 SECONDS_A_BYTE = 1e-6  # that a large one is given more
 CHILD = "afo_sim.gait_lab.readers.c3d_child"
@@ -98,16 +98,16 @@ def _refuse_damaged(path: pathlib.Path) -> int:
     """Refuse what is no C3D file or ends too early; how many bytes it has."""
     try:
         with path.open("rb") as stream:
-            head = stream.read(BLOCK)
-            stream.seek(BLOCK * ((head[0] if head else 1) - 1))
+            head = stream.read(_BLOCK)
+            stream.seek(_BLOCK * ((head[0] if head else 1) - 1))
             section = stream.read(4)
             size = stream.seek(0, 2)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
     except ValueError:  # a place before the file's beginning
-        raise InputError("is no C3D file, or no whole one", file=path) from None
-    if len(head) < BLOCK or head[1] != 0x50:
-        raise InputError("is no C3D file, or no whole one", file=path)
+        raise InputError("is not a whole C3D file", file=path) from None
+    if len(head) < _BLOCK or head[1] != 0x50:
+        raise InputError("is not a whole C3D file", file=path)
     if len(section) < 4:
         raise InputError(f"is cut short: it ends after {size} bytes, before its parameters", file=path)
     order = ">" if section[3] == 86 else "<"  # 86: MIPS; 84: Intel; 85: DEC, whose whole numbers are Intel's
@@ -116,7 +116,7 @@ def _refuse_damaged(path: pathlib.Path) -> int:
     # numbers are floating where the header's scale is negative; its sign's place is the processor's
     floating = head[12 + {85: 1, 86: 0}.get(section[3], 3)] & 0x80
     frames = max(last - first + 1, 0) if last < 65535 else 0  # 65535 stands for more than fits
-    needed = BLOCK * (start - 1) + (4 if floating else 2) * (4 * points + analogs) * frames
+    needed = _BLOCK * (start - 1) + (4 if floating else 2) * (4 * points + analogs) * frames
     if start < 2 or needed > size:
         raise InputError(f"is cut short or damaged: it has {size} bytes of {needed}", file=path)
     return size

@@ -8,25 +8,27 @@ import numpy as np
 
 from afo_sim.common.csv_table import split_title
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
-from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
-from afo_sim.gait_lab.readers.length_unit import UNITS, length_name, metres
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.plates import Plate, plate, zeroed
-from afo_sim.gait_lab.readers.signals import check_clock
+from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
+    CUT_SHORT,
     cells_of,
     parse_row,
     read_lines,
     unique_names,
     without_empty_end,
 )
+from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
-EXAMPLE = (
+_EXAMPLE = (
     "time [s], R.Knee x [mm], R.Knee y [mm], R.Knee z [mm], knee_angle_r [deg], plate1 fx [N], plate1 px [m]"
 )
-GAIT_CYCLE = ("phase", "shank_angle_deg")  # columns of this program's own gait files
+_GAIT_CYCLE = ("phase", "shank_angle_deg")  # columns of this program's own gait files
 _POINT = re.compile(r"(?P<name>.+?)[ _.:-](?P<axis>[xyz])$", re.IGNORECASE)
 _FORCE = re.compile(r"(?P<plate>.*?)[ _.:-]?(?P<kind>[fvp])(?P<axis>[xyz])$", re.IGNORECASE)
 _MOMENTS = {"nm": 1.0, "n.m": 1.0, "n-m": 1.0, "nmm": 1e-3, "n.mm": 1e-3, "n-mm": 1e-3}
@@ -42,14 +44,13 @@ _WORDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class CsvTrial:
+class CsvTrial(Noted):
     """What a CSV file holds, as the other readers give it."""
 
     markers: Markers | None
     tables: tuple[OpenSimTable, ...]  # joint angles in degrees and lengths in m; joint moments in N·m
     plates: tuple[Plate, ...]
-    remarks: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -68,21 +69,24 @@ def read_csv_trial(path: pathlib.Path) -> CsvTrial:
     lines, ended = read_lines(path)
     place, separator, titles = _titles(path, lines)
     body = [line for line in lines[place + 1 :] if line.strip(" \t;,") and not line.lstrip().startswith("#")]
-    table, warnings = _numbers(path, body, titles, separator, ended)
+    table, notices = _numbers(path, body, titles, separator, ended)
     columns = _columns(path, titles, table)
     titled = next(k for k, column in enumerate(columns) if _is_time(column.name))
     clock = columns.pop(titled)
     if clock.unit != "s":
-        raise InputError("is no time", file=path, field="time", value=titles[titled], allowed="time [s]")
-    time, remarks, doubts = even_clock(clock.values * clock.scale)
+        title = titles[titled]
+        raise InputError("is not a valid time", file=path, field="time", value=title, allowed="time [s]")
+    time, rounded = even_clock(clock.values * clock.scale)
+    notices += rounded
     check_clock(path, time)
     refuse_slow(path, time, "time", "seconds")
     plates, columns = _plates(path, time, columns)
     markers, columns = _markers(path, time, columns)
     tables, unused = _tables(path, time, columns)
     if unused:
-        remarks.append(f"columns that were not used: {', '.join(unused[:8])}")
-    return CsvTrial(markers, tables, plates, tuple(remarks), (*warnings, *doubts))
+        text = "columns that were not used: {columns}"
+        notices.append(note("columns-unused", text, columns=", ".join(unused[:8])))
+    return CsvTrial(markers, tables, plates, tuple(notices))
 
 
 def _titles(path: pathlib.Path, lines: list[str]) -> tuple[int, str, list[str]]:
@@ -93,12 +97,12 @@ def _titles(path: pathlib.Path, lines: list[str]) -> tuple[int, str, list[str]]:
         separator = max(";\t,", key=line.count)  # the first of those that are most
         cells = without_empty_end(cells_of(line, separator))
         names = [split_title(cell)[0].lower() for cell in cells]
-        if set(GAIT_CYCLE) <= set(names):
+        if set(_GAIT_CYCLE) <= set(names):
             problem = "is a gait cycle already: `gait show`"
             raise InputError(problem, file=path, allowed="a walking trial, to be imported")
         if len(cells) > 1 and any(_is_time(name) for name in names):
             return k, separator, cells
-    raise InputError("has no line of titles with a time", file=path, allowed=EXAMPLE)
+    raise InputError("has no line of titles with a time", file=path, allowed=_EXAMPLE)
 
 
 def _is_time(name: str) -> bool:
@@ -107,7 +111,7 @@ def _is_time(name: str) -> bool:
 
 def _numbers(
     path: pathlib.Path, lines: list[str], titles: list[str], separator: str, ended: bool
-) -> tuple[np.ndarray, list[str]]:
+) -> tuple[np.ndarray, list[Notice]]:
     """The numbers (n, columns), NaN where a cell is empty, and warnings."""
     rows: list[list[float]] = []
     width = len(titles)
@@ -121,13 +125,13 @@ def _numbers(
             rows.append(parse_row(cells + [""] * (width - len(cells))))
         except ValueError:
             if last:
-                return np.array(rows), ["its last row is cut short and was left out"]
+                return np.array(rows), [CUT_SHORT]
             problem = f"row {k + 1} of its table is not {width} numbers"
             allowed = "decimal commas only where semicolons or tabs stand between the cells"
             allowed = allowed if separator == "," and len(cells) > width else "numbers or empty cells"
             raise InputError(problem, file=path, value=line.strip(), allowed=allowed) from None
     if len(rows) < 2:
-        raise InputError("has fewer than two rows of numbers", file=path, allowed=EXAMPLE)
+        raise InputError("has fewer than two rows of numbers", file=path, allowed=_EXAMPLE)
     return np.array(rows), []
 
 
@@ -136,7 +140,7 @@ def _columns(path: pathlib.Path, titles: list[str], table: np.ndarray) -> list[_
     bare = [title for title in titles if not split_title(title)[1]]
     if bare:
         shown = ", ".join(repr(title) for title in bare[:8]) + (", …" if len(bare) > 8 else "")
-        raise InputError(f"columns without a unit: {shown}", file=path, allowed=EXAMPLE)
+        raise InputError(f"columns without a unit: {shown}", file=path, allowed=_EXAMPLE)
     return [
         _Column(name, *_unit(split_title(title)[1]), table[:, k])
         for k, (name, title) in enumerate(zip(names, titles, strict=True))
@@ -203,7 +207,7 @@ def _markers(
     for name, own in parts.items():
         if set(own) != set("xyz"):
             missing = ", ".join(sorted(set("xyz") - set(own)))
-            raise InputError(f"marker {name} lacks its {missing}", file=path, allowed=EXAMPLE)
+            raise InputError(f"marker {name} lacks its {missing}", file=path, allowed=_EXAMPLE)
         for triple in zip(own["x"], own["y"], own["z"], strict=False):  # more than one if its name is doubled
             names.append(name)
             blocks.append(np.column_stack([column.values * column.scale for column in triple]))
@@ -213,8 +217,8 @@ def _markers(
     stated = next(column.scale for column in columns if id(column) in taken)
     points = lost_as_nan(np.stack(blocks, axis=1) / stated)
     unit = next((name for name, factor in UNITS.items() if factor == stated), f"{stated:g} m")
-    factor, warnings = metres(points, stated, unit)
-    markers = marker_set(path, time, names, points * (factor or stated), (), warnings)
+    factor, notices = metres(points, stated, unit)
+    markers = marker_set(path, time, names, points * (factor or stated), notices)
     return markers, [column for column in columns if id(column) not in taken]
 
 
@@ -229,6 +233,6 @@ def _tables(
             names, doubles = unique_names([column.name for column in own], "column")
             values = [column.values * column.scale for column in own]
             numbers = dict(zip(names, values, strict=True))
-            tables.append(OpenSimTable(path, time, numbers, degrees, (), tuple(doubles)))
+            tables.append(OpenSimTable(path, time, numbers, degrees, tuple(doubles)))
             columns = [column for column in columns if column.unit not in units]
     return tuple(tables), [column.name for column in columns]

@@ -6,20 +6,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.text import unique_names
 
-FILLER = 999_000.0  # coordinate from which on it says "lost", as in 9999999, in whatever unit
+_FILLER = 999_000.0  # coordinate from which on it says "lost", as in 9999999, in whatever unit
 
 
 @dataclass(frozen=True, eq=False)
-class Markers:
+class Markers(Noted):
     """Trajectories in the laboratory's axes; a marker that was not seen is NaN."""
 
     file: pathlib.Path
     time: np.ndarray  # [s] (n,)
     positions: dict[str, np.ndarray]  # name as in the file: (n, 3) [m]
-    remarks: tuple[str, ...] = ()  # what was odd about the file and how it was read
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()  # what was odd about the file and how it was read
 
     def point(self, names: Sequence[str]) -> np.ndarray:
         """The midpoint of some markers [m] (n, 3)."""
@@ -33,7 +34,7 @@ def lost_as_nan(points: np.ndarray) -> np.ndarray:
     """
     with np.errstate(invalid="ignore"):
         size = np.abs(points)
-        lost = ~np.isfinite(points).all(axis=2) | (size >= FILLER).any(axis=2) | (points == 0.0).all(axis=2)
+        lost = ~np.isfinite(points).all(axis=2) | (size >= _FILLER).any(axis=2) | (points == 0.0).all(axis=2)
         lost |= (points[..., :1] == points).all(axis=2) & (size[..., 0] >= 999.0)
     return np.where(lost[..., None], np.nan, points)
 
@@ -43,8 +44,7 @@ def marker_set(
     time: np.ndarray,
     names: list[str],
     points: np.ndarray,
-    remarks: Sequence[str],
-    warnings: Sequence[str],
+    notices: Sequence[Notice],
 ) -> Markers:
     """Markers by name: none twice, and none that is never seen.
 
@@ -53,13 +53,15 @@ def marker_set(
     titles = [name or f"unnamed {k}" for k, name in enumerate(names, start=1)]
     titles, doubles = unique_names(titles, "marker")
     seen = np.isfinite(points).all(axis=2).any(axis=0)
-    remarks, warnings = list(remarks), [*warnings, *doubles]
+    found = [*notices, *doubles]
     if not all(names):
         unnamed = [title for title, name in zip(titles, names, strict=True) if not name]
+        text = "{count} {have} no name: {names}"
         have = "marker has" if len(unnamed) == 1 else "markers have"
-        warnings.append(f"{len(unnamed)} {have} no name: {', '.join(unnamed[:6])}")
+        names_shown = ", ".join(unnamed[:6])
+        found.append(Notice("markers-unnamed", text, count=len(unnamed), have=have, names=names_shown))
     if not seen.all():
         unseen = [title for title, there in zip(titles, seen, strict=True) if not there]
-        remarks.append(f"never seen: {', '.join(unseen[:12])}")
+        found.append(note("markers-never-seen", "never seen: {names}", names=", ".join(unseen[:12])))
     positions = {title: points[:, k] for k, title in enumerate(titles) if seen[k]}
-    return Markers(file, time, positions, tuple(remarks), tuple(warnings))
+    return Markers(file, time, positions, tuple(found))

@@ -1,12 +1,125 @@
-"""Kinematics of one OpenSim joint: its coordinates → where the child body stands in the parent body."""
+"""One OpenSim joint: functions and coordinates → where the child body stands in the parent body."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.opensim_function import Function
+
+_Function = Callable[[Sequence[np.ndarray]], np.ndarray]  # coordinates, (n,) each → values that fit (n,)
+
+_SPLINES = ("SimmSpline", "NaturalCubicSpline", "natCubicSpline")  # one curve, its names over the years
+
+
+def _read_function(element: Element) -> _Function:
+    """Read a function from its XML element.
+
+    A kind that is not known is refused when it is evaluated, so that a shoulder does not stop a leg.
+    """
+    kind = element.tag
+    if kind == "Constant":
+        value = _numbers(element, "value", 1, "0")[0]
+        return lambda q: np.asarray(value)
+    if kind == "LinearFunction":
+        return _linear(_numbers(element, "coefficients", left_out="1 0"))
+    if kind == "PolynomialFunction":
+        coefficients = _numbers(element, "coefficients")
+        return lambda q: np.polyval(coefficients, q[0])
+    if kind == "MultiplierFunction":
+        inner, scale = inner_function(element), _numbers(element, "scale", 1, "1")[0]
+        return lambda q: scale * inner(q)
+    if kind in _SPLINES or kind == "PiecewiseLinearFunction":
+        x, y = _numbers(element, "x"), _numbers(element, "y")
+        if len(x) != len(y) or len(x) < 2 or np.any(np.diff(x) <= 0.0):
+            raise InputError("needs as many y as x, at least two, x rising", field=kind)
+        return _line_through(x, y) if kind == "PiecewiseLinearFunction" or len(x) == 2 else _spline(x, y)
+    return _refused(kind)
+
+
+def inner_function(element: Element) -> _Function:
+    """Read the function that a TransformAxis or a MultiplierFunction holds; none counts as zero.
+
+    Documents of version 4 put it there under its kind, earlier ones inside an element `function`.
+    """
+    for child in element:
+        if child.tag == "function" and len(child):
+            return _read_function(child[0])
+        if child.tag not in ("function", "axis", "coordinates", "coordinate", "scale"):
+            return _read_function(child)
+    return lambda q: np.asarray(0.0)
+
+
+def _numbers(element: Element, name: str, count: int | None = None, left_out: str = "") -> np.ndarray:
+    """Numbers of a child element; `left_out` is what OpenSim takes where there is none."""
+    text = element.findtext(name, left_out) or ""
+    try:
+        found = np.array([float(word) for word in text.replace(",", " ").split()])
+    except ValueError:
+        found = np.array([np.nan])
+    if not len(found) or not np.isfinite(found).all() or count not in (None, len(found)):
+        allowed = "a number" if count == 1 else "numbers"
+        raise InputError(
+            "cannot be read", field=f"{element.tag}: {name}", value=text.strip(), allowed=allowed
+        )
+    return found
+
+
+def _linear(coefficients: np.ndarray) -> _Function:
+    """a₁q₁ + … + b."""
+
+    def value(q: Sequence[np.ndarray]) -> np.ndarray:
+        return np.asarray(sum(a * x for a, x in zip(coefficients[:-1], q, strict=True)) + coefficients[-1])
+
+    return value
+
+
+def _line_through(x: np.ndarray, y: np.ndarray) -> _Function:
+    """Straight pieces; the first and the last go on beyond the ends."""
+    slope = np.diff(y) / np.diff(x)
+
+    def value(q: Sequence[np.ndarray]) -> np.ndarray:
+        piece = np.clip(np.searchsorted(x, q[0]) - 1, 0, len(slope) - 1)
+        return np.asarray(y[piece] + slope[piece] * (q[0] - x[piece]))
+
+    return value
+
+
+def _spline(x: np.ndarray, y: np.ndarray) -> _Function:
+    """The cubic spline of SIMM: Forsythe, Malcolm and Moler (1977), straight beyond its ends.
+
+    Not the natural one, in spite of a name it once had: its third derivative at an end is that of the
+    cubic through the four points there, and zero with three points.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    ends = [6.0 * _divided(x[part], y[part]) if len(x) > 3 else 0.0 for part in (slice(4), slice(-4, None))]
+    spline = make_interp_spline(x, y, k=3, bc_type=([(3, ends[0])], [(3, ends[1])]))
+    slopes = spline(x[[0, -1]], 1)
+
+    def value(q: Sequence[np.ndarray]) -> np.ndarray:
+        inside = np.clip(q[0], x[0], x[-1])
+        below, above = np.minimum(q[0] - x[0], 0.0), np.maximum(q[0] - x[-1], 0.0)
+        return np.asarray(spline(inside) + slopes[0] * below + slopes[1] * above)
+
+    return value
+
+
+def _divided(x: np.ndarray, y: np.ndarray) -> float:
+    """Newton's divided difference over all points: the leading coefficient of their polynomial."""
+    if len(x) == 1:
+        return float(y[0])
+    return (_divided(x[1:], y[1:]) - _divided(x[:-1], y[:-1])) / float(x[-1] - x[0])
+
+
+def _refused(kind: str) -> _Function:
+    def value(q: Sequence[np.ndarray]) -> np.ndarray:
+        allowed = "Constant, LinearFunction, PolynomialFunction, MultiplierFunction, SimmSpline, "
+        allowed += "PiecewiseLinearFunction"
+        raise InputError("is a function that is not read here", value=kind, allowed=allowed)
+
+    return value
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +161,7 @@ class MotionAxis:
 
     axis: np.ndarray  # of length 1, as OpenSim makes every axis (3,)
     coordinates: tuple[str, ...]
-    amount: Function  # [rad] or [m]
+    amount: _Function  # [rad] or [m]
 
 
 @dataclass(frozen=True, eq=False)

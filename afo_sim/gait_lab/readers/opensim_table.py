@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
-from afo_sim.gait_lab.readers.signals import check_clock
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
+from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
     cells_of,
+    miscount,
     parse_row,
     read_lines,
     separator_of,
@@ -18,20 +20,19 @@ from afo_sim.gait_lab.readers.text import (
     without_empty_end,
 )
 
-VECTORS = ("quaternion", "vec3", "vec6", "spatialvec", "rotation", "unitvec3")  # in one cell of a table
+_VECTORS = ("quaternion", "vec3", "vec6", "spatialvec", "rotation", "unitvec3")  # in one cell of a table
 _TIME = re.compile(r"(time|t|zeit)\s*[\[(]?\s*(s|sec|seconds?|ms)?\s*[\])]?$", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
-class OpenSimTable:
+class OpenSimTable(Noted):
     """Columns over time, in the file's own units."""
 
     file: pathlib.Path
     time: np.ndarray  # [s] (n,)
     columns: dict[str, np.ndarray]  # coordinate or column name: (n,)
     degrees: bool | None  # of the rotations; None when the header is silent
-    remarks: tuple[str, ...] = ()  # what was odd about the file and how it was read
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()  # what was odd about the file and how it was read
 
 
 def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
@@ -50,26 +51,26 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     separator = separator_of(body[0])
     names = without_empty_end(cells_of(body[0], separator))
     _refuse_vectors(path, header, names, body[1], separator)
-    table, warnings = _table(path, body[1:], len(names), separator, ended)
-    warnings += _counts(header, ("nrows", "datarows"), len(table), "rows")
-    wide = _counts(
-        header, ("ncolumns", "datacolumns"), table.shape[1], "columns"
-    )  # each row has them: no harm
-    place, factor, remarks = _clock_column(path, names, table)
-    time, more, doubts = even_clock(table[:, place] * factor)
+    table, notices = _table(path, body[1:], len(names), separator, ended)
+    notices += _counts(header, ("nrows", "datarows"), len(table), "rows")
+    # each row has its columns: no harm
+    wide = _counts(header, ("ncolumns", "datacolumns"), table.shape[1], "columns")
+    place, factor, clock = _clock_column(path, names, table)
+    time, rounded = even_clock(table[:, place] * factor)
     check_clock(path, time)
     refuse_slow(path, time, "time", "seconds, or a title 'time [ms]'")
     columns, doubles = unique_names(_coordinates(names), "column")
-    if any(re.match(r"(pelvis|hip|knee|ankle)_.*\.\d+$", name) for name in columns):
-        warnings, doubles = [*warnings, *doubles], []  # of the leg, so that the second may have been meant
+    if not any(re.match(r"(pelvis|hip|knee|ankle)_.*\.\d+$", name) for name in columns):
+        doubles = [
+            each.with_severity("note") for each in doubles
+        ]  # of the leg, the second may have been meant
     degrees = {"yes": True, "no": False}.get(header.get("indegrees", "").lower())
     return OpenSimTable(
         path,
         time,
         {name: table[:, k] for k, name in enumerate(columns) if k != place},
         degrees,
-        (*remarks, *more, *wide, *doubles),
-        (*warnings, *doubts),
+        (*clock, *notices, *rounded, *(each.with_severity("note") for each in wide), *doubles),
     )
 
 
@@ -94,7 +95,7 @@ def _refuse_vectors(
     kind = header.get("datatype", "").lower()
     cells = cells_of(row, separator) if separator != "," else []
     commas = max((cell.count(",") for cell in cells), default=0)
-    if not kind.startswith(VECTORS) and commas < 2:
+    if not kind.startswith(_VECTORS) and commas < 2:
         return
     word = "quaternions" if kind.startswith("quaternion") or commas == 3 else "vectors"
     of = ", ".join(names[1:5]) + (", …" if len(names) > 5 else "")
@@ -107,7 +108,7 @@ def _refuse_vectors(
 
 def _table(
     path: pathlib.Path, lines: list[str], width: int, separator: str | None, ended: bool
-) -> tuple[np.ndarray, list[str]]:
+) -> tuple[np.ndarray, list[Notice]]:
     """The numbers (n, width), and warnings; the last row is left out where it was cut."""
     rows: list[list[float]] = []
     for k, line in enumerate(lines):
@@ -115,12 +116,14 @@ def _table(
             rows.append(parse_row(_cells(line, width, separator)))
         except ValueError:
             if k == len(lines) - 1 and k >= 2:
-                return np.array(rows), [f"its last row, the {k + 1}th, is cut short and was left out"]
+                text = "its last row, the {row}th, is cut short and was left out"
+                return np.array(rows), [Notice("last-row-cut", text, row=k + 1)]
             problem = f"row {k + 1} of its table is not {width} numbers"
             raise InputError(problem, file=path, value=" ".join(line.split())) from None
     # "12.345" cut to "12" is a number too, but the row is shorter than those before it
     if not ended and len(rows) > 11 and len(lines[-1]) < min(len(line) for line in lines[-11:-1]):
-        return np.array(rows[:-1]), ["its last row ends with the file and may be cut: left out"]
+        text = "its last row ends with the file and may be cut: left out"
+        return np.array(rows[:-1]), [Notice("last-row-cut", text)]
     return np.array(rows), []
 
 
@@ -134,29 +137,28 @@ def _cells(line: str, width: int, separator: str | None) -> list[str]:
     return cells
 
 
-def _counts(header: dict[str, str], keys: tuple[str, str], count: int, what: str) -> list[str]:
-    """A sentence where the header counts otherwise."""
+def _counts(header: dict[str, str], keys: tuple[str, str], count: int, what: str) -> list[Notice]:
+    """A warning where the header counts otherwise."""
     stated = [int(header[key]) for key in keys if re.fullmatch("[0-9]{1,9}", header.get(key, ""))]
     wrong = [number for number in stated if number != count]
-    if not wrong:
-        return []
-    cut = ": cut short?" if what == "rows" and wrong[0] > count else ""
-    return [f"has {count} {what}, its header says {wrong[0]}{cut}"]
+    return [miscount(what, count, number, may_be_cut=what == "rows") for number in wrong[:1]]
 
 
-def _clock_column(path: pathlib.Path, names: list[str], table: np.ndarray) -> tuple[int, float, list[str]]:
+def _clock_column(path: pathlib.Path, names: list[str], table: np.ndarray) -> tuple[int, float, list[Notice]]:
     """Which column is the clock, seconds in its unit, and a remark if it is not the first, called time."""
     titled = [k for k, name in enumerate(names) if _TIME.match(name)]
     if titled:
         place = titled[0]
         milli = bool(re.search(r"[\[( ]ms", names[place], re.IGNORECASE))
         plain = place == 0 and not milli
-        told = f"its clock is column {place + 1}, {names[place]!r}"
-        return place, 1e-3 if milli else 1.0, [] if plain else [told]
+        text = "its clock is column {column}, {title!r}"
+        found = [] if plain else [note("clock-column", text, column=place + 1, title=names[place])]
+        return place, 1e-3 if milli else 1.0, found
     with np.errstate(invalid="ignore"):
         steps = np.diff(table[:, 0])
         if len(steps) and np.all(steps > 0.0) and np.ptp(steps) <= 0.1 * steps.mean():
-            return 0, 1.0, [f"its first column, {names[0]!r}, was taken as the time"]
+            text = "its first column, {title!r}, was taken as the time"
+            return 0, 1.0, [note("clock-column", text, column=1, title=names[0])]
     problem = "has no table over time after its header"
     raise InputError(problem, file=path, value=", ".join(names[:6]), allowed="a first column 'time'")
 

@@ -1,4 +1,4 @@
-"""Force plates: the ground's force on whoever stands there, and where it presses."""
+"""Force plates: the ground's force, where it presses, and the constant without load, which is taken off."""
 
 import pathlib
 import re
@@ -7,27 +7,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
-from afo_sim.gait_lab.readers.plate_baseline import WORTH, constant, place_of
 
 _COMPONENT = re.compile(r"(?P<plate>.*?)_?(?P<kind>[vp])(?P<axis>[xyz])$")
+_BAND = 10.0  # about the constant, within which a plate is unloaded [N]; assumed: twice a plate's noise
+_REST = 0.1  # shortest stretch without load [s]; assumed: a third of a swing
+_SHARE = 0.03  # of the trial that is without load [-]; assumed
+_STEPPED = 100.0  # beyond the constant: somebody was on the plate [N]; assumed
+_LARGEST = 0.15  # of the greatest load: beyond, it is somebody standing still [-]; assumed
+# What is worth taking off: 2 N is given; 1 N·m moves the pressure of 700 N by 1.4 mm (derived).
+_WORTH = (2.0, 1.0)  # [N], [N·m]
 
 PRESSED = 100.0  # force from which on its place must be known [N]
-FAR = 60.0  # from the laboratory's origin, beyond which a place in metres is one in mm [m]; assumed
-MOVED = 0.05  # by which a plate's constant may have moved its centre of pressure [m]; assumed
+_FAR = 60.0  # from the laboratory's origin, beyond which a place in metres is one in mm [m]; assumed
+_MOVED = 0.05  # by which a plate's constant may have moved its centre of pressure [m]; assumed
 
 
 @dataclass(frozen=True, eq=False)
-class Plate:
+class Plate(Noted):
     """One plate in the laboratory's axes."""
 
     name: str
     time: np.ndarray  # [s] (n,)
     force: np.ndarray  # ground on foot [N] (n, 3)
     place: np.ndarray  # centre of pressure [m] (n, 3); meaningless where hardly anything presses
-    corners: np.ndarray | None = None  # where the file tells them [m] (4, 3)
-    remarks: tuple[str, ...] = ()  # what was odd about it and how it was read
-    warnings: tuple[str, ...] = ()
+    corners: np.ndarray | None = None  # where the file states them [m] (4, 3)
+    notices: tuple[Notice, ...] = ()  # what was odd about it and how it was read
 
 
 def plate(file: pathlib.Path, name: str, time: np.ndarray, force: np.ndarray, place: np.ndarray) -> Plate:
@@ -87,6 +94,15 @@ def plates_of(table: OpenSimTable) -> list[Plate]:
     ]
 
 
+def offset_note(name: str, rest: np.ndarray) -> Notice:
+    """What a plate read without load.
+
+    Units: rest [N] (3,).
+    """
+    text = "plate {subject}: read {force:.1f} N without load, which was taken off"
+    return note("plate-offset", text, subject=name, force=float(np.linalg.norm(rest)))
+
+
 def zeroed(found: Plate) -> Plate:
     """The plate without the constant that it reads unloaded, and with its place in metres.
 
@@ -97,24 +113,84 @@ def zeroed(found: Plate) -> Plate:
     pressed = load > PRESSED
     if not pressed.any():
         return found
-    place, warnings, remarks = found.place, list(found.warnings), list(found.remarks)
+    place, notices = found.place, list(found.notices)
     far = float(np.median(np.abs(place[pressed]).max(axis=1)))
-    if FAR < far < 1e3 * FAR:
+    if _FAR < far < 1e3 * _FAR:
         place = place * 1e-3
-        warnings.append(f"plate {found.name}: its centre of pressure is {far:.0f} m away; it was read as mm")
+        text = "plate {subject}: its centre of pressure is {away:.0f} m away; it was read as mm"
+        notices.append(Notice("plate-pressure-unit", text, subject=found.name, away=far))
     up = np.eye(3)[int(np.argmax(np.abs(found.force[pressed]).mean(axis=0)))]
     moment = np.cross(place, found.force)
     rest = constant(found.time, found.force @ up, np.column_stack([found.force, moment]))
     force = found.force - rest[:3]
-    if np.linalg.norm(rest[:3]) > WORTH[0]:
-        remarks.append(
-            f"plate {found.name}: read {np.linalg.norm(rest[:3]):.1f} N without load, which was taken off"
-        )
+    if np.linalg.norm(rest[:3]) > _WORTH[0]:
+        notices.append(offset_note(found.name, rest[:3]))
         height = float(np.median(place[pressed] @ up))
         moved = place_of(force, moment - rest[3:], up, height)
         way = np.linalg.norm(moved - place, axis=1)[pressed]
-        if np.isfinite(way).all() and np.median(way) < MOVED:
+        if np.isfinite(way).all() and np.median(way) < _MOVED:
             place = np.where(np.isfinite(moved), moved, place)
     else:
         force = found.force
-    return replace(found, force=force, place=place, remarks=tuple(remarks), warnings=tuple(warnings))
+    return replace(found, force=force, place=place, notices=tuple(notices))
+
+
+def _unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:
+    """Samples in which nothing presses, if they are clear.
+
+    Units: time [s] (n,), load [N] (n,).
+    """
+    if len(load) < 8 or not np.isfinite(load).all():
+        return None
+    middle = float(np.median(load))
+    up, down = np.quantile(load, 0.999) - middle, middle - np.quantile(load, 0.001)
+    # a plate loaded for most of the trial swings to the other side: the end nearer to nothing is its rest
+    rest = float(np.quantile(load, 0.03 if abs(np.max(load)) >= abs(np.min(load)) else 0.97))
+    if max(up, down) < _STEPPED:
+        rest = middle
+    for _ in range(3):
+        near = np.abs(load - rest) < _BAND
+        if not near.any():
+            return None
+        rest = float(np.median(load[near]))
+    near = np.abs(load - rest) < _BAND
+    greatest = float(np.abs(load - rest).max())
+    edges = np.flatnonzero(np.diff(np.r_[False, near, False].astype(int)))
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    longest = float((edges[1::2] - edges[::2]).max()) * step
+    largest = (
+        _LARGEST * greatest if greatest >= _STEPPED else _STEPPED
+    )  # somebody who stands still is heavier
+    if near.mean() < _SHARE or longest < _REST or abs(rest) > largest:
+        return None
+    # by chance in the band while a foot comes or goes: the long stretches alone
+    kept = np.zeros(len(load), dtype=bool)
+    for first, stop in zip(edges[::2], edges[1::2], strict=True):
+        kept[first:stop] = (stop - first) * step >= 0.5 * _REST
+    return kept
+
+
+def constant(time: np.ndarray, load: np.ndarray, signals: np.ndarray) -> np.ndarray:
+    """What the plate's signals read without load; zeros where that is little, or not clear.
+
+    Units: time, load (n,), signals [N] (n, 3 or 6).
+    """
+    rest = _unloaded(time, load)
+    nothing = np.zeros(signals.shape[1])
+    if rest is None or not np.isfinite(signals).all():
+        return nothing
+    found = np.median(signals[rest], axis=0)
+    worth = np.linalg.norm(found[:3]) > _WORTH[0] or np.linalg.norm(found[3:]) > _WORTH[1]
+    return np.asarray(found) if worth else nothing
+
+
+def place_of(force: np.ndarray, moment: np.ndarray, up: np.ndarray, height: float) -> np.ndarray:
+    """Where a force presses on a level plane.
+
+    Units: force [N] (n, 3), moment [N·m] (n, 3), up (3,), height [m], returns [m].
+    """
+    across = force @ up
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # from p × F = M and p·u = h: u × (p × F) = p (u·F) − F (u·p)
+        place = (np.cross(up, moment) + height * force) / across[:, None]
+    return np.where(np.abs(across[:, None]) < 1.0, np.nan, place)

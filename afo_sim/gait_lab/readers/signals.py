@@ -1,18 +1,104 @@
-"""Sampled signals: gaps filled, noise filtered, evenly in time."""
+"""Sampled signals: clocks made even, gaps filled, noise filtered."""
 
 import pathlib
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 
-LONGEST_GAP = 0.2  # that is filled without distrust [s]
+_WOBBLE = 0.005  # share of a step by which steps may differ and count as even [-]; assumed
+_DISAGREES = 0.02  # share by which clock and stated rate may differ without a word [-]; assumed
+_LONGEST_STEP = 0.5  # between two samples of a walk [s]; assumed: beyond, it is no time in seconds
+
+_LONGEST_GAP = 0.2  # that is filled without distrust [s]
 # Two passes of a second-order Butterworth filter have their -3 dB at this share of one pass's (Winter 2009).
-TWO_PASSES = 0.802
+_TWO_PASSES = 0.802
+
+
+def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, list[Notice]]:
+    """The clock without the rounding of its print, with notices.
+
+    Stamps of 150 Hz printed to a millisecond run 0, 0.007, 0.013, 0.02 s; printed to a hundredth, some
+    repeat. Where all of them are a rounding away from even steps, the even steps are meant. A clock that is
+    uneven otherwise is left alone.
+
+    Units: time [s] (n,), rate [Hz], returns [s].
+    """
+    if len(time) < 3 or not np.isfinite(time).all() or time[-1] <= time[0]:
+        return time, []
+    grain, count = _grain(time), np.arange(len(time))
+    steps = np.diff(time)
+    mean = float(time[-1] - time[0]) / count[-1]
+    stated = 1.0 / rate if rate and np.isfinite(rate) and rate > 0.0 else None
+    if stated is not None and abs(mean / stated - 1.0) > _DISAGREES:
+        if _is_rounded_step(steps, stated, grain):
+            doubt = Notice(
+                "clock-step-rounded",
+                "its clock has rounded steps of {step:.4g} s; the stated {rate:g} Hz are taken, which "
+                "makes it {percent:+.1f} % as long",
+                step=mean,
+                rate=rate,
+                percent=100.0 * (stated / mean - 1.0),
+            )
+            return time[0] + stated * count, [doubt]
+        doubt = Notice(
+            "clock-rate-differs",
+            "its clock has steps of {rate:.5g} Hz, its header says {stated:g} Hz: the clock is taken",
+            rate=1.0 / mean,
+            stated=rate,
+        )
+        return time, [doubt]
+    if np.ptp(steps) <= _WOBBLE * mean or steps.min() < 0.0:
+        return time, []
+    repeats = int((steps == 0.0).sum())
+    if not repeats and (grain > 0.5 * mean or np.abs(steps - mean).max() > 1.01 * grain):
+        return time, []  # a frame was dropped, or the clock is uneven indeed
+    step = float(np.polyfit(count, time, 1)[0])
+    for likely in (stated, 1.0 / max(round(1.0 / step), 1)):  # a whole number of Hz before any other
+        if likely is not None and abs(likely - step) * count[-1] <= grain:
+            step = likely
+            break
+    even = float(np.mean(time - step * count)) + step * count
+    if np.abs(even - time).max() > 0.75 * grain:  # half of it where rounded, more where cut off
+        return time, []
+    text = "its clock is rounded to {grain:g} s and was read as even steps of {rate:.5g} Hz"
+    if not repeats:
+        return even, [note("clock-rounded", text, grain=grain, rate=1.0 / step)]
+    text += ": {repeats} stamps repeat"
+    return even, [Notice("clock-repeats", text, grain=grain, rate=1.0 / step, repeats=repeats)]
+
+
+def _is_rounded_step(steps: np.ndarray, stated: float, grain: float) -> bool:
+    """Whether a clock of equal steps that is no whole number of Hz is the stated one, its step rounded."""
+    mean = float(steps.mean())
+    rate = 1.0 / mean
+    even = float(np.ptp(steps)) < 1e-6 + _WOBBLE * mean
+    return even and abs(rate - round(rate)) > 1e-4 * rate and abs(mean - stated) <= 0.5 * grain + 1e-9
+
+
+def _grain(time: np.ndarray) -> float:
+    """The power of ten that all stamps are multiples of [s]; 1e-9 where there is none."""
+    for digits in range(1, 9):
+        if np.abs(time - np.round(time, digits)).max() < 1e-9:
+            return float(10.0**-digits)
+    return 1e-9
+
+
+def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) -> None:
+    """Refuse a clock whose steps are too long for seconds.
+
+    Units: time [s] (n,).
+    """
+    step = float(np.nanmedian(np.diff(time))) if len(time) > 1 else 0.0
+    if step > _LONGEST_STEP:
+        problem = f"its time runs in steps of {step:g} s: milliseconds, or numbers of frames?"
+        raise InputError(problem, file=path, field=field, allowed=allowed)
 
 
 def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> None:
-    """Refuse a trial's clock that stands still, runs backward, leaps or holds what is no number.
+    """Refuse a trial's clock that stands still, runs backward, leaps or holds something that is not a number.
 
     Units: time [s] (n,).
     """
@@ -26,7 +112,7 @@ def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> No
         raise InputError(
             f"time does not increase after {time[np.argmax(steps <= 0.0)]:g} s", file=file, field=field
         )
-    longest = max(LONGEST_GAP, 3.0 * float(np.median(steps)))
+    longest = max(_LONGEST_GAP, 3.0 * float(np.median(steps)))
     if steps.max() > longest:
         k = int(np.argmax(steps))
         seen = f"time leaps from {time[k]:g} to {time[k + 1]:g} s"
@@ -51,7 +137,7 @@ def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tu
     hidden = []
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         span = float(time[max(start - 1, 0)]), float(time[min(stop, len(time) - 1)])
-        if span[1] - span[0] > LONGEST_GAP or start == 0 or stop == len(time):
+        if span[1] - span[0] > _LONGEST_GAP or start == 0 or stop == len(time):
             hidden.append(span)
     return filled, hidden
 
@@ -79,7 +165,7 @@ def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
     from scipy.signal import butter, sosfiltfilt
 
     rate = (len(time) - 1) / (time[-1] - time[0])
-    once = cutoff / TWO_PASSES
+    once = cutoff / _TWO_PASSES
     if cutoff <= 0.0 or once >= 0.49 * rate or len(time) < 16:
         return values
     sections = butter(2, once, fs=rate, output="sos")

@@ -5,6 +5,7 @@ import pathlib
 import re
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 
 _MISSING = re.compile(
     r"-?(nan(\(.*\))?|n/?a|null|none|-+|\?+|[+-]?1[.,]#(qnan|snan|ind|nan)[0-9]*)?$", re.IGNORECASE
@@ -12,6 +13,8 @@ _MISSING = re.compile(
 _INFINITE = re.compile(r"([+-]?)(inf(inity)?|1[.,]#inf[0-9]*)$", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,4})?$", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eEdD][+-]?\d{1,4})?$", re.ASCII)
+
+CUT_SHORT = Notice("last-row-cut", "its last row is cut short and was left out")
 
 
 def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
@@ -28,13 +31,13 @@ def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
         except UnicodeDecodeError:
             text = raw.decode("latin-1")
     if "\0" in text:
-        raise InputError("is no text file", file=path)
+        raise InputError("is not a text file", file=path)
     ended = text.endswith(("\n", "\r"))
     lines = re.split("\r\n|\r|\n", text)  # not splitlines, which splits at Latin-1's 0x85 too
     return (lines[:-1] if ended else lines), ended
 
 
-def parse_number(cell: str) -> float:
+def _parse_number(cell: str) -> float:
     """A cell as a number; NaN for all the ways in which programs write that there is none.
 
     Examples
@@ -51,16 +54,16 @@ def parse_number(cell: str) -> float:
     if infinite:
         return -math.inf if infinite[1] == "-" else math.inf
     if _DECIMAL_COMMA.match(text):
-        return parse_number(text.replace(",", "."))
+        return _parse_number(text.replace(",", "."))
     raise ValueError(f"{text!r} is no number")
 
 
 def parse_row(cells: list[str]) -> list[float]:
-    """All of a row's cells as numbers; ValueError as `parse_number`."""
+    """All of a row's cells as numbers; ValueError as `_parse_number`."""
     try:
         return [float(cell) for cell in cells]  # by far the most rows
     except ValueError:
-        return [parse_number(cell) for cell in cells]
+        return [_parse_number(cell) for cell in cells]
 
 
 def separator_of(line: str) -> str | None:
@@ -83,7 +86,7 @@ def without_empty_end(cells: list[str]) -> list[str]:
     return cells[:last]
 
 
-def unique_names(names: list[str], what: str) -> tuple[list[str], list[str]]:
+def unique_names(names: list[str], what: str) -> tuple[list[str], list[Notice]]:
     """Names of which none comes twice, and a warning if one did: the second NAME becomes NAME.2."""
     taken: set[str] = set()
     found, renamed = [], []
@@ -99,4 +102,12 @@ def unique_names(names: list[str], what: str) -> tuple[list[str], list[str]]:
     if not renamed:
         return found, []
     shown = ", ".join(renamed[:6]) + (f" and {len(renamed) - 6} more" if len(renamed) > 6 else "")
-    return found, [f"some {what} names come more than once; what came later is called {shown} here"]
+    text = "some {subject} names come more than once; what came later is called {renamed} here"
+    return found, [Notice("names-doubled", text, subject=what, renamed=shown)]
+
+
+def miscount(what: str, count: int, stated: int, *, may_be_cut: bool) -> Notice:
+    """A warning where a header counts rows, columns, frames or markers otherwise than its file has them."""
+    text = "has {count} {subject}, its header says {stated}"
+    text += ": cut short?" if may_be_cut and stated > count else ""
+    return Notice("header-miscounts", text, subject=what, count=count, stated=stated)

@@ -7,14 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import parse_quantity
-from afo_sim.gait_lab.readers.clock import even_clock, refuse_slow
-from afo_sim.gait_lab.readers.length_unit import length_name, metres
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
-from afo_sim.gait_lab.readers.signals import check_clock
-from afo_sim.gait_lab.readers.text import cells_of, parse_row, read_lines, without_empty_end
+from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
+from afo_sim.gait_lab.readers.text import (
+    CUT_SHORT,
+    cells_of,
+    miscount,
+    parse_row,
+    read_lines,
+    without_empty_end,
+)
+from afo_sim.gait_lab.readers.unit_checks import length_name, metres
 
-LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
+_LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
 _AXIS = re.compile(r"[xyz]\d+$", re.IGNORECASE)
 
 
@@ -39,11 +46,11 @@ def read_trc(path: pathlib.Path) -> Markers:
     table, warnings = _table(path, header, ended)
     names = [*header.names, *[""] * ((table.shape[1] - header.lead) // 3 - len(header.names))]
     warnings += _counts(header.stated, len(table), len(names))
-    time, remarks, doubts = _clock(path, header, table)
+    time, clock = _clock(path, header, table)
     check_clock(path, time, "Time")
     points = lost_as_nan(table[:, header.lead :].reshape(len(table), len(names), 3))
-    factor, told = _metres(path, header.stated.get("units", ""), points)
-    return marker_set(path, time, names, points * factor, remarks, [*warnings, *doubts, *told])
+    factor, unit = _metres(path, header.stated.get("units", ""), points)
+    return marker_set(path, time, names, points * factor, [*clock, *warnings, *unit])
 
 
 def _header(path: pathlib.Path, lines: list[str]) -> _Header:
@@ -55,7 +62,7 @@ def _header(path: pathlib.Path, lines: list[str]) -> _Header:
             keys, values = line, next((later for later in lines[k + 1 :] if later.strip()), "")
         elif len(cells) > 2 and re.fullmatch(r"frames?(#|no\.?)?", cells[0].lower()):
             return _titles(path, line, lines[k + 1 :], _stated(keys, values))
-    raise InputError("is not laid out as a .trc file", file=path, allowed=LAYOUT)
+    raise InputError("is not laid out as a .trc file", file=path, allowed=_LAYOUT)
 
 
 def _stated(keys: str, values: str) -> dict[str, str]:
@@ -79,11 +86,11 @@ def _titles(path: pathlib.Path, line: str, rest: list[str], stated: dict[str, st
     if rows and all(not cell or _AXIS.match(cell) for cell in rows[0].split()):
         rows = rows[1:]
     if len(rows) < 2 or not names:
-        raise InputError("is not laid out as a .trc file", file=path, allowed=LAYOUT)
+        raise InputError("is not laid out as a .trc file", file=path, allowed=_LAYOUT)
     return _Header(stated, names, lead, tabs and "\t" in rows[0], rows)
 
 
-def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray, list[str]]:
+def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray, list[Notice]]:
     """The numbers (n, lead + 3 × markers), NaN where a cell is empty, and warnings."""
     rows = [cells_of(row, "\t" if header.tabs else None) for row in header.rows]
     warnings = []
@@ -91,7 +98,7 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
     trimmed = [len(without_empty_end(cells)) for cells in rows]
     if not ended and len(rows) > 3 and len(rows[-1]) < min(len(rows[-2]), named):
         rows, trimmed = rows[:-1], trimmed[:-1]
-        warnings.append("its last row is cut short and was left out")
+        warnings.append(CUT_SHORT)
     width = max(named, max(trimmed))
     width = header.lead + 3 * -(-(width - header.lead) // 3)
     if not header.tabs and any(len(cells) != width for cells in rows):
@@ -105,23 +112,22 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
         try:
             found = parse_row(cells[:width])
         except ValueError:
-            problem = f"frame {cells[0] or k + 1} holds what is no number"
+            problem = f"frame {cells[0] or k + 1} holds something that is not a number"
             raise InputError(problem, file=path, allowed="numbers separated by tabs") from None
         table[k, : len(found)] = found
     return table, warnings
 
 
-def _counts(stated: dict[str, str], frames: int, markers: int) -> list[str]:
+def _counts(stated: dict[str, str], frames: int, markers: int) -> list[Notice]:
     found = []
     for key, count, what in (("numframes", frames, "frames"), ("nummarkers", markers, "markers")):
         number = stated.get(key, "")
         if re.fullmatch("[0-9]{1,9}", number) and int(number) != count:
-            cut = ": cut short?" if what == "frames" and int(number) > count else ""
-            found.append(f"has {count} {what}, its header says {number}{cut}")
+            found.append(miscount(what, count, int(number), may_be_cut=what == "frames"))
     return found
 
 
-def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[str], list[str]]:
+def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[Notice]]:
     rate = _rate(header.stated.get("datarate", ""))
     time = table[:, 1] if header.lead == 2 else np.full(len(table), np.nan)
     if np.isfinite(time).any() and np.any(time[np.isfinite(time)] != 0.0):
@@ -129,7 +135,8 @@ def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.n
         return even_clock(time, rate)
     if rate is None:
         raise InputError("has neither times nor a DataRate", file=path, field="Time", allowed="seconds")
-    return np.arange(len(table)) / rate, [], [f"has no times; they were counted at DataRate {rate:g} Hz"]
+    text = "has no times; they were counted at DataRate {rate:g} Hz"
+    return np.arange(len(table)) / rate, [Notice("times-counted", text, rate=rate)]
 
 
 def _rate(text: str) -> float | None:
@@ -140,7 +147,7 @@ def _rate(text: str) -> float | None:
     return rate if 1.0 <= rate <= 1e5 else None
 
 
-def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, list[str]]:
+def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, list[Notice]]:
     """Metres in the file's unit of length, and warnings."""
     name = length_name(unit)
     stated = None
@@ -149,9 +156,9 @@ def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, l
             stated = parse_quantity(f"1 {name}", "m")
         except ValueError:
             raise InputError(
-                "is no length", file=path, field="Units", value=unit, allowed="m, mm, cm"
+                "is not a valid length", file=path, field="Units", value=unit, allowed="m, mm, cm"
             ) from None
-    factor, told = metres(points, stated, name)
+    factor, notices = metres(points, stated, name)
     if factor is None:
         raise InputError("is not stated", file=path, field="Units", allowed="m, mm, cm")
-    return factor, told
+    return factor, notices

@@ -2,38 +2,40 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import GRAVITY
 from afo_sim.gait.checks import RANGES
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
-from afo_sim.gait_lab.trial.strides import RecordedStride
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
-DIFFERENCE = 0.1  # between two masses from which on a person is warned
-BOTH_LEGS = (
+_DIFFERENCE = 0.1  # between two masses from which on a person is warned
+_BOTH_LEGS = (
     0.02  # error of the estimate from both legs: speed upward that differs by 0.2 m/s at the ends of a
 )
 # stride of 1.1 s; derived
-ONE_LEG = 0.05  # error where one leg's share is taken for half; assumed, and more of a hemiparetic walk
-UNLIKE = 1.25  # ratio of the legs' impulses that are told, 44 % and 56 % of the weight; assumed
-QUIET = 0.1  # distance from any contact at which a plate carries nobody [s]
-QUIET_ENOUGH = 0.1  # time of that which tells a plate's offset [s]
-OFFSET = 5.0  # of a plate from which on it is told [N]
-TAIL = 0.03  # before and after a contact, in which the force is below its edge of 20 N [s]
+_ONE_LEG = 0.05  # error where one leg's share is taken for half; assumed, and more of a hemiparetic walk
+_UNLIKE = 1.25  # ratio of the legs' impulses that are reported, 44 % and 56 % of the weight; assumed
+_QUIET = 0.1  # distance from any contact at which a plate carries nobody [s]
+_QUIET_ENOUGH = 0.1  # time of that which shows a plate's offset [s]
+_OFFSET = 5.0  # of a plate from which on it is reported [N]
+_TAIL = 0.03  # before and after a contact, in which the force is below its edge of 20 N [s]
 
 
 @dataclass(frozen=True)
-class BodyMass:
+class BodyMass(Noted):
     """The mass that is taken, and what it was compared with."""
 
     mass: float  # [kg]
     how: str  # "given", "of the model" or "by the plates"
     estimated: float | None = None  # by the plates, where they carry a whole stance [kg]
     one_leg: bool = False  # the estimate is twice one leg's share, as if nobody limped
-    remarks: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 def find_mass(
@@ -49,7 +51,7 @@ def find_mass(
 
     Units: given [kg], of_model [kg].
     """
-    found, remarks, warnings = _estimate(grounds, strides)
+    found, notices = _estimate(grounds, strides)
     one_leg = found is not None and len({s.side for s in strides if s.loaded and s.side in grounds}) == 1
     masses = {"given": given, "of the model": of_model, "by the plates": found}
     how = next((name for name, mass in masses.items() if mass is not None), None)
@@ -61,23 +63,29 @@ def find_mass(
         problem = f"the plates carry {mass:.3g} kg: forces in another unit?"
         raise InputError(problem, field="mass", allowed=f"{low:g} to {high:g} kg")
     if how == "by the plates" and one_leg:
-        warnings.append(
-            f"the mass, {mass:.1f} kg, is twice what one leg carries: a leg that carries 40 % of the weight "
+        text = (
+            "the mass, {mass:.1f} kg, is twice what one leg carries: a leg that carries 40 % of the weight "
             "makes it 20 % too small; give the mass"
         )
+        notices.append(Notice("mass-of-one-leg", text, mass=mass))
     for name, other in masses.items():
-        if other is not None and name != how and abs(mass / other - 1.0) > DIFFERENCE:
-            share = f"{100.0 * (mass / other - 1.0):+.0f} %"
-            warnings.append(
-                f"the mass {how}, {mass:.1f} kg, is taken; {name} it is {other:.1f} kg ({share} off that)"
-            )
-    return BodyMass(mass, how, found, one_leg, tuple(remarks), tuple(warnings))
+        if other is not None and name != how and abs(mass / other - 1.0) > _DIFFERENCE:
+            text = "the mass {how}, {mass:.1f} kg, is taken; {subject} it is {other:.1f} kg "
+            text += "({percent:+.0f} % off that)"
+            data: dict[str, Any] = {
+                "how": how,
+                "mass": mass,
+                "other": other,
+                "percent": 100.0 * (mass / other - 1.0),
+            }
+            notices.append(Notice("mass-differs", text, subject=name, **data))
+    return BodyMass(mass, how, found, one_leg, tuple(notices))
 
 
 def _estimate(
     grounds: Mapping[str, GroundForce], strides: Sequence[RecordedStride]
-) -> tuple[float | None, list[str], list[str]]:
-    """Mass by the plates [kg], None where no whole stance is on them; remarks and warnings."""
+) -> tuple[float | None, list[Notice]]:
+    """Mass by the plates [kg], None where no whole stance is on them; notices."""
     offsets = _offsets(grounds)
     shares: dict[str, list[float]] = {}
     for stride in strides:
@@ -85,41 +93,45 @@ def _estimate(
         if loaded and side in grounds:
             impulse = _impulse(grounds[side], stride, offsets)
             shares.setdefault(side, []).append(impulse / (stride.end - stride.start) / GRAVITY)
-    warnings = [
-        f"plate {name} reads {offset:+.0f} N when nobody stands on it; the mass is estimated without that"
+    text = "plate {subject} reads {force:+.0f} N when nobody stands on it; the mass is estimated without that"
+    notices = [
+        Notice("plate-offset-in-mass", text, subject=name, force=offset)
         for name, offset in offsets.items()
-        if abs(offset) > OFFSET
+        if abs(offset) > _OFFSET
     ]
     if not shares:
-        return None, [], warnings
+        return None, notices
     means = {side: float(np.mean(each)) for side, each in shares.items()}
     mass = sum(means.values()) * 2.0 / len(means)
-    error, symmetry = (BOTH_LEGS, "") if len(means) == 2 else (ONE_LEG, ", both legs taken as alike")
+    error, symmetry = (_BOTH_LEGS, "") if len(means) == 2 else (_ONE_LEG, ", both legs taken as alike")
     low, high = min(means, key=means.__getitem__), max(means, key=means.__getitem__)
-    if means[high] > UNLIKE * means[low]:
+    if means[high] > _UNLIKE * means[low]:
         error = (means[high] - means[low]) / mass
-        warnings.append(
-            f"the {low} leg carries {100.0 * means[low] / mass:.0f} % of the weight only: a limp, or a foot "
-            f"half beside its plate; then the mass is rather {2.0 * means[high]:.1f} kg"
+        text = (
+            "the {subject} leg carries {percent:.0f} % of the weight only: a limp, or a foot "
+            "half beside its plate; then the mass is rather {rather:.1f} kg"
         )
+        percent, rather = 100.0 * means[low] / mass, 2.0 * means[high]
+        notices.append(Notice("legs-unlike", text, subject=low, percent=percent, rather=rather))
     counted = " and ".join(f"{len(each)} {side}" for side, each in shares.items())
     word = "strides" if sum(map(len, shares.values())) > 1 else "stride"
-    remark = f"the plates carry {mass:.1f} kg (±{100.0 * error:.0f} %) over {counted} {word}{symmetry}"
-    return mass, [remark], warnings
+    text = "the plates carry {mass:.1f} kg (±{percent:.0f} %) over {strides}{symmetry}"
+    data: dict[str, Any] = {"strides": f"{counted} {word}", "symmetry": symmetry}
+    return mass, [note("mass-by-plates", text, mass=mass, percent=100.0 * error, **data), *notices]
 
 
 def _impulse(ground: GroundForce, stride: RecordedStride, offsets: Mapping[str, float]) -> float:
     """Vertical impulse on the foot in the stride's stance, without the plates' offset [N·s]."""
     total = 0.0
     for contact in ground.contacts:
-        if stride.start - QUIET <= contact.start and contact.end <= stride.toe_off + QUIET:
+        if stride.start - _QUIET <= contact.start and contact.end <= stride.toe_off + _QUIET:
             total += _of_contact(ground, contact, offsets.get(contact.plate, 0.0))
     return total
 
 
 def _of_contact(ground: GroundForce, contact: PlateContact, offset: float) -> float:
     time, force = ground.plates.get(contact.plate, (ground.time, ground.force_z))
-    inside = (time >= contact.start - TAIL) & (time <= contact.end + TAIL)
+    inside = (time >= contact.start - _TAIL) & (time <= contact.end + _TAIL)
     return float(np.trapezoid(force[inside] - offset, time[inside]))
 
 
@@ -132,7 +144,7 @@ def _offsets(grounds: Mapping[str, GroundForce]) -> dict[str, float]:
         quiet = np.ones(len(time), dtype=bool)
         for contact in contacts:
             if contact.plate == name:
-                quiet &= (time < contact.start - QUIET) | (time > contact.end + QUIET)
+                quiet &= (time < contact.start - _QUIET) | (time > contact.end + _QUIET)
         step = (time[-1] - time[0]) / max(1, len(time) - 1)
-        found[name] = float(np.median(force[quiet])) if quiet.sum() * step >= QUIET_ENOUGH else 0.0
+        found[name] = float(np.median(force[quiet])) if quiet.sum() * step >= _QUIET_ENOUGH else 0.0
     return found

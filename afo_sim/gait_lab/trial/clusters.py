@@ -1,4 +1,4 @@
-"""Markers that move with one segment of the body, and points that move with them."""
+"""Markers that move with one segment of the body: the rigid fit, and points that move with them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,27 +8,70 @@ import numpy as np
 
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import SIDES
-from afo_sim.gait_lab.trial.rigid_fit import fit_rigid
+
+_OFF_LINE = 0.01  # spread of markers across their line, over the spread along it, below which the turn
+# about the line counts as unknown (assumed)
 
 Pose = Mapping[str, np.ndarray]  # name → place in one posture [m] (3,)
 Segment = tuple[str, str]  # side, and "pelvis", "thigh", "shank" or "foot"
-
-REACH = 0.2  # of a marker from its bone (assumed) [m]
+_REACH = 0.2  # of a marker from its bone (assumed) [m]
 # Standard deviation of a distance within a segment above which a marker is elsewhere (assumed: skin moves by
 # up to a centimetre on the shank and twice that on the thigh) [m]
-LOOSE = 0.015
-BROAD = 0.012  # spread of markers across their line that fixes the turn about it (assumed) [m]
+_LOOSE = 0.015
+_BROAD = 0.012  # spread of markers across their line that fixes the turn about it (assumed) [m]
 FEWEST = 3  # markers that place a segment
-SEEN = 0.5  # share of the most seen marker's frames in which another one of the segment has to be seen
-
+_SEEN = 0.5  # share of the most seen marker's frames in which another one of the segment has to be seen
 # Landmarks that move with a segment; those of another segment never count to it.
-OF_SEGMENT = {
+_OF_SEGMENT = {
     "pelvis": ("asis", "psis", "sacrum"),
     "thigh": ("knee_lateral", "knee_medial"),
     "shank": ("ankle_lateral", "ankle_medial"),
     "foot": ("heel", "metatarsal_1", "metatarsal_2", "metatarsal_5"),
 }
-BONES = {"thigh": ("hip", "knee"), "shank": ("knee", "ankle"), "foot": ("heel", "toe")}
+_BONES = {"thigh": ("hip", "knee"), "shank": ("knee", "ankle"), "foot": ("heel", "toe")}
+
+
+@dataclass(frozen=True, eq=False)
+class RigidFit:
+    """Place of a body over time; NaN in a frame that shows too few of its markers."""
+
+    rotation: np.ndarray  # from the body's axes to the laboratory's (n, 3, 3)
+    position: np.ndarray  # of the body's origin, in the laboratory's axes [m] (n, 3)
+    rms: np.ndarray  # distance between seen and fitted markers, root of the mean square [m] (n,)
+
+    def place(self, point: np.ndarray) -> np.ndarray:
+        """A point of the body (3,) [m] → its path in the laboratory (n, 3) [m]."""
+        return np.asarray(self.rotation @ point + self.position)
+
+
+def fit_rigid(local: np.ndarray, seen: np.ndarray) -> RigidFit:
+    """Find `rotation` and `position` so that seen = rotation @ local + position, at best.
+
+    The rotation is proper: mirrored markers give a bad fit, never a reflection. Method of Kabsch (1976)
+    and Arun, Huang and Blostein (1987): singular values of the 3 by 3 cross-covariance.
+
+    Units: local [m] (k, 3), seen [m] (n, k, 3).
+    """
+    local, seen = np.asarray(local, dtype=float), np.asarray(seen, dtype=float)
+    known = np.all(np.isfinite(seen), axis=2) & np.all(np.isfinite(local), axis=1)  # (n, k)
+    weight = known[..., None].astype(float)
+    count = known.sum(axis=1)
+    share = 1.0 / np.maximum(count, 1)[:, None]
+    body = np.where(known[..., None], local, 0.0)  # (n, k, 3)
+    laboratory = np.where(known[..., None], seen, 0.0)
+    middle, centre = body.sum(axis=1) * share, laboratory.sum(axis=1) * share
+    body = weight * (body - middle[:, None])
+    laboratory = weight * (laboratory - centre[:, None])
+    left, spread, right = np.linalg.svd(np.einsum("nki,nkj->nij", laboratory, body))
+    left[:, :, 2] *= np.sign(np.linalg.det(left) * np.linalg.det(right))[:, None]
+    rotation = left @ right
+    position = centre - np.einsum("nij,nj->ni", rotation, middle)
+    missed = laboratory - body @ rotation.transpose(0, 2, 1)
+    rms = np.sqrt((missed**2).sum(axis=(1, 2)) * share[:, 0])
+    known_turn = spread[:, 1] > _OFF_LINE**2 * spread[:, 0]  # of the cross-covariance: squares of spreads
+    lost = ~((count >= 3) & known_turn)
+    rotation[lost], position[lost], rms[lost] = np.nan, np.nan, np.nan
+    return RigidFit(rotation, position, rms)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +88,7 @@ class Cluster:
         if len(self.names) < FEWEST:
             return False
         spreads = np.linalg.svd(self.places - self.places.mean(axis=0), compute_uv=False)
-        return bool(spreads[1] >= BROAD * np.sqrt(len(self.names)))
+        return bool(spreads[1] >= _BROAD * np.sqrt(len(self.names)))
 
     def joined(self, name: str, place: np.ndarray, path: np.ndarray) -> "Cluster":
         """The cluster with one more point: its place (3,) and its path (n, 3) [m]."""
@@ -67,7 +110,7 @@ class Cluster:
 
         Units: path [m] (n, 3), returns [m].
         """
-        shape = mean_shape(self.paths)
+        shape = _mean_shape(self.paths)
         if shape is None:
             return path, math.inf
         carried = fit_rigid(shape, self.paths).place(_mean_place(shape, self.paths, path))
@@ -77,12 +120,15 @@ class Cluster:
         return np.where(np.isfinite(path), path, carried), stray
 
 
+Clusters = Mapping[Segment, Cluster]
+
+
 def find_clusters(
     markers: Markers,
     pose: Pose,
     points: Mapping[str, Mapping[str, np.ndarray]],
     names: Mapping[str, Mapping[str, Sequence[str]]],
-) -> dict[Segment, Cluster]:
+) -> Clusters:
     """Markers by side and segment.
 
     A landmark's marker belongs to its segment by name; any other to the nearest bone of the posture. Those
@@ -94,11 +140,11 @@ def find_clusters(
     free = _near_bones({name: pose[name] for name in pose if name not in taken}, points)
     found = {}
     for side in SIDES:
-        for segment, landmarks in OF_SEGMENT.items():
+        for segment, landmarks in _OF_SEGMENT.items():
             sides = SIDES if segment == "pelvis" else (side,)
             own = [name for each in sides for mark in landmarks for name in names[each].get(mark, ())]
             both = [n for n in (*dict.fromkeys(own), *free.get((side, segment), ())) if n in pose]
-            kept = constant(markers, _often_seen(markers, both))
+            kept = _constant(markers, _often_seen(markers, both))
             places = np.array([pose[name] for name in kept]).reshape(-1, 3)
             paths = [markers.positions[name] for name in kept]
             empty = np.empty((len(markers.time), 0, 3))
@@ -106,7 +152,7 @@ def find_clusters(
     return found
 
 
-def constant(markers: Markers, names: Sequence[str]) -> list[str]:
+def _constant(markers: Markers, names: Sequence[str]) -> list[str]:
     """The markers whose mutual distances stay constant; the worst are left out one by one."""
     kept = list(names)
     while len(kept) >= FEWEST:
@@ -117,7 +163,7 @@ def constant(markers: Markers, names: Sequence[str]) -> list[str]:
         mean = np.where(seen, apart, 0.0).sum(axis=0) / count
         deviation = np.sqrt((np.where(seen, apart - mean, 0.0) ** 2).sum(axis=0) / count)
         loose = deviation.sum(axis=1) / (len(kept) - 1)
-        if loose.max() <= LOOSE:
+        if loose.max() <= _LOOSE:
             break
         kept.pop(int(np.argmax(loose)))
     return kept
@@ -131,7 +177,7 @@ def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     if len(paths) <= FEWEST:
         return dict(paths)
     seen = np.stack(list(paths.values()), axis=1)
-    shape = mean_shape(seen)
+    shape = _mean_shape(seen)
     if shape is None or np.isfinite(seen).all():
         return dict(paths)
     fit = fit_rigid(shape, seen)
@@ -141,7 +187,7 @@ def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     }
 
 
-def mean_shape(seen: np.ndarray) -> np.ndarray | None:
+def _mean_shape(seen: np.ndarray) -> np.ndarray | None:
     """Mean shape of a segment's markers, in axes of its own (k, 3) [m]; None if never seen all at once.
 
     Units: seen [m] (n, k, 3).
@@ -162,18 +208,18 @@ def _mean_place(shape: np.ndarray, seen: np.ndarray, path: np.ndarray) -> np.nda
 
 
 def _near_bones(pose: Pose, points: Mapping[str, Mapping[str, np.ndarray]]) -> dict[Segment, list[str]]:
-    """Markers by the nearest bone within `REACH`."""
+    """Markers by the nearest bone within `_REACH`."""
     bones = {
         (side, segment): (points[side][start], points[side][end])
         for side in SIDES
-        for segment, (start, end) in BONES.items()
+        for segment, (start, end) in _BONES.items()
         if start in points[side] and end in points[side]
     }
     found: dict[Segment, list[str]] = {segment: [] for segment in bones}
     for name, place in pose.items():
         distances = {segment: _distance(place, *bone) for segment, bone in bones.items()}
         nearest = min(distances, key=lambda segment: distances[segment], default=None)
-        if nearest is not None and distances[nearest] < REACH:
+        if nearest is not None and distances[nearest] < _REACH:
             found[nearest].append(name)
     return found
 
@@ -191,4 +237,4 @@ def _often_seen(markers: Markers, names: Sequence[str]) -> list[str]:
         for name in names
         if name in markers.positions
     }
-    return [name for name in counts if counts[name] > SEEN * max(counts.values())]
+    return [name for name in counts if counts[name] > _SEEN * max(counts.values())]

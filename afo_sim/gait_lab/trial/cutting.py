@@ -1,4 +1,4 @@
-"""Cutting: the signals of a stride over its phase, as a gait cycle."""
+"""Cutting: the signals of a stride over its phase, as a gait cycle; its ankle zero and height."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,25 +7,32 @@ from typing import Self
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import GRAVITY
-from afo_sim.gait.checks import COP_FORCE, LATE_SWING, MOMENT_ERROR
+from afo_sim.gait.checks import COP_FORCE, LATE_SWING, MOMENT_ERROR, RANGES
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.flat_foot import flat_part
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.signals import evenly, fill_gaps
-from afo_sim.gait_lab.trial.calibration import ankle_zero, require_height
 from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.closing import sample
 from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.strides import RecordedStride
+from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride, sample
 
-LIGHT = 30.0  # force below which an adult's centre of pressure means nothing; a child's goes by weight [N]
+# What a cycle's notes say of a moment that no file gave.
+FROM_GROUND_FORCE = "derived from ground force and centre of pressure, the foot taken as massless"
+_LIGHT = 30.0  # force below which an adult's centre of pressure means nothing; a child's goes by weight [N]
+
+# Pitch of the sole where it should lie flat, from which on it does not: a model's sole is pitched by 0.7 to
+# 4.3 deg there in eight legs of two healthy adults, so twice the most (derived) [deg].
+_RAISED = 8.0
+_CHAIN_ERROR = 0.03  # of typed lengths together; 1 cm costs about 0.05 N·m/kg (assumed) [m]
 
 
 @dataclass(frozen=True, eq=False)
-class Cutter:
+class Cutter(Noted):
     """One leg's motion and ground force, calibrated by the flat foot of all its strides."""
 
     motion: LegMotion
@@ -36,8 +43,7 @@ class Cutter:
     choices: Choices
     zero: float  # to take out of the ankle angle [rad]
     lift: float  # to add to the ankle's height [m]
-    remarks: tuple[str, ...]
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...]
 
     @classmethod
     def of(
@@ -54,17 +60,19 @@ class Cutter:
         """Calibrate by the part of all strides in which the sole lies flat: its pitch, the ankle's height.
 
         `sole` is the pitch of the line heel–toe with the sole flat [rad], where a standing trial or a model
-        tells it. A foot that is pitched against that never lies flat: a toe walker's. Then `sole` counts.
+        shows it. A foot that is pitched against that never lies flat: a toe walker's. Then `sole` counts.
         """
         plain = cls(motion, closed_motion, ground, belt_speed, mass, choices, 0.0, 0.0, ())
         flat = np.vstack([plain._flat(stride) for stride in strides])
         pitch, height = flat.mean(axis=0)
-        zero, remarks, warnings = ankle_zero(float(pitch), sole, choices.keep_zero)
+        zero, calibration = _ankle_zero(float(pitch), sole, choices.keep_zero)
+        notices = [calibration]
         lift = 0.0 if choices.ankle_height is None else choices.ankle_height - height
-        require_height(float(height), choices)
+        _require_height(float(height), choices)
         if lift:
-            remarks += (f"ankle's height moved by {1e3 * lift:+.0f} mm",)
-        return cls(motion, closed_motion, ground, belt_speed, mass, choices, zero, lift, remarks, warnings)
+            text = "ankle's height moved by {lift_mm:+.0f} mm"
+            notices.append(note("ankle-lifted", text, lift_mm=1e3 * float(lift)))
+        return cls(motion, closed_motion, ground, belt_speed, mass, choices, zero, lift, tuple(notices))
 
     def _motion_of(self, stride: RecordedStride) -> LegMotion:
         return self.motion if stride.closed is None or self.closed_motion is None else self.closed_motion
@@ -127,12 +135,12 @@ class Cutter:
         z = z + self.lift
         force_x, force_z, about = self._force(stride, phase).T
         force_z = np.maximum(force_z, 0.0)
-        pressed = force_z > min(LIGHT, COP_FORCE * mass * GRAVITY)
+        pressed = force_z > min(_LIGHT, COP_FORCE * mass * GRAVITY)
         place = np.where(pressed & (phase < LATE_SWING), about / np.where(pressed, force_z, 1.0), np.nan)
         moment = np.where(pressed | np.isnan(force_z), -(about + z * force_x), 0.0) / mass
-        source = "derived from ground force and centre of pressure, the foot taken as massless"
+        source = FROM_GROUND_FORCE
         if trial.moments is not None:
-            given = moment_of(trial.moments, stride, phase) / mass
+            given = _moment_of(trial.moments, stride, phase) / mass
             if _agree(given, moment, pressed):
                 moment, source = given, f"as in {trial.moments.file.name}"
         flat = flat_part(phase, ankle - shank, z, _standing(stride, phase)).holds(phase)
@@ -172,10 +180,10 @@ def reference_of(
     if trial.moments is None:
         return None
     phase = np.linspace(0.0, 1.0, rows)
-    return np.asarray(np.mean([moment_of(trial.moments, s, phase) for s in strides], axis=0) / mass)
+    return np.asarray(np.mean([_moment_of(trial.moments, s, phase) for s in strides], axis=0) / mass)
 
 
-def moment_of(table: OpenSimTable, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
+def _moment_of(table: OpenSimTable, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
     """Internal ankle moment over a stride's phase, dorsiflexion positive [N·m], of inverse dynamics."""
     name = f"ankle_angle_{stride.side[0]}_moment"
     if name not in table.columns:
@@ -203,7 +211,7 @@ def _agree(given: np.ndarray, demanded: np.ndarray, pressed: np.ndarray) -> bool
 
 def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, str]:
     cutoff = f"low-pass at {choices.cutoff:g} Hz" if choices.cutoff else "not filtered"
-    second = "second heel strike by ground force" if stride.by == "force" else f"by {stride.by}"
+    second = "second heel strike by ground force" if stride.by == FORCE else f"by {stride.by}"
     notes = {
         "cut": f"{stride.start:.4f} to {stride.end:.4f} s of the trial; {second}",
         "processing": f"kinematics and ground force {cutoff}, {choices.rows} rows",
@@ -217,3 +225,48 @@ def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, s
         # its own ends may be times that the trial does not have
         notes["cut"] = f"recorded {first:.4f} to {last:.4f} s of the trial; by {stride.by}"
     return notes
+
+
+def _ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Notice]:
+    """The ankle angle's zero [rad]: the foot's pitch where flat, or the sole's if it never lies flat there.
+
+    With a note or a warning on it.
+    """
+    if keep:
+        text = "ankle's zero kept; the foot's pitch where flat is {pitch:+.1f} deg"
+        return 0.0, note("ankle-zero-kept", text, pitch=float(np.degrees(flat)))
+    if sole is None or abs(np.degrees(flat - sole)) <= _RAISED:
+        text = "ankle's zero moved by {moved:+.1f} deg, so that the flat foot is level"
+        return flat, note("ankle-zero-moved", text, moved=float(np.degrees(-flat)))
+    text = (
+        "the sole is pitched by {pitch:+.1f} deg, toe up positive, in the part of stance "
+        "in which it should lie flat: the ankle's zero is moved by {moved:+.1f} deg, "
+        "as the standing trial or the model states"
+    )
+    pitch, moved = float(np.degrees(flat - sole)), float(np.degrees(-sole))
+    return sole, Notice("sole-pitched", text, pitch=pitch, moved=moved)
+
+
+def _require_height(height: float, choices: Choices) -> None:
+    """Refuse an ankle that stands nowhere near the floor, or not where typed lengths have it.
+
+    Units: height [m].
+    """
+    low, high = RANGES["ankle_height_m"]
+    stated = choices.ankle_height
+    if choices.thigh is not None and stated is not None and abs(height - stated) > _CHAIN_ERROR:
+        word = "short" if height > stated else "long"
+        raise InputError(
+            f"thigh, shank and ankle height are {100.0 * abs(height - stated):.0f} cm too {word}: they leave "
+            f"the ankle {100.0 * height:.0f} cm above the floor with the foot flat",
+            field="thigh",
+            allowed=f"the walker's own, within {100.0 * _CHAIN_ERROR:.0f} cm together; or the scaled model, "
+            "`model`",
+        )
+    if stated is None and not low <= height <= high:
+        raise InputError(
+            f"the ankle is {height:.3g} m above the laboratory's zero with the foot flat",
+            field="up",
+            allowed="the axis upward, with the floor at 0; the person's own scaled model; or the ankle height"
+            ', for example "7 cm"',
+        )

@@ -1,25 +1,30 @@
 """The files of one walking trial, recognised by what they hold."""
 
 import pathlib
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
-from afo_sim.gait_lab.readers.file_kind import kind_of
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
 from afo_sim.gait_lab.readers.plates import Plate, plates_of
 from afo_sim.gait_lab.readers.trc import read_trc
 
-STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
-JOINTS = ("ankle_angle_", "knee_angle_")
+_STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
+_JOINTS = ("ankle_angle_", "knee_angle_")
+
+_SUFFIXES = ".mot, .sto, .trc, .c3d, .csv, .osim"
+_READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv": "csv", ".osim": "model"}
 
 
 @dataclass(frozen=True, eq=False)
-class WalkingTrial:
+class WalkingTrial(Noted):
     """Tables in the files of one walking trial."""
 
     files: tuple[pathlib.Path, ...]
@@ -30,8 +35,7 @@ class WalkingTrial:
     moments: OpenSimTable | None = None  # inverse dynamics
     model: pathlib.Path | None = None  # of OpenSim, if one stands among the files
     standing: Markers | None = None  # a second file of markers, in which nobody walks
-    remarks: tuple[str, ...] = ()  # of all files, each after its file's name
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()  # of all files, each after its file's name
 
 
 @dataclass(eq=False)
@@ -43,8 +47,7 @@ class _Content:
     tables: dict[str, OpenSimTable] = field(default_factory=dict)  # by field of WalkingTrial
     plates: tuple[Plate, ...] = ()
     model: bool = False
-    remarks: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
@@ -63,7 +66,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     Raises
     ------
     InputError
-        A file of another kind, one that cannot be read, or two of the same kind; all problems are told.
+        A file of another kind, one that cannot be read, or two of the same kind; all problems are listed.
     """
     contents: list[_Content] = []
     problems: list[InputError] = []
@@ -76,7 +79,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     problems += more
     tables, more = _tables(contents)
     problems += more
-    plates, plate_remarks, more = _plates(contents, standing)
+    plates, unused, more = _plates(contents, standing)
     problems += more
     models = [content.file for content in contents if content.model]
     problems += [
@@ -94,27 +97,26 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
         moments=tables.get("moments"),
         model=models[0] if models else None,
         standing=standing.markers if standing else None,
-        remarks=(*_told(contents, "remarks"), *plate_remarks),
-        warnings=_told(contents, "warnings"),
+        notices=(*_notices(contents), *unused),
     )
 
 
 def _content(file: pathlib.Path) -> _Content:
-    kind = kind_of(file)
+    kind = _kind_of(file)
     if kind == "model":
         return _Content(file, model=True)
     if kind == "setup":
-        hint = "is a setup of OpenSim and not needed: which foot is on which plate is found from the forces"
-        return _Content(file, remarks=(hint,))
+        text = "is a setup of OpenSim and not needed: which foot is on which plate is found from the forces"
+        return _Content(file, notices=(note("setup-unused", text),))
     if kind == "c3d":
         from afo_sim.gait_lab.readers.c3d import read_c3d
 
         markers, plates = read_c3d(file)
         seen = markers if markers.positions else None
-        return _Content(file, seen, {}, tuple(plates), False, markers.remarks, markers.warnings)
+        return _Content(file, seen, {}, tuple(plates), notices=markers.notices)
     if kind == "trc":
         markers = read_trc(file)
-        return _Content(file, markers, {}, (), False, markers.remarks, markers.warnings)
+        return _Content(file, markers, notices=markers.notices)
     if kind == "csv":
         trial = read_csv_trial(file)
         parts: list[OpenSimTable | Markers] = [*trial.tables]
@@ -124,9 +126,7 @@ def _content(file: pathlib.Path) -> _Content:
             trial.markers,
             {name: table for table in trial.tables for name in _kinds(table)},
             trial.plates,
-            False,
-            (*trial.remarks, *(remark for part in parts for remark in part.remarks)),
-            (*trial.warnings, *(warning for part in parts for warning in part.warnings)),
+            notices=(*trial.notices, *(notice for part in parts for notice in part.notices)),
         )
     table = read_opensim_table(file)
     found = tuple(plates_of(table))
@@ -138,14 +138,14 @@ def _content(file: pathlib.Path) -> _Content:
             allowed="columns such as ankle_angle_r, ankle_angle_r_moment, talus_r_X, ground_force_vx; "
             f"it has {', '.join(list(table.columns)[:8])}",
         )
-    return _Content(file, None, dict.fromkeys(kinds, table), found, False, table.remarks, table.warnings)
+    return _Content(file, None, dict.fromkeys(kinds, table), found, notices=table.notices)
 
 
 def _kinds(table: OpenSimTable) -> list[str]:
     """Which of a trial's tables it is, by its columns."""
     names = list(table.columns)
-    moments = [name for name in names if name.startswith(JOINTS) and name.endswith("_moment")]
-    angles = [name for name in names if name.startswith(JOINTS) and not name.endswith(("_moment", "_force"))]
+    moments = [name for name in names if name.startswith(_JOINTS) and name.endswith("_moment")]
+    angles = [name for name in names if name.startswith(_JOINTS) and not name.endswith(("_moment", "_force"))]
     bodies = [name for name in names if name.startswith("talus_")]
     kinds = {"moments": moments, "bodies": bodies, "angles": [] if moments else angles}
     return [kind for kind, found in kinds.items() if found]
@@ -158,7 +158,7 @@ def _walking_and_standing(
     marked = [content for content in contents if content.markers is not None]
     if len(marked) < 2:
         return (marked[0] if marked else None), None, []
-    still = [content for content in marked if stands_still(content.markers)]
+    still = [content for content in marked if _stands_still(content.markers)]
     moving = [content for content in marked if content not in still]
     walking, standing = (moving or still)[0], still[0] if moving and still else None
     many = [content for content in marked if content not in (walking, standing)]
@@ -167,7 +167,7 @@ def _walking_and_standing(
     return walking, standing, [InputError(problem, file=c.file, allowed=allowed) for c in many]
 
 
-def stands_still(markers: Markers | None) -> bool:
+def _stands_still(markers: Markers | None) -> bool:
     """Whether nobody walks: a middle marker stays within 5 cm."""
     if markers is None or not markers.positions:
         return False
@@ -177,7 +177,7 @@ def stands_still(markers: Markers | None) -> bool:
         if len(known):
             low, high = np.quantile(known, [0.05, 0.95], axis=0)
             ways.append(float(np.linalg.norm(high - low)))
-    return bool(ways) and float(np.median(ways)) < STILL
+    return bool(ways) and float(np.median(ways)) < _STILL
 
 
 def _tables(contents: Sequence[_Content]) -> tuple[dict[str, OpenSimTable], list[InputError]]:
@@ -194,13 +194,14 @@ def _tables(contents: Sequence[_Content]) -> tuple[dict[str, OpenSimTable], list
 
 def _plates(
     contents: Sequence[_Content], standing: _Content | None
-) -> tuple[tuple[Plate, ...], list[str], list[InputError]]:
+) -> tuple[tuple[Plate, ...], list[Notice], list[InputError]]:
     """The plates of the file that has them; a copy beside joint angles counts if there is no other."""
     holders = [content for content in contents if content.plates and content is not standing]
     copies = [content for content in holders if "angles" in content.tables]
     first = [content for content in holders if content not in copies] or copies
-    remarks = [
-        f"{content.file.name}: its ground forces are not used, {first[0].file.name} has them"
+    text = "{subject}: its ground forces are not used, {other} has them"
+    unused = [
+        note("plates-unused", text, subject=content.file.name, other=first[0].file.name)
         for content in copies
         if content is not first[0]
     ]
@@ -208,14 +209,41 @@ def _plates(
         InputError("is a second file with force plates", file=content.file, allowed="the files of one trial")
         for content in first[1:]
     ]
-    return (first[0].plates if first else ()), remarks, problems
+    return (first[0].plates if first else ()), unused, problems
 
 
-def _told(contents: Sequence[_Content], what: str) -> tuple[str, ...]:
-    """Remarks or warnings of all files and their plates, each after its file's name."""
+def _notices(contents: Sequence[_Content]) -> tuple[Notice, ...]:
+    """Those of all files and their plates, each after its file's name."""
     return tuple(
-        text if text.startswith(content.file.name) else f"{content.file.name}: {text}"
+        notice.after(f"{content.file.name}: ")
         for content in contents
-        for part in (content, *content.plates)
-        for text in getattr(part, what)
+        for notice in (*content.notices, *(notice for plate in content.plates for notice in plate.notices))
     )
+
+
+def _kind_of(file: pathlib.Path) -> str:
+    """What a file is, by its first lines, and by its name if they do not show it."""
+    if file.is_dir():
+        raise InputError("is a folder", file=file, allowed=f"the files of one trial: {_SUFFIXES}")
+    by_name = _READ_AS.get(file.suffix.lower(), "")
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(20_000)
+    except OSError as error:
+        if by_name or not file.exists():
+            raise InputError(f"cannot be read: {error.strerror or error}", file=file) from None
+        raise
+    if head[1:2] == b"\x50" and by_name in ("c3d", ""):
+        return "c3d"
+    text = head.replace(b"\0", b"").decode("latin-1").lower()
+    if "<opensimdocument" in text or text.lstrip("ï»¿ \r\n\t").startswith("<?xml"):
+        return "model" if re.search(r"<model[ >]", text) else by_name or "setup"
+    if re.search(r"^[ \t;,]*endheader", text, re.MULTILINE):
+        return "table"
+    if re.match(r"[^\n]*pathfiletype", text) or re.search(r"^ *frame ?#?\s+time\s", text, re.MULTILINE):
+        return "trc"
+    if by_name:
+        return by_name
+    if re.search(r"^[^#\n]*\btime ?[\[(]", text, re.MULTILINE):
+        return "csv"
+    raise InputError("is not a kind of file that can be imported", file=file, allowed=_SUFFIXES)

@@ -6,19 +6,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.plates import PRESSED, Plate
 from afo_sim.gait_lab.readers.signals import evenly, low_pass
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.standing_on import stands_there
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 EDGE = 20.0  # vertical force at which a contact begins and ends [N]
-SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]
-SHORTEST = 0.1  # contact that is a step [s]
-LEVEL = 0.01  # height of the plates that is none (assumed) [m]
-UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the same leg's ankle [m]
+_SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]
+_SHORTEST = 0.1  # contact that is a step [s]
+_LEVEL = 0.01  # height of the plates that is none (assumed) [m]
+_UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the same leg's ankle [m]
+
+_REACH = 0.15  # mean distance of a foot's pressure from its line heel–toe, beyond which it is another's or a
+# crutch's; 1 to 6 cm in the feet of four recorded walks, the other foot's 35 cm and more (derived) [m]
+_PLANAR = 1e-4  # width of a leg that is known in the plane of walking alone [m]
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,7 @@ class PlateContact:
 
 
 @dataclass(frozen=True, eq=False)
-class GroundForce:
+class GroundForce(Noted):
     """Force on one foot in the sagittal plane, filtered; zero outside its contacts. Arrays (n,)."""
 
     time: np.ndarray  # [s]
@@ -43,9 +48,8 @@ class GroundForce:
     contacts: tuple[PlateContact, ...]  # own, in order
     plates: dict[str, tuple[np.ndarray, np.ndarray]]  # name: time, upward force as read, for the picture
     foreign: tuple[PlateContact, ...] = ()
-    remarks: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
     side: str = "right"
-    warnings: tuple[str, ...] = ()
 
 
 def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[PlateContact]:
@@ -54,10 +58,10 @@ def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[Plate
     edges = np.flatnonzero(np.diff(np.r_[False, above, False].astype(int)))
     found = []
     for first, stop in zip(edges[::2], edges[1::2], strict=True):
-        whole = bool((first > 0 or force[first] < SURE) and (stop < len(time) or force[stop - 1] < SURE))
+        whole = bool((first > 0 or force[first] < _SURE) and (stop < len(time) or force[stop - 1] < _SURE))
         start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
         end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])
-        if force[first:stop].max() > SURE and end - start >= SHORTEST:
+        if force[first:stop].max() > _SURE and end - start >= _SHORTEST:
             found.append(PlateContact(plate, start, end, whole, own=True))
     return found
 
@@ -67,10 +71,10 @@ def with_floor(frame: WalkingFrame, plates: Sequence[Plate]) -> WalkingFrame:
     pressed = [frame.plane(p.place)[np.abs(frame.plane(p.force)[:, 1]) > PRESSED, 1] for p in plates]
     heights = np.concatenate([np.zeros(0), *pressed])
     floor = float(np.median(heights)) if len(heights) else 0.0
-    if abs(floor) < LEVEL:
+    if abs(floor) < _LEVEL:
         return frame
-    told = f"the plates lie {1e3 * floor:+.0f} mm above the laboratory's zero: the floor is taken to be there"
-    return replace(frame, floor=floor, remarks=(*frame.remarks, told))
+    text = "the plates lie {above_mm:+.0f} mm above the laboratory's zero: the floor is taken to be there"
+    return replace(frame, floor=floor, notices=(*frame.notices, note("floor", text, above_mm=1e3 * floor)))
 
 
 def foot_force(
@@ -88,52 +92,68 @@ def foot_force(
     the centre of pressure is their quotient.
     """
     chosen = _chosen(plates, choices)
-    remarks: list[str] = []
-    total: list[np.ndarray] = []
-    contacts: list[PlateContact] = []
-    foreign: list[PlateContact] = []
-    shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    grid, _ = evenly(chosen[0].time, chosen[0].time)
-    turned: list[str] = []
-    for plate in chosen:
-        force = frame.plane(plate.force)
-        place = frame.over_floor(plate.place)
-        if force[:, 1].min() < -2.0 * SURE and -force[:, 1].min() > force[:, 1].max():
-            force = -force
-            turned.append(plate.name)
-        # the moment about the origin on the floor, from which the pressure on the floor follows
-        force[np.abs(force[:, 1]) < 1.0] = 0.0
-        moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
-        shown[plate.name] = (plate.time, force[:, 1])
-        own = np.zeros(len(force))
-        for contact, mine in _assigned(plate, force[:, 1], place[:, 0], motion, legs, frame):
-            (contacts if mine else foreign).append(contact)
-            if mine:
-                own[_with_tails(contact, plate.time, force[:, 1])] = 1.0
-        loads = np.column_stack([force, moment]) * own[:, None]
-        smooth = low_pass(*evenly(plate.time, loads), choices.cutoff)
-        even = evenly(plate.time, plate.time)[0]
-        total.append(np.column_stack([np.interp(grid, even, c, left=0.0, right=0.0) for c in smooth.T]))
-    if turned:
-        plural = "s" if len(turned) > 1 else ""
-        told = f"plate{plural} {', '.join(turned)}: turned round to be the ground's force on the foot"
-        remarks.append(told)
+    loads = [_plate_load(plate, motion, legs, frame) for plate in chosen]
+    contacts = [contact for load in loads for contact, own in load.contacts if own]
+    foreign = [contact for load in loads for contact, own in load.contacts if not own]
     if not contacts:
-        strongest = max(float(force.max()) for _, force in shown.values())
+        strongest = max(float(load.force[:, 1].max()) for load in loads)
         _refuse_no_contact(chosen, foreign, motion.side, strongest)
-    force_x, force_z, moment = np.sum(total, axis=0).T
-    plates_used = ", ".join(dict.fromkeys(c.plate for c in contacts))
+    grid, _ = evenly(chosen[0].time, chosen[0].time)
+    force_x, force_z, moment = np.sum([load.on_grid(grid, choices.cutoff) for load in loads], axis=0).T
+    used = ", ".join(dict.fromkeys(contact.plate for contact in contacts))
+    notices = [note("foot-on-plates", "{subject} foot on plate {plates}", subject=motion.side, plates=used)]
+    turned = [load.plate.name for load in loads if load.turned]
+    if turned:
+        text = f"plate{'s' * (len(turned) > 1)} {{plates}}: turned round to be the ground's force on the foot"
+        notices.append(note("plates-turned", text, plates=", ".join(turned)))
     return GroundForce(
         time=grid,
         force_x=force_x,
         force_z=force_z,
         moment=moment,
         contacts=tuple(sorted(contacts, key=lambda c: c.start)),
-        plates=shown,
+        plates={load.plate.name: (load.plate.time, load.force[:, 1]) for load in loads},
         foreign=tuple(foreign),
-        remarks=(f"{motion.side} foot on plate {plates_used}", *remarks),
+        notices=tuple(notices),
         side=motion.side,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _PlateLoad:
+    """What one plate carries, in the plane of walking, and whose each contact is."""
+
+    plate: Plate
+    force: np.ndarray  # forward and upward [N] (n, 2)
+    moment: np.ndarray  # about the laboratory's origin on the floor [N·m] (n,)
+    contacts: list[tuple[PlateContact, bool]]  # each with whether it is of the leg's own foot
+    turned: bool  # the file has the foot's force on the ground
+
+    def on_grid(self, grid: np.ndarray, cutoff: float) -> np.ndarray:
+        """Filtered forces and moment of the own contacts at the grid's times, 0 outside (m, 3)."""
+        time, own = self.plate.time, np.zeros(len(self.force))
+        for contact, mine in self.contacts:
+            if mine:
+                own[_with_tails(contact, time, self.force[:, 1])] = 1.0
+        loads = np.column_stack([self.force, self.moment]) * own[:, None]
+        smooth = low_pass(*evenly(time, loads), cutoff)
+        even = evenly(time, time)[0]
+        return np.column_stack([np.interp(grid, even, c, left=0.0, right=0.0) for c in smooth.T])
+
+
+def _plate_load(
+    plate: Plate, motion: LegMotion, legs: Mapping[str, LegPoints], frame: WalkingFrame
+) -> _PlateLoad:
+    force = frame.plane(plate.force)
+    place = frame.over_floor(plate.place)
+    turned = bool(force[:, 1].min() < -2.0 * _SURE and -force[:, 1].min() > force[:, 1].max())
+    if turned:
+        force = -force
+    # the moment about the origin on the floor, from which the pressure on the floor follows
+    force[np.abs(force[:, 1]) < 1.0] = 0.0
+    moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
+    contacts = _assigned(plate, force[:, 1], place[:, 0], motion, legs, frame)
+    return _PlateLoad(plate, force, moment, contacts, turned)
 
 
 def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:
@@ -162,7 +182,7 @@ def _assigned(
     found = find_contacts(plate.name, plate.time, force)
     known = [_under_foot(contact, plate.time, force, place, motion) for contact in found]
     for k, contact in enumerate(found):
-        sure = (plate.time > contact.start) & (plate.time < contact.end) & (force > SURE)
+        sure = (plate.time > contact.start) & (plate.time < contact.end) & (force > _SURE)
         if known[k] and not stands_there(plate.time[sure], plate.place[sure], motion.side, legs, frame):
             known[k] = False
     seen = [mine for mine in known if mine is not None]
@@ -174,13 +194,13 @@ def _under_foot(
     contact: PlateContact, time: np.ndarray, force: np.ndarray, place: np.ndarray, motion: LegMotion
 ) -> bool | None:
     """Whether the centre of pressure stays where the leg's own foot is; None where that is not known."""
-    sure = (time > contact.start) & (time < contact.end) & (force > SURE)
+    sure = (time > contact.start) & (time < contact.end) & (force > _SURE)
     sure &= (time >= motion.time[0]) & (time <= motion.time[-1])
     if not np.any(sure):
         return None
     ahead = place[sure] - np.interp(time[sure], motion.time, motion.ankle_x)
     low, high = np.quantile(ahead, [0.05, 0.95])
-    return bool(UNDER_FOOT[0] < low and high < UNDER_FOOT[1])
+    return bool(_UNDER_FOOT[0] < low and high < _UNDER_FOOT[1])
 
 
 def _with_tails(contact: PlateContact, time: np.ndarray, force: np.ndarray) -> slice:
@@ -201,7 +221,7 @@ def _refuse_no_contact(
     if not foreign:
         raise InputError(
             f"no foot stands on a plate ({names}): the greatest upward force is {strongest:.3g} N",
-            allowed=f"one above {SURE:g} N, in newtons and in the motion's axes",
+            allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes",
         )
     spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
     raise InputError(
@@ -210,3 +230,54 @@ def _refuse_no_contact(
         value=side,
         allowed=f"a plate that carries this foot alone, in the motion's axes; or one of {names} alone",
     )
+
+
+def stands_there(
+    time: np.ndarray,
+    place: np.ndarray,
+    side: str,
+    legs: Mapping[str, LegPoints],
+    frame: WalkingFrame,
+) -> bool:
+    """Whether a centre of pressure is this foot's, by its line from heel to toe, seen from above.
+
+    With short steps the pressure of one foot passes within a foot's length of the other ankle all through
+    the contact, so that it takes both feet, and their places across the walk, to tell. A crutch's is beside.
+
+    Units: time [s] (n,), place [m] (n, 3).
+    """
+    wide = bool(np.ptp(frame.across(place))) and all(_width(leg, frame) > _PLANAR for leg in legs.values())
+    pressed = _level(place, frame, wide)
+    found = {}
+    for name, leg in legs.items():
+        ends = [_at(time, leg.time, _level(leg.points[role].path, frame, wide)) for role in ("heel", "toe")]
+        away = _distance(pressed, *ends)
+        if np.isfinite(away).mean() > 0.5:
+            found[name] = float(np.nanmean(away))
+    if side not in found:
+        return True
+    return found[side] == min(found.values()) and (found[side] < _REACH or not wide)
+
+
+def _width(leg: LegPoints, frame: WalkingFrame) -> float:
+    """How far the leg's points lie apart across the walk [m]; none for one made of sagittal angles."""
+    across = np.array([frame.across(point.path) for point in leg.points.values()])
+    seen = across[:, np.isfinite(across).all(axis=0)]
+    return float(np.ptp(seen, axis=0).max()) if seen.size else 0.0
+
+
+def _level(points: np.ndarray, frame: WalkingFrame, wide: bool) -> np.ndarray:
+    """(n, 3) in the laboratory → forward and across (n, 2); 0 across where that is not known."""
+    return np.column_stack([frame.plane(points)[:, 0], frame.across(points) * wide])
+
+
+def _at(time: np.ndarray, known: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """A way (n, 2) at other times, NaN before and after it and beside its gaps."""
+    return np.column_stack([np.interp(time, known, column, np.nan, np.nan) for column in way.T])
+
+
+def _distance(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Distance of points to lines between two ends, each (n, 2) [m] (n,)."""
+    line = end - start
+    share = np.sum((points - start) * line, axis=1) / np.maximum(np.sum(line**2, axis=1), 1e-9)
+    return np.asarray(np.linalg.norm(points - start - np.clip(share, 0.0, 1.0)[:, None] * line, axis=1))

@@ -1,33 +1,59 @@
-"""A trial → one gait cycle, and what was understood on the way."""
+"""A trial → one gait cycle, with all that it was cut from."""
 
 import pathlib
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
 from afo_sim.gait_lab.trial.body_mass import BodyMass, find_mass
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
-from afo_sim.gait_lab.trial.chosen_stride import require_loaded, take_stride
-from afo_sim.gait_lab.trial.clock_doubts import clock_doubts
+from afo_sim.gait_lab.trial.chosen_stride import mean_cycle, require_loaded, take_stride
 from afo_sim.gait_lab.trial.cutting import Cutter, reference_of
 from afo_sim.gait_lab.trial.files import WalkingTrial, read_trial
 from afo_sim.gait_lab.trial.ground_force import GroundForce, with_floor
-from afo_sim.gait_lab.trial.imported import Imported
 from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
 from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.legs import find_legs
-from afo_sim.gait_lab.trial.mean_stride import mean_cycle
-from afo_sim.gait_lab.trial.plausibility import doubts
+from afo_sim.gait_lab.trial.plausibility import clock_doubts, doubts
+from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.steps import find_steps, open_ends
-from afo_sim.gait_lab.trial.strides import RecordedStride
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame, find_frame
 
-MASS_LIMIT = 0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
+_MASS_LIMIT = (
+    0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Imported(Noted):
+    """A gait cycle with what it was cut from."""
+
+    cycle: GaitCycle
+    chosen: tuple[int, ...]  # which strides the cycle is; several: their mean
+    strides: tuple[RecordedStride, ...]  # all that were found, the right leg's first
+    cycles: tuple[GaitCycle, ...]  # one for each stride; forces are NaN where no plate lay
+    band: Mapping[str, np.ndarray] | None  # standard deviation over the strides of `chosen`'s sides, by field
+    legs: Mapping[str, LegPoints]
+    motions: Mapping[str, LegMotion]
+    grounds: Mapping[str, GroundForce]
+    frame: WalkingFrame
+    mass: BodyMass
+    zero: float  # taken out of the ankle angle [rad]
+    reference: np.ndarray | None  # internal ankle moment of a given inverse-dynamics file at the cycle's
+    # phases, dorsiflexion positive [N·m/kg] (n,)
+    trial: WalkingTrial
+    notices: tuple[Notice, ...]
+
+    def number(self, index: int) -> int:
+        """A stride's number among its side's, from 1."""
+        return sum(s.side == self.strides[index].side for s in self.strides[: index + 1])
 
 
 def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Imported:
@@ -60,39 +86,29 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     legs, model = find_legs(trial, choices, model)
     frame = with_floor(find_frame(legs, choices), trial.plates)
     motions = {side: from_points(leg, frame, choices.cutoff) for side, leg in legs.items()}
-    grounds, strides, remarks = find_steps(trial, legs, motions, frame, choices)
+    grounds, strides, left_out = find_steps(trial, legs, motions, frame, choices)
     require_loaded(strides, choices)
     mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass)
     _require_mass(mass)
     cutters = _cutters(strides, legs, motions, grounds, frame, mass.mass, choices)
-    strides, cycles, left_out = _cycles(strides, cutters, trial, choices)
+    strides, cycles, not_cut = _cycles(strides, cutters, trial, choices)
     chosen, cycle = take_stride(strides, cycles, _names(trial.files), choices)
-    alike = [c for s, c in zip(strides, cycles, strict=True) if choices.both or s.side == choices.side]
-    cutter = cutters[choices.side]
-    reference = reference_of(trial, [strides[k] for k in chosen], mass.mass, choices.rows)
+    taken = _Taken(strides, cycles, chosen, cycle)
     sides = SIDES if choices.both else (choices.side,)
-    doubted = []
-    for side in sides:
-        own = [s for s in strides if s.side == side]
-        if not choices.both:
-            doubted += _doubted(cycle, own, cutters[side], legs[side], reference)
-            continue
-        k = next(k for k in chosen if strides[k].side == side)  # of the mean of both legs a stride of each
-        given = reference_of(trial, [strides[k]], mass.mass, choices.rows)
-        words = _doubted(cycles[k], own, cutters[side], legs[side], given)
-        doubted += [f"{side} leg: {each}" for each in words]
-    told = [
-        *trial.warnings,
-        *(warning for side in sides for warning in legs[side].warnings),
-        *frame.warnings,
-        *(warning for side in sides for warning in grounds[side].warnings),
-        *mass.warnings,
+    notices = [
+        *trial.notices,
+        *(notice for side in sides for notice in legs[side].notices),
+        *frame.notices,
+        *(notice for side in sides for notice in grounds[side].notices),
+        *left_out,
+        *not_cut,
+        *mass.notices,
         *open_ends([strides[k] for k in chosen]),
-        *doubted,
+        *taken.doubts(trial, cutters, legs, choices),
     ]
-    warnings = tuple(dict.fromkeys(told))
-    return Imported(
-        cycle=cycle.with_warnings(warnings),
+    alike = [c for s, c in zip(strides, cycles, strict=True) if choices.both or s.side == choices.side]
+    done = Imported(
+        cycle=cycle,
         chosen=chosen,
         strides=tuple(strides),
         cycles=tuple(cycles),
@@ -102,36 +118,56 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
         grounds=grounds,
         frame=frame,
         mass=mass,
-        zero=cutter.zero,
-        reference=reference,
+        zero=cutters[choices.side].zero,
+        reference=reference_of(trial, [strides[k] for k in chosen], mass.mass, choices.rows),
         trial=trial,
-        remarks=(
-            *trial.remarks,
-            *(remark for side in sides for remark in legs[side].remarks),
-            *frame.remarks,
-            *(remark for side in sides for remark in grounds[side].remarks),
-            *remarks,
-            *left_out,
-            *mass.remarks,
-            *(remark for side in sides for remark in cutters[side].remarks),
-        ),
-        warnings=warnings,
+        notices=tuple(dict.fromkeys(notices)),
     )
+    return replace(done, cycle=cycle.with_warnings([str(warning) for warning in done.warnings]))
 
 
-def _doubted(
-    cycle: GaitCycle,
-    strides: Sequence[RecordedStride],
-    cutter: Cutter,
-    leg: LegPoints,
-    reference: np.ndarray | None,
-) -> list[str]:
-    """Doubts about one leg: its clocks, its calibration, and the stride that was taken of it."""
-    return [
-        *clock_doubts(cutter.motion, strides),
-        *cutter.warnings,
-        *doubts(cycle, leg, cutter.motion, cutter.ground, cutter.zero, reference),
-    ]
+@dataclass(frozen=True, eq=False)
+class _Taken:
+    """The strides of a trial with their cycles, and which of them were taken."""
+
+    strides: Sequence[RecordedStride]
+    cycles: Sequence[GaitCycle]
+    chosen: Sequence[int]
+    cycle: GaitCycle
+
+    def doubts(
+        self,
+        trial: WalkingTrial,
+        cutters: Mapping[str, Cutter],
+        legs: Mapping[str, LegPoints],
+        choices: Choices,
+    ) -> list[Notice]:
+        """Doubts about the taken stride; about a stride of each leg where the mean of both was taken."""
+        if not choices.both:
+            return self._doubts(self.cycle, self.chosen, trial, cutters[choices.side], legs[choices.side])
+        found = []
+        for side in SIDES:
+            k = next(k for k in self.chosen if self.strides[k].side == side)
+            own = self._doubts(self.cycles[k], [k], trial, cutters[side], legs[side])
+            found += [notice.after(f"{side} leg: ") for notice in own]
+        return found
+
+    def _doubts(
+        self,
+        cycle: GaitCycle,
+        taken: Sequence[int],
+        trial: WalkingTrial,
+        cutter: Cutter,
+        leg: LegPoints,
+    ) -> list[Notice]:
+        own = [stride for stride in self.strides if stride.side == leg.side]
+        strides = [self.strides[k] for k in taken]
+        reference = reference_of(trial, strides, cutter.mass, cutter.choices.rows)
+        return [
+            *clock_doubts(cutter.motion, own),
+            *cutter.notices,
+            *doubts(cycle, leg, cutter.motion, cutter.ground, cutter.zero, reference),
+        ]
 
 
 def _cutters(
@@ -159,7 +195,7 @@ def _cutters(
 
 def _cycles(
     strides: Sequence[RecordedStride], cutters: Mapping[str, Cutter], trial: WalkingTrial, choices: Choices
-) -> tuple[list[RecordedStride], list[GaitCycle], list[str]]:
+) -> tuple[list[RecordedStride], list[GaitCycle], list[Notice]]:
     """The strides that can be cut, their cycles, and why the others cannot."""
     found, cycles, why = [], [], []
     problems: list[InputError] = []
@@ -168,7 +204,9 @@ def _cycles(
             cycles.append(cutters[stride.side].cycle(stride, trial))
         except InputError as error:
             problems.append(error)
-            why.append(f"{stride.side} stride from {stride.start:.2f} s left out: {error.problem}")
+            text = "{subject} stride from {start:.2f} s left out: {problem}"
+            data = {"start": stride.start, "problem": error.problem}
+            why.append(note("stride-left-out", text, subject=stride.side, **data))
         else:
             found.append(stride)
     if problems and not any(stride.side == choices.side and stride.loaded for stride in found):
@@ -181,11 +219,11 @@ def _require_mass(mass: BodyMass) -> None:
 
     One leg alone contradicts nothing: of a lame person's weight it may carry a third.
     """
-    if mass.estimated is None or mass.one_leg or abs(mass.mass / mass.estimated - 1.0) <= MASS_LIMIT:
+    if mass.estimated is None or mass.one_leg or abs(mass.mass / mass.estimated - 1.0) <= _MASS_LIMIT:
         return
     off = 100.0 * (mass.mass / mass.estimated - 1.0)
     carried = f"{off:+.0f} % off what the plates carry, {mass.estimated:.1f} kg"
-    within = f"within {100.0 * MASS_LIMIT:.0f} %"
+    within = f"within {100.0 * _MASS_LIMIT:.0f} %"
     if mass.how != "given":
         problem = f"the mass {mass.how}, {mass.mass:.1f} kg, is {carried}"
         raise InputError(problem, field="mass", allowed=f"the walker's own by `mass`, {within}")

@@ -1,20 +1,28 @@
-"""Multi-body inverse kinematics: a model's joints posed so that all of its markers meet a trial's at best."""
+"""A model posed as a whole over a trial's markers (inverse kinematics), and the legs that it then has."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.opensim_joint import Pose
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
+from afo_sim.gait_lab.trial.clusters import fit_rigid
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.model_leg import ModelLeg, find_leg
+from afo_sim.gait_lab.trial.model_segments import MISFIT, UNSEEN
 
-STEPS = 100  # of the search, which takes about ten (assumed)
-LARGEST = 0.5  # step of a coordinate: a joint far from its place would else turn right round [rad] (assumed)
-SMALL = 1e-5  # step that counts as none [rad] or [m] (assumed)
-PROBE = 1e-6  # by which a coordinate is moved for a derivative [rad] or [m] (assumed)
-WEAK = 1e-9  # added to the normal matrix: what a marker 0.03 mm off an axis gives [m²] (assumed)
+_STEPS = 100  # of the search, which takes about ten (assumed)
+_LARGEST = 0.5  # step of a coordinate: a joint far from its place would else turn right round [rad] (assumed)
+_SMALL = 1e-5  # step that counts as none [rad] or [m] (assumed)
+_PROBE = 1e-6  # by which a coordinate is moved for a derivative [rad] or [m] (assumed)
+_WEAK = 1e-9  # added to the normal matrix: what a marker 0.03 mm off an axis gives [m²] (assumed)
+
+_DILUTION = 5.0  # error of a point over that of a marker, above which a frame does not show it (assumed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +98,7 @@ class Posed:
         """Standard error of a point of a body in a plane, over that of a marker's coordinate (n,)."""
         normal, _ = self.equations
         moves = self._moves([(body, self.bodies[body].point(point))])[:, 0]
-        spread = np.linalg.solve(normal + WEAK * np.eye(normal.shape[1]), np.swapaxes(moves, 1, 2))
+        spread = np.linalg.solve(normal + _WEAK * np.eye(normal.shape[1]), np.swapaxes(moves, 1, 2))
         return np.asarray(np.sqrt(2.0 / 3.0 * np.einsum("nic,nci->n", moves, spread)))
 
     @cached_property
@@ -130,13 +138,13 @@ class Posed:
             carried = np.array([body in beyond for body, _ in points])
             there = self._probed(k, far)
             moved = paths[:, carried] @ np.swapaxes(there.rotation, 1, 2) + there.position[:, None]
-            found[..., 6 + k][:, carried] = (moved - paths[:, carried]) / PROBE
+            found[..., 6 + k][:, carried] = (moved - paths[:, carried]) / _PROBE
         return found
 
     def _probed(self, k: int, far: str) -> Pose:
         """Displacement in the laboratory of the body `far` and all beyond as coordinate k moves a little."""
         near = self.bodies[self.skeleton.links[far]]
-        moved = self.skeleton.joint(far, self.q + PROBE * np.eye(self.q.shape[1])[k])
+        moved = self.skeleton.joint(far, self.q + _PROBE * np.eye(self.q.shape[1])[k])
         return near @ moved @ self.bodies[far].inverse()
 
 
@@ -171,14 +179,14 @@ def pose_over(skeleton: Skeleton, seen: Mapping[str, np.ndarray], start: Pose) -
         skeleton, np.tile([default[name] for name, _ in skeleton.free], (len(paths), 1)), start, paths
     )
     damping = np.full(len(paths), 1e-3)
-    for _ in range(STEPS):
+    for _ in range(_STEPS):
         normal, right = best.equations
-        ridge = damping[:, None] * np.einsum("ncc->nc", normal) + WEAK
+        ridge = damping[:, None] * np.einsum("ncc->nc", normal) + _WEAK
         step = np.linalg.solve(normal + ridge[:, :, None] * np.eye(ridge.shape[1]), right[..., None])[..., 0]
-        moving = np.abs(step).max(axis=1) >= SMALL
+        moving = np.abs(step).max(axis=1) >= _SMALL
         if not moving.any():
             return best
-        step = step / np.maximum(np.abs(step[:, 3:]).max(axis=1, keepdims=True) / LARGEST, 1.0)
+        step = step / np.maximum(np.abs(step[:, 3:]).max(axis=1, keepdims=True) / _LARGEST, 1.0)
         new = _try(skeleton, best.q + step[:, 6:], _moved(best.bodies[skeleton.root], step), paths)
         better = new.cost < best.cost
         best = new.where(better, best)
@@ -199,3 +207,96 @@ def _moved(root: Pose, step: np.ndarray) -> Pose:
 
     turn = Rotation.from_rotvec(step[:, 3:6]).as_matrix()
     return Pose(turn @ root.rotation, root.position + step[:, :3])
+
+
+def posed_legs(
+    model: OpenSimModel, legs: Mapping[str, LegPoints], seen: Mapping[str, np.ndarray]
+) -> dict[str, LegPoints]:
+    """Pose pelvis and legs with the model's joints; where that fails, leave the segments as they are.
+
+    Units: seen [m] (n, 3).
+    """
+    found = {side: find_leg(model, side) for side in legs}
+    try:
+        posed = _posed(model, found, seen)
+        return {side: _leg(posed, found[side], legs[side]) for side in legs}
+    except InputError as error:
+        text = "every segment is laid over its own markers, as the whole model cannot be posed: {reason}"
+        why = note("model-not-posed", text, reason=str(error))
+        return {side: replace(leg, notices=(why, *leg.notices)) for side, leg in legs.items()}
+
+
+def _posed(model: OpenSimModel, legs: Mapping[str, ModelLeg], seen: Mapping[str, np.ndarray]) -> Posed:
+    bodies = [leg.bodies for leg in legs.values()]
+    root, ends = bodies[0]["pelvis"], [leg.get("toes", leg["foot"]) for leg in bodies]
+    return pose_over(skeleton_of(model, root, ends, list(seen)), seen, _start(model, root, seen))
+
+
+def _start(model: OpenSimModel, root: str, seen: Mapping[str, np.ndarray]) -> Pose:
+    """The root laid over its own markers; in a gap, where it stands in the nearest frame."""
+    names = [name for name in seen if model.markers[name][0] == root]
+    if len(names) < 3:
+        raise InputError(f"of the {root}, only {', '.join(names) or 'nothing'} is seen")
+    fit = fit_rigid(
+        np.array([model.markers[name][1] for name in names]), np.stack([seen[name] for name in names], axis=1)
+    )
+    shown = np.flatnonzero(np.isfinite(fit.rms))
+    if not len(shown):
+        raise InputError(f"no frame shows three markers of the {root} off a line")
+    frames = np.arange(len(fit.rms))
+    after = np.clip(np.searchsorted(shown, frames), 0, len(shown) - 1)
+    before = np.maximum(after - 1, 0)
+    near = np.where(frames - shown[before] < np.abs(shown[after] - frames), shown[before], shown[after])
+    return Pose(fit.rotation[near], fit.position[near])
+
+
+def _leg(posed: Posed, leg: ModelLeg, laid: LegPoints) -> LegPoints:
+    """The points of a leg, in place of those of segments laid one by one."""
+    points = {}
+    for role, (segment, place) in leg.points.items():
+        path, error = _shown(posed, leg.bodies[segment], place)
+        if not np.isfinite(path).any():
+            raise InputError(f"no frame shows the {leg.side} {role}")
+        points[role] = LegPoint(
+            path,
+            leg.foot.sources.get(role, "posed with the whole model"),
+            float(np.hypot(error, leg.foot.error.get(role, UNSEEN))),
+            laid.points[role].better,
+        )
+    pelvis, _ = _shown(posed, leg.bodies["pelvis"], np.zeros(3))
+    return replace(
+        laid,
+        points=points,
+        pelvis=pelvis,
+        notices=(*laid.warnings, *_residuals(posed, leg)),
+    )
+
+
+def _shown(posed: Posed, body: str, place: np.ndarray) -> tuple[np.ndarray, float]:
+    """Path of a point of a body, NaN where too little is seen (n, 3) [m], and its standard error [m]."""
+    dilution = posed.dilution(body, place)
+    shown = dilution < _DILUTION
+    error = posed.error * float(np.median(dilution[shown])) if shown.any() else float("nan")
+    return np.where(shown[:, None], posed.bodies[body].point(place), np.nan), error
+
+
+def _residuals(posed: Posed, leg: ModelLeg) -> tuple[Notice, ...]:
+    """How well the whole model meets the markers, and the leg's parts of it; a warning where badly."""
+    parts = {
+        "pelvis": ("pelvis",),
+        f"{leg.side} thigh": ("thigh",),
+        f"{leg.side} shank": ("shank",),
+        f"{leg.side} foot": ("foot", "toes"),
+    }
+    bodies = {part: [leg.bodies[s] for s in names if s in leg.bodies] for part, names in parts.items()}
+    parts_mm = ", ".join(f"{part} {1e3 * posed.rms(of):.1f}" for part, of in bodies.items())
+    rms = posed.rms(list(posed.bodies))
+    text = "whole model posed over {markers} markers (inverse kinematics): residual {rms_mm:.1f} mm RMS"
+    whole = note("model-posed", text, markers=len(posed.skeleton.markers), rms_mm=1e3 * rms)
+    each = note(
+        "model-parts-posed", "residuals of the posed model [mm]: {parts}", subject=leg.side, parts=parts_mm
+    )
+    if not rms > MISFIT:
+        return whole, each
+    text = "the posed model misses the trial's markers by {rms_mm:.0f} mm RMS: another person's model?"
+    return whole, each, Notice("model-misfit", text, rms_mm=1e3 * rms)

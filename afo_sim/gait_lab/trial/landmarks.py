@@ -1,7 +1,7 @@
 """Landmarks of both legs over time, and the ways in which they give the points of a leg."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,10 +12,10 @@ from afo_sim.gait_lab.trial.clusters import completed
 from afo_sim.gait_lab.trial.leg_points import LegPoint
 from afo_sim.gait_lab.trial.roles import Roles
 
-STATIC = "a standing trial with medial markers, or the person's scaled model"
+_STATIC = "a standing trial with medial markers, or the person's scaled model"
 
 # The ways to each point, the best first: landmarks whose midpoint counts.
-WAYS = {
+_WAYS = {
     "knee": (("knee_centre",), ("knee_lateral", "knee_medial"), ("knee_lateral",), ("knee_medial",)),
     "ankle": (("ankle_centre",), ("ankle_lateral", "ankle_medial"), ("ankle_lateral",), ("ankle_medial",)),
     "heel": (("heel",),),
@@ -35,7 +35,7 @@ NEEDED = {
     "heel": ("heel",),
     "toe": ("metatarsal_1", "metatarsal_2", "metatarsal_5", "toe_tip"),
 }
-PELVIS = ("asis", "psis", "sacrum")
+_PELVIS = ("asis", "psis", "sacrum")
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Landmarks:
                 self._hara(side),
                 self._trochanter(side),
             ]
-        return [self._midpoint(side, role, group) for group in WAYS[role]]
+        return [self._midpoint(side, role, group) for group in _WAYS[role]]
 
     def pelvis(self) -> np.ndarray | None:
         """Mean of the pelvis' markers [m] (n, 3); None if it has none."""
@@ -65,7 +65,7 @@ class Landmarks:
     def pelvis_markers(self) -> Iterator[tuple[str, np.ndarray]]:
         """Names and paths of the pelvis' landmarks."""
         for side in SIDES:
-            for landmark in PELVIS:
+            for landmark in _PELVIS:
                 if landmark in self.paths[side]:
                     yield " and ".join(self.names[side][landmark]), self.paths[side][landmark]
 
@@ -89,7 +89,7 @@ class Landmarks:
 
     def _lowest(self, side: str) -> LegPoint | None:
         """Something at the height of the ankle."""
-        return next((p for group in WAYS["ankle"] if (p := self._plain(side, group))), None) or first(
+        return next((p for group in _WAYS["ankle"] if (p := self._plain(side, group))), None) or first(
             self.ways(side, "heel")
         )
 
@@ -98,10 +98,10 @@ class Landmarks:
         paths, names = self.paths[side], self.names[side]
         if not all(landmark in paths for landmark in group):
             return None
-        told = " and ".join(name for landmark in group for name in names[landmark])
+        markers = " and ".join(name for landmark in group for name in names[landmark])
         path = np.mean([paths[landmark] for landmark in group], axis=0)
         midpoint = len(group) > 1 or len(names[group[0]]) > 1
-        return LegPoint(path, f"midpoint of {told}" if midpoint else told)
+        return LegPoint(path, f"midpoint of {markers}" if midpoint else markers)
 
     def _midpoint(self, side: str, role: str, group: tuple[str, ...]) -> LegPoint | None:
         """A point by landmarks, with its error and what would be better."""
@@ -109,33 +109,31 @@ class Landmarks:
         if point is None or role in ("heel", "toe"):
             return point
         if group[0].endswith("centre"):
-            return LegPoint(point.path, f"{point.how}, a centre given in the file")
+            return replace(point, way="a centre given in the file")
         if len(group) == 2:
-            return LegPoint(point.path, point.how, joint_centres.MIDPOINT_ERROR)
+            return replace(point, error=joint_centres.MIDPOINT_ERROR)
         if group[0].endswith("medial"):
-            how = f"{point.how}, medial alone"
-            return LegPoint(point.path, how, joint_centres.MEDIAL_ERROR, STATIC)
+            return replace(point, way="medial alone", error=joint_centres.MEDIAL_ERROR, better=_STATIC)
         if role == "knee":
-            how = f"{point.how}, lateral alone"
-            return LegPoint(point.path, how, joint_centres.KNEE_LATERAL_ERROR, STATIC)
+            return replace(point, way="lateral alone", error=joint_centres.KNEE_LATERAL_ERROR, better=_STATIC)
         return self._by_malleolus(side, point)
 
     def _by_malleolus(self, side: str, lateral: LegPoint) -> LegPoint:
         knee, heel, toe = (first(self.ways(side, role)) for role in ("knee", "heel", "toe"))
         if knee is None or heel is None or toe is None:
-            how = f"{lateral.how}, lateral alone"
-            return LegPoint(lateral.path, how, joint_centres.MEDIAL_ERROR, STATIC)
+            return replace(lateral, way="lateral alone", error=joint_centres.MEDIAL_ERROR, better=_STATIC)
         ahead, above = (1e3 * offset for offset in joint_centres.ANKLE_FROM_MALLEOLUS)
         return LegPoint(
             joint_centres.ankle_by_malleolus(lateral.path, knee.path, heel.path, toe.path),
-            f"{lateral.how}, {ahead:.1f} mm forward, {above:.1f} up",
+            lateral.source,
             joint_centres.ANKLE_LATERAL_ERROR,
-            STATIC,
+            _STATIC,
+            way=f"{ahead:.1f} mm forward, {above:.1f} up",
         )
 
     def _given(self, side: str, role: str) -> LegPoint | None:
         point = self._plain(side, (f"{role}_centre",))
-        return point and LegPoint(point.path, f"{point.how}, a centre given in the file")
+        return point and replace(point, way="a centre given in the file")
 
     def _harrington(self, side: str) -> LegPoint | None:
         right, left = (self.paths[each].get("asis") for each in SIDES)
@@ -143,11 +141,15 @@ class Landmarks:
         if right is None or left is None or back is None:
             return None
         frame = joint_centres.pelvis_frame(right, left, back, self._below())
-        width = middle(np.linalg.norm(right - left, axis=1))
-        depth = middle(np.linalg.norm(frame.origin - back, axis=1))
-        how = f"Harrington 2007, pelvis {1e3 * width:.0f} × {1e3 * depth:.0f} mm"
-        path = frame.place(joint_centres.hip_by_harrington(width, depth, side))
-        return LegPoint(path, how, joint_centres.HARRINGTON_ERROR, "the person's scaled model")
+        width = _middle(np.linalg.norm(right - left, axis=1))
+        depth = _middle(np.linalg.norm(frame.origin - back, axis=1))
+        return LegPoint(
+            frame.place(joint_centres.hip_by_harrington(width, depth, side)),
+            "Harrington 2007",
+            joint_centres.HARRINGTON_ERROR,
+            "the person's scaled model",
+            way=f"pelvis {1e3 * width:.0f} × {1e3 * depth:.0f} mm",
+        )
 
     def _hara(self, side: str) -> LegPoint | None:
         right, left = (self.paths[each].get("asis") for each in SIDES)
@@ -160,21 +162,23 @@ class Landmarks:
             return None
         frame = joint_centres.level_pelvis_frame(right, left, vertical, feet[0])
         spine = right if side == "right" else left
-        length = middle(np.linalg.norm(spine - knee.path, axis=1))
-        length += middle(np.linalg.norm(knee.path - ankle.path, axis=1))
-        path = frame.place(joint_centres.hip_by_hara(length, side))
-        how = f"Hara 2016 from a leg {1e2 * length:.0f} cm long, the pelvis' tilt assumed"
-        error = joint_centres.hara_error_without_back(length)
-        return LegPoint(path, how, error, "markers at the back of the pelvis, or the person's scaled model")
+        length = _middle(np.linalg.norm(spine - knee.path, axis=1))
+        length += _middle(np.linalg.norm(knee.path - ankle.path, axis=1))
+        return LegPoint(
+            frame.place(joint_centres.hip_by_hara(length, side)),
+            f"Hara 2016 from a leg {1e2 * length:.0f} cm long",
+            joint_centres.hara_error_without_back(length),
+            "markers at the back of the pelvis, or the person's scaled model",
+            way="the pelvis' tilt assumed",
+        )
 
     def _trochanter(self, side: str) -> LegPoint | None:
         point = self._plain(side, ("trochanter",))
-        better = "markers on the pelvis, or the person's scaled model"
-        return point and LegPoint(
-            point.path,
-            f"{point.how}, the greater trochanter for the centre",
-            joint_centres.TROCHANTER_ERROR,
-            better,
+        return point and replace(
+            point,
+            way="the greater trochanter for the centre",
+            error=joint_centres.TROCHANTER_ERROR,
+            better="markers on the pelvis, or the person's scaled model",
         )
 
     def _back(self) -> np.ndarray | None:
@@ -204,7 +208,7 @@ def find_landmarks(markers: Markers, roles: Roles, up: str | None) -> Landmarks:
         side: {landmark: markers.point(names) for landmark, names in roles.sides[side].items()}
         for side in SIDES
     }
-    keys = [(side, landmark) for side in SIDES for landmark in PELVIS if landmark in paths[side]]
+    keys = [(side, landmark) for side in SIDES for landmark in _PELVIS if landmark in paths[side]]
     keys = [key for key in keys if key != ("left", "sacrum")]
     whole = completed({f"{side} {landmark}": paths[side][landmark] for side, landmark in keys})
     for side, landmark in keys:
@@ -219,7 +223,7 @@ def first(ways: list[LegPoint | None]) -> LegPoint | None:
     return next((way for way in ways if way is not None), None)
 
 
-def middle(values: np.ndarray) -> float:
+def _middle(values: np.ndarray) -> float:
     """Median of what is known; NaN if nothing is."""
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else float("nan")

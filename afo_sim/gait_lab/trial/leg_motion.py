@@ -10,7 +10,7 @@ from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
-LEAP = 0.05  # way of a marker to and fro within two frames, which no foot goes (assumed) [m]
+_LEAP = 0.05  # way of a marker to and fro within two frames, which no foot goes (assumed) [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class LegMotion:
     pelvis_x: np.ndarray | None = None  # forward [m]
 
 
-Smoother = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # time, way → time, way
+_Smoother = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # time, way → time, way
 
 
 def from_points(
@@ -74,7 +74,7 @@ def from_points(
 
 
 def _way(
-    time: np.ndarray, points: np.ndarray, smooth: Smoother
+    time: np.ndarray, points: np.ndarray, smooth: _Smoother
 ) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """A point's filtered way in the plane (n, 2), and when it was not seen."""
     columns, hidden = [], []
@@ -89,7 +89,7 @@ def _without_leaps(points: np.ndarray) -> np.ndarray:
     """The way (n, 2) without samples that lie far from both neighbours: a label that jumped for a frame."""
     off = np.linalg.norm(points[1:-1] - 0.5 * (points[:-2] + points[2:]), axis=1)
     beside = np.linalg.norm(points[2:] - points[:-2], axis=1)
-    leaps = np.r_[False, (off > LEAP) & (off > 2.0 * beside), False]
+    leaps = np.r_[False, (off > _LEAP) & (off > 2.0 * beside), False]
     return np.where(leaps[:, None], np.nan, points)
 
 

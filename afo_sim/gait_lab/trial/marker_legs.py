@@ -1,66 +1,76 @@
-"""Points of both legs from markers: by their names, a standing posture, regressions."""
+"""Points of both legs from markers: by their names, a standing posture, and their segments' markers."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
-from afo_sim.gait_lab.trial.carried_centres import Chosen, carry_centres, choose
 from afo_sim.gait_lab.trial.choices import ROLES, SIDES, Choices
-from afo_sim.gait_lab.trial.clusters import Cluster, find_clusters
+from afo_sim.gait_lab.trial.clusters import FEWEST, Cluster, Clusters, find_clusters
 from afo_sim.gait_lab.trial.landmarks import NEEDED, Landmarks, find_landmarks, first
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
-from afo_sim.gait_lab.trial.role_map import mapped_roles
-from afo_sim.gait_lab.trial.roles import Roles, find_roles, missing_roles, named_points
-from afo_sim.gait_lab.trial.static_pose import (
-    flat_ankle_height,
-    quiet_part,
-    quiet_posture,
-    sole_pitch,
-    standing_posture,
-)
+from afo_sim.gait_lab.trial.roles import Roles, find_roles, mapped_roles, missing_roles, named_points
 
-Clusters = Mapping[tuple[str, str], Cluster]
+_QUIET = 0.05  # speed below which a marker stands still; sway is slower by half (assumed) [m/s]
+_LONG = 0.5  # shortest quiet part [s]
+_LAG = 0.1  # before and after, over which a speed is taken, so that noise is none [s]
+_FEW = 0.1  # share of markers that may move: an arm, a flicker
+_HEIGHTS = (0.04, 0.14)  # that an ankle centre has above the floor [m]
+_ENOUGH = 0.9  # of the most seen way's frames, from which on a better way is taken
+_STRAY = 0.015  # from its mean place in a segment, above which a point is not bridged by it (assumed) [m]
+_MISFIT = 0.015  # of a posture's markers to the walk's, above which they are doubted (assumed) [m]
+# Segments that carry a joint, the best first: the shank's skin moves less than the thigh's.
+_CARRIERS = {"hip": ("pelvis",), "knee": ("shank", "thigh"), "ankle": ("shank", "foot")}
+_POOR = 3  # number of the way from which on no posture is asked: a medial marker alone, the trochanter
+
+
+@dataclass(frozen=True, eq=False)
+class _Chosen(Noted):
+    """Points of one leg, each with the number of the way that it was found in."""
+
+    points: Mapping[str, LegPoint]
+    ranks: Mapping[str, int]
+    notices: tuple[Notice, ...] = ()
 
 
 def legs_from_markers(
     markers: Markers, choices: Choices, standing: Markers | None = None
 ) -> dict[str, LegPoints]:
-    """Hip, knee and ankle centre, heel and toe of both legs, as far as the markers tell them.
+    """Hip, knee and ankle centre, heel and toe of both legs, as far as the markers show them.
 
     A joint's centre comes from the best of: a centre in the file, the midpoint of the lateral and the medial
-    marker, one of the two, a regression. Where a standing trial, or a quiet part of the walk, tells it in a
+    marker, one of the two, a regression. Where a standing trial, or a quiet part of the walk, shows it in a
     better way than the walk, it is carried into the walk by the markers of its segment.
     """
     roles = _roles(markers, choices, standing)
     landmarks = find_landmarks(markers, roles, choices.up)
     ways = {side: _ways(markers, landmarks, choices, side) for side in SIDES}
     clusters = _clusters_of_walk(markers, landmarks, ways)
-    chosen = {side: choose(ways[side], side, clusters) for side in SIDES}
+    chosen = {side: _choose(ways[side], side, clusters) for side in SIDES}
     posture = standing_posture(standing) if standing else _quiet_posture(markers, landmarks)
     still = None
     if posture:
         still = find_landmarks(posture, _roles(posture, choices, markers), choices.up)
         clusters = _clusters_of_posture(markers, landmarks, posture, still)
-    legs, remarks = {}, []
+    legs, left_out = {}, []
     for side in SIDES:
-        carried = carry_centres(chosen[side], side, still, clusters) if still else chosen[side]
+        carried = _carry_centres(chosen[side], side, still, clusters) if still else chosen[side]
         missing = [role for role in ROLES if role not in carried.points]
         if missing and side == choices.side:
             needed = {role: NEEDED[role] for role in missing}
             raise missing_roles(markers, side, needed, _known(roles), choices.map)
         if missing:
-            remarks.append(f"the {side} leg is left out: no marker of its {', '.join(missing)} is known")
+            text = "the {subject} leg is left out: no marker of its {roles} is known"
+            left_out.append(note("leg-left-out", text, subject=side, roles=", ".join(missing)))
         else:
             legs[side] = _leg(side, markers, landmarks, carried, still)
-    told = posture.remarks if posture else ()
-    asked = legs[choices.side]
-    legs[choices.side] = replace(
-        asked,
-        remarks=(*roles.remarks, *told, *remarks, *asked.remarks),
-        warnings=(*roles.warnings, *asked.warnings),
-    )
+    standing_notes = posture.notices if posture else ()
+    leg = legs[choices.side]
+    legs[choices.side] = replace(leg, notices=(*roles.notices, *standing_notes, *left_out, *leg.notices))
     return legs
 
 
@@ -82,8 +92,8 @@ def _ways(
     ways = {role: landmarks.ways(side, role) for role in ROLES}
     if side == choices.side:
         for role, names in named_points(markers, choices).items():
-            told = f"{'midpoint of ' if len(names) > 1 else ''}{' and '.join(names)}, as chosen"
-            ways[role] = [LegPoint(markers.point(names), told)]
+            source = f"{'midpoint of ' if len(names) > 1 else ''}{' and '.join(names)}"
+            ways[role] = [LegPoint(markers.point(names), source, way="as chosen")]
     return ways
 
 
@@ -138,19 +148,19 @@ def _quiet_posture(markers: Markers, landmarks: Landmarks) -> Markers | None:
 
 
 def _leg(
-    side: str, markers: Markers, landmarks: Landmarks, chosen: Chosen, still: Landmarks | None
+    side: str, markers: Markers, landmarks: Landmarks, chosen: _Chosen, still: Landmarks | None
 ) -> LegPoints:
-    """The leg, with the flat foot's numbers where a posture tells them."""
+    """The leg, with the flat foot's numbers where a posture shows them."""
     sole = height = None
-    remarks = chosen.remarks
+    notices = chosen.notices
     vertical = still.vertical() if still else None
     if still and vertical is not None:
         heel, toe, ankle = (_place(still, side, role, chosen) for role in ("heel", "toe", "ankle"))
         if heel is not None and toe is not None:
-            sole = sole_pitch(heel, toe, vertical)
-            pitch = np.degrees(sole)
-            remarks += (f"standing, the line from heel to toe is pitched {pitch:+.1f} deg, toe up positive",)
-        height = flat_ankle_height(ankle, vertical) if ankle is not None else None
+            sole = _sole_pitch(heel, toe, vertical)
+            text = "standing, the line from heel to toe is pitched {pitch:+.1f} deg, toe up positive"
+            notices += (note("sole-pitch", text, subject=side, pitch=float(np.degrees(sole))),)
+        height = _flat_ankle_height(ankle, vertical) if ankle is not None else None
     return LegPoints(
         side,
         markers.time,
@@ -158,14 +168,198 @@ def _leg(
         landmarks.pelvis(),
         sole=sole,
         ankle_height=height,
-        remarks=remarks,
-        warnings=chosen.warnings,
+        notices=notices,
     )
 
 
-def _place(still: Landmarks, side: str, role: str, chosen: Chosen) -> np.ndarray | None:
+def _place(still: Landmarks, side: str, role: str, chosen: _Chosen) -> np.ndarray | None:
     """A point's place in the posture, found in the way that the walk's was found."""
     ways = still.ways(side, role)
     rank = chosen.ranks[role]
     point = ways[rank] if 0 <= rank < len(ways) else None
     return point.path[0] if point and np.isfinite(point.path[0]).all() else None
+
+
+def quiet_part(markers: Markers, names: Collection[str] | None = None) -> slice | None:
+    """The longest stretch in which nothing moves."""
+    moving = _speeds(markers, names)
+    seen = np.isfinite(moving).sum(axis=1)
+    still = (seen >= 3) & ((moving > _QUIET).sum(axis=1) <= _FEW * seen)
+    edges = np.flatnonzero(np.diff(np.r_[False, still, False].astype(int)))
+    runs = list(zip(edges[::2], edges[1::2], strict=True))
+    if not runs:
+        return None
+    start, stop = max(runs, key=lambda run: run[1] - run[0])
+    return slice(int(start), int(stop)) if markers.time[stop - 1] - markers.time[start] >= _LONG else None
+
+
+def standing_posture(markers: Markers) -> Markers:
+    """The mean posture of a standing trial's quiet part, as markers of one frame."""
+    time = markers.time
+    if len(time) == 1 or time[-1] - time[0] < _LONG:
+        return quiet_posture(markers, slice(0, len(time)))
+    found = quiet_part(markers)
+    if found is None:
+        slowest = _slowest(_speeds(markers, None))
+        raise InputError(
+            f"nobody stands still for {_LONG:g} s in it; at best the markers move at {slowest:.2f} m/s",
+            file=markers.file,
+            field="static",
+            allowed="a trial of a person who stands",
+        )
+    return quiet_posture(markers, found)
+
+
+def quiet_posture(markers: Markers, quiet: slice) -> Markers:
+    """The mean posture of some frames, as markers of one frame."""
+    positions = {name: _mean_place(path[quiet])[None] for name, path in markers.positions.items()}
+    start, end = markers.time[quiet][[0, -1]]
+    text = "standing from {start:.2f} to {end:.2f} s of {file}"
+    found = note("standing-posture", text, start=float(start), end=float(end), file=markers.file.name)
+    return Markers(markers.file, markers.time[quiet][:1], positions, (found,))
+
+
+def _mean_place(path: np.ndarray) -> np.ndarray:
+    """Mean of the seen part of a path (n, 3); NaN if nothing is seen."""
+    seen = path[np.isfinite(path).all(axis=1)]
+    return np.asarray(seen.mean(axis=0)) if len(seen) else np.full(3, np.nan)
+
+
+def _sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float:
+    """Pitch of the line from heel to toe where the foot stands flat, toe up positive [rad].
+
+    Units: heel, toe [m] (3,), vertical (3,).
+    """
+    foot = toe - heel
+    rise = float(foot @ vertical)
+    return float(np.arctan2(rise, np.linalg.norm(foot - rise * vertical)))
+
+
+def _flat_ankle_height(ankle: np.ndarray, vertical: np.ndarray) -> float | None:
+    """The ankle centre's height above the laboratory's zero; None if that is no ankle's height [m].
+
+    Units: ankle [m] (3,), vertical (3,).
+    """
+    height = float(ankle @ vertical)
+    return height if _HEIGHTS[0] <= height <= _HEIGHTS[1] else None
+
+
+def _speeds(markers: Markers, names: Collection[str] | None) -> np.ndarray:
+    """Speed of each marker over 2 `_LAG` (n, m), that of the nearest whole span at the ends [m/s]."""
+    chosen = list(markers.positions) if names is None else [n for n in markers.positions if n in names]
+    paths = np.stack([markers.positions[name] for name in chosen], axis=1)
+    time = markers.time
+    step = max(1, round(_LAG / float(np.median(np.diff(time)))))
+    if len(time) <= 2 * step:
+        return np.full(paths.shape[:2], np.nan)
+    way = np.linalg.norm(paths[2 * step :] - paths[: -2 * step], axis=2)
+    inner = way / (time[2 * step :] - time[: -2 * step])[:, None]
+    return np.pad(inner, ((step, step), (0, 0)), mode="edge")
+
+
+def _slowest(speeds: np.ndarray) -> float:
+    seen = np.isfinite(speeds)
+    mean = np.where(seen, speeds, 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
+    return float(np.min(mean[seen.any(axis=1)], initial=np.inf))
+
+
+def _choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clusters) -> _Chosen:
+    """The best way to each point that is seen in nearly as many frames as any.
+
+    A joint's gaps are bridged by the markers of its segment.
+    """
+    points, ranks, notices = {}, {}, []
+    for role, each in ways.items():
+        most = max((_seen(way) for way in each if way), default=0)
+        for rank, way in enumerate(each):
+            if way is None or not _seen(way):
+                continue
+            whole = _bridged(way, [clusters.get((side, segment)) for segment in _CARRIERS.get(role, ())])
+            if _seen(whole) >= _ENOUGH * most:
+                points[role], ranks[role] = whole, rank
+                more = _seen(whole) - _seen(way)
+                if more:
+                    seen = "seen in {seen} of {frames} frames"
+                    text = f"{{subject}}: {seen}, in {{more}} more by its segment's markers"
+                    data = {"seen": _seen(way), "frames": len(way.path), "more": more}
+                    notices.append(note("point-bridged", text, subject=f"{side} {role}", **data))
+                break
+    return _Chosen(points, ranks, tuple(notices))
+
+
+def _carry_centres(chosen: _Chosen, side: str, still: Landmarks, clusters: Clusters) -> _Chosen:
+    """Joint centres of a standing posture in the walk, where the posture shows them in a better way."""
+    points, ranks = dict(chosen.points), dict(chosen.ranks)
+    notices = list(chosen.notices)
+    upper: tuple[str, np.ndarray] | None = None  # the joint above and its place in the posture
+    for role in _CARRIERS:
+        ways = still.ways(side, role)
+        rank = next((k for k, way in enumerate(ways) if way and _seen(way)), len(ways))
+        if rank < min(ranks.get(role, len(ways)), _POOR):
+            way = ways[rank]
+            assert way is not None
+            cluster = _carrier(role, side, clusters, upper, points)
+            if cluster is None:
+                notices.append(_not_carried(role, side, clusters))
+            else:
+                carried = cluster.carry(way.path[0])
+                points[role] = replace(way, path=carried, carriers=tuple(cluster.names), bridged=None)
+                ranks[role] = rank
+                notices += _misfit(cluster)
+        same = ways[ranks[role]] if 0 <= ranks.get(role, -1) < len(ways) else None
+        upper = (role, same.path[0]) if same and _seen(same) else None
+    return replace(chosen, points=points, ranks=ranks, notices=tuple(notices))
+
+
+def _carrier(
+    role: str,
+    side: str,
+    clusters: Clusters,
+    upper: tuple[str, np.ndarray] | None,
+    points: Mapping[str, LegPoint],
+) -> Cluster | None:
+    """The markers that carry a joint; with the joint above where they are too few, as in Plug-in Gait."""
+    found = [cluster for segment in _CARRIERS[role] if (cluster := clusters.get((side, segment)))]
+    proximal = clusters.get((side, {"knee": "thigh", "ankle": "shank"}.get(role, "")))
+    if proximal is not None and upper is not None:
+        joined = proximal.joined(f"the {upper[0]} centre", upper[1], points[upper[0]].path)
+        found.insert(found.index(proximal) + 1, joined)
+    return next((cluster for cluster in found if cluster.places_segment), None)
+
+
+def _not_carried(role: str, side: str, clusters: Clusters) -> Notice:
+    segment = _CARRIERS[role][0]
+    cluster = clusters.get((side, segment))
+    text = (
+        "the {subject} of the standing posture is not used: both trials see {markers} on the {segment}, and "
+        "{needed} that are not on a line are needed"
+    )
+    seen = ", ".join(cluster.names if cluster else ()) or "no marker"
+    data = {"markers": seen, "segment": segment, "needed": FEWEST}
+    return note("standing-centre-unused", text, subject=f"{side} {role}", **data)
+
+
+def _misfit(cluster: Cluster) -> list[Notice]:
+    """A warning where the markers of a segment lie otherwise than they did in standing."""
+    off = cluster.misfit()
+    if off <= _MISFIT:
+        return []
+    text = "{subject} lie {off_mm:.0f} mm off where they were in standing: the same person, the same markers?"
+    return [Notice("standing-misfit", text, subject=", ".join(cluster.names), off_mm=1e3 * off)]
+
+
+def _bridged(way: LegPoint, carriers: list[Cluster | None]) -> LegPoint:
+    """The way with its gaps filled: first by the segment in which the point strays least."""
+    if np.isfinite(way.path).all():
+        return way
+    filled = [c.bridge(way.path) for c in carriers if c is not None and c.places_segment]
+    path = way.path
+    for more, stray in sorted(filled, key=lambda each: each[1]):
+        if stray < _STRAY:
+            path = np.where(np.isfinite(path), path, more)
+    bridged = np.isfinite(path).all(axis=1) & ~np.isfinite(way.path).all(axis=1)
+    return replace(way, path=path, bridged=bridged)
+
+
+def _seen(way: LegPoint) -> int:
+    return int(np.isfinite(way.path).all(axis=1).sum())

@@ -1,24 +1,34 @@
 """Points of both legs from an OpenSim model: by its joint angles, or by the markers that a trial shows."""
 
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations, pairwise
 
-from afo_sim.common.errors import InputError
+import numpy as np
+
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.readers.opensim_joint import Coordinate
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
-from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.model_angles import placed_leg
-from afo_sim.gait_lab.trial.model_leg import find_leg
-from afo_sim.gait_lab.trial.model_markers import match_markers, name_warnings, scale_warnings
+from afo_sim.gait_lab.trial.inverse_kinematics import posed_legs
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.model_leg import ModelLeg, find_leg
 from afo_sim.gait_lab.trial.model_segments import fitted_leg
-from afo_sim.gait_lab.trial.posed_legs import posed_legs
+from afo_sim.gait_lab.trial.roles import plain
+
+_BEYOND = np.radians(10.0)  # beyond a joint's range in the model: reported [rad] (assumed)
+_SCALE = 0.05  # difference in length that a scaled model has not (assumed)
+_APART = 0.03  # least distance of two markers that shows a scale [m] (assumed)
 
 
 def legs_from_angles(model: OpenSimModel, table: OpenSimTable, degrees: bool) -> dict[str, LegPoints]:
     """Place both legs by forward kinematics."""
-    return _both(lambda side: placed_leg(model, find_leg(model, side), table, degrees), "")
+    return _both(lambda side: _placed_leg(model, find_leg(model, side), table, degrees), "")
 
 
 def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choices) -> dict[str, LegPoints]:
@@ -26,14 +36,14 @@ def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choi
 
     Where the whole model cannot be posed, its segments are laid over their markers one by one.
     """
-    seen = match_markers(model, markers)
+    seen = _match_markers(model, markers)
     legs = _both(
         lambda side: fitted_leg(model, find_leg(model, side), markers, seen),
         choices.side,
         lambda laid: posed_legs(model, laid, seen),
     )
-    doubts = (*name_warnings(model, markers), *scale_warnings(model, seen))
-    return {side: replace(leg, warnings=(*doubts, *leg.warnings)) for side, leg in legs.items()}
+    doubts = (*_name_warnings(model, markers), *_scale_warnings(model, seen))
+    return {side: replace(leg, notices=(*doubts, *leg.notices)) for side, leg in legs.items()}
 
 
 def _both(
@@ -41,7 +51,7 @@ def _both(
     needed: str,
     together: Callable[[dict[str, LegPoints]], dict[str, LegPoints]] = dict,
 ) -> dict[str, LegPoints]:
-    """Both legs, first each, then together; one that is not needed may be missing: a remark of the other."""
+    """Both legs, first each, then together; one that is not needed may be missing: a note of the other."""
     found: dict[str, LegPoints] = {}
     failed: dict[str, InputError] = {}
     for side in SIDES:
@@ -54,6 +64,158 @@ def _both(
     found = together(found)
     for side, reason in failed.items():
         (other,) = found
-        remark = f"no {side} leg: {reason}"
-        found[other] = replace(found[other], remarks=(*found[other].remarks, remark))
+        why = note("leg-left-out", "no {subject} leg: {reason}", subject=side, reason=str(reason))
+        found[other] = replace(found[other], notices=(*found[other].notices, why))
     return found
+
+
+def _placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees: bool) -> LegPoints:
+    """Place a leg by its coordinates; parameters and errors as `legs_from_angles`."""
+    names = ("ground", *(leg.bodies[segment] for segment in ("pelvis", "thigh", "shank", "foot")))
+    parts = [
+        [coordinate for joint, _ in model.path(a, b) for coordinate in joint.coordinates]
+        for a, b in pairwise(names)
+    ]
+    coordinates = [coordinate for part in parts for coordinate in part]
+    _require_angles(table, leg)
+    values = {
+        c.name: table.columns[c.name] * (np.pi / 180.0 if degrees and c.rotational else 1.0)
+        for c in coordinates
+        if c.name in table.columns
+    }
+    bodies = {names[1]: model.pose(names[0], names[1], values)}
+    for a, b in pairwise(names[1:]):
+        bodies[b] = bodies[a] @ model.pose(a, b, values)
+    places = {role: bodies[leg.bodies[segment]].point(place) for role, (segment, place) in leg.points.items()}
+    count = len(table.time)
+    how = "joint angles in the model"
+    return LegPoints(
+        side=leg.side,
+        time=table.time,
+        points={
+            role: LegPoint(
+                np.array(np.broadcast_to(place, (count, 3))),
+                leg.foot.sources.get(role, how),
+                leg.foot.error.get(role),
+            )
+            for role, place in places.items()
+        },
+        pelvis=np.array(np.broadcast_to(bodies[names[1]].position, (count, 3))),
+        sole=leg.foot.pitch,
+        ankle_height=leg.foot.ankle_height,
+        outline=leg.foot.outline,
+        notices=(
+            *_placing(leg, coordinates, values),
+            *_still(table, parts[0], values),
+            *_beyond(coordinates, values),
+        ),
+    )
+
+
+def _require_angles(table: OpenSimTable, leg: ModelLeg) -> None:
+    for joint in (leg.hip.joint, leg.knee.joint, leg.ankle.joint):
+        names = [c.name for c in joint.coordinates]
+        if not any(name in table.columns for name in names):
+            problem = f"has no column for the {leg.side} {joint.name} of the model"
+            allowed = " or ".join(names)
+            raise InputError(
+                problem, file=table.file, allowed=allowed, nearest=nearest_name(names[0], table.columns)
+            )
+
+
+def _placing(
+    leg: ModelLeg, coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]
+) -> tuple[Notice, ...]:
+    still = [c.name for c in coordinates if c.name not in values]
+    text = "{subject} leg placed by the model's joints; the toes stay straight on the foot"
+    notes = [note("placed-by-model", text, subject=leg.side)]
+    if still:
+        text = "without a column, and so at the model's default: {coordinates}"
+        notes.append(note("default-coordinates", text, coordinates=", ".join(still)))
+    return tuple(notes)
+
+
+def _still(
+    table: OpenSimTable, coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]
+) -> tuple[Notice, ...]:
+    """A pelvis that has no columns of its own stands still."""
+    lost = [c.name for c in coordinates if c.name not in values]
+    if not lost:
+        return ()
+    text = "{file} has no {coordinates}: the pelvis stands still in these"
+    return (Notice("pelvis-still", text, file=table.file.name, coordinates=", ".join(lost)),)
+
+
+def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:
+    """Joints far beyond the model's range: a table of another model, often with the knee's sign turned."""
+    found = []
+    for c in coordinates:
+        if c.name not in values or not c.rotational or not np.isfinite(values[c.name]).any():
+            continue
+        low, high = float(np.nanmin(values[c.name])), float(np.nanmax(values[c.name]))
+        if low < c.limits[0] - _BEYOND or high > c.limits[1] + _BEYOND:
+            reach, allowed = (
+                f"{np.degrees(a):.0f} to {np.degrees(b):.0f} deg" for a, b in ((low, high), c.limits)
+            )
+            text = "{subject} goes from {reach}, the model allows {allowed}: is this its model?"
+            found.append(Notice("beyond-model-range", text, subject=c.name, reach=reach, allowed=allowed))
+    return tuple(found)
+
+
+def _match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray]:
+    """Paths of the model's markers in the trial, by the model's names [m] (n, 3).
+
+    Names match whatever their case and punctuation, and whatever stands before a colon.
+    """
+    trial: dict[str, str] = {}
+    for name in markers.positions:
+        trial.setdefault(plain(name), name)
+    found = {}
+    for name in model.markers:
+        there = name if name in markers.positions else trial.get(plain(name))
+        if there is not None and np.isfinite(markers.positions[there]).any():
+            found[name] = markers.positions[there]
+    if not found:
+        own = ", ".join(model.markers) or "none at all"
+        problem = f"has no marker of the model {model.file.name}; the model's are {own}"
+        raise InputError(problem, file=markers.file, value=", ".join(markers.positions))
+    return found
+
+
+def _name_warnings(model: OpenSimModel, markers: Markers) -> tuple[Notice, ...]:
+    """A warning where two markers of the trial have the name of one of the model's: two people's, perhaps."""
+    of_name = defaultdict(list)
+    for name in markers.positions:
+        of_name[plain(name)].append(name)
+    lines = []
+    for name in model.markers:
+        there = of_name[plain(name)]
+        if len(there) > 1 and name not in markers.positions:
+            text = "{markers} are both the model's {subject}; {taken} was taken"
+            both = " and ".join(there)
+            lines.append(Notice("model-marker-doubled", text, subject=name, markers=both, taken=there[0]))
+    return tuple(lines)
+
+
+def _scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:
+    """A warning where distances between markers of one body are not the model's.
+
+    Units: seen [m] (n, 3).
+    """
+    of_body = defaultdict(list)
+    for name in seen:
+        of_body[model.markers[name][0]].append(name)
+    ratios = []
+    for pair in (pair for names in of_body.values() for pair in combinations(names, 2)):
+        there = np.linalg.norm(seen[pair[0]] - seen[pair[1]], axis=1)
+        here = float(np.linalg.norm(model.markers[pair[0]][1] - model.markers[pair[1]][1]))
+        if here > _APART and np.isfinite(there).any():
+            ratios.append(float(np.nanmedian(there)) / here)
+    if not ratios or abs(np.median(ratios) - 1.0) <= _SCALE:
+        return ()
+    ratio = float(np.median(ratios))
+    text = (
+        "the trial's markers lie {ratio:.3g} times as far apart as the model's (median of {pairs}"
+        " pairs, each on one body): is this the person's scaled model?"
+    )
+    return (Notice("model-scale", text, ratio=ratio, pairs=len(ratios)),)

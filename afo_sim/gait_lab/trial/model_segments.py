@@ -1,20 +1,107 @@
 """The segments of one leg, laid over a trial's markers one after the other, pelvis first."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
+from afo_sim.gait_lab.trial.clusters import RigidFit, fit_rigid
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
-from afo_sim.gait_lab.trial.model_foot import foot_markers
-from afo_sim.gait_lab.trial.model_leg import ModelLeg, knee_on_thigh
-from afo_sim.gait_lab.trial.model_segment import Segment, lay
+from afo_sim.gait_lab.trial.model_leg import ModelLeg, foot_markers, knee_on_thigh
+
+MISFIT = 0.020  # residual above which the model's marker places do not fit the trial [m] (assumed)
 
 UNSEEN = (
     0.010  # error of a joint centre that no residual shows: scaling, skin that moves as one [m] (assumed)
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """Points of a segment that the model and the trial both know, and the best place of the segment."""
+
+    name: str  # "right thigh"
+    local: Mapping[str, np.ndarray]  # point: its place in the segment's axes [m] (3,)
+    seen: Mapping[str, np.ndarray]  # point: its path in the laboratory [m] (n, 3)
+    missing: tuple[str, ...]  # markers of the model that the trial has not
+    fit: RigidFit
+    shared: tuple[str, ...] = ()  # joint centres among the points, that a neighbour placed
+
+    @property
+    def found(self) -> np.ndarray:
+        """Where the segment has a place (n,)."""
+        return np.isfinite(self.fit.rms)
+
+    @property
+    def rms(self) -> float:
+        """Distance between seen and fitted points over the whole trial [m]."""
+        return float(np.sqrt(np.nanmean(self.fit.rms**2))) if self.found.any() else float("nan")
+
+    def with_centre(self, name: str, local: np.ndarray, path: np.ndarray) -> "Segment":
+        """The same with a joint centre as one more point, its path (n, 3) placed by a neighbour."""
+        return replace(
+            _lay(self.name, {**self.local, name: local}, {**self.seen, name: path}, len(path), self.missing),
+            shared=tuple(dict.fromkeys((*self.shared, name))),
+        )
+
+    def error(self, place: np.ndarray) -> float:
+        """Standard error in the sagittal plane of a point (3,) of the segment [m].
+
+        First-order propagation of independent errors of the points, as large as the residual says. Skin
+        that moves as one over the bone does not show in the residual: the true error is larger.
+        """
+        points = np.array(list(self.local.values()))
+        count = len(points)
+        variance = self.rms**2 * count / (3 * count - 6)
+        away, arms = place - points.mean(axis=0), points - points.mean(axis=0)
+        inertia = np.sum(arms**2) * np.eye(3) - arms.T @ arms
+        cross = np.cross(np.eye(3), away)
+        spread = variance * (np.eye(3) / count + cross.T @ np.linalg.pinv(inertia) @ cross)
+        return float(np.sqrt(spread[0, 0] + spread[1, 1]))
+
+    def notices(self) -> tuple[Notice, ...]:
+        """What the segment was laid over and how well; a residual that says that model and trial disagree."""
+        rms_mm = 1e3 * self.rms
+        text = "{subject} laid over {points}: residual {rms_mm:.1f} mm RMS"
+        laid = note("segment-laid", text, subject=self.name, points=", ".join(self.local), rms_mm=rms_mm)
+        if not self.rms > MISFIT:
+            return (laid,)
+        off = {
+            name: float(np.sqrt(np.nanmean(np.sum((self.fit.place(place) - self.seen[name]) ** 2, axis=1))))
+            for name, place in self.local.items()
+        }
+        worst = max(off, key=lambda name: off[name])
+        text = (
+            "the model's {subject} misses the trial's markers by {rms_mm:.0f} mm RMS, most of all "
+            "{worst} by {worst_mm:.0f} mm: another person's model, or a marker moved or swapped?"
+        )
+        doubt = Notice(
+            "segment-misfit",
+            text,
+            subject=self.name,
+            rms_mm=rms_mm,
+            worst=worst,
+            worst_mm=1e3 * off[worst],
+        )
+        return laid, doubt
+
+
+def _lay(
+    name: str,
+    local: Mapping[str, np.ndarray],
+    seen: Mapping[str, np.ndarray],
+    count: int,
+    missing: tuple[str, ...] = (),
+) -> Segment:
+    """Lay a segment over points that it has in its axes (3,) and in the laboratory, `count` = n of (n, 3)."""
+    places = np.array([local[point] for point in seen]).reshape(-1, 3)
+    paths = np.stack([seen[point] for point in seen], axis=1) if seen else np.empty((count, 0, 3))
+    return Segment(name, {p: local[p] for p in seen}, dict(seen), missing, fit_rigid(places, paths))
 
 
 def fitted_leg(
@@ -49,21 +136,19 @@ def fitted_leg(
         sole=leg.foot.pitch,
         ankle_height=leg.foot.ankle_height,
         outline=leg.foot.outline,
-        remarks=tuple(segment.remark() for segment in laid),
-        warnings=tuple(line for segment in laid for line in segment.warnings()),
+        notices=tuple(notice for segment in laid for notice in segment.notices()),
     )
 
 
 def _point(leg: ModelLeg, role: str, segment: Segment, place: np.ndarray) -> LegPoint:
-    how = f"the model's {segment.name} laid over {', '.join(segment.local)}"
-    if role in leg.foot.how:
-        how += f"; {leg.foot.how[role]}"
+    way = f"the model's {segment.name} laid over {', '.join(segment.local)}"
     better = ""
     if len(segment.local) - len(segment.shared) < 3:
         wish = f", such as {' or '.join(segment.missing)}" if segment.missing else ""
         better = f"more markers on the {segment.name} in model and trial{wish}"
     error = float(np.hypot(segment.error(place), leg.foot.error.get(role, UNSEEN)))
-    return LegPoint(segment.fit.place(place), how, error, better)
+    source = leg.foot.sources.get(role, "")
+    return LegPoint(segment.fit.place(place), source, error, better, way=way)
 
 
 def _segments(model: OpenSimModel, leg: ModelLeg, seen: Mapping[str, np.ndarray]) -> tuple[Segment, ...]:
@@ -110,4 +195,4 @@ def _own(model: OpenSimModel, leg: ModelLeg, name: str, seen: Mapping[str, np.nd
     count = len(next(iter(seen.values())))
     there = {marker: seen[marker] for marker in local if marker in seen}
     missing = tuple(marker for marker in local if marker not in seen)
-    return lay(name if name == "pelvis" else f"{leg.side} {name}", local, there, count, missing)
+    return _lay(name if name == "pelvis" else f"{leg.side} {name}", local, there, count, missing)

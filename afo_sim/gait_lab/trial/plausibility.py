@@ -1,35 +1,53 @@
-"""Plausibility of a stride that was cut from a trial: what is odd is told with its number, or refused."""
+"""Plausibility of a stride that was cut from a trial: markers, clocks and curves that are odd."""
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.gait.checks import COP_FORCE, HEIGHT_ERROR, LATE_SWING, STANCE_FORCE
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.flat_foot import LEAST, WITHIN
+from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.marker_doubts import marker_doubts, steps_of_time
+from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
 
-ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: told, refused; assumed [deg]
-ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
-ADULT_SHANK = 0.4  # knee to ankle; a shorter one makes the lower limit lower in proportion [m]
-PEAK = (0.6, 2.2)  # plantarflexor moment of weak push-off, and of runners [N·m/kg]; assumed
-MARGIN = 0.03  # of the centre of pressure beyond the sole's outline; assumed [m]
-TOES = 0.12  # beyond the metatarsal heads: 38 % of a foot of 24 cm lie ahead of the fifth; derived [m]
-ONE_POINT = 0.02  # distance of ankle and heel below which they are one; an adult's is 7 to 10 cm; assumed [m]
-WHOLE_FOOT = 0.25  # heel to toe of an adult; what is shorter ends at the metatarsal heads; assumed [m]
-TRAVEL = 0.01  # least way of the centre of pressure in a stance; a toe walker's is some cm; assumed [m]
-NO_MOMENT = 0.05  # plantarflexor peak that no stance is without; assumed [N·m/kg]
-OUTSIDE = 0.1  # share of stance with the centre of pressure outside; assumed
-BEHIND = 0.05  # likewise behind the heel, where it is for its first instants alone; assumed
-HYPEREXTENSION = 20.0  # of the knee [deg]
-MOTION_RATE, FORCE_RATE = 25.0, 100.0  # below them heel strike and toe-off are blurred; assumed [Hz]
-MOMENT_ERROR = 0.1  # RMS in stance against the reference [N·m/kg]
-FORWARD = 0.005  # fore-and-aft force that is none; slow patients' peak is 0.03; assumed [body weights]
-EXPLAINED = 0.5  # of the RMS: what leaves less explains the difference; assumed
-UNLOADED = 0.1  # of the plantarflexor moment's peak: less is the foot's own weight and inertia; derived
-LONGEST_SHIFT = 0.1  # in time that is tried, as a share of the stride; assumed
+_ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: reported, refused; assumed [deg]
+_ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
+_ADULT_SHANK = 0.4  # knee to ankle; a shorter one makes the lower limit lower in proportion [m]
+_PEAK = (0.6, 2.2)  # plantarflexor moment of weak push-off, and of runners [N·m/kg]; assumed
+_MARGIN = 0.03  # of the centre of pressure beyond the sole's outline; assumed [m]
+_TOES = 0.12  # beyond the metatarsal heads: 38 % of a foot of 24 cm lie ahead of the fifth; derived [m]
+_ONE_POINT = (
+    0.02  # distance of ankle and heel below which they are one; an adult's is 7 to 10 cm; assumed [m]
+)
+_WHOLE_FOOT = 0.25  # heel to toe of an adult; what is shorter ends at the metatarsal heads; assumed [m]
+_TRAVEL = 0.01  # least way of the centre of pressure in a stance; a toe walker's is some cm; assumed [m]
+_NO_MOMENT = 0.05  # plantarflexor peak that no stance is without; assumed [N·m/kg]
+_OUTSIDE = 0.1  # share of stance with the centre of pressure outside; assumed
+_BEHIND = 0.05  # likewise behind the heel, where it is for its first instants alone; assumed
+_HYPEREXTENSION = 20.0  # of the knee [deg]
+_MOTION_RATE, _FORCE_RATE = 25.0, 100.0  # below them heel strike and toe-off are blurred; assumed [Hz]
+_MOMENT_ERROR = 0.1  # RMS in stance against the reference [N·m/kg]
+_FORWARD = 0.005  # fore-and-aft force that is none; slow patients' peak is 0.03; assumed [body weights]
+_EXPLAINED = 0.5  # of the RMS: what leaves less explains the difference; assumed
+_UNLOADED = 0.1  # of the plantarflexor moment's peak: less is the foot's own weight and inertia; derived
+_LONGEST_SHIFT = 0.1  # in time that is tried, as a share of the stride; assumed
+
+_SEGMENTS = {"thigh": ("hip", "knee"), "shank": ("knee", "ankle"), "foot": ("heel", "toe")}
+_THIGH_TO_SHANK = (0.75, 1.35)  # lengths; 0.87 to 1.04 in two models and three sets of markers (assumed) [-]
+_CHANGE = 0.1  # of a segment's length; skin moves markers by some centimetres of 0.4 m; assumed
+_LEAP = 0.1  # of a point in a frame, from where it would have gone; assumed [m]
+_ACCELERATION = 60.0  # of a foot at heel strike, that adds to it half a frame's time squared; assumed [m/s²]
+_LONGEST_STEP = 0.1  # between two samples over which a point's way can be foretold [s]
+_UNEVEN = 0.1  # of the usual step of time, that a step may differ
+_EARLY = 0.02  # of heel strikes by kinematics: 0 to 40 ms in four strides of two recorded walks [s]
+_APART = (-0.03, 0.04)  # of the events, beyond which clocks are doubted; kinematics are sure to 20 ms [s]
+_NEAR = 0.25  # that two events can be apart and still be the same [s] (assumed)
 
 
 def doubts(
@@ -39,7 +57,7 @@ def doubts(
     ground: GroundForce | None,
     zero: float,
     reference: np.ndarray | None,
-) -> tuple[str, ...]:
+) -> tuple[Notice, ...]:
     """What a person should look at in a stride, one sentence with its number each.
 
     Units: zero [rad], reference [N·m/kg] (n,).
@@ -53,49 +71,54 @@ def doubts(
         found += _against_reference(cycle, reference)
     found += _clocks(points, motion, ground)
     if points is not None:
-        found += marker_doubts(points)
+        found += _marker_doubts(points)
     return tuple(found)
 
 
-def _zero(zero: float) -> list[str]:
+def _zero(zero: float) -> list[Notice]:
     degrees = float(np.degrees(np.arctan2(np.sin(zero), np.cos(zero))))
-    if abs(degrees) > ZERO[1]:
+    if abs(degrees) > _ZERO[1]:
         raise InputError(
             f"the foot's line lies {degrees:+.0f} deg from the floor while the foot is flat: heel and toe "
             "are exchanged, or the ankle angle has another convention",
             field="marker.heel",
-            allowed=f"a line from heel to toe within {ZERO[1]:.0f} deg of the sole",
+            allowed=f"a line from heel to toe within {_ZERO[1]:.0f} deg of the sole",
         )
-    if abs(degrees) <= ZERO[0]:
+    if abs(degrees) <= _ZERO[0]:
         return []
-    return [
-        f"the ankle's zero was moved by {-degrees:+.0f} deg, so that the flat foot is level: more than "
-        f"{ZERO[0]:.0f} deg is a marker at another place, or a foot that never lies flat"
-    ]
+    text = (
+        "the ankle's zero was moved by {moved:+.0f} deg, so that the flat foot is level: more than "
+        "{usual:.0f} deg is a marker at another place, or a foot that never lies flat"
+    )
+    return [Notice("ankle-zero-far", text, moved=-degrees, usual=_ZERO[0])]
 
 
-def _flat(cycle: GaitCycle) -> list[str]:
+def _flat(cycle: GaitCycle) -> list[Notice]:
     if cycle.flat.steady:
         return []
-    low, high = (f"{100.0 * share:.0f}" for share in WITHIN)
-    return [
-        f"the foot is never steady for {100.0 * LEAST:.0f} % of the stride between {low} and {high} %: "
-        f"{cycle.flat.words} are taken as flat, and with them the ankle's zero and height"
-    ]
+    text = (
+        "the foot is never steady for {least:.0f} % of the stride between {low:.0f} and {high:.0f} %: "
+        "{taken} are taken as flat, and with them the ankle's zero and height"
+    )
+    low, high = (100.0 * share for share in WITHIN)
+    data: dict[str, Any] = {"least": 100.0 * LEAST, "low": low, "high": high, "taken": cycle.flat.words}
+    return [Notice("foot-never-flat", text, **data)]
 
 
-def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[str]:
-    low, high = ANKLE_HEIGHT[0] * _shank(points) / ADULT_SHANK, ANKLE_HEIGHT[1]
-    told = None if points is None else points.ankle_height  # of a model or a standing trial
-    if told is not None:
-        low, high = told - HEIGHT_ERROR, told + HEIGHT_ERROR
+def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[Notice]:
+    low, high = _ANKLE_HEIGHT[0] * _shank(points) / _ADULT_SHANK, _ANKLE_HEIGHT[1]
+    stated = None if points is None else points.ankle_height  # of a model or a standing trial
+    if stated is not None:
+        low, high = stated - HEIGHT_ERROR, stated + HEIGHT_ERROR
     height = float(cycle.ankle_z[cycle.foot_flat()].min())  # a heel that leaves early raises the mean
     if low <= height <= high:
         return []
-    return [
-        f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat; of this leg "
-        f"{100.0 * low:.0f} to {100.0 * high:.0f} cm is usual: is the floor at 0, the foot ever flat?"
-    ]
+    text = (
+        "the ankle is {height_cm:.1f} cm above the floor with the foot flat; of this leg "
+        "{low_cm:.0f} to {high_cm:.0f} cm is usual: is the floor at 0, the foot ever flat?"
+    )
+    data: dict[str, Any] = {"height_cm": 100.0 * height, "low_cm": 100.0 * low, "high_cm": 100.0 * high}
+    return [Notice("ankle-height", text, **data)]
 
 
 def _require_ankle(cycle: GaitCycle, points: LegPoints | None) -> None:
@@ -103,39 +126,42 @@ def _require_ankle(cycle: GaitCycle, points: LegPoints | None) -> None:
     if points is not None:
         way = points.points["ankle"].path - points.points["heel"].path
         seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
-        if len(seen) and np.median(seen) < ONE_POINT:
+        if len(seen) and np.median(seen) < _ONE_POINT:
             raise InputError(
                 f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: is one marker taken for both?",
                 field="marker.ankle",
-                allowed=f"an ankle {1e3 * ONE_POINT:.0f} mm or more from the heel's marker",
+                allowed=f"an ankle {1e3 * _ONE_POINT:.0f} mm or more from the heel's marker",
             )
-    low = ANKLE_HEIGHT[0] * _shank(points) / ADULT_SHANK
+    low = _ANKLE_HEIGHT[0] * _shank(points) / _ADULT_SHANK
     height = float(cycle.ankle_z[cycle.foot_flat()].min())
     peak = float(np.nan_to_num(-cycle.ankle_moment).max())
-    if height < low and peak > PEAK[1]:
+    if height < low and peak > _PEAK[1]:
         raise InputError(
             f"the ankle is {100.0 * height:.1f} cm above the floor with the foot flat, and its moment peaks "
             f"at {peak:.2f} N·m/kg: is another point, such as the heel, taken for it?",
             field="marker.ankle",
-            allowed=f"an ankle {100.0 * low:.0f} cm or more above the floor, or a peak up to {PEAK[1]:g}",
+            allowed=f"an ankle {100.0 * low:.0f} cm or more above the floor, or a peak up to {_PEAK[1]:g}",
         )
 
 
 def _shank(points: LegPoints | None) -> float:
     """Length of the shank, an adult's at most [m]."""
     if points is None:
-        return ADULT_SHANK
+        return _ADULT_SHANK
     line = points.points["knee"].path - points.points["ankle"].path
     seen = line[np.all(np.isfinite(line), axis=1)]
-    return min(ADULT_SHANK, float(np.median(np.linalg.norm(seen, axis=1)))) if len(seen) else ADULT_SHANK
+    return min(_ADULT_SHANK, float(np.median(np.linalg.norm(seen, axis=1)))) if len(seen) else _ADULT_SHANK
 
 
-def _knee(cycle: GaitCycle) -> list[str]:
+def _knee(cycle: GaitCycle) -> list[Notice]:
     knee = np.degrees(cycle.knee_angle)
-    bent_back = f"the knee bends backward by up to {-knee.min():.0f} deg"
+    text, most = "the knee bends backward by up to {most:.0f} deg", -float(knee.min())
     if np.median(knee) < 0.0:
-        return [f"{bent_back}, and for most of the stride: its sign, or the knee's place?"]
-    return [f"{bent_back}: the knee's place?"] if knee.min() < -HYPEREXTENSION else []
+        text += ", and for most of the stride: its sign, or the knee's place?"
+        return [Notice("knee-backward", text, most=most)]
+    return (
+        [Notice("knee-backward", text + ": the knee's place?", most=most)] if most > _HYPEREXTENSION else []
+    )
 
 
 def _outline(points: LegPoints | None, motion: LegMotion) -> tuple[float, float] | None:
@@ -149,17 +175,17 @@ def _outline(points: LegPoints | None, motion: LegMotion) -> tuple[float, float]
         behind, ahead = (float(np.median((end[:, 0] - motion.ankle_x)[flat])) for end in (heel, toe))
     else:
         return None
-    whole = WHOLE_FOOT * _shank(points) / ADULT_SHANK
-    return behind - MARGIN, ahead + (MARGIN if ahead - behind >= whole else TOES)
+    whole = _WHOLE_FOOT * _shank(points) / _ADULT_SHANK
+    return behind - _MARGIN, ahead + (_MARGIN if ahead - behind >= whole else _TOES)
 
 
-def _pressure(cycle: GaitCycle, last: float, first: float) -> list[str]:
+def _pressure(cycle: GaitCycle, last: float, first: float) -> list[Notice]:
     """The sole stays where it lies, so that the centre of pressure stays within it all through stance."""
     on = np.isfinite(cycle.cop_x) & (cycle.grf_z > COP_FORCE) & (cycle.phase < LATE_SWING)
     if not np.any(on):
         return []
     place = (cycle.cop_x + cycle.ankle_x)[on] - cycle.ankle_x[cycle.foot_flat()].mean()
-    if np.ptp(place) < TRAVEL:
+    if np.ptp(place) < _TRAVEL:
         raise InputError(
             f"the centre of pressure stays within {1e3 * np.ptp(place):.0f} mm all through stance",
             field="plate",
@@ -167,29 +193,31 @@ def _pressure(cycle: GaitCycle, last: float, first: float) -> list[str]:
         )
     behind, ahead = last - place, place - first
     share = float(np.mean((behind > 0.0) | (ahead > 0.0)))
-    if share <= OUTSIDE and np.mean(behind > 0.0) <= BEHIND:
+    if share <= _OUTSIDE and np.mean(behind > 0.0) <= _BEHIND:
         return []
     most, end = max((float(behind.max()), "behind the heel"), (float(ahead.max()), "ahead of the toes"))
-    return [
-        f"the centre of pressure is outside the foot for {100.0 * share:.0f} % of stance, up to "
-        f"{100.0 * most:.0f} cm {end}: plates and markers in different places?"
-    ]
+    text = (
+        "the centre of pressure is outside the foot for {percent:.0f} % of stance, up to "
+        "{most_cm:.0f} cm {end}: plates and markers in different places?"
+    )
+    return [Notice("pressure-off-foot", text, percent=100.0 * share, most_cm=100.0 * most, end=end)]
 
 
-def _forward_force(cycle: GaitCycle) -> list[str]:
-    if not np.isfinite(cycle.grf_x).all() or np.abs(cycle.grf_x).max() > FORWARD:
+def _forward_force(cycle: GaitCycle) -> list[Notice]:
+    if not np.isfinite(cycle.grf_x).all() or np.abs(cycle.grf_x).max() > _FORWARD:
         return []
-    return [
+    text = (
         "the ground's force has no part forward or backward: a plate that measures upward force alone? The "
-        f"ankle moment lacks that force times {100.0 * cycle.ankle_height:.0f} cm"
-    ]
+        "ankle moment lacks that force times {height_cm:.0f} cm"
+    )
+    return [Notice("no-shear-force", text, height_cm=100.0 * cycle.ankle_height)]
 
 
-def _moment_peak(cycle: GaitCycle) -> list[str]:
+def _moment_peak(cycle: GaitCycle) -> list[Notice]:
     moment = -cycle.ankle_moment[np.isfinite(cycle.ankle_moment)]
-    if not len(moment) or PEAK[0] <= moment.max() <= PEAK[1]:
+    if not len(moment) or _PEAK[0] <= moment.max() <= _PEAK[1]:
         return []
-    if moment.max() < NO_MOMENT:
+    if moment.max() < _NO_MOMENT:
         raise InputError(
             f"the ankle moment is never plantarflexor: its peak is {moment.max() + 0.0:.2f} N·m/kg",
             field="plate",
@@ -197,15 +225,14 @@ def _moment_peak(cycle: GaitCycle) -> list[str]:
             "in the same axes and units",
         )
     cause = (
-        "a weak push-off, or too large a mass" if moment.max() < PEAK[0] else "the ankle's place, the mass?"
+        "a weak push-off, or too large a mass" if moment.max() < _PEAK[0] else "the ankle's place, the mass?"
     )
-    return [
-        f"the plantarflexor moment peaks at {moment.max():.2f} N·m/kg, outside {PEAK[0]:g} to {PEAK[1]:g}: "
-        f"{cause}"
-    ]
+    text = "the plantarflexor moment peaks at {peak:.2f} N·m/kg, outside {low:g} to {high:g}: {cause}"
+    peak = float(moment.max())
+    return [Notice("moment-peak", text, peak=peak, low=_PEAK[0], high=_PEAK[1], cause=cause)]
 
 
-def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[str]:
+def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[Notice]:
     on = (cycle.grf_z > STANCE_FORCE) & (cycle.phase < LATE_SWING)
     on &= np.isfinite(cycle.ankle_moment) & np.isfinite(reference)
     if on.sum() < 3:
@@ -215,9 +242,9 @@ def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[str]:
         return float(np.sqrt(np.mean((cycle.ankle_moment - other)[on] ** 2)))
 
     error = rms(reference)
-    if error <= MOMENT_ERROR:
+    if error <= _MOMENT_ERROR:
         return []
-    shifts = np.linspace(-LONGEST_SHIFT, LONGEST_SHIFT, 201)
+    shifts = np.linspace(-_LONGEST_SHIFT, _LONGEST_SHIFT, 201)
     known = np.isfinite(reference)
     late = [np.interp(cycle.phase - s, cycle.phase[known], reference[known], period=1.0) for s in shifts]
     k = int(np.argmin([rms(moved) for moved in late]))
@@ -229,15 +256,143 @@ def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[str]:
     ]
     left, reason = min(reasons)
     peak, own = (float(np.max(np.abs(moment[on]))) for moment in (reference, cycle.ankle_moment))
-    if peak < UNLOADED * own:
-        told = f", which peaks at {peak:.2f} of {own:.2f} N·m/kg: was it computed without ground forces?"
-        return [f"the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance{told}"]
-    told = f"; the given one fits within {left:.2f} {reason}" if left < EXPLAINED * error else ""
-    return [f"the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance{told}"]
+    text = "the ankle moment is {error:.2f} N·m/kg RMS away from the given one in stance"
+    data: dict[str, Any] = {"error": error, "peak": peak, "own": own, "left": left, "reason": reason}
+    if peak < _UNLOADED * own:
+        text += ", which peaks at {peak:.2f} of {own:.2f} N·m/kg: was it computed without ground forces?"
+    elif left < _EXPLAINED * error:
+        text += "; the given one fits within {left:.2f} {reason}"
+    return [Notice("moment-off-reference", text, **data)]
 
 
-def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | None) -> list[str]:
-    found = steps_of_time("the motion", motion.time if points is None else points.time, MOTION_RATE)
+def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | None) -> list[Notice]:
+    found = _steps_of_time("the motion", motion.time if points is None else points.time, _MOTION_RATE)
     for name, (time, _) in ({} if ground is None else ground.plates).items():
-        found += steps_of_time(f"plate {name}", time, FORCE_RATE)
+        found += _steps_of_time(f"plate {name}", time, _FORCE_RATE)
     return found
+
+
+def _marker_doubts(points: LegPoints) -> list[Notice]:
+    """Segments that change by more than 10 %, and points that leap by more than 10 cm, one sentence each.
+
+    Both are what exchanged markers do, for a few frames or all the time.
+    """
+    return _lengths(points) + _proportion(points) + _leaps(points)
+
+
+def _proportion(points: LegPoints) -> list[Notice]:
+    """A sentence where thigh and shank cannot be one person's: a hip or knee at another place."""
+    means = {}
+    for name, (upper, lower) in _SEGMENTS.items():
+        length = np.linalg.norm(points.points[upper].path - points.points[lower].path, axis=1)
+        means[name] = float(np.nanmedian(length)) if np.isfinite(length).any() else np.nan
+    ratio = means["thigh"] / means["shank"]
+    if not np.isfinite(ratio) or _THIGH_TO_SHANK[0] <= ratio <= _THIGH_TO_SHANK[1]:
+        return []
+    text = (
+        "the {subject} thigh is {thigh_cm:.0f} cm long and the shank "
+        "{shank_cm:.0f} cm: is the hip's or the knee's marker at another place?"
+    )
+    lengths: dict[str, Any] = {f"{name}_cm": 100.0 * means[name] for name in ("thigh", "shank")}
+    return [Notice("leg-proportion", text, subject=points.side, **lengths)]
+
+
+def _lengths(points: LegPoints) -> list[Notice]:
+    found = []
+    for name, (upper, lower) in _SEGMENTS.items():
+        length = np.linalg.norm(points.points[upper].path - points.points[lower].path, axis=1)
+        known = np.isfinite(length)
+        if known.sum() < 3:
+            continue
+        median = float(np.median(length[known]))
+        change = np.where(known, length, median) / median - 1.0
+        if np.abs(change).max() <= _CHANGE:
+            continue
+        k, bad = int(np.argmax(np.abs(change))), np.abs(change) > _CHANGE
+        first, last = points.time[bad][[0, -1]]
+        when = (
+            f"at {first:.2f} s" if bad.sum() == 1 else f"in {bad.sum()} frames of {first:.2f} to {last:.2f} s"
+        )
+        text = (
+            "the {subject}, {upper} to {lower}, changes its length of {length_cm:.1f} cm by "
+            "{percent:+.0f} %, {when}: exchanged or sliding markers?"
+        )
+        data: dict[str, Any] = {"upper": upper, "lower": lower, "when": when}
+        data |= {"length_cm": 100.0 * median, "percent": 100.0 * float(change[k])}
+        found.append(Notice("segment-length", text, subject=f"{points.side} {name}", **data))
+    return found
+
+
+def _leaps(points: LegPoints) -> list[Notice]:
+    found = []
+    for role, point in points.points.items():
+        known = np.all(np.isfinite(point.path), axis=1)
+        time, path = points.time[known], point.path[known]
+        if len(time) < 3:
+            continue
+        step = np.diff(time)
+        velocity = np.diff(path, axis=0) / step[:, None]
+        off = np.linalg.norm((velocity[1:] - velocity[:-1]) * step[1:, None], axis=1)
+        near = (step[1:] <= _LONGEST_STEP) & (step[:-1] <= _LONGEST_STEP)
+        leaps = near & (off > _LEAP + _ACCELERATION * step[1:] ** 2)
+        if np.any(leaps):
+            k = int(np.argmax(leaps))
+            text = "the {subject} leaps by {off_cm:.0f} cm at {time:.2f} s"
+            text += " and later: exchanged markers?" if leaps[k + 3 :].any() else ": exchanged markers?"
+            data: dict[str, Any] = {"off_cm": 100.0 * float(off[k]), "time": float(time[k + 2])}
+            found.append(Notice("point-leaps", text, subject=f"{points.side} {role}", **data))
+    return found
+
+
+def _steps_of_time(what: str, time: np.ndarray, rate: float) -> list[Notice]:
+    """Warnings on a clock that is slower than `rate` [Hz] or uneven."""
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    found = []
+    if 1.0 / step < rate * (1.0 - 1e-6):
+        text = "{subject} is sampled at {rate:.0f} Hz only; {needed:.0f} Hz or more show the events"
+        found.append(Notice("sampled-slowly", text, subject=what, rate=1.0 / step, needed=rate))
+    uneven = np.abs(steps - step) > _UNEVEN * step
+    if np.any(uneven):
+        worst = steps[np.argmax(np.abs(steps - step))]
+        text = (
+            "{subject} has {uneven} of {steps} steps of time that are not {step_ms:.3g} ms, one "
+            "of {worst_ms:.3g} ms: the samples between are interpolated"
+        )
+        data: dict[str, Any] = {"uneven": int(uneven.sum()), "steps": len(steps)}
+        data |= {"step_ms": 1e3 * step, "worst_ms": 1e3 * float(worst)}
+        found.append(Notice("sampled-unevenly", text, subject=what, **data))
+    return found
+
+
+def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[Notice]:
+    """A warning if the plates show heel strikes and toe-offs later or earlier than the motion does.
+
+    A force that comes 20 ms late moves the centre of pressure under the foot by 7 mm, 50 ms by 17 mm.
+    """
+    events = find_events(motion)
+    loaded = [stride for stride in strides if stride.loaded and stride.closed is None]
+    late = [_after(stride.start, events.strikes) for stride in loaded if stride.start_by == FORCE]
+    left = [_after(stride.toe_off, events.toe_offs) for stride in loaded]
+    strikes = [time - _EARLY for time in late if time is not None]
+    offs = [time for time in left if time is not None]
+    if not strikes or not offs:
+        return []
+    shift = 0.5 * float(np.median(strikes) + np.median(offs))
+    if _APART[0] <= shift <= _APART[1]:
+        return []
+    text = (
+        "the plates show heel strike and toe-off {apart_ms:.0f} ms {order} the motion does: "
+        "do they have the same clock?"
+    )
+    order = "after" if shift > 0.0 else "before"
+    return [Notice("clocks-apart", text, apart_ms=1e3 * abs(shift), order=order)]
+
+
+def _after(time: float, events: Sequence[float]) -> float | None:
+    """How long after the nearest of some events something happened [s]; None if none is near."""
+    if not events:
+        return None
+    apart = time - np.asarray(events)
+    nearest = float(apart[np.argmin(np.abs(apart))])
+    return nearest if abs(nearest) < _NEAR else None

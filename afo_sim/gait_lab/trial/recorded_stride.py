@@ -1,7 +1,17 @@
-"""A stride that was found in a recording."""
+"""A recorded stride: its signals over phase; a recording that holds hardly a period is closed to one."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+
+_AROUND = 50  # samples beside a stride that its spline knows: 0.27^50 is nothing (de Boor 1978)
+WIDEST = 0.05  # gap that is bridged, as a share of the period [-] (assumed: 0.1 to 0.3 deg in a known walk)
+# Evidence of a heel strike, beside the methods by which a foot lands.
+FORCE, POSTURE = "force", "the leg's posture"
+BEGINNING = "the beginning of the recording, for want of a heel strike"
 
 
 @dataclass(frozen=True)
@@ -12,6 +22,7 @@ class Closing:
     gap: float  # between its end and its beginning one period later [s]
     residual: Mapping[str, float]  # difference of the two ends that their velocities do not explain, by the
     # name of the motion's signal [rad], [m] or the ground's [N]; it is spread evenly over the period
+    period_by: str  # evidence of its period: FORCE, or "the leg's motion"
     length: float  # of the stride: the way of the pelvis, or else of the ankle, that is continuous across
     # the gap [m]; residual["ankle_x"] is what the ankle's own would differ by
 
@@ -24,9 +35,22 @@ class RecordedStride:
     start: float  # [s]; may lie outside the recording if the stride is closed, as `end` may
     end: float  # [s]
     toe_off: float  # [s]
-    by: str  # evidence of its ends, in words
+    start_by: str  # evidence of its start: FORCE, POSTURE, BEGINNING or the method by which a foot lands
     loaded: bool  # the whole stance is on plates
     closed: Closing | None = None
+    end_by: str = ""  # evidence of its end; empty: the same
+    missing: str = ""  # why the ground force is missing, wholly or in part; empty where it is not
+
+    @property
+    def by(self) -> str:
+        """Evidence of its ends, how it was closed, and what it lacks, in words."""
+        parts = [_heel_strike(self.start_by)]
+        if self.end_by not in ("", self.start_by):
+            parts[0] += f", its end by {_heel_strike(self.end_by)}"
+        if self.closed is not None:
+            gap = 1e3 * self.closed.gap
+            parts.append(f"closed over a gap of {gap:.0f} ms, its period by {self.closed.period_by}")
+        return "; ".join([*parts, self.missing] if self.missing else parts)
 
     @property
     def time(self) -> float:
@@ -36,3 +60,123 @@ class RecordedStride:
     def window(self, share: tuple[float, float]) -> tuple[float, float]:
         """From when to when a part of the stride lasts [s]."""
         return self.start + share[0] * self.time, self.start + share[1] * self.time
+
+
+def _heel_strike(by: str) -> str:
+    return by if by in (FORCE, POSTURE, BEGINNING) else f"heel strike by {by}"
+
+
+def sample(
+    time: np.ndarray,
+    values: np.ndarray,
+    stride: RecordedStride,
+    phase: np.ndarray,
+    travels: Sequence[bool],
+    outside: float = np.nan,
+) -> np.ndarray:
+    """Signals at phases of a stride.
+
+    In a whole stride a cubic spline is read at the phases' times. A closed stride repeats its window every
+    period: what the ends differ by is spread evenly, and a periodic cubic spline bridges the gap. What a
+    filter does to the ends of a recording counts as such a difference: in a known walk it costs up to
+    1 degree (root mean square) where a heel strike is near an end, and elsewhere 0.4 at most.
+
+    A moment must be about a point that walks along, as the ankle: one about the laboratory's origin does
+    not come back.
+
+    Units: time [s] (n,), values (n, k), phase [-] (m,).
+    """
+    from scipy.interpolate import CubicSpline
+
+    at = stride.start + np.asarray(phase, dtype=float) * stride.time
+    found = np.full((len(at), values.shape[1]), np.nan)
+    known = np.isfinite(values).all(axis=0)
+    if stride.closed is None:
+        step = float(time[1] - time[0])
+        inside = (at >= time[0] - step) & (at <= time[-1] + step)
+        near = slice(*np.searchsorted(time, (at.min() - _AROUND * step, at.max() + _AROUND * step)))
+        time, values = time[near], values[near]  # a spline does not feel samples so far away
+        found[np.ix_(inside, known)] = CubicSpline(time, values[:, known])(at[inside])
+        found[np.ix_(~inside, known)] = outside
+        return found
+    window = stride.closed.window
+    if np.isfinite(outside):
+        time, values = _extended(time, values, window, outside)
+    travel = stride.closed.length * np.asarray(travels, dtype=float)[known]
+    found[:, known] = repeated(time, values[:, known], window, stride.time, travel, at)
+    return found
+
+
+def _extended(
+    time: np.ndarray, values: np.ndarray, window: tuple[float, float], outside: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Signals with what they are outside their times, as far as a window goes."""
+    step = float(time[1] - time[0])
+    before = max(0, int(np.ceil((time[0] - window[0]) / step)))
+    after = max(0, int(np.ceil((window[1] - time[-1]) / step)))
+    earlier = time[0] - step * np.arange(before, 0, -1)
+    longer = np.r_[earlier, time, time[-1] + step * np.arange(1, after + 1)]
+    return longer, np.pad(values, ((before, after), (0, 0)), constant_values=outside)
+
+
+def repeated(
+    time: np.ndarray,
+    values: np.ndarray,
+    window: tuple[float, float],
+    period: float,
+    travel: np.ndarray,
+    at: np.ndarray,
+) -> np.ndarray:
+    """Signals of a window, repeated every period, at any time.
+
+    Units: time [s] (n,), values (n, k), window [s], period [s], travel (k,), at [s] (m,).
+    """
+    from scipy.interpolate import CubicSpline
+
+    start, end = window
+    step = float(time[1] - time[0])
+    if time[0] > start + step or time[-1] < end - step:
+        raise InputError(
+            f"the signals last from {time[0]:.3f} to {time[-1]:.3f} s, "
+            f"the stride needs {start:.3f} to {end:.3f} s"
+        )
+    if period - (end - start) > (WIDEST + 1e-9) * period:
+        raise InputError(too_short(end - start, period))
+    slope = (seam(time, values, window, period, travel) - travel) / period
+    nodes = np.linspace(start, end, max(4, round((end - start) / step) + 1))
+    if start + period - end < 0.5 * step:
+        nodes = nodes[:-1]  # the same instant as the period's end
+    middle = 0.5 * (start + end)
+    level = CubicSpline(time, values)(nodes) + np.outer(nodes - middle, slope)
+    wave = CubicSpline(np.r_[nodes, start + period], np.vstack([level, level[:1]]), bc_type="periodic")
+    return np.asarray(wave(start + (at - start) % period) + np.outer(at - middle, travel / period))
+
+
+def seam(
+    time: np.ndarray,
+    values: np.ndarray,
+    window: tuple[float, float],
+    period: float,
+    travel: np.ndarray | float,
+) -> np.ndarray:
+    """What the window's beginning, a period later, is above where its end and both velocities lead (k,).
+
+    Over the gap the velocity is integrated by the trapezoid with its end correction (Euler, Maclaurin).
+    With no travel the negative of it is how far a signal that travels gets in a period.
+    """
+    from scipy.interpolate import CubicSpline
+
+    signal = CubicSpline(time, values)
+    gap = period - (window[1] - window[0])
+    value, velocity, acceleration = (signal(np.array(window), order) for order in range(3))
+    led = value[1] + 0.5 * gap * velocity.sum(axis=0) + gap**2 / 12.0 * (acceleration[1] - acceleration[0])
+    return np.asarray(value[0] + travel - led)
+
+
+def too_short(length: float, period: float) -> str:
+    """The sentence that refuses a gap."""
+    share = 100.0 * length / period
+    return (
+        f"the motion lasts {length:.3f} s, {share:.1f} % of a period of {period:.3f} s; at least "
+        f"{100.0 * (1.0 - WIDEST):.0f} % are needed to close it"
+    )

@@ -1,37 +1,52 @@
-"""Which marker sits where: landmarks of both legs, by the markers' names."""
+"""Which marker sits on which landmark: by its name in the usual sets, or by a file that a person edits."""
 
 import difflib
 import pathlib
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import tomli_w
 
+from afo_sim.common.assets import read_toml
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
+from afo_sim.common.writing import write_text
+from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
-from afo_sim.gait_lab.trial.marker_names import Reading, readings
 from afo_sim.gait_lab.trial.marker_sets import GENERAL, LANDMARKS, SETS, MarkerSet
 
+_Reading = tuple[str, str]  # side, or "" for none; the rest of the name
+# Computed signals that a C3D keeps among its points.
+_COMPUTED = re.compile(r"(angle|moment|force|power|grf|scale|score)s?\d*$")
+
 Names = Mapping[str, tuple[str, ...]]  # landmark → markers; the midpoint of several counts
-CANDIDATES = 3  # names that a message offers for a missing landmark
-RECOGNISED = 4  # names from which on a set is recognised
-CLUSTER = re.compile(r"(th|thi|thl|thigh|sh|shk|shank|tib|tb|leg)[a-z]?[a-z]?\d*$")
-LIKENESS = 0.6  # of two names, from which on one is offered for the other
+_CANDIDATES = 3  # names that a message offers for a missing landmark
+_RECOGNISED = 4  # names from which on a set is recognised
+_CLUSTER = re.compile(r"(th|thi|thl|thigh|sh|shk|shank|tib|tb|leg)[a-z]?[a-z]?\d*$")
+_LIKENESS = 0.6  # of two names, from which on one is offered for the other
+_GROUPS = (*SIDES, "middle")
+_HEAD = """\
+# Which marker sits on which landmark of the body.
+# Only what stands here counts. Several names: their midpoint. A line that begins with # does not count.
+# A leg needs: hip_centre, or both asis (with psis or sacrum), or trochanter; knee_centre, knee_lateral or
+# knee_medial; ankle_centre, ankle_lateral or ankle_medial; heel; a metatarsal or toe_tip.
+# Lateral and medial marker together place knee and ankle better than one of them.
+"""
 
 
 @dataclass(frozen=True)
-class Roles:
-    """The landmarks of both legs that a file's names tell."""
+class Roles(Noted):
+    """The landmarks of both legs that a file's names show."""
 
     sides: Mapping[str, Names]  # "right" and "left"; the sacrum is in both
-    remarks: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 def find_roles(markers: Markers) -> Roles:
-    """The landmarks that a file's names tell.
+    """The landmarks that a file's names show.
 
     A name that two sets use differently has the meaning of the set that fits most of the file's names.
     Names that mean the same in every set complete it, and names of other sets do so where a point of the
@@ -41,23 +56,25 @@ def find_roles(markers: Markers) -> Roles:
     ranked = sorted(SETS, key=lambda known: _fit(known, read), reverse=True)
     best, hits = ranked[0], _fit(ranked[0], read)[0]
     found: dict[str, dict[str, str]] = {side: {} for side in SIDES}
-    for known in (best, GENERAL) if hits >= RECOGNISED else (GENERAL,):
+    for known in (best, GENERAL) if hits >= _RECOGNISED else (GENERAL,):
         _add(found, read, known)
     served = {side: {LANDMARKS[landmark][0] for landmark in found[side]} for side in SIDES}
     for known in ranked:
         _add(found, read, known, served)
-    remarks = []
-    if hits >= RECOGNISED:
-        remarks.append(f"marker set: {best.name}, by {hits} of {len(read)} names")
+    notices = []
+    if hits >= _RECOGNISED:
+        text = "marker set: {name}, by {hits} of {count} names"
+        notices.append(note("marker-set", text, name=best.name, hits=hits, count=len(read)))
     if best.meaning_of("toe") == "metatarsal_2":
         forefeet = [side["metatarsal_2"] for side in found.values() if "metatarsal_2" in side]
         named = [name for name in forefeet if any(rest == "toe" for _, rest in read[name])]
         if named:
-            remarks.append(f"{' and '.join(named)} on the second metatarsal head, as in that set")
+            text = "{markers} on the second metatarsal head, as in that set"
+            notices.append(note("toe-on-metatarsal", text, markers=" and ".join(named)))
     used = dict.fromkeys(name for names in found.values() for name in names.values())
-    warnings = [_duplicate(markers, name, twin) for name in used for twin in _twins(name, markers.positions)]
+    notices += [_duplicate(markers, name, twin) for name in used for twin in _twins(name, markers.positions)]
     sides = {side: {landmark: (name,) for landmark, name in found[side].items()} for side in SIDES}
-    return Roles(sides, tuple(remarks), tuple(warnings))
+    return Roles(sides, tuple(notices))
 
 
 def candidates(names: Sequence[str], side: str, landmarks: Iterable[str]) -> list[str]:
@@ -70,12 +87,12 @@ def candidates(names: Sequence[str], side: str, landmarks: Iterable[str]) -> lis
         rests = [rest for letter, rest in ways if letter in (side, "")]
         if any(letter not in (side, "") for letter, _ in ways) and not any(s == side for s, _ in ways):
             continue
-        if any(CLUSTER.match(rest) for rest in rests):
+        if any(_CLUSTER.match(rest) for rest in rests):
             continue  # on the middle of a segment
         ratios = [difflib.SequenceMatcher(None, rest, word).ratio() for rest in rests for word in usual]
-        if max(ratios, default=0.0) >= LIKENESS:
+        if max(ratios, default=0.0) >= _LIKENESS:
             likely.append((-max(ratios), name))
-    return [name for _, name in sorted(likely, key=lambda entry: entry[0])[:CANDIDATES]]
+    return [name for _, name in sorted(likely, key=lambda entry: entry[0])[:_CANDIDATES]]
 
 
 def named_points(markers: Markers, choices: Choices) -> dict[str, tuple[str, ...]]:
@@ -118,9 +135,57 @@ def missing_roles(
     )
 
 
+def plain(name: str) -> str:
+    """A name in lower case without `subject:` and punctuation."""
+    return re.sub("[^a-z0-9]", "", name.split(":")[-1].lower())
+
+
+def readings(names: Sequence[str]) -> dict[str, list[_Reading]]:
+    """Ways to read each of a file's names, the likeliest first; computed signals are left out.
+
+    Units: returns [(side, rest), …].
+    """
+    markers = [name for name in names if not _COMPUTED.search(plain(name))]
+    start = _common_start([_bare(name) for name in markers])
+    return {name: list(_readings(_bare(name).removeprefix(start))) for name in markers}
+
+
+def _readings(bare: str) -> Iterator[_Reading]:
+    whole = plain(bare)
+    yield "", whole
+    for side in SIDES:
+        if whole.startswith(side):
+            yield side, whole.removeprefix(side)
+    for side in SIDES:
+        if whole.startswith(side[0]):
+            yield side, whole[1:]
+    for side in SIDES:
+        if whole.endswith(side):
+            yield side, whole.removesuffix(side)
+    end = re.search(r"(?:[^A-Za-z0-9]([RrLl])|(?<=[a-z0-9])([RL]))$", bare)
+    if end:
+        yield {"r": "right", "l": "left"}[(end[1] or end[2]).lower()], whole[:-1]
+
+
+def _bare(name: str) -> str:
+    return name.strip().split(":")[-1]
+
+
+def _common_start(names: Sequence[str]) -> str:
+    """What all names begin with, to a separator; never a side's letter or word."""
+    if len(names) <= 3:
+        return ""
+    first, last = min(names), max(names)  # what these two share, all share
+    same = next(
+        (k for k, pair in enumerate(zip(first, last, strict=False)) if len(set(pair)) > 1), len(first)
+    )
+    found = re.match(r".*[_.\- ]", first[:same])
+    return found[0] if found and plain(found[0]) not in ("r", "l", *SIDES) else ""
+
+
 def _add(
     found: dict[str, dict[str, str]],
-    read: Mapping[str, Sequence[Reading]],
+    read: Mapping[str, Sequence[_Reading]],
     known: MarkerSet,
     served: Mapping[str, Collection[str]] | None = None,
 ) -> None:
@@ -136,13 +201,13 @@ def _add(
                 found[each].setdefault(landmark, name)
 
 
-def _fit(known: MarkerSet, read: Mapping[str, Sequence[Reading]]) -> tuple[int, int]:
+def _fit(known: MarkerSet, read: Mapping[str, Sequence[_Reading]]) -> tuple[int, int]:
     """How many names a set has meanings for; of equals the one with fewer names of its own is better."""
     hits = sum(_meaning(known, ways) is not None for ways in read.values())
     return hits, -sum(map(len, known.names.values()))
 
 
-def _meaning(known: MarkerSet, ways: Sequence[Reading]) -> Reading | None:
+def _meaning(known: MarkerSet, ways: Sequence[_Reading]) -> _Reading | None:
     """Side and landmark that a name stands for in a set."""
     for side, rest in ways:
         landmark = known.meaning_of(rest)
@@ -156,8 +221,102 @@ def _twins(name: str, names: Iterable[str]) -> list[str]:
     return [other for other in names if re.fullmatch(re.escape(name) + r"\.\d+", other)]
 
 
-def _duplicate(markers: Markers, name: str, twin: str) -> str:
+def _duplicate(markers: Markers, name: str, twin: str) -> Notice:
     apart = np.linalg.norm(markers.positions[name] - markers.positions[twin], axis=1)
     if not np.isfinite(apart).any():
-        return f"the label {name} occurs twice, never seen at both places at once; the first is taken"
-    return f"the label {name} occurs twice, up to {1e3 * np.nanmax(apart):.0f} mm apart; the first is taken"
+        text = "the label {subject} occurs twice, never seen at both places at once; the first is taken"
+        return Notice("label-doubled", text, subject=name)
+    text = "the label {subject} occurs twice, up to {apart_mm:.0f} mm apart; the first is taken"
+    return Notice("label-doubled", text, subject=name, apart_mm=1e3 * float(np.nanmax(apart)))
+
+
+def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
+    """Read a map of roles.
+
+    Units: path ["NAME", "NAME"].
+    """
+    found: dict[str, dict[str, tuple[str, ...]]] = {}
+    for group, table in read_toml(path).items():
+        if group not in _GROUPS:
+            raise unknown(group, _GROUPS, file=path, field=group, problem="is an unknown table")
+        if not isinstance(table, dict):
+            problem, allowed = "is not a valid table", f"[{group}]"
+            raise InputError(problem, file=path, field=group, value=table, allowed=allowed)
+        found[group] = {}
+        for landmark, value in table.items():
+            field = f"{group}.{landmark}"
+            if landmark not in _landmarks(group):
+                problem = "is an unknown landmark"
+                raise unknown(landmark, _landmarks(group), file=path, field=field, problem=problem)
+            names = [value] if isinstance(value, str) else value
+            if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
+                allowed = '"NAME" or ["NAME", "NAME"]'
+                problem = "is not a valid marker"
+                raise InputError(problem, file=path, field=field, value=value, allowed=allowed)
+            found[group][landmark] = tuple(names)
+    return found
+
+
+def mapped_roles(path: pathlib.Path, markers: Markers, others: Collection[str] = ()) -> Roles:
+    """The landmarks of a map; names are not guessed."""
+    sides: dict[str, dict[str, tuple[str, ...]]] = {side: {} for side in SIDES}
+    for group, landmarks in read_role_map(path).items():
+        for landmark, chosen in landmarks.items():
+            for name in chosen:
+                if name not in markers.positions and name not in others:
+                    field, problem = f"{group}.{landmark}", f"there is no such marker in {markers.file}"
+                    raise unknown(name, markers.positions, file=path, field=field, problem=problem)
+            if all(name in markers.positions for name in chosen):
+                for side in SIDES if group == "middle" else (group,):
+                    sides[side][landmark] = chosen
+    return Roles(sides, (note("markers-mapped", "markers as {file} says", file=path.name),))
+
+
+def write_role_map(path: pathlib.Path, markers: Markers, roles: Roles | None = None) -> None:
+    """Write a map of roles, whole or not at all: what is known, and names that look like what is missing.
+
+    Parameters
+    ----------
+    path : to be written
+    markers : of the trial
+    roles : what is known; by default what the names show
+
+    Raises
+    ------
+    InputError
+        The place cannot be written to.
+    """
+    roles = find_roles(markers) if roles is None else roles
+    used = {name for side in roles.sides.values() for names in side.values() for name in names}
+    free = [name for name in markers.positions if name not in used]
+    lines = [_HEAD, f"# The markers of {markers.file.name}:", *_wrapped(list(markers.positions))]
+    for group in _GROUPS:
+        known = roles.sides[SIDES[0] if group == "middle" else group]
+        lines += ["", f"[{group}]", *(_line(group, landmark, known, free) for landmark in _landmarks(group))]
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def _line(group: str, landmark: str, known: Mapping[str, tuple[str, ...]], free: Sequence[str]) -> str:
+    place = LANDMARKS[landmark][1]
+    if landmark in known:
+        return f"{landmark} = [{', '.join(map(_quoted, known[landmark]))}]  # {place}"
+    near = candidates(free, "" if group == "middle" else group, [landmark])
+    hint = f"; perhaps {', '.join(map(_quoted, near))}" if near else ""
+    return f'# {landmark} = ["NAME"]  # {place}{hint}'
+
+
+def _landmarks(group: str) -> list[str]:
+    return [name for name in LANDMARKS if (name == "sacrum") == (group == "middle")]
+
+
+def _quoted(name: str) -> str:
+    return tomli_w.dumps({"x": name}).removeprefix("x = ").strip()
+
+
+def _wrapped(names: Sequence[str]) -> list[str]:
+    lines = ["#"]
+    for name in map(_quoted, names):
+        if len(lines[-1]) + len(name) > 100:
+            lines.append("#")
+        lines[-1] += f" {name}"
+    return lines

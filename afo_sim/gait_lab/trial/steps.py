@@ -1,4 +1,4 @@
-"""The steps of a trial: the ground's force on each foot, and the strides of both legs."""
+"""The steps of a trial: each foot's ground force and strides, less those that two feet share."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -6,17 +6,23 @@ from dataclasses import replace
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import note
+from afo_sim.gait_lab.readers.plates import Plate
 from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.files import WalkingTrial
-from afo_sim.gait_lab.trial.ground_force import GroundForce, foot_force
+from afo_sim.gait_lab.trial.ground_force import EDGE, GroundForce, foot_force, stands_there
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
-from afo_sim.gait_lab.trial.shared_steps import without_shared_steps
 from afo_sim.gait_lab.trial.strides import find_strides
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
-OPEN = 3.0  # difference of a closed stride's ends that is told (assumed) [deg]
+_OPEN = 3.0  # difference of a closed stride's ends that is reported (assumed) [deg]
+
+_ELSEWHERE = 0.08  # share of the weight on other plates while the other foot swings (assumed) [-]
+_MIDDLE = (0.2, 0.8)  # part of the other foot's swing in which it surely stands nowhere (assumed) [-]
 
 
 def find_steps(
@@ -25,11 +31,11 @@ def find_steps(
     motions: Mapping[str, LegMotion],
     frame: WalkingFrame,
     choices: Choices,
-) -> tuple[dict[str, GroundForce], list[RecordedStride], list[str]]:
+) -> tuple[dict[str, GroundForce], list[RecordedStride], list[Notice]]:
     """Ground forces and strides of both legs."""
     grounds: dict[str, GroundForce] = {}
     strides: list[RecordedStride] = []
-    remarks: list[str] = []
+    notices: list[Notice] = []
     if not trial.plates:
         raise InputError(
             "no file holds ground forces, and without them no ankle moment is known",
@@ -44,7 +50,7 @@ def find_steps(
         except InputError as error:
             if side == choices.side or choices.both:
                 raise
-            remarks.append(f"{side} leg: {error.problem}")
+            notices.append(_unused_leg(side, error))
         try:
             found = find_strides(motions[side], grounds.get(side))
             straight = [stride for stride in found if _straight(stride, frame)]
@@ -56,22 +62,27 @@ def find_steps(
         except InputError as error:
             if side == choices.side or choices.both:
                 raise
-            remarks.append(f"{side} leg: {error.problem}")
-    return grounds, without_shared_steps(strides, trial.plates, grounds, motions, legs, frame), remarks
+            notices.append(_unused_leg(side, error))
+    return grounds, _without_shared_steps(strides, trial.plates, grounds, motions, legs, frame), notices
 
 
-def open_ends(strides: Sequence[RecordedStride]) -> list[str]:
+def _unused_leg(side: str, error: InputError) -> Notice:
+    return note("leg-unused", "{subject} leg: {problem}", subject=side, problem=error.problem)
+
+
+def open_ends(strides: Sequence[RecordedStride]) -> list[Notice]:
     """A warning where the two ends of a stride that was closed do not meet."""
     found = []
     for stride in strides:
         ends = {} if stride.closed is None else stride.closed.residual
-        angles = {n: abs(np.degrees(v)) for n, v in ends.items() if n.endswith("_angle")}
+        angles = {n: float(abs(np.degrees(v))) for n, v in ends.items() if n.endswith("_angle")}
         name = max(angles, key=angles.__getitem__, default="")
-        if name and angles[name] > OPEN:
-            found.append(
-                f"the closed stride's ends differ by {angles[name]:.1f} deg at the {name.split('_')[0]}: "
-                "bring a longer recording"
+        if name and angles[name] > _OPEN:
+            text = (
+                "the closed stride's ends differ by {apart:.1f} deg at the {joint}: bring a longer recording"
             )
+            joint = name.removesuffix("_angle")
+            found.append(Notice("ends-open", text, subject=stride.side, apart=angles[name], joint=joint))
     return found
 
 
@@ -89,3 +100,70 @@ def _over_ground(stride: RecordedStride, belt_speed: float) -> RecordedStride:
         return stride
     length = stride.closed.length + belt_speed * stride.time
     return replace(stride, closed=replace(stride.closed, length=length))
+
+
+def _without_shared_steps(
+    strides: Sequence[RecordedStride],
+    plates: Sequence[Plate],
+    grounds: Mapping[str, GroundForce],
+    motions: Mapping[str, LegMotion],
+    legs: Mapping[str, LegPoints],
+    frame: WalkingFrame,
+) -> list[RecordedStride]:
+    """The strides; those whose foot stands on a second plate as well are not loaded, and say so.
+
+    While one foot swings, all that presses near the other is the other's. What a plate carries then that is
+    not counted for that foot is lost to its force and moment, and to the body's mass.
+    """
+    swings = {side: _swings(motion) for side, motion in motions.items()}
+    found = []
+    for stride in strides:
+        other = "left" if stride.side == "right" else "right"
+        judged = stride.loaded and stride.closed is None and stride.side in grounds and other in swings
+        during = [(a, b) for a, b in swings.get(other, ()) if stride.start < a and b < stride.toe_off]
+        lost = _lost(stride.side, during, plates, grounds, legs, frame) if judged and during else 0.0
+        if lost > _ELSEWHERE:
+            seen = f"{100.0 * lost:.0f} % of the weight stands on another plate while the other foot swings"
+            stride = replace(stride, loaded=False, missing=f"the ground force is missing in part ({seen})")
+        found.append(stride)
+    return found
+
+
+def _swings(motion: LegMotion) -> list[tuple[float, float]]:
+    """The middle of each swing of a foot [s]."""
+    events = find_events(motion)
+    found = []
+    for off in events.toe_offs:
+        strike = next((time for time in events.strikes if time > off), None)
+        if strike is not None and strike - off < events.stride_time:
+            found.append((off + _MIDDLE[0] * (strike - off), off + _MIDDLE[1] * (strike - off)))
+    return found
+
+
+def _lost(
+    side: str,
+    during: Sequence[tuple[float, float]],
+    plates: Sequence[Plate],
+    grounds: Mapping[str, GroundForce],
+    legs: Mapping[str, LegPoints],
+    frame: WalkingFrame,
+) -> float:
+    """Share of what presses under a foot that is not counted for it [-]."""
+    own = grounds[side]
+    inside = _within(own.time, during)
+    carried = 0.0
+    for plate in plates:
+        if plate.name not in own.plates:
+            continue
+        time, force = own.plates[plate.name]
+        pressed = _within(time, during) & (force > EDGE)
+        if np.any(pressed) and stands_there(time[pressed], plate.place[pressed], side, legs, frame):
+            carried += float(np.mean(np.interp(own.time[inside], time, force)))
+    return 1.0 - float(np.mean(own.force_z[inside])) / carried if carried > 0.0 else 0.0
+
+
+def _within(time: np.ndarray, spans: Sequence[tuple[float, float]]) -> np.ndarray:
+    found = np.zeros(len(time), dtype=bool)
+    for start, end in spans:
+        found |= (time >= start) & (time <= end)
+    return found

@@ -1,24 +1,49 @@
-"""Strides of one leg: from heel strike to the next."""
+"""Strides of one leg: from heel strike to the next, or closed from hardly a period."""
 
+import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.trial.closed_stride import closed_stride
-from afo_sim.gait_lab.trial.events import STANCE, STEP, FootEvents, find_events
-from afo_sim.gait_lab.trial.foot_contacts import SAME, begins, beside_heel_strike, ends, place, refused, steps
-from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
+from afo_sim.gait_lab.trial.events import (
+    STANCE,
+    STEP,
+    FootEvents,
+    find_events,
+    period_by_force,
+    period_by_motion,
+    posture,
+    posture_near,
+    posture_return,
+)
+from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact, find_contacts
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.posture import posture_near, posture_return
-from afo_sim.gait_lab.trial.recorded_stride import Closing, RecordedStride
+from afo_sim.gait_lab.trial.recorded_stride import (
+    BEGINNING,
+    FORCE,
+    POSTURE,
+    WIDEST,
+    Closing,
+    RecordedStride,
+    repeated,
+    seam,
+    too_short,
+)
 from afo_sim.gait_lab.trial.travel import STRIDE
 
-__all__ = ["Closing", "RecordedStride", "find_strides", "posture_return"]
+_MISSED = 1.6  # time of a stride, as a share of the others' median, that holds a strike that was missed [-]
 
-MISSED = 1.6  # time of a stride, as a share of the others' median, that holds a strike that was missed [-]
+_SAME = 0.15  # of force, kinematics and posture about one event, as a share of the stride [-] (assumed)
+_SUNK = 0.7  # share of the toe's fall after heel strike that is over when a foot that landed on its heel
+# beside the plate meets it [-] (derived: 0.8 and 0.9 in two such steps, 0 to 0.2 in seven on a plate)
+_RAISED = 0.02  # height of the toe at heel strike from which on its fall is looked at [m] (assumed)
+_WINDOWS = 41  # that are tried where a recording holds more than a period
+_BARE = 0.01  # share of a period without force that is no gap in a stance [-] (assumed: a motion's sample)
+_SIGNALS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 
 
 @dataclass(frozen=True)
@@ -43,7 +68,7 @@ def find_strides(motion: LegMotion, ground: GroundForce | None) -> list[Recorded
     """All strides of a leg, with ground force or without.
 
     A stride begins and ends with the beginning of a contact where the foot meets a plate. Elsewhere the
-    kinematics tell that there is a heel strike. Its time is that at which the leg's posture comes back to
+    kinematics show that there is a heel strike. Its time is that at which the leg's posture comes back to
     that of the nearest contact, or the kinematics' own if there is no contact. A recording without such a
     stride, or with none that is loaded, is closed to one if it holds 95 % of a period.
     """
@@ -55,10 +80,10 @@ def find_strides(motion: LegMotion, ground: GroundForce | None) -> list[Recorded
     whole = [contact for contact in leg.contacts if contact not in leg.beside]
     if any(stride.loaded for stride in found) or (found and not whole):
         return found
-    closed = closed_stride(motion, ground, whole, "; ".join(leg.beside.values()))
+    closed = _closed_stride(motion, ground, whole, "; ".join(leg.beside.values()))
     if found:
         usual = float(np.median([stride.time for stride in found]))
-        if not isinstance(closed, RecordedStride) or abs(closed.time - usual) > SAME * usual:
+        if not isinstance(closed, RecordedStride) or abs(closed.time - usual) > _SAME * usual:
             return found
         return sorted([*found, closed] if closed.loaded else found, key=lambda stride: stride.start)
     if isinstance(closed, RecordedStride):
@@ -71,14 +96,14 @@ def _known(motion: LegMotion, ground: GroundForce | None) -> tuple[_Leg, list[st
     """The leg, and why contacts are no steps of it."""
     events = find_events(motion)
     contacts = steps(ground)
-    steppable = tuple(contact for contact in contacts if not refused(contact))
+    steppable = tuple(contact for contact in contacts if not _refused(contact))
     beside = {}
     for contact in steppable:
         if ground and begins(contact, ground) and _inside(motion, contact.start):
-            reason = beside_heel_strike(contact.start, motion, events)
+            reason = _beside_heel_strike(contact.start, motion, events)
             if reason:
                 beside[contact] = f"{place(contact)}: {reason}"
-    why = [f"{place(contact)}: {refused(contact)}" for contact in contacts if refused(contact)]
+    why = [f"{place(contact)}: {_refused(contact)}" for contact in contacts if _refused(contact)]
     return _Leg(motion, events, ground, steppable, beside), [*why, *beside.values()]
 
 
@@ -91,7 +116,7 @@ def _inside(motion: LegMotion, moment: float) -> bool:
 def _strikes(leg: _Leg) -> list[_Strike]:
     """Heel strikes within the motion, each once."""
     by_force = [
-        _Strike(contact.start, "force", contact)
+        _Strike(contact.start, FORCE, contact)
         for contact in leg.contacts
         if leg.ground
         and begins(contact, leg.ground)
@@ -101,7 +126,7 @@ def _strikes(leg: _Leg) -> list[_Strike]:
     moments = list(leg.events.strikes)
     if by_force and (returned := posture_return(leg.motion, by_force[-1].time)):
         moments.append(returned)
-    within = SAME * leg.events.stride_time
+    within = _SAME * leg.events.stride_time
     strikes = list(by_force)
     for moment in moments:
         if all(abs(moment - strike.time) > within for strike in strikes):
@@ -116,8 +141,8 @@ def _by_posture(leg: _Leg, by_force: Sequence[_Strike], moment: float, within: f
         if returned is None and abs(moment - leg.motion.time[-1]) < 1e-9:
             returned = moment  # the recording was cut at the heel strike
         if returned is not None:
-            return _Strike(returned, "the leg's posture")
-    return _Strike(moment, f"heel strike by {leg.events.method}")
+            return _Strike(returned, POSTURE)
+    return _Strike(moment, leg.events.method)
 
 
 def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[RecordedStride]:
@@ -130,7 +155,7 @@ def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[Record
         gaps = [name for name, a, b in leg.motion.hidden if a < second.time and b > first.time]
         if not STRIDE[0] <= time <= STRIDE[1]:
             why.append(f"{span}: {time:.2f} s are no stride")
-        elif time > MISSED * float(np.median(times)):
+        elif time > _MISSED * float(np.median(times)):
             why.append(f"{span}: a heel strike in it was missed")
         elif gaps:
             why.append(f"{span}: {gaps[0]} is missing for too long")
@@ -142,7 +167,6 @@ def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[Record
 def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
     time = second.time - first.time
     off = leg.events.toe_off_after(first.time)
-    by = first.how if first.how == second.how else f"{first.how}, its end by {second.how}"
     missing = "the ground force is missing"
     if first.contact is not None:
         missing = _left_early(leg, first.contact, off, second.time)
@@ -152,8 +176,16 @@ def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
     for contact, reason in leg.beside.items():
         if missing and contact.start < off and contact.end > first.time:
             missing += f" in part ({reason})"
-    by += f"; {missing}" if missing else ""
-    return RecordedStride(leg.motion.side, first.time, second.time, off, by, loaded=not missing)
+    return RecordedStride(
+        leg.motion.side,
+        first.time,
+        second.time,
+        off,
+        first.how,
+        loaded=not missing,
+        end_by=second.how,
+        missing=missing,
+    )
 
 
 def _left_early(leg: _Leg, contact: PlateContact, off: float | None, end: float) -> str:
@@ -161,7 +193,7 @@ def _left_early(leg: _Leg, contact: PlateContact, off: float | None, end: float)
     if leg.ground and not ends(contact, leg.ground):
         return "the ground force is missing in part (the plate's recording ends before the toe-off)"
     early = 0.0 if off is None else off - contact.end
-    if contact.end > end or abs(early) > SAME * (end - contact.start):
+    if contact.end > end or abs(early) > _SAME * (end - contact.start):
         seen = f"the foot leaves the plate {abs(early):.2f} s from its toe-off"
         return f"the ground force is missing in part ({seen})"
     return ""
@@ -177,3 +209,237 @@ def _incomplete(contact: PlateContact, leg: _Leg) -> str:
     if not known[0] <= contact.start <= known[1]:
         return f"{place(contact)}: the motion is known from {known[0]:.2f} to {known[1]:.2f} s"
     return f"{place(contact)}: the motion ends before the next heel strike"
+
+
+def steps(ground: GroundForce | None) -> list[PlateContact]:
+    """The foot's own contacts; those of one step that lay on two plates as one."""
+    merged: list[PlateContact] = []
+    for contact in sorted(ground.contacts, key=lambda c: c.start) if ground else ():
+        if merged and contact.start < merged[-1].end:
+            last = merged.pop()
+            whole = last.whole and contact.whole
+            merged.append(PlateContact(last.plate, last.start, max(last.end, contact.end), whole, own=True))
+        else:
+            merged.append(contact)
+    return merged
+
+
+def place(contact: PlateContact) -> str:
+    """The contact in words."""
+    return f"contact {contact.start:.2f} to {contact.end:.2f} s"
+
+
+def _refused(contact: PlateContact) -> str:
+    """Why a contact is no step, in words; empty if it is one."""
+    if contact.end - contact.start > STRIDE[1]:
+        return "too long for a step; both feet on one plate, or wrong axes?"
+    return ""
+
+
+def begins(contact: PlateContact, ground: GroundForce) -> bool:
+    """Whether its beginning is a heel strike, and not the recording's beginning."""
+    return contact.whole or contact.start > ground.plates[contact.plate][0][0]
+
+
+def ends(contact: PlateContact, ground: GroundForce) -> bool:
+    """Whether its end is a toe-off, and not the recording's end."""
+    return contact.whole or contact.end < ground.plates[contact.plate][0][-1]
+
+
+def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
+    """Why a contact's beginning is not the foot's heel strike, in words; empty if it is, or nothing shows it.
+
+    Units: start [s].
+    """
+    if not events.strikes:
+        return ""
+    time = events.stride_time
+    around = np.array([events.strikes[0] - time, *events.strikes, events.strikes[-1] + time])
+    strike = float(around[np.argmin(np.abs(around - start))])
+    late = start - strike
+    if _SAME * time < abs(late) < 0.5 * time:
+        return f"it begins {late:+.2f} s from the foot's heel strike; another foot's, or a part of a step?"
+    if late > 0.0 and _sunk(motion, strike, start, time) > _SUNK:
+        return f"the heel landed {late:.2f} s before, beside the plate, or the clocks differ"
+    return ""
+
+
+def _sunk(motion: LegMotion, strike: float, start: float, time: float) -> float:
+    """Share of the toe's fall after a heel strike that is over at `start` [-]; 0 if the foot lands flat."""
+    if motion.toe is None:
+        return 0.0
+    height = motion.toe[:, 1]
+    soon = (motion.time >= strike) & (motion.time <= strike + 0.3 * time)
+    if not soon.any():
+        return 0.0
+    up, now = np.interp([strike, start], motion.time, height) - height[soon].min()
+    return float((up - now) / up) if up > _RAISED else 0.0
+
+
+def _steps_without_motion(ground: GroundForce, own: Sequence[PlateContact]) -> list[PlateContact]:
+    """Contacts before and after the motion on plates that only this foot was seen on."""
+    if not own:
+        return []
+    first, last = own[0].start, own[-1].end
+    plates = {contact.plate for contact in own} - {contact.plate for contact in ground.foreign}
+    found = [c for name in sorted(plates) for c in find_contacts(name, *ground.plates[name])]
+    return sorted((c for c in found if c.end < first or c.start > last), key=lambda c: c.start)
+
+
+def _closed_stride(
+    motion: LegMotion, ground: GroundForce | None, contacts: Sequence[PlateContact], missing: str = ""
+) -> RecordedStride | str:
+    """Close the longest part of the motion that was seen to a stride, or say why not."""
+    seen = _longest_seen(motion)
+    length = float(seen.time[-1] - seen.time[0])
+    around = [*contacts, *(_steps_without_motion(ground, contacts) if ground else ())]
+    starts = sorted(c.start for c in around if ground and begins(c, ground))
+    period, how = period_by_force(starts, seen), FORCE
+    if period is None:
+        period, how = period_by_motion(seen), "the leg's motion"
+    if period is None:
+        return f"the leg's motion does not come back within its {length:.2f} s"
+    if length < (1.0 - WIDEST) * period:
+        return too_short(length, period)
+    best: RecordedStride | None = None
+    for window in _windows(seen, period):
+        stride = _closed(seen, ground, contacts, starts, window, period, how)
+        best = best or stride
+        if stride.loaded:
+            return stride
+        if not contacts:
+            break
+    assert best is not None
+    part = f" in part ({missing})" if missing else ""
+    return dataclasses.replace(best, missing=f"the ground force is missing{part}")
+
+
+def _longest_seen(motion: LegMotion) -> LegMotion:
+    """The longest stretch of the motion in which nothing is hidden."""
+    hidden = np.zeros(len(motion.time) + 2, dtype=bool)
+    hidden[[0, -1]] = True
+    for _, start, end in motion.hidden:
+        hidden[1:-1] |= (motion.time > start) & (motion.time < end)
+    edges = np.flatnonzero(hidden)
+    k = int(np.argmax(np.diff(edges)))
+    part = slice(int(edges[k]), max(int(edges[k]) + 2, int(edges[k + 1]) - 1))
+    arrays: dict[str, Any] = {
+        f.name: getattr(motion, f.name)[part]
+        for f in dataclasses.fields(motion)
+        if isinstance(getattr(motion, f.name), np.ndarray)
+    }
+    return dataclasses.replace(motion, hidden=(), **arrays)
+
+
+def _windows(motion: LegMotion, period: float) -> Iterator[tuple[float, float]]:
+    """Windows of a period, those first that close best; the whole motion if it is shorter."""
+    time = motion.time
+    if time[-1] - time[0] <= period:
+        yield float(time[0]), float(time[-1])
+        return
+    state = posture(motion)
+    first = np.linspace(time[0], time[-1] - period, _WINDOWS)
+    now, then = (np.column_stack([np.interp(t, time, c) for c in state.T]) for t in (first, first + period))
+    for start in first[np.argsort(np.linalg.norm(then - now, axis=1))]:
+        yield float(start), float(start + period)
+
+
+def _closed(
+    motion: LegMotion,
+    ground: GroundForce | None,
+    contacts: Sequence[PlateContact],
+    starts: Sequence[float],
+    window: tuple[float, float],
+    period: float,
+    how: str,
+) -> RecordedStride:
+    residual = {name: _seam(motion.time, getattr(motion, name), window, period) for name in _SIGNALS}
+    length = -residual["ankle_x"]
+    if motion.pelvis_x is not None:
+        length = -_seam(motion.time, motion.pelvis_x, window, period)
+    residual["ankle_x"] += length
+    unrolled = _unrolled(motion, window, period, length)
+    events = find_events(unrolled)
+    strike, by = _strike(unrolled, events, starts, window, period)
+    off = [c.end for c in contacts if ground and ends(c, ground)]
+    toe_off = _toe_off(events, off, strike, period)
+    loaded = _covered(contacts, strike, toe_off, window, period)
+    if loaded and ground and ground.time[0] <= window[0] and ground.time[-1] >= window[1]:
+        for name in ("force_x", "force_z"):
+            residual[name] = _seam(ground.time, getattr(ground, name), window, period)
+    gap = max(0.0, period - (window[1] - window[0]))
+    return RecordedStride(
+        side=motion.side,
+        start=strike,
+        end=strike + period,
+        toe_off=toe_off,
+        start_by=by,
+        loaded=loaded,
+        closed=Closing(window, gap, residual, how, length),
+    )
+
+
+def _seam(time: np.ndarray, values: np.ndarray, window: tuple[float, float], period: float) -> float:
+    return float(seam(time, values[:, None], window, period, 0.0)[0])
+
+
+def _unrolled(motion: LegMotion, window: tuple[float, float], period: float, length: float) -> LegMotion:
+    """The motion of the window, three periods of it."""
+    step = float(motion.time[1] - motion.time[0])
+    time = np.arange(window[0] - period, window[0] + 2.0 * period, step)
+    changed: dict[str, Any] = {"time": time}
+    for field in dataclasses.fields(motion):
+        values = getattr(motion, field.name)
+        if field.name == "time" or not isinstance(values, np.ndarray):
+            continue
+        columns = values.reshape(len(values), -1)
+        travel = np.zeros(columns.shape[1])
+        travel[0] = length if field.name in ("ankle_x", "heel", "toe", "pelvis_x") else 0.0
+        again = repeated(motion.time, columns, window, period, travel, time)
+        changed[field.name] = again.reshape(len(time), *values.shape[1:])
+    return dataclasses.replace(motion, **changed)
+
+
+def _strike(
+    motion: LegMotion,
+    events: FootEvents,
+    starts: Sequence[float],
+    window: tuple[float, float],
+    period: float,
+) -> tuple[float, str]:
+    """The heel strike nearest to the window's middle, by force if the kinematics agree; its evidence."""
+    middle = 0.5 * (window[0] + window[1])
+    for start in sorted(starts, key=lambda start: abs(start - middle)):
+        place = window[0] + (start - window[0]) % period
+        if abs(start - middle) < period and not _beside_heel_strike(place, motion, events):
+            return start, FORCE
+    if events.strikes:
+        return min(events.strikes, key=lambda s: abs(s - middle)), events.method
+    return window[0], BEGINNING
+
+
+def _toe_off(events: FootEvents, by_force: Sequence[float], strike: float, period: float) -> float:
+    """The toe-off after a heel strike, by force where a contact's end is near the kinematics' [s]."""
+    if not events.toe_offs:
+        return strike + ((by_force[0] - strike) % period if by_force else STANCE * period)
+    moved = (events.toe_offs[0] - strike) % period
+    shares = [(off - strike) % period for off in by_force]
+    near = [share for share in shares if abs(share - moved) < _SAME * period]
+    return strike + (min(near, key=lambda share: abs(share - moved)) if near else moved)
+
+
+def _covered(
+    contacts: Sequence[PlateContact],
+    strike: float,
+    toe_off: float,
+    window: tuple[float, float],
+    period: float,
+) -> bool:
+    """Whether plates carry the whole stance, a period before or later counted."""
+    stance = np.linspace(strike, toe_off, 201)[2:-2]
+    when = window[0] + (stance - window[0]) % period
+    known = when <= window[1]
+    on = np.zeros(len(when), dtype=bool)
+    for contact in contacts:
+        on |= (when >= contact.start - _BARE * period) & (when <= contact.end + _BARE * period)
+    return bool(on[known].all() and known.mean() > 0.5)

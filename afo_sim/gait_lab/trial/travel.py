@@ -10,10 +10,10 @@ from afo_sim.gait_lab.readers.signals import evenly, low_pass
 from afo_sim.gait_lab.trial.leg_points import LegPoints
 
 STRIDE = (0.5, 4.0)  # shortest and longest time of a stride, of patients at 0.2 m/s too; assumed [s]
-RETURN = 0.5  # of the difference of unlike postures: below it a posture has returned; assumed [-]
+_RETURN = 0.5  # of the difference of unlike postures: below it a posture has returned; assumed [-]
 SMOOTH = 6.0  # low-pass for velocities; Winter 2009's cutoff for walking [Hz]
-STRAIGHT = 15.0  # range of the strides' headings that is one walk along a line; assumed [deg]
-MOVING = 0.3  # of the largest speed: below it the walker stops or starts; assumed [-]
+_STRAIGHT = 15.0  # range of the strides' headings that is one walk along a line; assumed [deg]
+_MOVING = 0.3  # of the largest speed: below it the walker stops or starts; assumed [-]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ def stride_period(legs: Mapping[str, LegPoints], up: np.ndarray) -> float | None
         return None
     apart = np.array([np.mean((posture[lag:] - posture[:-lag]) ** 2) for lag in lags])
     lows = 1 + np.flatnonzero((apart[1:-1] <= apart[:-2]) & (apart[1:-1] < apart[2:]))
-    lows = lows[apart[lows] < RETURN * 2.0 * np.mean(np.var(posture, axis=0))]
+    lows = lows[apart[lows] < _RETURN * 2.0 * np.mean(np.var(posture, axis=0))]
     if not len(lows):
         return None
     # of neighbouring ripples the deepest; a later stride's return is no deeper than the first but for noise
@@ -98,7 +98,7 @@ def heading(time: np.ndarray, path: np.ndarray, period: float | None) -> Heading
     lag = len(time) - 1 if period is None else min(len(time) - 1, max(1, round(period / step)))
     chords = path[lag:] - path[:-lag]
     lengths = np.linalg.norm(chords, axis=1)
-    moving = np.flatnonzero(lengths >= MOVING * lengths.max())
+    moving = np.flatnonzero(lengths >= _MOVING * lengths.max())
     angles = np.unwrap(np.arctan2(chords[:, 1], chords[:, 0])[moving])
     first, last = _straight(moving, angles)
     mean = chords[moving[first : last + 1]].mean(axis=0)
@@ -117,9 +117,9 @@ def heading(time: np.ndarray, path: np.ndarray, period: float | None) -> Heading
 
 
 def _straight(moving: np.ndarray, angles: np.ndarray) -> tuple[int, int]:
-    """First and last of the longest run of strides whose directions differ by less than `STRAIGHT`."""
+    """First and last of the longest run of strides whose directions differ by less than `_STRAIGHT`."""
     best, first = (0, 0), 0
-    limit = math.radians(STRAIGHT)
+    limit = math.radians(_STRAIGHT)
     for last in range(len(angles)):
         if last and moving[last] != moving[last - 1] + 1:
             first = last

@@ -1,29 +1,75 @@
-"""What was understood of a trial, in ten short rows for the person who brought it."""
+"""What was understood of a trial: the verdict in one sentence, and ten short rows for who brought it."""
 
 import math
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from afo_sim.gait.checks import STANCE_FORCE
-from afo_sim.gait_lab.trial.centres_told import bridged_told, centres_told
-from afo_sim.gait_lab.trial.moment_peaks import ANKLE_ERROR, ankle_error, moment_peaks
-from afo_sim.gait_lab.trial.verdict import chosen_strides, counted, recorded_words
+from afo_sim.common.notice import with_code
+from afo_sim.common.units import GRAVITY
+from afo_sim.gait.checks import LATE_SWING, STANCE_FORCE
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait_lab.trial.cutting import FROM_GROUND_FORCE
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.recorded_stride import Closing, RecordedStride
+from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 if TYPE_CHECKING:
-    from afo_sim.gait_lab.trial.imported import Imported
-    from afo_sim.gait_lab.trial.recorded_stride import Closing, RecordedStride
+    from afo_sim.gait_lab.trial.importing import Imported
 
-MASSLESS = 0.014  # moment of the foot's weight and inertia in walking, see GaitCycle.ground_moment [N·m/kg]
-UNLOADED = re.compile(r"plate (\S+): read (\S+ N) without load")  # in the readers' words
-OTHERS = ("right leg: ", "left leg: ", "right stride from", "left stride from")  # what was not taken, and why
-LONG_NAME = 5  # letters of plates' names that tell by themselves what they are
-WISHES = 2  # things that are named as making it better
-# Remarks on a leg whose matter is told of the joint centres, or of the taken stride alone.
-ELSEWHERE = ("leg placed by the model's joints", ": seen in ")
-WORTH = ("ankle", "knee", "hip", "heel", "toe")  # points, by what a better one does for the ankle's moment
+_ANKLE_ERROR = 0.01  # of an ankle centre whose error nobody states, fore and aft; assumed [m]
+_MASSLESS = 0.014  # moment of the foot's weight and inertia in walking, see GaitCycle.ground_moment [N·m/kg]
+_LONG_NAME = 5  # letters of plates' names that say by themselves what they are
+_WISHES = 2  # things that are named as making it better
+# Notes on a leg whose matter stands with the joint centres, or counts in the taken stride alone.
+_ELSEWHERE = ("placed-by-model", "point-bridged", "model-parts-posed")
+_OTHERS = ("leg-unused", "stride-left-out")  # notes on what was not taken, and why
+_WORTH = ("ankle", "knee", "hip", "heel", "toe")  # points, by what a better one does for the ankle's moment
+
+
+def verdict(imported: "Imported") -> str:
+    """What was taken, and the numbers that a person looks for first, in one sentence."""
+    plantar, dorsi = _moment_peaks(imported)
+    cycle = imported.cycle
+    return (
+        f"{taken_words(imported)}: plantarflexor peak {plantar.long_text(' N·m/kg')}, dorsiflexor peak "
+        f"{dorsi.long_text()}, {cycle.body_mass:.1f} kg, {cycle.walking_speed:.2f} m/s"
+    )
+
+
+def taken_words(imported: "Imported") -> str:
+    """Which stride was taken and when it was recorded, or of which strides the mean is."""
+    chosen = _chosen_strides(imported)
+    sides = list(dict.fromkeys(stride.side for stride in chosen))
+    if len(chosen) > 1:
+        legs = f"both legs, {_counted(chosen)}" if len(sides) > 1 else _counted(chosen)
+        return f"mean of {legs}"
+    (stride,) = chosen
+    own = sum(other.side == stride.side for other in imported.strides)
+    words = f"{stride.side} stride {imported.number(imported.chosen[0])} of {own}"
+    if stride.closed is None:
+        return f"{words}, {stride.start:.2f} to {stride.end:.2f} s"
+    return f"{words}, {_recorded_words(stride.closed)}"
+
+
+def _chosen_strides(imported: "Imported") -> list[RecordedStride]:
+    """The strides that the cycle is, or is the mean of."""
+    return [imported.strides[index] for index in imported.chosen]
+
+
+def _recorded_words(closing: Closing) -> str:
+    """The part of the recording that a closed stride uses."""
+    return f"recorded {closing.window[0]:.3f} to {closing.window[1]:.3f} s, closed cyclically"
+
+
+def _counted(strides: Sequence[RecordedStride]) -> str:
+    """How many strides of each side: "2 right and 1 left strides"."""
+    sides = [stride.side for stride in strides]
+    counts = {side: sides.count(side) for side in dict.fromkeys(sides)}
+    words = " and ".join(f"{number} {side}" for side, number in counts.items())
+    return f"{words} stride{'s' * (max(counts.values()) > 1)}"
 
 
 def ten_lines(imported: "Imported") -> list[tuple[str, str]]:
@@ -39,8 +85,8 @@ def ten_lines(imported: "Imported") -> list[tuple[str, str]]:
     """
     return [
         ("found", _found(imported)),
-        ("direction", _direction(imported)),
-        ("joint centres", centres_told(imported.legs[imported.cycle.side].points)),
+        ("direction", direction(imported.frame)),
+        ("joint centres", _centres(imported.legs[imported.cycle.side].points)),
         ("strides", _strides(imported)),
         ("taken", _taken(imported)),
         ("body mass", f"{_mass(imported)}; {_height(imported)}"),
@@ -68,28 +114,37 @@ def _found(imported: "Imported") -> str:
     legs = "both legs" if len(imported.legs) > 1 else f"{imported.cycle.side} leg"
     said = [", ".join(said), f"{legs}, {start:.2f} to {end:.2f} s"]
     leg = imported.legs[imported.cycle.side]
-    said += [remark.partition("; ")[0] for remark in leg.remarks if not any(t in remark for t in ELSEWHERE)]
-    return "; ".join([*said, *bridged_told(leg, chosen_strides(imported))])
+    said += [remark for remark in leg.remarks if remark.code not in _ELSEWHERE]
+    return "; ".join([*said, *_bridged(leg, _chosen_strides(imported))])
 
 
-def _direction(imported: "Imported") -> str:
-    """Forward and up, and the belt; the stride's own speed stands in the verdict."""
-    return re.sub(r"(overground) at [\d.]+ m/s", r"\1", "; ".join(imported.frame.remarks))
+def direction(frame: WalkingFrame) -> str:
+    """Forward and up, the belt and the floor; the stride's own speed stands in the verdict."""
+    said: list[str] = []
+    for remark in frame.remarks:
+        if remark.code == "direction":
+            data = remark.data
+            ground = f"belt {data['belt_speed']:.2f} m/s" if remark.subject == "belt" else remark.subject
+            said.append(f"walks along {data['forward']}, up {data['up']}, {ground}")
+        else:
+            said.append(remark)
+    return "; ".join(said)
 
 
 def _strides(imported: "Imported") -> str:
     """How many strides of each side were on plates for the whole stance, and on which."""
-    found, more = [], []
+    found: list[str] = []
+    more: list[str] = []
     for side in imported.legs:
         own = [stride for stride in imported.strides if stride.side == side]
         words = f"{sum(stride.loaded for stride in own)} of {len(own)} {side}"
         if side in imported.grounds:
             ground = imported.grounds[side]
             plates = ", ".join(dict.fromkeys(contact.plate for contact in ground.contacts))
-            words += f" (plate {plates})" if len(plates) < LONG_NAME else f" ({plates})"
-            more += [remark for remark in ground.remarks if not remark.startswith(f"{side} foot on plate")]
+            words += f" (plate {plates})" if len(plates) < _LONG_NAME else f" ({plates})"
+            more += [remark for remark in ground.remarks if remark.code != "foot-on-plates"]
         found.append(words)
-    more += [words for words in imported.remarks if words.startswith(OTHERS)]
+    more += [remark for remark in imported.remarks if remark.code in _OTHERS]
     return "; ".join(
         [f"whole stance on plates: {', '.join(found)}", *dict.fromkeys(more), *_taken_off(imported)]
     )
@@ -97,44 +152,41 @@ def _strides(imported: "Imported") -> str:
 
 def _taken_off(imported: "Imported") -> list[str]:
     """What the plates read without load, which was taken off."""
-    constants = [UNLOADED.search(remark) for remark in imported.remarks]
-    each = ", ".join(f"{match[2]} of plate {match[1]}" for match in constants if match)
+    offsets = with_code(imported.remarks, "plate-offset")
+    each = ", ".join(f"{offset.data['force']:.1f} N of plate {offset.subject}" for offset in offsets)
     return [f"without load taken off: {each}"] if each else []
 
 
 def _taken(imported: "Imported") -> str:
     """When the taken strides began and ended, by what evidence."""
-    chosen = chosen_strides(imported)
+    chosen = _chosen_strides(imported)
     evidence = f"; events by {_evidence(chosen)}"
     if len(chosen) > 1:
         spread = np.std([stride.time for stride in chosen], ddof=1)
         closed = sum(stride.closed is not None for stride in chosen)
         return (
-            f"{counted(chosen)}, {imported.cycle.stride_time:.3f} s on average (standard deviation "
+            f"{_counted(chosen)}, {imported.cycle.stride_time:.3f} s on average (standard deviation "
             f"{spread:.3f} s){evidence}" + f"; {closed} closed cyclically" * bool(closed)
         )
     (stride,) = chosen
     if stride.closed is None:
         return f"{stride.start:.3f} to {stride.end:.3f} s, toe-off {stride.toe_off:.3f} s{evidence}"
     first, last = stride.closed.window
-    # instants of a closed stride are told where they were recorded
+    # instants of a closed stride are given where they were recorded
     strike, off = (first + (t - first) % stride.time for t in (stride.start, stride.toe_off))
-    words = f"{recorded_words(stride.closed)}; heel strike {strike:.3f} s, toe-off {off:.3f} s{evidence}"
+    words = f"{_recorded_words(stride.closed)}; heel strike {strike:.3f} s, toe-off {off:.3f} s{evidence}"
     if stride.closed.gap >= 0.0005:
         words += f"; {100.0 * (last - first) / stride.time:.1f} % of a stride recorded"
     return words + _ends(stride.closed)
 
 
-def _evidence(strides: Sequence["RecordedStride"]) -> str:
-    """What tells the strides' ends, without what is told elsewhere of their closing and their plates."""
-    found: dict[str, None] = {}
-    for stride in strides:
-        start, _, end = stride.by.partition("; ")[0].partition(", its end by ")
-        found |= dict.fromkeys(by.removeprefix("heel strike by ") for by in (start, end) if by)
+def _evidence(strides: Sequence[RecordedStride]) -> str:
+    """What shows the strides' ends."""
+    found = dict.fromkeys(by for stride in strides for by in (stride.start_by, stride.end_by) if by)
     return (", the end by " if len(strides) == 1 else " and ").join(found)
 
 
-def _ends(closing: "Closing") -> str:
+def _ends(closing: Closing) -> str:
     """What the ends of a closed stride differ by."""
     residual = closing.residual
     angles = [
@@ -152,13 +204,14 @@ def _mass(imported: "Imported") -> str:
     said = f"{mass.mass:.1f} kg, {mass.how}"
     if mass.estimated is None:
         return said
-    found = mass.remarks[0] if mass.remarks else f"the plates carry {mass.estimated:.1f} kg"
-    carried = found.partition(" over ")[0]
+    carried = f"the plates carry {mass.estimated:.1f} kg"
+    for estimate in with_code(mass.remarks, "mass-by-plates"):
+        carried += f" (±{estimate.data['percent']:.0f} %)"
     return f"{said}, {_signed(100.0 * (mass.mass / mass.estimated - 1.0), 1)} % off: {carried}"
 
 
 def _height(imported: "Imported") -> str:
-    """The body's height, which a person alone can tell."""
+    """The body's height, which a person alone can state."""
     height = imported.cycle.body_height
     return "height not known: a run keeps its patient's" if height is None else f"height {height:.2f} m"
 
@@ -178,10 +231,10 @@ def _moment(imported: "Imported") -> str:
     cycle = imported.cycle
     names = ("plantarflexor", "dorsiflexor")
     peaks = [
-        f"{name} {peak.text().partition(' (')[0]}" + f" at {100.0 * peak.phase:.0f} %" * (peak.value > 0.0)
-        for name, peak in zip(names, moment_peaks(imported), strict=True)
+        f"{name} {peak.text()}" + f" at {100.0 * peak.phase:.0f} %" * (peak.value > 0.0)
+        for name, peak in zip(names, _moment_peaks(imported), strict=True)
     ]
-    given = cycle.notes.get("ankle_moment", "").startswith("as in")
+    given = _moment_is_given(cycle)
     words = f"{', '.join(peaks)}, by the {'given inverse dynamics' if given else 'ground force'}"
     if imported.reference is None:
         return words
@@ -191,12 +244,17 @@ def _moment(imported: "Imported") -> str:
     return f"{words}; {error:.3f} N·m/kg RMS from {other} in stance"
 
 
+def _moment_is_given(cycle: GaitCycle) -> bool:
+    """Whether the ankle moment is an inverse-dynamics file's."""
+    return cycle.notes.get("ankle_moment", FROM_GROUND_FORCE) != FROM_GROUND_FORCE
+
+
 def _estimated(imported: "Imported") -> str:
     """What was not measured, and what its error does to moment or angle."""
     points = imported.legs[imported.cycle.side].points
-    error = ankle_error(imported)
-    size = f"±{1e3 * ANKLE_ERROR:.0f} mm fore-aft (assumed): " if error is None else ""
-    said = [f"ankle {size}±{moment_peaks(imported)[0].error:.2f} N·m/kg"]
+    error = _ankle_error(imported)
+    size = f"±{1e3 * _ANKLE_ERROR:.0f} mm fore-aft (assumed): " if error is None else ""
+    said = [f"ankle {size}±{_moment_peaks(imported)[0].error:.2f} N·m/kg"]
     leans = {}
     for role, segment in (("knee", "shank"), ("hip", "thigh")):
         error = points[role].error if role in points else None
@@ -204,8 +262,8 @@ def _estimated(imported: "Imported") -> str:
             leans[segment] = math.degrees(error / _length(imported, role))
     if leans:
         said.append(", ".join(f"{segment} ±{lean:.1f} deg" for segment, lean in leans.items()))
-    if "massless" in imported.cycle.notes.get("ankle_moment", "massless"):
-        said.append(f"foot as massless ±{MASSLESS} N·m/kg")
+    if not _moment_is_given(imported.cycle):
+        said.append(f"foot as massless ±{_MASSLESS} N·m/kg")
     return "; ".join(said)
 
 
@@ -219,8 +277,8 @@ def _length(imported: "Imported", role: str) -> float:
 def _better(imported: "Imported") -> str:
     """The first two of what is lacking, in the order of what it does to the ankle's moment."""
     points = imported.legs[imported.cycle.side].points
-    chosen = chosen_strides(imported)
-    wishes = [f"{role}: {points[role].better}" for role in WORTH if role in points and points[role].better]
+    chosen = _chosen_strides(imported)
+    wishes = [f"{role}: {points[role].better}" for role in _WORTH if role in points and points[role].better]
     if not all(stride.loaded for stride in chosen):
         wishes.insert(0, "a plate under the whole stance")
     if imported.mass.how == "by the plates":
@@ -229,7 +287,7 @@ def _better(imported: "Imported") -> str:
         wishes.append("a recording of a whole stride")
     if sum(stride.side == imported.cycle.side and stride.loaded for stride in imported.strides) == 1:
         wishes.append("more strides on plates, for their mean")
-    return "; ".join(wishes[:WISHES]) or "nothing that is known"
+    return "; ".join(wishes[:_WISHES]) or "nothing that is known"
 
 
 def _count(number: int, thing: str) -> str:
@@ -238,3 +296,98 @@ def _count(number: int, thing: str) -> str:
 
 def _signed(value: float, digits: int) -> str:
     return f"{round(value, digits) + 0.0:+.{digits}f}"  # no "-0.0"
+
+
+def _centres(points: Mapping[str, LegPoint]) -> str:
+    """Each point with its error and its way; those of one way stand together."""
+    groups: dict[str, list[str]] = {}
+    for role, point in points.items():
+        groups.setdefault(_way(point) or point.source, []).append(role)
+    said, axis = [], " fore-aft"  # the axis is said with the first error alone
+    for way, roles in groups.items():
+        words = []
+        for role in roles:
+            error = points[role].error
+            words.append(role if error is None else f"{role} ±{1e3 * error:.0f} mm{axis}")
+            axis = axis if error is None else ""
+        own = [points[role].source if _way(points[role]) else "" for role in roles]
+        said.append(_together(way, words, own))
+    return "; ".join(said)
+
+
+def _way(point: LegPoint) -> str:
+    return ", ".join(part for part in (point.way, "standing" if point.carriers else "") if part)
+
+
+def _together(way: str, roles: Sequence[str], sources: Sequence[str]) -> str:
+    """Points of one way: roles with their errors, and the source of each."""
+    if len(set(sources)) == 1:
+        return f"{', '.join(roles)}: {sources[0] + ', ' if sources[0] else ''}{way}"
+    each = (f"{role} {source}".strip() for role, source in zip(roles, sources, strict=True))
+    return f"{', '.join(each)}: {way}"
+
+
+def _bridged(leg: LegPoints, strides: Sequence[RecordedStride]) -> list[str]:
+    """Points that were not seen in a part of the strides, where their segment's markers stand in for them."""
+    inside = np.zeros(len(leg.time), dtype=bool)
+    for stride in strides:
+        if stride.side == leg.side:
+            first, last = (stride.start, stride.end) if stride.closed is None else stride.closed.window
+            inside |= (leg.time >= first) & (leg.time <= last)
+    shares: dict[str, list[str]] = {}
+    for role, point in leg.points.items():
+        if point.bridged is not None and point.bridged[inside].any():
+            shares.setdefault(f"{100.0 * point.bridged[inside].mean():.0f} %", []).append(role)
+    return [
+        f"{', '.join(roles)} by the segment's markers in {share} of the stride"
+        for share, roles in shares.items()
+    ]
+
+
+@dataclass(frozen=True)
+class MomentPeak:
+    """The greatest moment of one direction in stance."""
+
+    value: float  # [N·m/kg]; 0 if the moment never has this direction
+    phase: float  # [-]
+    error: float  # by the ankle centre's: its arm times the upward force at this phase [N·m/kg]
+    sides: Mapping[str, float]  # each side's own peak where both legs were averaged, else empty [N·m/kg]
+
+    def text(self) -> str:
+        """The peak with its error in N·m/kg."""
+        return "none" if self.value <= 0.0 else f"{self.value:.2f} ±{self.error:.2f}"
+
+    def long_text(self, unit: str = "") -> str:
+        """The same with a unit, and with both sides' own."""
+        if self.value <= 0.0:
+            return self.text()
+        own = ", ".join(f"{side} {value:.2f}" for side, value in self.sides.items())
+        return f"{self.text()}{unit}" + f" ({own})" * bool(own)
+
+
+def _moment_peaks(imported: "Imported") -> tuple[MomentPeak, MomentPeak]:
+    """The plantarflexor's and the dorsiflexor's peak of the taken stride."""
+    cycle = imported.cycle
+    stance = (cycle.grf_z > STANCE_FORCE) & (cycle.phase < LATE_SWING)
+    chosen: dict[str, list[np.ndarray]] = {}
+    for index in imported.chosen:
+        chosen.setdefault(imported.strides[index].side, []).append(imported.cycles[index].ankle_moment)
+    means = {side: np.mean(moments, axis=0) for side, moments in chosen.items()} if len(chosen) > 1 else {}
+    arm = _ankle_error(imported)
+    found = []
+    for sign in (-1.0, 1.0):  # dorsiflexion is positive
+        k = int(np.argmax(np.where(stance, sign * cycle.ankle_moment, -np.inf)))
+        sides = {side: max(0.0, float((sign * moment)[stance].max())) for side, moment in means.items()}
+        error = (_ANKLE_ERROR if arm is None else arm) * GRAVITY * float(cycle.grf_z[k])
+        found.append(
+            MomentPeak(max(0.0, float(sign * cycle.ankle_moment[k])), float(cycle.phase[k]), error, sides)
+        )
+    return found[0], found[1]
+
+
+def _ankle_error(imported: "Imported") -> float | None:
+    """The ankle centre's error, the larger of two averaged legs' [m]; None where it is not known."""
+    sides = {imported.strides[index].side for index in imported.chosen}
+    errors = [imported.legs[side].points["ankle"].error for side in sides if side in imported.legs]
+    known = [error for error in errors if error is not None]
+    return max(known) if known and len(known) == len(errors) else None

@@ -1,4 +1,4 @@
-"""The walker's frame in the laboratory: forward, up, to the right, and the speed of the belt."""
+"""The walker's frame in the laboratory: forward, up, to the right, and the speed of the treadmill's belt."""
 
 import dataclasses
 import math
@@ -8,37 +8,52 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.trial.belt import belt_speed_of, standing_foot
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.noted import Noted, note
+from afo_sim.gait_lab.readers.signals import low_pass
 from afo_sim.gait_lab.trial.choices import AXES, Choices
-from afo_sim.gait_lab.trial.leg_length import unit_doubt
-from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.travel import Heading, body_path, heading, stride_period
+from afo_sim.gait_lab.trial.leg_points import LegPoints, unit_doubt
+from afo_sim.gait_lab.trial.travel import SMOOTH, Heading, body_path, heading, seen, stride_period
 
-UPRIGHT = 30.0  # largest mean lean of the line from ankle to hip from up; assumed [deg]
-CROUCHED = 60.0  # likewise of shank and thigh, which lean in a crouched walk; assumed [deg]
-STANDING = 0.1  # speed that is no walking; slow patients walk at 0.2 m/s; assumed [m/s]
-ON_BELT = (
+_UPRIGHT = 30.0  # largest mean lean of the line from ankle to hip from up; assumed [deg]
+_CROUCHED = 60.0  # likewise of shank and thigh, which lean in a crouched walk; assumed [deg]
+_STANDING = 0.1  # speed that is no walking; slow patients walk at 0.2 m/s; assumed [m/s]
+_ON_BELT = (
     0.3  # speed of the standing foot, as a share of walking speed, from which on it is a belt's; assumed
 )
-OFF_AXIS = 20.0  # between the given forward axis and travel [deg]
-ACROSS = 60.0  # likewise: beyond it less than half of each step is in the plane; derived [deg]
-TURN = 15.0  # of the direction over a stride from which on a walk is curved [deg]
-TURN_LIMIT = 30.0  # beyond it a stride's ends are seen more than 1 deg wrong; derived: a leg that leans by
-# `LEAN` is seen at tan(seen) = tan(LEAN) cos(turn / 2) [deg]
-LEAN = 40.0  # of a shank at toe-off, about its largest in walking [deg]
-TURNED_OUT = 45.0  # of a foot [deg]
-APART = 0.02  # distance of the hips below which right and left are not told; assumed [m]
+_OFF_AXIS = 20.0  # between the given forward axis and travel [deg]
+_ACROSS = 60.0  # likewise: beyond it less than half of each step is in the plane; derived [deg]
+_TURN = 15.0  # of the direction over a stride from which on a walk is curved [deg]
+_TURN_LIMIT = 30.0  # beyond it a stride's ends are seen more than 1 deg wrong; derived: a leg that leans by
+# `_LEAN` is seen at tan(seen) = tan(_LEAN) cos(turn / 2) [deg]
+_LEAN = 40.0  # of a shank at toe-off, about its largest in walking [deg]
+_TURNED_OUT = 45.0  # of a foot [deg]
+_APART = 0.02  # distance of the hips below which right and left are not told apart; assumed [m]
+
+_LOWEST = 0.25  # share of a stride in which a foot surely lies flat; derived from 15–35 %, `USUAL` [-]
+_RIPPLE = 0.005  # of a marker's height while the foot lies flat; assumed [m]
+_SWING = 0.03  # least rise of heel or toe that is a step; assumed [m]
+_STEADY = 0.08  # shortest time of a foot's rest that shows its speed; assumed [s]
+_BELT_ERROR = 0.05  # between the belt's speeds as given and as found
+_BELT_SPREAD = 0.1  # of the belt's speed from step to step, or between the feet; assumed
 
 
 @dataclass(frozen=True, eq=False)
-class WalkingFrame:
+class _StandingFoot:
+    """What a foot does while it stands: nothing on a floor, a way back on a belt."""
+
+    velocity: np.ndarray  # in the two level axes [m/s] (2,)
+    speeds: np.ndarray  # of each time it stood [m/s] (k,)
+
+
+@dataclass(frozen=True, eq=False)
+class WalkingFrame(Noted):
     """The directions in which a walk is looked at; unit vectors in the laboratory's axes."""
 
     forward: np.ndarray  # level, in the direction of travel (3,)
     up: np.ndarray  # an axis of the laboratory (3,)
     belt_speed: float  # of a treadmill, backward; 0 overground [m/s]
-    remarks: tuple[str, ...] = ()  # what was understood, one sentence each
-    warnings: tuple[str, ...] = ()  # what a person should look at, one sentence each
+    notices: tuple[Notice, ...] = ()
     floor: float = 0.0  # height of the plates above the laboratory's zero, upward [m]
     span: tuple[float, float] | None = None  # the straight part of a walk that turns [s]; None: all of it
 
@@ -75,30 +90,32 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     period = stride_period(legs, up)
     time, path, what = body_path(legs)
     if len(time) < 3:
-        raise InputError("the walking direction cannot be told: neither pelvis, hip nor ankle is seen")
+        raise InputError("the walking direction cannot be seen: neither pelvis, hip nor ankle is seen")
     body = heading(time, path[:, level], period)
-    feet = {side: standing_foot(leg, up, level, period) for side, leg in legs.items()}
+    feet = {side: _standing_foot(leg, up, level, period) for side, leg in legs.items()}
     found = [foot.velocity for foot in feet.values() if len(foot.speeds)]
     under = np.mean(found, axis=0) if found else np.zeros(2)  # velocity of what is under the feet
     speed = float(np.linalg.norm(body.speed * body.direction - under))
-    if speed < STANDING:
+    if speed < _STANDING:
         problem = f"nobody walks: the {what} moves at {speed:.2f} m/s over the ground under the feet"
-        raise InputError(problem, allowed=f"a walking trial, of {STANDING:g} m/s or faster")
-    belt = bool(np.linalg.norm(under) > ON_BELT * speed)
+        raise InputError(problem, allowed=f"a walking trial, of {_STANDING:g} m/s or faster")
+    belt = bool(np.linalg.norm(under) > _ON_BELT * speed)
     flat = -under / np.linalg.norm(under) if belt else body.direction
     travel = np.zeros(3)
     travel[level] = flat
     forward, off_axis = _forward(travel, choices)
     span, turns = (None, []) if belt else _span(body)
-    belt_speed, belts = belt_speed_of(feet, float(np.linalg.norm(under)) if belt else 0.0, choices)
-    ground = f"belt {belt_speed:.2f} m/s" if belt else f"overground at {speed:.2f} m/s"
-    remark = f"walks along {_in_words(forward)}, up {_nearest(up)}, {ground}"
-    frame = WalkingFrame(forward, up, belt_speed, (remark,), span=span)
-    feet_told, sides = _require_feet_ahead(legs, frame), _exchanged_sides(legs, frame)
-    return dataclasses.replace(frame, warnings=(*off_axis, *turns, *belts, *feet_told, *sides))
+    belt_speed, belts = _belt_speed_of(feet, float(np.linalg.norm(under)) if belt else 0.0, choices)
+    text = "walks along {forward}, up {up}, "
+    text += "belt {belt_speed:.2f} m/s" if belt else "overground at {speed:.2f} m/s"
+    data = {"forward": _in_words(forward), "up": _nearest(up), "belt_speed": belt_speed, "speed": speed}
+    walks = note("direction", text, subject="belt" if belt else "overground", **data)
+    frame = WalkingFrame(forward, up, belt_speed, span=span)
+    feet_ahead, sides = _require_feet_ahead(legs, frame), _exchanged_sides(legs, frame)
+    return dataclasses.replace(frame, notices=(walks, *off_axis, *turns, *belts, *feet_ahead, *sides))
 
 
-def axis_vector(name: str) -> np.ndarray:
+def _axis_vector(name: str) -> np.ndarray:
     """Unit vector of a signed axis such as "-y" (3,)."""
     vector = np.zeros(3)
     vector["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
@@ -115,10 +132,10 @@ def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
             raise InputError(f"{upper} and {lower} are never seen together")
     whole = sum(parts.values(), np.zeros(3))
     name = choices.up or _nearest(whole)
-    up = axis_vector(name)
+    up = _axis_vector(name)
     for (upper, lower), part in {**parts, ("hip", "ankle"): whole}.items():
         lean = math.degrees(math.acos(np.clip(part @ up / np.linalg.norm(part), -1.0, 1.0)))
-        limit = UPRIGHT if (upper, lower) == ("hip", "ankle") else CROUCHED
+        limit = _UPRIGHT if (upper, lower) == ("hip", "ankle") else _CROUCHED
         if lean > limit:
             problem = f"the line from {lower} to {upper} leans {lean:.0f} deg from {name} on average"
             problem += f": {lower} and {upper} exchanged?" if lean > 90.0 else ""
@@ -128,45 +145,47 @@ def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
     return up
 
 
-def _forward(travel: np.ndarray, choices: Choices) -> tuple[np.ndarray, list[str]]:
+def _forward(travel: np.ndarray, choices: Choices) -> tuple[np.ndarray, list[Notice]]:
     """The direction of travel, or the axis that was chosen; warnings."""
     if choices.forward is None:
         return travel, []
-    forward = axis_vector(choices.forward)
+    forward = _axis_vector(choices.forward)
     off = math.degrees(math.acos(np.clip(forward @ travel, -1.0, 1.0)))
-    if off > ACROSS:
+    if off > _ACROSS:
         problem = f"the walk goes along {_in_words(travel)}, {off:.0f} deg away"
-        allowed = f"an axis within {ACROSS:.0f} deg of the walk, or none"
+        allowed = f"an axis within {_ACROSS:.0f} deg of the walk, or none"
         raise InputError(problem, field="forward", value=choices.forward, allowed=allowed)
-    told = f"forward = {choices.forward} is taken, but the walk goes {off:.0f} deg away from it"
-    return forward, [told] if off > OFF_AXIS else []
+    text = "forward = {subject} is taken, but the walk goes {off:.0f} deg away from it"
+    doubt = Notice("forward-off-walk", text, subject=choices.forward, off=off)
+    return forward, [doubt] if off > _OFF_AXIS else []
 
 
-def _span(body: Heading) -> tuple[tuple[float, float] | None, list[str]]:
+def _span(body: Heading) -> tuple[tuple[float, float] | None, list[Notice]]:
     """The straight part of a walk that turns, and warnings; a circle too tight for one plane is refused."""
     warnings = []
     turn = abs(math.degrees(body.turn))
-    if turn > TURN:
+    if turn > _TURN:
         radius = body.stride_length / (2.0 * math.sin(0.5 * abs(body.turn)))
-        seen = f"the walk turns by {turn:.0f} deg a stride, on a circle of radius {radius:.1f} m"
-        if turn > TURN_LIMIT:
+        circle = "the walk turns by {turn:.0f} deg a stride, on a circle of radius {radius:.1f} m"
+        if turn > _TURN_LIMIT:
+            seen = circle.format(turn=turn, radius=radius)
             raise InputError(
                 f"{seen}: no plane shows a stride's leg angles within 1 deg",
-                allowed=f"a walk that turns by at most {TURN_LIMIT:.0f} deg a stride",
+                allowed=f"a walk that turns by at most {_TURN_LIMIT:.0f} deg a stride",
             )
-        error = LEAN - math.degrees(math.atan(math.tan(math.radians(LEAN)) * math.cos(body.off)))
-        warnings.append(f"{seen}: a leg that leans {LEAN:.0f} deg is seen up to {error:.1f} deg wrong")
+        error = _LEAN - math.degrees(math.atan(math.tan(math.radians(_LEAN)) * math.cos(body.off)))
+        text = f"{circle}: a leg that leans {{lean:.0f}} deg is seen up to {{error:.1f}} deg wrong"
+        warnings.append(Notice("walk-turns", text, turn=turn, radius=radius, lean=_LEAN, error=error))
     if body.whole:
         return None, warnings
     start, end = body.span
-    warnings.append(
-        f"the walk is straight from {start:.2f} to {end:.2f} s only: strides are looked for there"
-    )
+    text = "the walk is straight from {start:.2f} to {end:.2f} s only: strides are looked for there"
+    warnings.append(Notice("walk-straight-in-part", text, start=start, end=end))
     return body.span, warnings
 
 
-def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[str]:
-    """Toes are ahead of heels, or it is refused; feet that are turned far out are told."""
+def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[Notice]:
+    """Refuse toes behind their heels; a warning on feet that are turned far out."""
     warnings = []
     for side, leg in legs.items():
         foot = _mean(frame.within(leg, leg.points["toe"].path - leg.points["heel"].path))
@@ -187,30 +206,32 @@ def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> l
                 allowed="a toe ahead of its heel in a walk forward",
             )
         out = math.degrees(math.atan2(abs(aside), ahead))
-        if out > TURNED_OUT:
-            warnings.append(
-                f"the {side} foot points {out:.0f} deg away from the direction of travel: "
+        if out > _TURNED_OUT:
+            text = (
+                "the {subject} foot points {out:.0f} deg away from the direction of travel: "
                 "its sagittal angle is not its joint angle"
             )
+            warnings.append(Notice("foot-turned-out", text, subject=side, out=out))
     return warnings
 
 
-def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[str]:
+def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list[Notice]:
     """The right leg is on the walker's right, unless the laboratory is left-handed or sides are exchanged."""
     if len(legs) < 2 or len(legs["right"].time) != len(legs["left"].time):
         return []
     for role in ("hip", "knee", "ankle"):
         apart = legs["right"].points[role].path - legs["left"].points[role].path
         right = float(frame.across(_mean(frame.within(legs["right"], apart))))
-        if abs(right) > APART:
+        if abs(right) > _APART:
             break
-    if not right < -APART:
+    if not right < -_APART:
         return []
-    return [
-        f"the right {role} is {-100.0 * right:.0f} cm to the left of the left one: the laboratory's axes "
+    text = (
+        "the right {subject} is {apart_cm:.0f} cm to the left of the left one: the laboratory's axes "
         "are left-handed, and all is well, or right and left are exchanged; sagittal angles are the "
         "same, but look which leg is which"
-    ]
+    )
+    return [Notice("sides-exchanged", text, subject=role, apart_cm=-100.0 * right)]
 
 
 def _mean(points: np.ndarray) -> np.ndarray:
@@ -228,6 +249,81 @@ def _nearest(vector: np.ndarray) -> str:
 def _in_words(vector: np.ndarray) -> str:
     """A level direction as the nearest axis and the angle from there towards another axis."""
     axis = _nearest(vector)
-    rest = vector - (vector @ axis_vector(axis)) * axis_vector(axis)
+    rest = vector - (vector @ _axis_vector(axis)) * _axis_vector(axis)
     turned = math.degrees(math.asin(min(1.0, float(np.linalg.norm(rest)))))
     return axis if turned < 0.5 else f"{axis} turned by {turned:.0f} deg towards {_nearest(rest)}"
+
+
+def _standing_foot(leg: LegPoints, up: np.ndarray, level: list[int], period: float | None) -> _StandingFoot:
+    """Velocity of a foot while it lies flat: both its ends at their lowest.
+
+    Markers of feet on a floor creep forward meanwhile, by 1 to 2 % of walking speed in four recorded walks,
+    so that a belt is found as much too slow.
+
+    Units: up (3,), period [s].
+    """
+    nothing = _StandingFoot(np.zeros(2), np.zeros(0))
+    time, ends = seen(leg.time, np.hstack([leg.points["heel"].path, leg.points["toe"].path]))
+    if len(time) < 10:
+        return nothing
+    ends = low_pass(time, ends, SMOOTH)
+    heights = np.column_stack([ends[:, :3] @ up, ends[:, 3:] @ up])
+    raised = np.max(heights - np.quantile(heights, 0.02, axis=0), axis=1)
+    if raised.max() < _SWING:
+        return nothing
+    swing = np.flatnonzero(raised > 0.5 * raised.max())
+    reach = period or math.inf
+    walks = (time >= time[swing[0]] - reach) & (time <= time[swing[-1]] + reach)
+    low = walks & (raised <= np.quantile(raised[walks], _LOWEST) + _RIPPLE)
+    edges = np.flatnonzero(np.diff(np.r_[False, low, False].astype(int)))
+    runs = list(zip(edges[::2], edges[1::2], strict=True))
+    # before the first and after the last swing the walker may stand on a belt that stands
+    between = [run for run in runs if swing[0] < run[0] and run[1] <= swing[-1]]
+    middle = 0.5 * (ends[:, level] + ends[:, [3 + k for k in level]])
+    found, weights = [], []
+    for start, stop in between or runs:
+        clock = time[start:stop] - time[start:stop].mean()
+        if clock[-1] - clock[0] >= _STEADY:
+            weights.append(float(clock @ clock))
+            found.append(clock @ middle[start:stop] / weights[-1])
+    if not found:
+        return nothing
+    return _StandingFoot(np.average(found, axis=0, weights=weights), np.linalg.norm(found, axis=1))
+
+
+def _belt_speed_of(
+    feet: Mapping[str, _StandingFoot], found: float, choices: Choices
+) -> tuple[float, list[Notice]]:
+    """Speed of the belt under the chosen foot as given, or else as found [m/s], and warnings.
+
+    Units: found [m/s].
+    """
+    warnings = []
+    speeds = {side: float(np.linalg.norm(foot.velocity)) for side, foot in feet.items() if len(foot.speeds)}
+    if found and max(speeds.values()) - min(speeds.values()) > _BELT_SPREAD * found:
+        each = ", ".join(f"{side} {speed:.2f}" for side, speed in speeds.items())
+        text = "the belts of the two feet differ: {each} m/s; the {subject} one counts"
+        warnings.append(Notice("belts-differ", text, subject=choices.side, each=each))
+        found = speeds.get(choices.side, found)
+    steps = np.concatenate([foot.speeds for foot in feet.values()])
+    if found and len(speeds) and np.ptp(steps) > 2.0 * _BELT_SPREAD * found:
+        text = "the belt's speed changes from step to step, from {low:.2f} to {high:.2f} m/s; its mean counts"
+        warnings.append(Notice("belt-unsteady", text, low=float(steps.min()), high=float(steps.max())))
+    given = choices.belt_speed
+    if given is None:
+        return found, warnings
+    if given and not found:
+        raise InputError(
+            "the feet stand still on the ground",
+            field="belt_speed",
+            value=given,
+            allowed="none of a walk overground, or where the belt's travel is added already",
+        )
+    if abs(given - found) > _BELT_ERROR * found:
+        text = (
+            "belt_speed = {given:.3g} m/s is taken, but the standing foot moves at {found:.3g} m/s "
+            "({percent:+.0f} %)"
+        )
+        percent = 100.0 * (given / found - 1.0)
+        warnings.append(Notice("belt-speed-differs", text, given=given, found=found, percent=percent))
+    return given, warnings

@@ -1,0 +1,82 @@
+"""A stride as another person walks it: one of another size, at equal Froude number, or one with steppage."""
+
+import dataclasses
+
+import numpy as np
+
+from afo_sim.gait.checks import stance
+from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.hip_path import Chain
+
+
+def scaled(cycle: GaitCycle, taller: float) -> GaitCycle:
+    """The stride as a person walks it who is by a factor taller, all angles alike.
+
+    Lengths go with l, times with √l (v²/(g l) stays), the ankle's moment per body mass with l.
+
+    Parameters
+    ----------
+    cycle : as recorded
+    taller : factor l on all lengths [-]
+
+    Source
+    ------
+    Hof 1996, Gait Posture 4(3), doi 10.1016/0966-6362(95)01057-2 (dimensionless gait data); Alexander &
+    Jayes 1983 (dynamic similarity at equal Froude number).
+    """
+    if taller == 1.0:
+        return cycle
+    slower = float(np.sqrt(taller))
+    lengths = {
+        name: getattr(cycle, name) * taller for name in ("ankle_height", "ankle_x", "ankle_z", "cop_x")
+    }
+    known = {name: getattr(cycle, name) for name in ("body_height", "sole_thickness")}
+    found = dataclasses.replace(
+        cycle,
+        **lengths,
+        **{name: value * taller for name, value in known.items() if value is not None},
+        stride_time=cycle.stride_time * slower,
+        walking_speed=cycle.walking_speed * slower,
+        ankle_moment=cycle.ankle_moment * taller,
+    )
+    vars(found)["flat"] = cycle.flat  # the same foot at the same phases, whatever its size
+    return found
+
+
+def stepped(cycle: GaitCycle, hip: float, knee: float, chain: Chain) -> GaitCycle:
+    """The stride with more flexion of hip and knee in swing, on the same path of the hip.
+
+    Both are added as sin² from toe-off to heel strike, the most in the middle of the swing. The ankle goes
+    where the chain hip–knee–ankle takes it. Stance stays as it is.
+
+    Parameters
+    ----------
+    cycle : as recorded
+    hip, knee : flexion that is added in mid-swing [rad]; 0 to 0.7 was tried
+    chain : the leg's lengths
+
+    Returns
+    -------
+    GaitCycle; the cycle itself where nothing is added
+
+    Source
+    ------
+    Steppage adds some 10 to 20° at the hip and 10 to 25° at the knee (from memory); no curve of the shank of
+    drop-foot walkers was found in numbers. The shape over the swing is this project's own.
+    """
+    if hip == 0.0 and knee == 0.0:
+        return cycle
+    toe_off = stance(cycle)
+    share = np.clip((cycle.phase - toe_off) / (1.0 - toe_off), 0.0, 1.0)
+    bent = np.sin(np.pi * share) ** 2
+    knee_angle = cycle.knee_angle + knee * bent
+    shank_angle = cycle.shank_angle + (knee - hip) * bent  # so that the thigh swings by the hip's
+    before = chain.hip(cycle.shank_angle, cycle.knee_angle)
+    after = chain.hip(shank_angle, knee_angle)
+    return dataclasses.replace(
+        cycle,
+        shank_angle=shank_angle,
+        knee_angle=knee_angle,
+        ankle_x=cycle.ankle_x + before[0] - after[0],
+        ankle_z=cycle.ankle_z + before[1] - after[1],
+    )

@@ -1,0 +1,146 @@
+"""Units of length and angle: as the file states, unless no person has that size or bends a knee that far."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
+
+_PERSON = (0.5, 2.5)  # largest extent of a person's markers [m]; assumed: a leg alone to arms stretched up
+_BELIEVED = (0.3, 8.0)  # extent for which a stated unit is not doubted [m]; markers on the floor may be far
+_FEW = 8  # markers up to which a small cloud may be no more than a foot
+_SMALLEST = 0.05  # extent of any few markers [m]
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+_NAMES = {
+    "metre": "m", "metres": "m", "meter": "m", "meters": "m", "millimeter": "mm", "millimeters": "mm",
+    "millimetre": "mm", "millimetres": "mm", "centimeter": "cm", "centimeters": "cm", "centimetre": "cm",
+    "centimetres": "cm", "inch": "in", "inches": "in", "feet": "ft", "foot": "ft",
+}  # fmt: skip
+
+# A walking knee's range is some 60 deg, 1.05 rad (norm of 42 adults, Fukuchi 2018); the limits are derived.
+_HALF_TURN = 3.2  # angle that no knee reaches in radians, a little over π
+_LEAST_RANGE = 0.35  # of a knee that walks, stiff or not [rad], 20 deg; 0.35 deg is a knee that is locked
+
+
+def length_name(text: str) -> str:
+    """A unit of length as `parse_quantity` knows it: "Millimeters" is mm, "(m)" is m."""
+    plain = text.strip().strip("[]().,").strip().lower()
+    return _NAMES.get(plain, plain)
+
+
+def _extent(points: np.ndarray) -> float:
+    """The largest extent of a cloud of points along an axis, in a middle frame; NaN if nothing is seen.
+
+    Units: points (n, markers, 3).
+    """
+    seen = np.isfinite(points).all(axis=2)
+    frames = np.flatnonzero(seen.sum(axis=1) >= 2)
+    if not len(frames):
+        return float("nan")
+    frames = frames[:: max(1, len(frames) // 200)]
+    some = points[frames]
+    span = np.nanmax(some, axis=1) - np.nanmin(some, axis=1)
+    return float(np.median(span.max(axis=1)))
+
+
+def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float | None, list[Notice]]:
+    """Metres in the coordinates' unit, and warnings; the stated one unless nobody is of that size.
+
+    Units: points (n, markers, 3).
+    """
+    size = _extent(points)
+    fits = [(name, factor) for name, factor in UNITS.items() if _PERSON[0] <= size * factor <= _PERSON[1]]
+    if stated is not None:
+        lowest = _SMALLEST if points.shape[1] <= _FEW else _BELIEVED[0]
+        if not np.isfinite(size) or size == 0.0 or lowest <= size * stated <= _BELIEVED[1]:
+            return stated, []
+        seen = "its markers span {stated_size:.3g} m if they are in {stated} as stated"
+        if len(fits) != 1:
+            text = f"{seen}: nobody is of that size, nor in another unit"
+            return stated, [Notice("length-unit-impossible", text, stated_size=size * stated, stated=unit)]
+        name, factor = fits[0]
+        text = f"{seen}; they were read as {{unit}}, which makes {{size:.2f}} m"
+        doubt = Notice(
+            "length-unit-doubted",
+            text,
+            stated=unit,
+            unit=name,
+            stated_size=size * stated,
+            size=size * factor,
+        )
+        return factor, [doubt]
+    if len(fits) != 1:
+        return None, []
+    name, factor = fits[0]
+    text = "its unit of length is not stated; read as {unit}, a person of {size:.2f} m"
+    return factor, [Notice("length-unit-guessed", text, unit=name, size=size * factor)]
+
+
+def angle_unit(
+    table: OpenSimTable, knee_columns: Sequence[str], stated: bool | None
+) -> tuple[bool, tuple[Notice, ...]]:
+    """Whether the table's rotations are in degrees, whatever its header says."""
+    name, size, span = _knee(table, knee_columns)
+    looks: bool | None = None
+    if size > _HALF_TURN:
+        looks = True
+    elif span >= _LEAST_RANGE:
+        looks = False
+    says = table.degrees if stated is None else stated
+    if stated is not None:
+        if looks is True and not stated:
+            raise InputError(
+                f"the knee reaches {size:.4g}, which cannot be radians",
+                file=table.file,
+                field=name,
+                allowed="`angles=deg`",
+            )
+        if looks is not False or not stated:
+            return stated, ()
+        text = (
+            "{subject} has a range of {span:.3g} only: were its angles in radians, the knee would bend by "
+            "{bend:.0f} deg"
+        )
+        doubt = Notice("angle-unit-doubted", text, subject=name, span=span, bend=float(np.degrees(span)))
+        return stated, (doubt,)
+    if looks is None:
+        if says is not None:
+            return says, ()
+        raise InputError(
+            "does not say whether its angles are in degrees, and its knee does not show it",
+            file=table.file,
+            field=name,
+            value=f"a range of {span:.3g}",
+            allowed="`angles=deg` or `angles=rad`",
+        )
+    if looks is says:
+        return looks, ()
+    word = "degrees" if looks else "radians"
+    header = "does not say the unit" if says is None else f"says {'degrees' if says else 'radians'}"
+    text = (
+        "{file}: {subject} has a range of {span:.3g}, so its angles are in {unit} "
+        "(a knee that bends by {bend:.0f} deg); its header {header}"
+    )
+    bend = float(span if looks else np.degrees(span))
+    data: dict[str, Any] = {
+        "file": table.file.name,
+        "span": span,
+        "unit": word,
+        "bend": bend,
+        "header": header,
+    }
+    return looks, (Notice("angle-unit-read", text, subject=name, **data),)
+
+
+def _knee(table: OpenSimTable, names: Sequence[str]) -> tuple[str, float, float]:
+    """The knee that moves most: its name, largest amount and range, in the file's unit."""
+    found = ("", 0.0, 0.0)
+    for name in names:
+        values = table.columns.get(name, np.empty(0))
+        known = values[np.isfinite(values)]
+        if len(known) and (span := float(np.ptp(known))) >= found[2]:
+            found = (name, float(np.abs(known).max()), span)
+    return found

@@ -1,0 +1,401 @@
+"""Trials with one fault each, of the known walker."""
+
+import dataclasses
+import pathlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from gait_lab.gait_truth import ONE_MALLEOLUS, noise_bounds
+from gait_lab.known_walker import Walker
+from gait_lab.laboratory import Laboratory, Recorded
+from gait_lab.marker_sets import in_world
+from gait_lab.osim_writer import write_osim
+from gait_lab.trial_files import write_angles, write_forces, write_trc
+
+PLAIN = Laboratory()
+SET = "opensim c3d"
+
+
+@dataclass(frozen=True)
+class Faulty:
+    """A fault and what must happen: the numbers stay right and a warning says `warns`, or `refuses` says why.
+
+    Where both texts are given, either will do.
+    """
+
+    write: Callable[[pathlib.Path], list[pathlib.Path]]
+    warns: str | None = None  # pattern of one of the warnings; "" if none is asked for
+    refuses: str | None = None  # pattern of the message
+    loose: dict[str, float] = field(default_factory=dict)  # wider bounds, with the reason beside them
+    right: bool = True  # the numbers must be right where it is not refused
+    choices: dict[str, Any] = field(default_factory=dict)
+    laboratory: Laboratory = PLAIN
+    side: str = "right"  # the leg that is really imported
+    remark: bool = False  # a remark is enough
+
+
+def _markers(laboratory: Laboratory = PLAIN, name: str = SET) -> dict[str, np.ndarray]:
+    return laboratory.markers(name)
+
+
+def _trial(
+    folder: pathlib.Path,
+    points: dict[str, np.ndarray] | None = None,
+    plates: list[Recorded] | None = None,
+    laboratory: Laboratory = PLAIN,
+    unit: str = "mm",
+) -> list[pathlib.Path]:
+    points = _markers(laboratory) if points is None else points
+    plates = laboratory.plates("feet") if plates is None else plates
+    files = [write_trc(folder / "walk.trc", laboratory.time, points, unit)]
+    return [*files, write_forces(folder / "grf.mot", plates)] if plates else files
+
+
+def _edit(file: pathlib.Path, *changes: tuple[str, str]) -> None:
+    text = file.read_text()
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    file.write_text(text)
+
+
+def _noise(millimetres: float) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        rng = np.random.default_rng(5)
+        points = {n: p + rng.normal(0.0, 1e-3 * millimetres, p.shape) for n, p in _markers().items()}
+        return _trial(folder, points)
+
+    return write
+
+
+def _gap(names: tuple[str, ...], start: float, end: float) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        points = {n: p.copy() for n, p in _markers().items()}
+        for name in names:
+            points[name][(PLAIN.time >= start) & (PLAIN.time < end)] = np.nan
+        return _trial(folder, points)
+
+    return write
+
+
+def _renamed(**names: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        return _trial(folder, {names.get(n, n): p for n, p in _markers().items()})
+
+    return write
+
+
+def _left_right(folder: pathlib.Path) -> list[pathlib.Path]:
+    other = {"R": "L", "L": "R"}
+    return _trial(folder, {other[n[0]] + n[1:]: p for n, p in _markers().items()})
+
+
+def _without(*names: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        return _trial(folder, {n: p for n, p in _markers().items() if n not in names})
+
+    return write
+
+
+def _unit(written: str, said: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        files = _trial(folder, unit=written)
+        _edit(files[0], (f"\t{written}\t", f"\t{said}\t"))
+        return files
+
+    return write
+
+
+def _cut(share: float) -> tuple[Laboratory, Callable[[pathlib.Path], list[pathlib.Path]]]:
+    walker = Walker()
+    began = round(walker.heel_strike("right", 1) - 0.1, 2)
+    laboratory = Laboratory(walker, began=began, seconds=round(share * walker.stride_time, 2))
+
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        return _trial(folder, _markers(laboratory), PLAIN.plates("feet"), laboratory)
+
+    return laboratory, write
+
+
+def _broken_row(folder: pathlib.Path) -> list[pathlib.Path]:
+    files = _trial(folder)
+    text = files[0].read_text()
+    files[0].write_text(text[: int(0.9 * len(text))])
+    return files
+
+
+def _rows(number: int) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        files = _trial(folder)
+        _edit(files[0], (f"\t{len(PLAIN.time)}\t", f"\t{number}\t"))
+        _edit(files[1], (f"nRows={len(PLAIN.plate_time)}", f"nRows={5 * number}"))
+        return files
+
+    return write
+
+
+def _angles(written: bool, said: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        angles = write_angles(folder / "ik.mot", PLAIN.time, PLAIN.angles(), degrees=written)
+        _edit(angles, (f"inDegrees={'yes' if written else 'no'}", said))
+        model = write_osim(folder / "scaled.osim", PLAIN.walker, SET)
+        return [angles, model, write_forces(folder / "grf.mot", PLAIN.plates("feet"))]
+
+    return write
+
+
+def _duplicate(same: bool) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    """The ankle's label twice: the same points again, or those of another marker."""
+
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        points = _markers()
+        points["TWICE"] = points["RLMAL"] if same else points["RLMAL"] + np.array([0.3, 0.2, 0.0])
+        files = _trial(folder, points)
+        _edit(files[0], ("TWICE", "RLMAL"))
+        return files
+
+    return write
+
+
+def _baseline(newton: float) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    """Plates that were not zeroed: a constant force acts at the middle of each."""
+
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        plates = []
+        for plate in PLAIN.plates("steps"):
+            force = plate.force + np.array([0.0, newton, 0.0])
+            middle = plate.corners.mean(axis=0)
+            up = np.where(np.abs(force[:, 1:2]) < 0.5, 0.5, force[:, 1:2])
+            place = (plate.force[:, 1:2] * plate.place + newton * middle) / up
+            plates.append(dataclasses.replace(plate, force=force, place=place))
+        return _trial(folder, plates=plates)
+
+    return write
+
+
+QUICK = Laboratory(rate=150.0, plate_rate=750.0)
+
+
+def _clock(text: Callable[[int], str]) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    """150 Hz under a time column of three decimals."""
+
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        files = _trial(folder, laboratory=QUICK)
+        lines = files[0].read_text().splitlines()
+        for k, line in enumerate(lines[6:]):
+            cells = line.split("\t")
+            cells[1] = text(k)
+            lines[6 + k] = "\t".join(cells)
+        files[0].write_text("\n".join(lines) + "\n")
+        return files
+
+    return write
+
+
+def _lost_as_zero(folder: pathlib.Path) -> list[pathlib.Path]:
+    points = {n: p.copy() for n, p in _markers().items()}
+    points["RLMAL"][95:103] = 0.0
+    return _trial(folder, points)
+
+
+def _spike(folder: pathlib.Path) -> list[pathlib.Path]:
+    points = {n: p.copy() for n, p in _markers().items()}
+    points["RLMAL"][100] += np.array([0.2, 0.1, 0.0])
+    return _trial(folder, points)
+
+
+def _exchanged_for_a_while(folder: pathlib.Path) -> list[pathlib.Path]:
+    """For 0.1 s the ankle's and the knee's lateral markers have each other's label."""
+    points = {n: p.copy() for n, p in _markers().items()}
+    for a, b in (("RLMAL", "RLFC"),):
+        points[a][100:110], points[b][100:110] = points[b][100:110].copy(), points[a][100:110].copy()
+    return _trial(folder, points)
+
+
+def _backward(folder: pathlib.Path) -> list[pathlib.Path]:
+    """Time runs the other way: the walker goes backward."""
+    plates = [
+        dataclasses.replace(plate, force=plate.force[::-1], place=plate.place[::-1])
+        for plate in PLAIN.plates("feet")
+    ]
+    return _trial(folder, {n: p[::-1] for n, p in _markers().items()}, plates)
+
+
+def _other_axes(folder: pathlib.Path) -> list[pathlib.Path]:
+    """Markers with y up, plates with z up."""
+    return _trial(folder, plates=Laboratory(forward="x", up="z").plates("feet"))
+
+
+def _turned_round(folder: pathlib.Path) -> list[pathlib.Path]:
+    """The foot's force on the ground."""
+    plates = [dataclasses.replace(plate, force=-plate.force) for plate in PLAIN.plates("feet")]
+    return _trial(folder, plates=plates)
+
+
+def _nan_rows(folder: pathlib.Path) -> list[pathlib.Path]:
+    files = _trial(folder)
+    lines = files[0].read_text().splitlines()
+    for k in (80, 81, 150, 230):
+        cells = lines[k].split("\t")
+        lines[k] = "\t".join([*cells[:2], *["NaN"] * (len(cells) - 2)])
+    files[0].write_text("\n".join(lines) + "\n")
+    return files
+
+
+def _nan_forces(folder: pathlib.Path) -> list[pathlib.Path]:
+    files = _trial(folder)
+    lines = files[1].read_text().splitlines()
+    for k in (450, 451, 850):
+        cells = lines[k].split("\t")
+        lines[k] = "\t".join([cells[0], *["NaN"] * (len(cells) - 1)])
+    files[1].write_text("\n".join(lines) + "\n")
+    return files
+
+
+def _at(laboratory: Laboratory, name: str = SET) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        return _trial(folder, _markers(laboratory, name), laboratory=laboratory)
+
+    return write
+
+
+def _model(scale: float, form: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        model = write_osim(folder / "scaled.osim", PLAIN.walker, SET, scale=scale)
+        if form == "markers":
+            return [*_trial(folder), model]
+        angles = write_angles(folder / "ik.mot", PLAIN.time, PLAIN.angles())
+        return [angles, model, write_forces(folder / "grf.mot", PLAIN.plates("feet"))]
+
+    return write
+
+
+def _circle(radius: float) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+    """The way bent to a circle to the left, markers and plates alike."""
+
+    def bent(points: np.ndarray, time: np.ndarray, *, vector: bool = False) -> np.ndarray:
+        way = PLAIN.walker.speed * time
+        turn = way / radius
+        ahead = points[:, 0] if vector else points[:, 0] - way
+        out = points[:, 2] if vector else points[:, 2] + radius
+        x, z = np.cos(turn) * ahead + np.sin(turn) * out, -np.sin(turn) * ahead + np.cos(turn) * out
+        return np.column_stack([x, points[:, 1], z])
+
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        points = {n: bent(p, PLAIN.time) for n, p in in_world(PLAIN.walker, SET, PLAIN.time).items()}
+        plates = [
+            dataclasses.replace(
+                plate, force=bent(plate.force, plate.time, vector=True), place=bent(plate.place, plate.time)
+            )
+            for plate in PLAIN.plates("feet")
+        ]
+        return _trial(folder, points, plates)
+
+    return write
+
+
+SPEED = Walker().speed
+MASS = Walker().mass
+BELT = Laboratory(belt=SPEED)
+MIRRORED = Laboratory(mirrored=True)
+WHOLE, WHOLE_WRITE = _cut(0.97)
+SHORT, SHORT_WRITE = _cut(0.85)
+
+FAULTS: dict[str, Faulty] = {
+    "noise of 1 mm": Faulty(_noise(1.0), "", loose=noise_bounds(1.0)),
+    "noise of 3 mm": Faulty(_noise(3.0), "", loose=noise_bounds(3.0)),
+    "noise of 5 mm": Faulty(_noise(5.0), "", loose=noise_bounds(5.0)),
+    "gap of 50 ms in the ankle's markers": Faulty(_gap(("RLMAL", "RMMAL"), 0.90, 0.95), ""),
+    "gap of 0.4 s in one stride's ankle": Faulty(
+        _gap(("RLMAL", "RMMAL"), 0.90, 1.30), r"RLMAL|ankle", remark=True
+    ),
+    "ankle unseen for 1.9 s": Faulty(
+        _gap(("RLMAL", "RMMAL"), 0.90, 2.80), r"RLMAL|ankle", r"RLMAL|ankle", remark=True
+    ),
+    "mass given 30 % low": Faulty(
+        _trial, r"\b67(\.\d)? kg", r"mass", choices={"mass": 0.7 * MASS}, right=False
+    ),
+    "mass given 30 % high": Faulty(
+        _trial, r"\b67(\.\d)? kg", r"mass", choices={"mass": 1.3 * MASS}, right=False
+    ),
+    "heel and toe exchanged": Faulty(
+        _renamed(RCAL="RMT2", RMT2="RCAL", RMT1="RMT5"), r"heel.*toe|toe.*heel", r"heel.*toe|toe.*heel"
+    ),
+    "left and right exchanged": Faulty(_left_right, r"right and left are exchanged", side="left"),
+    "knee and ankle exchanged": Faulty(
+        _renamed(RLFC="RLMAL", RLMAL="RLFC", RMFC="RMMAL", RMMAL="RMFC"),
+        r"exchanged|swapped",
+        r"exchanged|swapped",
+    ),
+    "millimetres said to be metres": Faulty(_unit("mm", "m"), r"\bmm\b|milli", r"\bmm\b|milli|metre"),
+    "metres said to be millimetres": Faulty(_unit("m", "mm"), r"\bm\b|metre", r"\bm\b|metre"),
+    "centimetres said to be millimetres": Faulty(_unit("cm", "mm"), r"\bcm\b|centi", r"\bcm\b|centi|metre"),
+    "recording of 0.97 of a period": Faulty(WHOLE_WRITE, "", laboratory=WHOLE),
+    "recording of 0.85 of a period": Faulty(SHORT_WRITE, refuses=r"stride", laboratory=SHORT),
+    "file cut within a row": Faulty(_broken_row, r"row|frame|cut", r"row|frame|cut"),
+    "radians under a header of degrees": Faulty(_angles(False, "inDegrees=yes"), r"radian", r"radian"),
+    "degrees under a header of radians": Faulty(_angles(True, "inDegrees=no"), r"degree", r"degree"),
+    "angles without a word on their unit": Faulty(_angles(True, "comment=no"), "", r"degree"),
+    "a label twice, the same points": Faulty(_duplicate(True), r"RLMAL", r"RLMAL"),
+    "a label twice, other points": Faulty(_duplicate(False), r"RLMAL", r"RLMAL"),
+    "no force plates": Faulty(
+        lambda folder: _trial(folder, plates=[]), r"force", r"force"
+    ),
+    "plate not zeroed, 30 N": Faulty(_baseline(30.0), r"\b30(\.\d+)? N", remark=True),
+    "plate not zeroed, −15 N": Faulty(_baseline(-15.0), r"\b15(\.\d+)? N", remark=True),
+    "time of 150 Hz rounded to 1 ms": Faulty(
+        _clock(lambda k: f"{k / 150.0:.3f}"), "", laboratory=QUICK
+    ),
+    "time of 150 Hz counted in steps of 7 ms": Faulty(
+        _clock(lambda k: f"{0.007 * k:.3f}"), r"150", r"150", right=False, laboratory=QUICK
+    ),
+    "a lost marker written as 0 0 0": Faulty(_lost_as_zero, ""),
+    "a marker that leaps 22 cm for one frame": Faulty(_spike, r"ankle leaps"),
+    "two labels exchanged for 0.1 s": Faulty(_exchanged_for_a_while, r"ankle.*exchanged"),
+    "walk backward": Faulty(_backward, r"backward", r"backward", right=False),
+    "markers with y up, plates with z up": Faulty(_other_axes, r"axes|up", r"axes|up"),
+    "the foot's force on the ground": Faulty(_turned_round, r"turned round", remark=True),
+    "rows of NaN among the markers": Faulty(_nan_rows, ""),
+    "rows of NaN among the forces": Faulty(_nan_forces, r"finite|NaN|number|missing", r"finite|NaN|number"),
+    "left-handed axes": Faulty(_at(MIRRORED), r"left-handed|mirror", laboratory=MIRRORED),
+    "belt speed given 15 % low": Faulty(
+        _at(BELT), r"0\.9[5-9]|1\.0|15 ?%|18 ?%", choices={"belt_speed": 0.85 * SPEED}, right=False,
+        laboratory=BELT,
+    ),
+    "belt speed given 15 % high": Faulty(
+        _at(BELT), r"0\.9[5-9]|1\.0|15 ?%|13 ?%", choices={"belt_speed": 1.15 * SPEED}, right=False,
+        laboratory=BELT,
+    ),
+    "no heel marker": Faulty(_without("RCAL"), r"heel", r"heel"),
+    "no ankle markers": Faulty(_without("RLMAL", "RMMAL"), refuses=r"ankle"),
+    "no knee, no ankle, no toe": Faulty(
+        _without("RLFC", "RMFC", "RLMAL", "RMMAL", "RMT1", "RMT2"), refuses=r"(?=.*knee)(?=.*ankle)(?=.*toe)"
+    ),
+    "no medial ankle marker": Faulty(_without("RMMAL"), "", loose=ONE_MALLEOLUS),
+    "no pelvis markers": Faulty(_without("RASI", "LASI", "RPSI", "LPSI"), r"hip|pelvis", r"hip|pelvis"),
+    "header counts more rows than there are": Faulty(_rows(400), r"400"),
+    "header counts fewer rows than there are": Faulty(_rows(300), r"300"),
+    "markers with another person's model": Faulty(
+        _model(0.85, "markers"), r"1\.1[78] times|0\.85|\d mm", r"mm|%", right=False
+    ),
+    "angles with another person's model": Faulty(
+        _model(0.85, "angles"), r"model", r"model", right=False
+    ),
+    "walk on a circle of 3 m": Faulty(_circle(3.0), r"circle|turn|curve", r"circle|turn|curve", right=False),
+    "both feet on one plate": Faulty(
+        lambda folder: _trial(folder, plates=PLAIN.plates("both")), refuses=r"both feet|foot alone|plate"
+    ),
+    "plates of another trial": Faulty(
+        lambda folder: _trial(folder, plates=Laboratory(walker=Walker(start=0.9)).plates("feet")),
+        r"pressure|foot|plate", r"pressure|foot|plate|clock", right=False,
+    ),
+    "heel marker named as the ankle": Faulty(
+        _trial, refuses=r"the ankle lies 0 mm from the heel", choices={"markers": {"ankle": ("RCAL",)}}
+    ),
+    "heel and ankle exchanged": Faulty(
+        _trial, refuses=r"2\.4 cm.*N·m/kg.*the heel",
+        choices={"markers": {"ankle": ("RCAL",), "heel": ("RLMAL",)}},
+    ),
+}  # fmt: skip

@@ -1,0 +1,109 @@
+"""Plates that disagree with the motion: in their place, their floor, their direction."""
+
+import dataclasses
+import pathlib
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from gait_lab.gait_truth import beyond, differences
+from gait_lab.laboratory import Laboratory, Recorded
+from gait_lab.trial_files import write_forces, write_trc
+
+from afo_sim.common.errors import InputError
+from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.importing import import_gait
+
+Fault = Callable[[Recorded], Recorded]
+PLAIN = Laboratory()
+
+
+def warnings(folder: pathlib.Path, fault: Fault) -> tuple[str, ...]:
+    markers = write_trc(folder / "walk.trc", PLAIN.time, PLAIN.markers("opensim c3d"))
+    forces = write_forces(folder / "grf.mot", [fault(plate) for plate in PLAIN.plates()])
+    return import_gait([markers, forces], Choices()).warnings
+
+
+@pytest.mark.parametrize("ahead, where", [(-0.10, "behind the heel"), (0.10, "ahead of the toes")])
+def test_pressure_beside_the_foot(tmp_path: pathlib.Path, ahead: float, where: str) -> None:
+    told = warnings(tmp_path, lambda p: dataclasses.replace(p, place=p.place + np.array([ahead, 0.0, 0.0])))
+    assert any(where in each for each in told)
+
+
+def test_plates_without_a_force_forward(tmp_path: pathlib.Path) -> None:
+    told = warnings(tmp_path, lambda p: dataclasses.replace(p, force=p.force * np.array([0.0, 1.0, 0.0])))
+    assert any("no part forward" in each for each in told)
+
+
+def test_plates_that_agree_are_not_doubted(tmp_path: pathlib.Path) -> None:
+    assert warnings(tmp_path, lambda plate: plate) == ()
+
+
+@pytest.mark.parametrize("blank", [np.nan, 0.0])
+def test_places_that_are_blank_below_50_newtons(tmp_path: pathlib.Path, blank: float) -> None:
+    """In a laboratory whose origin is 5 m away, a place at the origin would have a lever of 5 m."""
+    recorded = Laboratory(origin=(5.0, 0.0, 0.0))
+    markers = write_trc(tmp_path / "walk.trc", recorded.time, recorded.markers("opensim c3d"))
+    plates = [
+        dataclasses.replace(plate, place=np.where(plate.force[:, 1:2] < 50.0, blank, plate.place))
+        for plate in recorded.plates()
+    ]
+    done = import_gait([markers, write_forces(tmp_path / "grf.mot", plates)], Choices())
+    assert beyond(differences(done, recorded, "right")) == {}
+
+
+@pytest.mark.parametrize("height", [0.3, 0.05, -0.04])
+def test_a_floor_that_is_not_at_zero(tmp_path: pathlib.Path, height: float) -> None:
+    """A treadmill's deck: heights and moments are about the plates' surface."""
+    recorded = Laboratory(origin=(0.0, height, 0.0))
+    markers = write_trc(tmp_path / "walk.trc", recorded.time, recorded.markers("opensim c3d"))
+    done = import_gait([markers, write_forces(tmp_path / "grf.mot", recorded.plates())], Choices())
+    assert beyond(differences(done, recorded, "right")) == {}
+    assert any(f"{1e3 * height:+.0f} mm above the laboratory's zero" in each for each in done.remarks)
+
+
+SHARE = 0.3  # of the right foot's force that the left plate carries
+
+
+def shared(laboratory: Laboratory, stances: tuple[int, ...]) -> list[Recorded]:
+    """One plate a side; in some of the right foot's stances a part of its force is on the left plate."""
+    right, left = laboratory.plates("feet")
+    over = np.zeros(len(right.time))
+    for number in stances:
+        start = laboratory.walker.heel_strike("right", number)
+        over += SHARE * ((right.time > start) & (right.time < start + 0.6 * laboratory.walker.stride_time))
+    moved = over[:, None] * right.force
+    force = left.force + moved
+    place = left.place * left.force[:, 1:2] + right.place * moved[:, 1:2]
+    place = np.where(force[:, 1:2] > 0.0, place / np.maximum(force[:, 1:2], 1e-9), 0.0)
+    return [
+        dataclasses.replace(right, force=right.force - moved),
+        dataclasses.replace(left, force=force, place=place),
+    ]
+
+
+def files(folder: pathlib.Path, laboratory: Laboratory, stances: tuple[int, ...]) -> list[pathlib.Path]:
+    return [
+        write_trc(folder / "walk.trc", laboratory.time, laboratory.markers("cast")),
+        write_forces(folder / "grf.mot", shared(laboratory, stances)),
+    ]
+
+
+def test_another_stride_is_taken(tmp_path: pathlib.Path) -> None:
+    laboratory = Laboratory()
+    done = import_gait(files(tmp_path, laboratory, (0,)), Choices())
+    first, second = (stride for stride in done.strides if stride.side == "right")
+    assert (first.loaded, second.loaded) == (False, True)
+    assert "30 % of the weight stands on another plate" in first.by
+    assert not beyond(differences(done, laboratory, "right")), done.warnings
+    assert done.mass.estimated == pytest.approx(laboratory.walker.mass, rel=0.06)
+
+
+def test_without_another_it_is_refused(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(InputError, match="30 % of the weight stands on another plate"):
+        import_gait(files(tmp_path, Laboratory(), (-1, 0, 1, 2)), Choices())
+
+
+def test_clean_steps_are_not_doubted(tmp_path: pathlib.Path) -> None:
+    done = import_gait(files(tmp_path, Laboratory(), ()), Choices())
+    assert all(stride.loaded for stride in done.strides)
