@@ -50,6 +50,12 @@ class Notice(str):
         """The same notice, taken more or less seriously."""
         return type(self)(self.code, self._text, subject=self.subject, severity=severity, **self.data)
 
+    @classmethod
+    def from_json(cls, read: Mapping[str, Any]) -> Self:
+        """The notice that `as_json` wrote."""
+        text = read["text"].replace("{", "{{").replace("}", "}}")
+        return cls(read["code"], text, subject=read["subject"], severity=read["severity"], **read["data"])
+
     def as_json(self) -> dict[str, Any]:
         """Code, subject, severity, data and text, for a file."""
         return {

@@ -1,6 +1,5 @@
 """Panels on a walking trial: its strides, its plates, and its ways from above."""
 
-import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +10,7 @@ from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.flat_foot import USUAL
 from afo_sim.gait_lab.trial.importing import Imported
 from afo_sim.gait_lab.trial.strides import RecordedStride
+from afo_sim.gait_lab.trial.understood import direction
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 from afo_sim.show.style import COLOURS, LINE, NORM, plain
 
@@ -333,8 +333,7 @@ def _from_above(axis: Any, imported: Imported) -> None:
     for plate in imported.trial.plates:
         if plate.corners is not None:
             _plate_from_above(axis, imported.frame, plate.name, plate.corners)
-    told = re.sub(r"(overground) at [\d.]+ m/s", r"\1", "; ".join(frame.remarks))  # the title has its own
-    axis.set_title(f"→ {plain(told, LINE)}", loc="left", fontsize=8.0)
+    axis.set_title(f"→ {plain(direction(frame), LINE)}", loc="left", fontsize=8.0)
     axis.yaxis.set_major_locator(MaxNLocator(2, steps=[1, 5, 10], min_n_ticks=1))
     axis.set_xlabel("forward in the laboratory, seen from above [m]", loc="left")
     axis.set_ylabel("to the\nleft [m]")

@@ -256,7 +256,7 @@ def _named(legs: Mapping[Side, Recording]) -> list[str]:
 
 
 def _of_leg(leg: str, warning: str) -> str:
-    return warning.of(leg) if isinstance(warning, Notice) else f"{leg}: {warning}"
+    return warning.after(f"{leg}: ") if isinstance(warning, Notice) else f"{leg}: {warning}"
 
 
 def _period(scenario: Scenario) -> float:

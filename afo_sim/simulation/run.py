@@ -314,4 +314,4 @@ def _warnings(first: Built, before: Examined, after: Examined, settled: Settled)
     """Of the description, of the settled stride, and of the strides before it what is not said twice."""
     said = (*first.warnings, *unsettled_warning(settled), *after.limits, *after.found.warnings)
     new = unique((*said, *before.limits))[len(unique(said)) :]
-    return (*said, *(warning.of("before it settles") for warning in new if isinstance(warning, Notice)))
+    return (*said, *(warning.after("before it settles: ") for warning in new if isinstance(warning, Notice)))

@@ -295,8 +295,8 @@ def test_three_commands_go_from_a_raw_c3d_to_a_report(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("ezc3d")
-    from gait.c3d_writer import write_c3d
-    from gait.laboratory import Laboratory
+    from gait_lab.c3d_writer import write_c3d
+    from gait_lab.laboratory import Laboratory
 
     block = PAGE.split("to a report in three commands:\n\n")[1].split("\n\n")[0]
     lines = [line.removeprefix("    .venv/bin/afo-sim ") for line in block.splitlines()]
