@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from afo_sim.legs.exporting import export_leg as export_leg
     from afo_sim.legs.importing import import_leg as import_leg
     from afo_sim.metrics.metric import Metric as Metric
-    from afo_sim.model.described import build as build
-    from afo_sim.model.pressure_map import pressure_map as pressure_map
-    from afo_sim.model.refit import refit as refit
+    from afo_sim.model.build import build as build
+    from afo_sim.model.rescale import refit as refit
+    from afo_sim.model.torque_map import pressure_map as pressure_map
     from afo_sim.rl.bridge.library import dm_control_physics as dm_control_physics
     from afo_sim.show.drawing import draw as draw
     from afo_sim.show.library import figure as figure
@@ -64,11 +64,11 @@ _PUBLIC = {
     "Simulator": "simulation.simulator",
     "Simulators": "simulation.simulators",
     "load": "description.reader",
-    "build": "model.described",
+    "build": "model.build",
     "import_leg": "legs.importing",
     "export_leg": "legs.exporting",
-    "pressure_map": "model.pressure_map",
-    "refit": "model.refit",
+    "pressure_map": "model.torque_map",
+    "refit": "model.rescale",
     "attach": "legs.attaching",
     "attached": "legs.attached_files",
     "Scenario": "description.reader",  # which fills what `Scenario.set` asks

@@ -32,8 +32,7 @@ from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings
 from afo_sim.legs.cutting import cut
 from afo_sim.legs.finding import find
-from afo_sim.legs.leg_doubts import doubtful_notes
-from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes
 from afo_sim.legs.reading import read_tree
 from afo_sim.legs.tree import Tree
 from afo_sim.model import stability

@@ -6,11 +6,9 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.places import Side
-from afo_sim.legs.candidates import Candidate, candidates, way
+from afo_sim.legs.candidates import Candidate, candidates, side_of, way
 from afo_sim.legs.extent import moved, outline, sole_slope
-from afo_sim.legs.names import listed
-from afo_sim.legs.tree import Part, Tree
-from afo_sim.legs.words import side_of
+from afo_sim.legs.tree import Part, Tree, listed
 
 STEEPEST = np.radians(35.0)  # of an ankle's axis; oblique ones of OpenSim's models have 10 to 20 deg
 OBLIQUE = np.radians(5.0)  # of an axis that a note tells of

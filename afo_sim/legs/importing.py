@@ -10,18 +10,14 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, together
 from afo_sim.description.places import Side
 from afo_sim.description.reader import load
-from afo_sim.legs.cutting import cut, left_behind
+from afo_sim.legs.cutting import cut, left_behind, with_sole
 from afo_sim.legs.finding import Found, find
-from afo_sim.legs.leg_doubts import doubtful_notes
-from afo_sim.legs.leg_file import MESHES, write_leg_file
-from afo_sim.legs.leg_numbers import LegNumbers
-from afo_sim.legs.leg_table import table
-from afo_sim.legs.leg_toml import leg_readme, leg_toml, person_notes, tissue_notes
-from afo_sim.legs.reading import read_tree
-from afo_sim.legs.second_opinion import second_opinion
-from afo_sim.legs.sole import with_sole
+from afo_sim.legs.leg_description import leg_readme, leg_toml, person_notes, table, tissue_notes
+from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes
+from afo_sim.legs.mjcf_out import MESHES, write_leg_file
+from afo_sim.legs.reading import read_tree, second_opinion
 from afo_sim.legs.tree import Tree
-from afo_sim.legs.urdf_meshes import Packages
+from afo_sim.legs.urdf_files import Packages
 
 OWN = ("leg.toml", "leg.xml", "README.md", "leg.png")
 

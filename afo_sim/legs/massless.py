@@ -4,8 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from afo_sim.legs.names import listed
-from afo_sim.legs.tree import Joint, Part, Tree
+from afo_sim.legs.tree import Joint, Part, Tree, listed
 
 SCALAR = ("hinge", "slide")
 

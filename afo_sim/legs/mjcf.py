@@ -10,10 +10,19 @@ import mujoco
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.legs.finite import check_finite
-from afo_sim.legs.names import listed, own_names
-from afo_sim.legs.pose import pose_of, turn_of
-from afo_sim.legs.tree import Joint, JointKind, Part, Shape, ShapeKind, Tree
+from afo_sim.legs.tree import (
+    Joint,
+    JointKind,
+    Part,
+    Shape,
+    ShapeKind,
+    Tree,
+    check_finite,
+    listed,
+    own_names,
+    pose_of,
+    turn_of,
+)
 
 KINDS: dict[int, JointKind] = {
     mujoco.mjtJoint.mjJNT_HINGE: "hinge",

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.legs.names import free_name, listed, own_names
-from afo_sim.legs.tree import Joint, Part, Shape, Tree
-from afo_sim.legs.urdf_meshes import Packages, find_mesh, load_mesh, quiet
-from afo_sim.legs.urdf_xml import (
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, listed, own_names
+from afo_sim.legs.urdf_files import (
+    Packages,
+    find_mesh,
+    load_mesh,
+    quiet,
     robot_element,
     split_commas,
     take_capsules,

@@ -2,36 +2,34 @@
 
 import dataclasses
 import functools
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.gait.checks import STANCE_FORCE
-from afo_sim.model import mounting, stability
+from afo_sim.model import stability
 from afo_sim.model.air_checks import check_air_path
-from afo_sim.model.assemble import assemble, compiled
+from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
 from afo_sim.model.circuit import circuit_of
 from afo_sim.model.contact import Contact, check_sole, register
-from afo_sim.model.foot import Foot, foot_of
-from afo_sim.model.geometry import Geometry, geometry_of
-from afo_sim.model.guide_checks import check_guides
-from afo_sim.model.inversion import SideArms
+from afo_sim.model.foot import Foot, fill_hinge, foot_of
+from afo_sim.model.inversion import SideArms, check_stiffness, check_subtalar, free
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
-from afo_sim.model.pace import Pace
-from afo_sim.model.path_checks import check_paths
+from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
 from afo_sim.model.patient import Active, active
 from afo_sim.model.periodic import unseen_drift, why_walked
-from afo_sim.model.person import Person, Size, person_of
-from afo_sim.model.subtalar import check_stiffness, check_subtalar, free
-from afo_sim.model.tissue import own_tissue
-from afo_sim.model.toes import fill_hinge
-from afo_sim.model.walk import Walk, lay_out
+from afo_sim.model.person import Person, Size, own_tissue, person_of
+from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
+from afo_sim.physics.passive_ankle import KNEE_LIMIT
 
 
 @dataclass(frozen=True)
@@ -90,24 +88,44 @@ class Built:
         return self.person.body_mass
 
 
-def build(scenario: Scenario) -> Built:
-    """Put the orthosis on the leg, compile, and check what only the compiled model can tell.
+def build(
+    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any], sets: Mapping[str, Any] | None = None
+) -> Built:
+    """Compile a scenario: put the orthosis on the leg and check what only the compiled model can tell.
 
     Parameters
     ----------
-    scenario : frozen description
+    scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
+    sets : dotted keys and values laid over it, for example {"supply.pressure": "3 bar"}
 
     Returns
     -------
-    Built
+    Built: `model` (MuJoCo's MjModel, without shapes that only pictures need), `full_model`, `spec` and `xml`
+    (self-contained MJCF) with all of them, `scenario`, `warnings`. Its muscles pull only while this package's
+    callbacks are installed; `run` sees to that.
 
     Raises
     ------
     InputError
-        The leg lacks a body or joint, or is put together otherwise than assumed; a muscle passes through
-        the ankle, does not fit on its path, or its braid locks within the range of motion; air or braid
-        would be unstable at this time step (with the step that would do).
+        The description is wrong; the leg lacks a body or joint, or is put together otherwise than assumed; a
+        muscle passes through the ankle, does not fit on its path, or its braid locks within the range of
+        motion; air or braid would be unstable at this time step (with the step that would do).
+
+    Examples
+    --------
+    >>> built = build("seated", {"timestep": "0.5 ms"})
+    >>> built.model.opt.timestep, built.model.joint("ankle").name
+    (0.0005, 'ankle')
     """
+    if not isinstance(scenario, Scenario):
+        scenario = load("scenario", scenario, sets)
+    elif sets:
+        scenario = scenario.set(sets)
+    return _build(scenario)
+
+
+def _build(scenario: Scenario) -> Built:
+    """Compile, fill in the parameters, and check what only the compiled model can tell."""
     check_subtalar(scenario)
     circuit, size = _circuit(scenario), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
@@ -118,11 +136,11 @@ def build(scenario: Scenario) -> Built:
     check_stiffness(model, scenario)
     angles, lengths = geometry.angles, geometry.lengths
     check_paths(angles, lengths, index.muscles, scenario.orthosis)
-    stretch = mounting.check_stretch(model, angles, lengths, index.muscles, scenario.orthosis)
+    stretch = check_stretch(model, angles, lengths, index.muscles, scenario.orthosis)
     numbers, coarse = stability.check_stability(model, index, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
-    told = (*mounting.check_description(scenario), *check_air_path(scenario))
+    told = (*check_description(scenario), *check_air_path(scenario))
     warnings = (*told, *stretch, *coarse, *guided, *_walked(scenario))
     built = Built(scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms)
     if foot is None:
@@ -190,3 +208,28 @@ def _fill_parameters(
         load=scenario.load_moment,
         damping=0.5 * tissue.damping,
     )
+
+
+def check_description(scenario: Scenario) -> list[str]:
+    """Warnings that follow from the description alone."""
+    found = []
+    knee = scenario.shank.knee_angle
+    if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:
+        found.append(
+            f"the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
+            f"here it is {np.degrees(knee):g} deg"
+        )
+    for name, times in scenario.timer.chambers.items() if scenario.timer else ():
+        for a, b in times.inlet:
+            for c, d in times.outlet:
+                if max(a, c) < min(b, d):
+                    found.append(
+                        f"inlet and outlet of chamber {name!r} are open together from "
+                        f"{max(a, c):g} s to {min(b, d):g} s: the supply blows off"
+                    )
+    if scenario.walking and scenario.orthosis.plate is not None and scenario.orthosis.outsole is None:
+        on = "in the shoe" if scenario.shoe is not None else "barefoot"
+        found.append(
+            f"the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it"
+        )
+    return found

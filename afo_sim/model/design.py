@@ -12,10 +12,9 @@ from afo_sim.common.units import LEAST_NUMBER, parse_quantity
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.build import Built, build
-from afo_sim.model.mounting import check_description
+from afo_sim.model.build import Built, build, check_description
+from afo_sim.model.leg_shapes import ThroughLeg, through_leg
 from afo_sim.model.path_facts import PathFacts, path_facts
-from afo_sim.model.through_limb import ThroughLimb, through_limb
 
 Source = str | os.PathLike[str] | Orthosis | Scenario
 SITTING = "seated"  # scenario into which an orthosis is put that is given alone
@@ -32,7 +31,7 @@ class Design:
 
     built: Built
     facts: list[PathFacts]
-    through: list[ThroughLimb]
+    through: list[ThroughLeg]
 
     @property
     def warnings(self) -> list[str]:
@@ -49,9 +48,9 @@ class Design:
         return list(dict.fromkeys(found))
 
 
-def deepest(through: list[ThroughLimb]) -> list[ThroughLimb]:
+def deepest(through: list[ThroughLeg]) -> list[ThroughLeg]:
     """Of the muscles of a group, the one that lies deepest in each part."""
-    worst: dict[tuple[str, str, bool], ThroughLimb] = {}
+    worst: dict[tuple[str, str, bool], ThroughLeg] = {}
     for entry in through:
         key = entry.role, entry.part, entry.bone
         sign = -1.0 if entry.bone else 1.0  # of bone the distance is told
@@ -99,7 +98,7 @@ def gauge(pressure: float | str | None) -> float | None:
 
 def design_of(built: Built, pressure: float | None = None) -> Design:
     """The facts of a compiled scenario's muscles; parameters and errors as of `design`."""
-    return Design(built, path_facts(built, pressure), through_limb(built))
+    return Design(built, path_facts(built, pressure), through_leg(built))
 
 
 def scenario_of(source: Source, leg: str | None = None) -> Scenario:

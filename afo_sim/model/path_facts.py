@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
@@ -17,12 +18,13 @@ from afo_sim.model.build import Built
 from afo_sim.model.mounting import (
     chamber_of,
     muscle_names,
-    path_contraction,
     sweep_ankle,
     sweep_lengths,
 )
-from afo_sim.model.path_spans import Span, spans_above
+from afo_sim.model.path_checks import path_contraction
 
+Span = tuple[float, float]  # from, to [rad]
+TOLERANCE = 1e-9  # of an angle [rad]
 ANGLES = 161  # over the ankle's stops
 ALIKE = 1e-9  # difference of path lengths below which muscles are alike [m]
 SHARES = (0.0, 0.5, 1.0)  # of the pressure, at which force and torque are told
@@ -239,3 +241,25 @@ def _at_pressures(built: Built, angles: np.ndarray, pressures: np.ndarray) -> tu
                         own[row, column, k] = native.read_own(model, data.userdata, muscle).contraction
                         force[row, column, k] = -data.actuator_force[muscle]
     return own, force
+
+
+def spans_above(angles: np.ndarray, values: np.ndarray, of: Callable[[float], float]) -> tuple[Span, ...]:
+    """Ranges of angles in which a function is positive.
+
+    Units: angles [rad] (n,), values (n,).
+    """
+    above = np.r_[False, values > 0.0, False]
+    found = []
+    for start, stop in np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2):
+        low = float(angles[0]) if start == 0 else _root(of, angles[start - 1], angles[start])
+        high = float(angles[-1]) if stop == len(angles) else _root(of, angles[stop - 1], angles[stop])
+        found.append((low, high))
+    return tuple(found)
+
+
+def _root(of: Callable[[float], float], low: float, high: float) -> float:
+    if of(low) == 0.0:
+        return float(low)
+    if of(high) == 0.0:
+        return float(high)
+    return float(brentq(of, low, high, xtol=TOLERANCE))

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.model.path_facts import NAMED, PathFacts
-from afo_sim.model.path_spans import Span, degrees, in_words
+from afo_sim.model.path_facts import NAMED, PathFacts, Span
 
 Row = tuple[str, str]  # what, and its words
 
@@ -102,3 +101,25 @@ def _limit(facts: PathFacts, key: str) -> str:
 
 def _minus(text: str) -> str:
     return text.replace("-", "−")
+
+
+def in_words(spans: tuple[Span, ...], angles: np.ndarray) -> str:
+    """Ranges as people say them: "below −15.5 deg", "above 3 deg", "nowhere", "everywhere"."""
+    if not spans:
+        return "nowhere"
+    return " and ".join(_words(span, float(angles[0]), float(angles[-1])) for span in spans)
+
+
+def _words(span: Span, first: float, last: float) -> str:
+    low, high = (f"{degrees(angle)} deg" for angle in span)
+    if span == (first, last):
+        return "everywhere"
+    if span[0] == first:
+        return f"below {high}"
+    return f"above {low}" if span[1] == last else f"{low} to {high}"
+
+
+def degrees(angle: float) -> str:
+    """An angle [rad] in degrees with at most one decimal, and a minus sign of the width of a plus."""
+    shown = f"{np.degrees(angle):.1f}".removesuffix(".0")
+    return ("0" if shown == "-0" else shown).replace("-", "−")

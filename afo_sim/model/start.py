@@ -11,8 +11,8 @@ from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.build import Built
 from afo_sim.model.controls import controls
+from afo_sim.model.inversion import find_rest, free
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
-from afo_sim.model.subtalar import find_rest, free
 from afo_sim.model.walk import JOINTS
 from afo_sim.physics.content import gas_mass
 

@@ -1,19 +1,15 @@
 """Additions to the model for walking: a driven shank, the ground's moment, the patient's own ankle."""
 
-import math
-
 import mujoco
 import numpy as np
 
 from afo_sim import native
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.contact import ground_of, pad_stiffness
-from afo_sim.model.foot import Foot
+from afo_sim.model.foot import REST, Foot, add_rest
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.outsole import POINTS, SOLE, padded
-from afo_sim.model.person import Size
-from afo_sim.model.tissue import reflex_gain
-from afo_sim.model.toes import REST, add_rest
+from afo_sim.model.person import Size, reflex_gain
 from afo_sim.model.walk import ARMATURE, JOINTS
 
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
@@ -142,38 +138,3 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
             model.actuator_user[actuators[f"pad_{point}"]] = native.pad_row(
                 stiffness=stiff, damping=ground.damping, floor=actuators[f"floor_{point}"]
             )
-
-
-def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
-    """Make a leg as long as another body, all lengths alike, with the same masses."""
-    springy, damped = taller, taller * math.sqrt(taller)
-    for mesh in spec.meshes:
-        mesh.scale = np.array(mesh.scale) * taller
-    for body in spec.bodies:
-        body.pos = np.array(body.pos) * taller
-        body.ipos = np.array(body.ipos) * taller
-        body.inertia = np.array(body.inertia) * taller**2
-        body.fullinertia = np.array(body.fullinertia) * taller**2
-        for element in (*body.geoms, *body.sites):
-            element.pos = np.array(element.pos) * taller
-            element.size = np.array(element.size) * taller
-            element.fromto = np.array(element.fromto) * taller
-        for joint in body.joints:
-            joint.pos = np.array(joint.pos) * taller
-            joint.stiffness = np.array(joint.stiffness) * springy
-            joint.damping = np.array(joint.damping) * damped
-            joint.frictionloss *= springy
-            joint.armature *= taller**2
-
-
-def weigh(spec: mujoco.MjSpec, heavier: float) -> None:
-    """Make a leg as heavy as another body; moments at the same angles and times go with mass."""
-    for body in spec.bodies:
-        body.mass = body.mass * heavier
-        body.inertia = np.array(body.inertia) * heavier
-        body.fullinertia = np.array(body.fullinertia) * heavier
-        for joint in body.joints:
-            joint.stiffness = np.array(joint.stiffness) * heavier
-            joint.damping = np.array(joint.damping) * heavier
-            joint.frictionloss *= heavier
-            joint.armature *= heavier

@@ -9,11 +9,10 @@ import numpy as np
 
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.model.build import Built
-from afo_sim.model.limb_shapes import FLAT, limb_geoms
+from afo_sim.model.leg_shapes import FLAT, leg_geoms, support
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.path_facts import PathFacts
-from afo_sim.model.path_points import along, at_lengths, path_points
-from afo_sim.model.support import support
+from afo_sim.model.paths import along, at_lengths, path_points
 
 View = Literal["side", "front"]
 ACROSS = {"side": 0, "front": 1}  # coordinate that runs across the page; up the page runs z
@@ -58,7 +57,7 @@ class Pose:
 
     def outlines(self) -> dict[str, list[np.ndarray]]:
         """Outlines of the shapes of limb, orthosis and foot alone: {"limb", "part", "foot": …}."""
-        limb = limb_geoms(self.model, self.built)
+        limb = leg_geoms(self.model, self.built)
         found: dict[str, list[np.ndarray]] = {"limb": [], "part": [], "foot": [], "shank": []}
         for geom in range(self.model.ngeom):
             name = self.model.geom(geom).name

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from afo_sim.model.design import Design
-from afo_sim.model.limb_shapes import limb_geoms
+from afo_sim.model.leg_shapes import leg_geoms
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.path_facts import PathFacts
-from afo_sim.model.path_spans import degrees
+from afo_sim.model.path_words import degrees
 from afo_sim.show.drawing_leg import Pose, draw_ghost, draw_leg, draw_muscle, lever
 from afo_sim.show.style import COLOURS, plain
 
@@ -272,7 +272,7 @@ def sole(design: Design, pose: Pose) -> tuple[str, float] | None:
 
 def _extreme(design: Design, parts: tuple[str, ...] | None, *, highest: bool) -> float | None:
     pose = Pose.at(design.built, 0.0)
-    limb = limb_geoms(pose.model, design.built)
+    limb = leg_geoms(pose.model, design.built)
     found = [
         pose.outline(g)[:, 1]
         for g, part in limb.items()

@@ -10,8 +10,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import unknown
 from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.model.inversion import free
 from afo_sim.model.mounting import SUBTALAR
-from afo_sim.model.subtalar import free
 from afo_sim.simulation.frame import Column, Frame
 from afo_sim.simulation.supply_columns import SUPPLY_COLUMNS
 from afo_sim.simulation.walk_columns import WALKING, WalkFrame

@@ -8,8 +8,8 @@ from afo_sim.metrics.energy import energy_metrics
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.strides import settled, strides
 from afo_sim.model.build import Built
+from afo_sim.model.inversion import free
 from afo_sim.model.mounting import chamber_of, muscle_names
-from afo_sim.model.subtalar import free
 from afo_sim.simulation.energy import Columns, Energy, balance, law_forces
 from afo_sim.simulation.rollout import Rollout
 

@@ -7,8 +7,7 @@ import numpy as np
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.places import Segment
 from afo_sim.model.mounting import muscle_names
-from afo_sim.model.paths import paths_of
-from afo_sim.model.tendons import side
+from afo_sim.model.paths import paths_of, side
 
 LEFT = 1  # place in forward, left, up
 APART = np.radians(0.05)  # between angles at which the pieces of a guided path are looked at, at most

@@ -11,7 +11,7 @@ from afo_sim import native
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.control.command import Command
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.described import build
+from afo_sim.model.build import build
 from afo_sim.simulation.commander import Commander
 from afo_sim.simulation.observing import Seen, frame_of, seen_columns
 from afo_sim.simulation.policy import Rows

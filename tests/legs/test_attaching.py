@@ -16,8 +16,8 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Side
 from afo_sim.legs.attached import Attached
-from afo_sim.legs.attached_checks import masses
 from afo_sim.legs.attached_files import write_attached
+from afo_sim.legs.attaching import masses
 from afo_sim.model.controls import controls
 
 LEG = ROOT / "models" / "legs" / "adult_75kg" / "leg.xml"

@@ -10,8 +10,8 @@ from turned_leg import in_a_body, shipped, told_otherwise, turned_round, with_an
 from afo_sim.common.errors import InputError
 from afo_sim.legs.cutting import cut, left_behind
 from afo_sim.legs.finding import find
-from afo_sim.legs.leg_file import leg_text
 from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.mjcf_out import leg_text
 from afo_sim.legs.tree import Tree
 
 SHIFT = 0.4

@@ -9,10 +9,10 @@ from turned_leg import hinge, in_a_body, shipped, told_otherwise, turned_round, 
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.orthosis import Side
+from afo_sim.legs.candidates import side_of
 from afo_sim.legs.finding import find
 from afo_sim.legs.mjcf import read_mjcf
 from afo_sim.legs.tree import Joint, Part, Shape, Tree
-from afo_sim.legs.words import side_of
 
 
 def at(x: float, y: float, z: float) -> np.ndarray:

@@ -15,8 +15,8 @@ from afo_sim.common.errors import InputError
 from afo_sim.doctor import check_file
 from afo_sim.legs.exporting import export_leg
 from afo_sim.legs.importing import import_leg
-from afo_sim.legs.leg_file import write_leg_file
 from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.mjcf_out import write_leg_file
 from afo_sim.legs.reading import read_tree
 from afo_sim.model.build import build
 from afo_sim.physics.passive_ankle import riener_edrich_1999

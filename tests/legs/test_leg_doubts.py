@@ -7,8 +7,7 @@ from turned_leg import hinge, shipped, with_ankle
 from afo_sim.common.errors import InputError
 from afo_sim.legs.cutting import cut
 from afo_sim.legs.finding import find
-from afo_sim.legs.leg_doubts import doubtful_notes
-from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes
 from afo_sim.legs.tree import Part, Shape, Tree
 
 

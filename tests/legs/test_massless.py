@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from limb_models import built, motion, random_mjcf
+from leg_models import built, motion, random_mjcf
 from urdf_texts import BODY, joint, link, robot
 
 from afo_sim.legs.massless import merged

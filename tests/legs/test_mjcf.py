@@ -5,7 +5,7 @@ import pathlib
 import mujoco
 import numpy as np
 import pytest
-from limb_models import built, motion, random_mjcf
+from leg_models import built, motion, random_mjcf
 
 from afo_sim.common.errors import InputError
 from afo_sim.legs.mjcf import read_mjcf, tree_of

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from urdf_texts import BODY, INERTIA, joint, robot, two
 
-from afo_sim.legs.second_opinion import second_opinion
+from afo_sim.legs.reading import second_opinion
 from afo_sim.legs.tree import Tree
 from afo_sim.legs.urdf import read_urdf
 

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from limb_models import OPTIONS, motion, random_mjcf
+from leg_models import OPTIONS, motion, random_mjcf
 
 from afo_sim.common.errors import InputError
 from afo_sim.legs.mjcf import tree_of

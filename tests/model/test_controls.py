@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afo_sim.model.clock import Clock
+from afo_sim.model.walk import Clock
 
 STEP = 1e-3
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from afo_sim.description.reader import load
+from afo_sim.model.assemble import unused
 from afo_sim.model.build import build
-from afo_sim.model.flags import unused
 
 BITS = mujoco.mjtDisableBit
 PARTS = {

@@ -10,11 +10,10 @@ from scipy.interpolate import CubicHermiteSpline
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.model.build import Built, build
-from afo_sim.model.clock import Clock
 from afo_sim.model.controls import controls
-from afo_sim.model.pace import Pace
 from afo_sim.model.patient import ground_moment
 from afo_sim.model.periodic import why_walked
+from afo_sim.model.walk import Clock, Pace
 
 STOPPED = [["0.8 s", 1.3], ["2 s", 0.0], ["3.5 s", 0.8]]
 CHANGED = {"gait.pace": STOPPED, "gait.pace_change": "0.6 s", "duration": "5 s"}

@@ -7,8 +7,8 @@ import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
 from afo_sim.description.orthosis import MuscleGroup
+from afo_sim.model.inversion import free
 from afo_sim.model.mounting import muscle_names
-from afo_sim.model.subtalar import free
 from afo_sim.show.rerun.air import air_curves
 from afo_sim.show.rerun.clock import GAIT, send
 from afo_sim.show.rerun.curve import Curve as Curve

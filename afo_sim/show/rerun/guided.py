@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.model.path_points import path_points
+from afo_sim.model.paths import path_points
 from afo_sim.show.mountings import Mountings
 from afo_sim.show.rerun.source import Columns
 

@@ -12,7 +12,7 @@ from afo_sim.description.leaves import leaves
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.reader import split_key
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.recorded import recorded_stride
+from afo_sim.model.person import recorded_stride
 from afo_sim.model.walk import stride_time_of
 from afo_sim.study.uncertainty.distribution import Distribution
 from afo_sim.study.uncertainty.spreads import DERIVED_PATH, Spreads, SpreadTable, elsewhere

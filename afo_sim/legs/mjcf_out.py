@@ -11,8 +11,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from afo_sim.legs.names import free_name
-from afo_sim.legs.tree import Joint, Part, Shape, Tree
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name
 
 MESHES = "meshes"  # folder beside the file
 MOST_FACES = 200_000  # of an STL file that MuJoCo reads
