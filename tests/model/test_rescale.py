@@ -9,9 +9,9 @@ import pytest
 from afo_sim.common.errors import InputError
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.reader import load
+from afo_sim.model.leg import lengthen
 from afo_sim.model.paths import paths_of
 from afo_sim.model.rescale import Ratio, fits, lengths_of, refit, write_refit
-from afo_sim.model.leg import lengthen
 
 ROLLER = {"segment": "shank", "from_ankle": ["4.5 cm", "0 cm", "5 cm"], "surface": {"radius": "2 cm"}}
 
