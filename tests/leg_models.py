@@ -1,4 +1,4 @@
-"""Random bodies in MuJoCo's own words, a tree built in MuJoCo, and one without massless parts, to hold readers against."""
+"""Random bodies in MuJoCo's own words, trees built in MuJoCo, and without massless parts, for comparison."""
 
 import dataclasses
 

@@ -1,7 +1,8 @@
-"""spec → MjSpec → MjModel, and the addresses by name that everything downstream uses."""
+"""Scenario → compiled model with its parameters, and what only the compiled model can show to be wrong."""
 
 import dataclasses
 import functools
+import itertools
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.gait.checks import STANCE_FORCE
@@ -34,7 +36,7 @@ from afo_sim.physics.passive_ankle import KNEE_LIMIT
 
 @dataclass(frozen=True)
 class Built:
-    """A compiled scenario: the model that runs, and what was found while building.
+    """A compiled scenario: the model that runs, and the warnings of building it.
 
     `model` is without what only pictures need; `full_model` has all, the same parameters, and moves alike.
 
@@ -140,8 +142,8 @@ def _build(scenario: Scenario) -> Built:
     numbers, coarse = stability.check_stability(model, index, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
-    told = (*check_description(scenario), *check_air_path(scenario))
-    warnings = (*told, *stretch, *coarse, *guided, *_walked(scenario))
+    described = (*check_description(scenario), *check_air_path(scenario))
+    warnings = (*described, *stretch, *coarse, *guided, *_walked(scenario))
     built = Built(scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms)
     if foot is None:
         return built
@@ -154,35 +156,49 @@ def _circuit(scenario: Scenario) -> native.Circuit:
     )
 
 
-def _walked(scenario: Scenario) -> Iterator[str]:
+def _walked(scenario: Scenario) -> Iterator[Notice]:
     """Warnings where strides are walked since none repeats: though one was to be solved for, or too few."""
     if scenario.gait is None:
         return
     if scenario.gait.settled == "solved" and (why := why_walked(scenario)):
-        yield f"the settled stride is walked to, not solved for: {why}"
-    if unseen := unseen_drift(scenario):
+        yield Notice(
+            "stride-not-solved",
+            "the settled stride is walked to, not solved for: {why}",
+            subject="gait.settled",
+            why=why,
+        )
+    if (unseen := unseen_drift(scenario)) is not None:
         yield unseen
 
 
-def _paced(scenario: Scenario, walk: Walk) -> Iterator[str]:
-    """Warnings of changes of pace that come after the end, and of stops on the other leg alone."""
+def _paced(scenario: Scenario, walk: Walk) -> Iterator[Notice]:
+    """Warnings of changes of cadence that come after the end, and of stops on the other leg alone."""
     assert scenario.gait is not None
     late = [at for at, _ in scenario.gait.pace if at >= scenario.duration]
     if late:
-        end = scenario.duration
-        yield f"gait.pace: the change at {late[0]:g} s comes after the end of the run, at {end:g} s"
+        yield Notice(
+            "cadence-change-after-end",
+            "{subject}: the change at {at:g} s comes after the end of the run, at {end:g} s",
+            subject="gait.pace",
+            at=late[0],
+            end=scenario.duration,
+        )
     for begun, _ in Pace.of(scenario.gait).stands:
         if begun < scenario.duration:
             phase = float(np.interp(begun, walk.time, walk.phase)) % 1.0
             if walk.cycle.ground(phase)[1] <= STANCE_FORCE:
-                yield (
+                yield Notice(
+                    "stop-in-the-air",
                     f"gait.pace: the walker stops at {begun:g} s with this foot in the air, at "
-                    f"{100.0 * phase:.0f} % of the stride"
+                    f"{100.0 * phase:.0f} % of the stride",
+                    subject=f"gait.pace at {begun:g} s",
+                    at=begun,
+                    phase=phase,
                 )
 
 
 def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
-    """Lay the recorded walking out, and find what the patient's own ankle does in it."""
+    """Lay the recorded walking out, and compute what the patient's own ankle does in it."""
     scenario = built.scenario
     walk = lay_out(scenario, foot)
     own = active(walk, bare, scenario, built.body_mass)
@@ -210,26 +226,32 @@ def _fill_parameters(
     )
 
 
-def check_description(scenario: Scenario) -> list[str]:
+def check_description(scenario: Scenario) -> Iterator[Notice]:
     """Warnings that follow from the description alone."""
-    found = []
     knee = scenario.shank.knee_angle
     if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:
-        found.append(
-            f"the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
-            f"here it is {np.degrees(knee):g} deg"
+        yield Notice(
+            "passive-ankle-extrapolated",
+            "the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
+            f"here it is {np.degrees(knee):g} deg",
+            subject="shank.knee_angle",
+            knee_angle=knee,
         )
     for name, times in scenario.timer.chambers.items() if scenario.timer else ():
-        for a, b in times.inlet:
-            for c, d in times.outlet:
-                if max(a, c) < min(b, d):
-                    found.append(
-                        f"inlet and outlet of chamber {name!r} are open together from "
-                        f"{max(a, c):g} s to {min(b, d):g} s: the supply blows off"
-                    )
+        pairs = itertools.product(times.inlet, times.outlet)
+        overlaps = [(max(a, c), min(b, d)) for (a, b), (c, d) in pairs if max(a, c) < min(b, d)]
+        if overlaps:
+            yield Notice(
+                "valves-open-together",
+                "inlet and outlet of chamber {subject!r} are open together {spans}: the supply blows off",
+                subject=name,
+                spans=", ".join(f"from {start:g} s to {end:g} s" for start, end in overlaps),
+                overlaps=overlaps,
+            )
     if scenario.walking and scenario.orthosis.plate is not None and scenario.orthosis.outsole is None:
-        on = "in the shoe" if scenario.shoe is not None else "barefoot"
-        found.append(
-            f"the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it"
+        yield Notice(
+            "plate-without-outsole",
+            "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it",
+            subject="orthosis.outsole",
+            on="in the shoe" if scenario.shoe is not None else "barefoot",
         )
-    return found

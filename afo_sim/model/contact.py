@@ -26,6 +26,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.walking import Ground
 from afo_sim.model.foot import TOE_POINTS, Foot, turned
@@ -66,14 +67,23 @@ class Contact:
     loaded: float = LOADED
     flexors: np.ndarray | None = None
 
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[Notice, ...]:
         """Warnings of recorded force that the pads cannot reproduce even on the recorded path."""
         lost = self.lost
         if lost.most <= NOTICED:
             return ()
-        loss = f"the pads lose up to {100.0 * lost.most:.0f} % of the body weight of the recorded force"
-        place = f"at {100.0 * lost.phase:.0f} % of the stride, where the recorded foot leaves the floor fast"
-        return (f"{loss} {place}: lower ground.damping to {lost.damping:.2f} s/m",)
+        return (
+            Notice(
+                "ground-force-lost",
+                f"the pads lose up to {100.0 * lost.most:.0f} % of the body weight of the recorded force at "
+                f"{100.0 * lost.phase:.0f} % of the stride, where the recorded foot leaves the floor fast: "
+                "lower {subject} to {damping:.2f} s/m",
+                subject="ground.damping",
+                lost=lost.most,
+                phase=lost.phase,
+                damping=lost.damping,
+            ),
+        )
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import Any
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import unique
 from afo_sim.common.units import LEAST_NUMBER, parse_quantity
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.reader import load
@@ -15,6 +16,7 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.model.build import Built, build, check_description
 from afo_sim.model.leg_shapes import ThroughLeg, through_leg
 from afo_sim.model.path_facts import PathFacts, path_facts
+from afo_sim.model.torque_map import beyond_pressure
 
 Source = str | os.PathLike[str] | Orthosis | Scenario
 SITTING = "seated"  # scenario into which an orthosis is put that is given alone
@@ -36,16 +38,12 @@ class Design:
     @property
     def warnings(self) -> list[str]:
         """Everything that is wrong: paths through the limb, pressures beyond a limit, what building found."""
-        found = [entry.words for entry in deepest(self.through)]
+        found: list[str] = [entry.words for entry in deepest(self.through)]
         for entry in self.facts:
-            limit, full = entry.group.type.limits.pressure, entry.pressures[-1]
-            if full > limit:
-                found.append(
-                    f"{entry.name}: {full * 1e-5:g} bar is beyond the muscle's limit of {limit * 1e-5:g} bar"
-                )
-        of_the_run = check_description(self.built.scenario)
+            found += beyond_pressure(entry.name, entry.group, float(entry.pressures[-1]))
+        of_the_run = list(check_description(self.built.scenario))
         found += [warning for warning in self.built.warnings if warning not in of_the_run]
-        return list(dict.fromkeys(found))
+        return unique(found)
 
 
 def deepest(through: list[ThroughLeg]) -> list[ThroughLeg]:

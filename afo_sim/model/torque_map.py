@@ -1,4 +1,7 @@
-"""What moment two chambers give when their pressures are moved apart: `afo_sim.pressure_map`."""
+"""Static torque over ankle angle and pressure: of each chamber alone, and of two whose pressures differ.
+
+The first answers whether there is enough torque; the second is the `torque_map` of an impedance controller.
+"""
 
 import os
 import pathlib
@@ -12,7 +15,9 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import format_quantity
+from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.build import Built, build
@@ -82,18 +87,22 @@ def require_angles(built: Built, angles: np.ndarray) -> None:
         )
 
 
-def limit_warnings(built: Built, maps: list[TorqueMap]) -> list[str]:
+def limit_warnings(built: Built, maps: list[TorqueMap]) -> list[Notice]:
     """Warnings of pressures beyond a muscle's limit."""
     found = []
     for entry in maps:
         for name, group in built.scenario.orthosis.muscles_of(entry.chamber).items():
-            limit = group.type.limits.pressure
-            if entry.pressures.max() > limit:
-                found.append(
-                    f"{name}: {entry.pressures.max() * 1e-5:g} bar is beyond the muscle's limit of "
-                    f"{limit * 1e-5:g} bar"
-                )
+            found += beyond_pressure(name, group, float(entry.pressures.max()))
     return found
+
+
+def beyond_pressure(name: str, group: MuscleGroup, pressure: float) -> list[Notice]:
+    """A warning of a gauge pressure [Pa] beyond the limit of a group's muscles."""
+    limit = group.type.limits.pressure
+    if pressure <= limit:
+        return []
+    words = f"{{subject}}: {pressure * 1e-5:g} bar is beyond the muscle's limit of {limit * 1e-5:g} bar"
+    return [Notice("pressure-limit", words, subject=name, pressure=pressure, limit=limit)]
 
 
 def members_of(built: Built, chamber: str) -> list[int]:

@@ -1,4 +1,4 @@
-"""A leg comes back as it was, in whatever axes and out of whatever body; remarks on numbers that no leg has."""
+"""A leg comes back as it was, in whatever axes and out of whatever body; remarks on impossible numbers."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""Trees from URDF files: numbers by hand, parallel axes and MuJoCo's importer; what is refused, with the way out."""
+"""Trees from URDF files: numbers by hand, parallel axes, MuJoCo's importer; and what is refused."""
 
 import dataclasses
 import logging
