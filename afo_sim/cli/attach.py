@@ -72,7 +72,7 @@ def attach_command(
             raise error.renamed(_option, str) from None
         written = write_attached(found, out, force=force, mjb=mjb)
     _print(found)
-    for words in found.told:
+    for words in found.notices:
         print(f"note: {words}", file=sys.stderr)
     beside = [file for file in written if file.parent != out.parent]
     for file in written:

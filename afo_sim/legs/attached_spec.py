@@ -1,4 +1,4 @@
-"""Cuff, plate and the ends of the muscles on the bodies of a model, whatever axes these have."""
+"""The spec of a whole model: read, kept apart from its caller's, and an orthosis hung on it."""
 
 import os
 import pathlib
@@ -13,6 +13,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import in_unit
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Segment
@@ -25,7 +26,7 @@ from afo_sim.model.leg import rigid_part
 IMPLICITFAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 BIT = mujoco.mjtDisableBit
 # {flag that the model switches off: what the user should know}
-OFF = {
+SWITCHED_OFF = {
     BIT.mjDSBL_GRAVITY: "its file switches gravity off",
     BIT.mjDSBL_CONTACT: "its file switches contacts off",
     BIT.mjDSBL_LIMIT: "its file switches the joints' stops off: nothing holds the ankle within its range",
@@ -35,10 +36,11 @@ OFF = {
     BIT.mjDSBL_EQUALITY: "its file switches equality constraints off",
 }
 # MuJoCo's importer looks for a mesh by its path, and knows no packages
-BESIDE = (
+URDF_MESHES = (
     'meshes beside the file: <mujoco><compiler meshdir="FOLDER" strippath="true"/></mujoco> within <robot>; '
     'with discardvisual="true" only those of <collision>'
 )
+RIGID_PARTS: tuple[tuple[Segment, str], ...] = (("shank", "cuff"), ("foot", "plate"))
 
 
 def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached | None]:
@@ -51,7 +53,7 @@ def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached |
         return spec, None, None
     if not isinstance(model, str | os.PathLike):
         allowed = "a path, a mujoco.MjSpec, or what attach gave"
-        raise InputError("is no model", field="model", value=type(model).__name__, allowed=allowed)
+        raise InputError("is not a valid model", field="model", value=type(model).__name__, allowed=allowed)
     file = pathlib.Path(model)
     if not file.exists() and str(model) in assets.names("leg"):
         file = load("leg", str(model)).file
@@ -76,43 +78,44 @@ def compiled(spec: mujoco.MjSpec, file: pathlib.Path | None) -> mujoco.MjModel:
         except MANY_LINES as error:
             problem = f"MuJoCo cannot compile it: {one_line(error)}"
             packaged = file is not None and file.suffix.lower() == ".urdf" and "package:" in problem
-            raise InputError(problem, file=file, allowed=BESIDE if packaged else "") from None
+            raise InputError(problem, file=file, allowed=URDF_MESHES if packaged else "") from None
 
 
-def told_changes(spec: mujoco.MjSpec, step: float | None) -> list[str]:
-    """Set what muscles need of integrator and flags, and the time step [s] if one is given; tell of it."""
-    option, told = spec.option, []
+def set_options(spec: mujoco.MjSpec, step: float | None) -> list[str]:
+    """Set what muscles need of integrator and flags, and the time step [s] if one is given; notices of it."""
+    option, notices = spec.option, list[str]()
     if option.integrator != IMPLICITFAST:
         before = mujoco.mjtIntegrator(option.integrator).name.removeprefix("mjINT_").lower()
         option.integrator = IMPLICITFAST
-        told.append(
-            f"the integrator is implicitfast now (it was {before}): only it keeps stiff muscles stable"
+        words = "the integrator is implicitfast now (it was {before}): only it keeps stiff muscles stable"
+        notices.append(
+            Notice("integrator-changed", words, subject="integrator", severity="note", before=before)
         )
     if not option.disableflags & BIT.mjDSBL_AUTORESET:
         option.disableflags |= BIT.mjDSBL_AUTORESET
-        told.append(
-            "MuJoCo's automatic reset is off: an unstable model would silently begin again without air"
-        )
+        words = "MuJoCo's automatic reset is off: an unstable model would silently begin again without air"
+        notices.append(Notice("autoreset-off", words, subject="autoreset", severity="note"))
     if step is not None and step != option.timestep:
         before_ms, after_ms = (in_unit(t, "s", "ms") for t in (option.timestep, step))
         option.timestep = step
-        told.append(f"the time step is {after_ms:g} ms now (it was {before_ms:g} ms)")
-    told += [words for bit, words in OFF.items() if option.disableflags & bit]
-    return told
+        words = f"the time step is {after_ms:g} ms now (it was {before_ms:g} ms)"
+        notices.append(Notice("timestep-changed", words, subject="timestep", severity="note", timestep=step))
+    off = [bit for bit in SWITCHED_OFF if option.disableflags & bit]
+    return [*notices, *(Notice("switched-off", SWITCHED_OFF[bit], subject=bit.name) for bit in off)]
 
 
 def grow_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjModel) -> None:
-    """Make room in the model's keyframes for the inputs and states of the actuators that were added."""
+    """Lengthen the model's keyframes by the inputs and states of the actuators that were added."""
     added = len(spec.actuators) - bare.nu
     for key in spec.keys:
         if len(key.ctrl):
             key.ctrl = [*key.ctrl, *[0.0] * added]
         if len(key.act):
-            key.act = [*key.act, *[0.0] * states(spec, bare.nu)]
+            key.act = [*key.act, *[0.0] * _states(spec, bare.nu)]
 
 
-def states(spec: mujoco.MjSpec, first: int) -> int:
-    """States of the actuators from a number on, which tell themselves how many they have."""
+def _states(spec: mujoco.MjSpec, first: int) -> int:
+    """States of the actuators from a number on, each of which has its own number of them."""
     return sum(max(actuator.actdim, 0) for actuator in list(spec.actuators)[first:])
 
 
@@ -144,14 +147,11 @@ def place_files_whole(spec: mujoco.MjSpec, folder: pathlib.Path) -> None:
 
 
 def _whole(folder: pathlib.Path, below: str, file: str) -> str:
-    """The whole path of a file; as it is where there is no such file, which MuJoCo tells."""
+    """The whole path of a file; as it is where there is no such file, which MuJoCo reports."""
     for path in (folder / below / file, pathlib.Path(below) / file):
         if path.is_file():
             return str(path.resolve())
     return file
-
-
-KINDS: tuple[tuple[Segment, str], ...] = (("shank", "cuff"), ("foot", "plate"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ def hang(
 ) -> tuple[dict[str, mujoco.MjsBody], mujoco.MjsDefault]:
     """Hang an orthosis' rigid parts on two bodies, in frames at the ankle: x forward, y left, z up."""
     anchors: dict[str, mujoco.MjsBody] = {}
-    for segment, kind in KINDS:
+    for segment, kind in RIGID_PARTS:
         place = places[segment]
         frame = spec.body(place.body).add_frame(pos=place.position, quat=place.quaternion)
         file = getattr(orthosis, kind)

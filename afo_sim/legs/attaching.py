@@ -1,4 +1,4 @@
-"""An orthosis on one leg of a whole model, which stays as it is."""
+"""An orthosis on one leg of a whole model, which stays as it is; and the checks whether both go together."""
 
 import dataclasses
 import os
@@ -11,13 +11,14 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import in_unit
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Segment, Side
 from afo_sim.description.reader import load
 from afo_sim.legs.attached import Attached, number_of, pressure_of
 from afo_sim.legs.attached_spec import (
-    KINDS,
+    RIGID_PARTS,
     Place,
     compiled,
     grow_keyframes,
@@ -25,7 +26,7 @@ from afo_sim.legs.attached_spec import (
     own_spec,
     place_files_whole,
     places_of,
-    told_changes,
+    set_options,
 )
 from afo_sim.legs.finding import Found, find
 from afo_sim.legs.mjcf import one_line, tree_of
@@ -41,6 +42,24 @@ from afo_sim.native.hold import Hold
 Described = str | os.PathLike[str] | Mapping[str, Any] | Orthosis
 PREFIX = "afo_"
 SUPPLY = "4 bar"
+ANGLE_COUNT = 41  # of the range of motion at which a muscle's path is looked at
+POSTURES = 5  # of it at which the inertia that muscles move is looked at
+SQUARE_TILT = np.radians(3.0)  # from which on a hinge's axis that is not square to the shank is reported
+BIT = mujoco.mjtDisableBit
+ELEMENTS = (
+    "bodies",
+    "joints",
+    "geoms",
+    "sites",
+    "tendons",
+    "actuators",
+    "meshes",
+    "materials",
+    "textures",
+    "sensors",
+    "cameras",
+    "lights",
+)
 
 
 def attach(
@@ -93,9 +112,9 @@ def attach(
     """
     device = orthosis if isinstance(orthosis, Orthosis) else load("orthosis", orthosis)
     spec, file, before = own_spec(model)
-    step = None if timestep is None else seconds(timestep)
+    step = None if timestep is None else _seconds(timestep)
     pressure = pressure_of(supply, "supply")
-    check_spec(spec, file, device, prefix, before)
+    _check_spec(spec, file, device, prefix, before)
     place_files_whole(spec, pathlib.Path(spec.modelfiledir or ""))
     bare = compiled(spec, file)
     tree = tree_of(bare)
@@ -103,7 +122,7 @@ def attach(
     bodies: dict[Segment, str] = {"shank": found.shank, "foot": foot or _heaviest(tree, found.foot)}
     if _named(spec, tree, bodies, found):
         bare = compiled(spec, file)
-    told = told_changes(spec, step)
+    changed = set_options(spec, step)
     joints = _crossed(tree, found, bodies["foot"])
     # where another joint turns the foot too, parallel paths are not equally long
     inverts = joints != (found.ankle,)
@@ -115,6 +134,29 @@ def attach(
     except ValueError as error:
         problem = f"MuJoCo cannot put cuff and plate on it: {one_line(error)}"
         raise InputError(problem, file=file, field="prefix", value=prefix, allowed="another prefix") from None
+    _add_muscles(spec, device, circuit, anchors, default, prefix=prefix, first=first, mirrored=mirrored)
+    grow_keyframes(spec, bare)
+    whole = compiled(spec, file)
+    ids = native.circuit_ids(whole, circuit, prefix)
+    attached = Attached(
+        whole, spec, device, found, bodies, joints, prefix, pressure, circuit, ids, userdata=first
+    )
+    legs = [] if before is None else before.legs.values()
+    return _checked(attached, legs, bare, tree, changed)
+
+
+def _add_muscles(
+    spec: mujoco.MjSpec,
+    device: Orthosis,
+    circuit: native.Circuit,
+    anchors: dict[str, mujoco.MjsBody],
+    default: mujoco.MjsDefault,
+    *,
+    prefix: str,
+    first: int,
+    mirrored: bool,
+) -> None:
+    """Tendons between the anchors, and the air circuit; its userdata begins at the place `first`."""
     add_tendons(spec, anchors, device, prefix=prefix, default=default)
     for body in anchors.values() if mirrored else ():
         mirror_shapes(body)
@@ -122,30 +164,20 @@ def attach(
         [native.N_USER, spec.nuser_actuator, *(len(a.userdata) for a in spec.actuators)]
     )
     native.add_circuit(spec, circuit, prefix=prefix, userdata=first, default=default)
-    grow_keyframes(spec, bare)
-    model_with = compiled(spec, file)
-    attached = Attached(
-        model=model_with,
-        spec=spec,
-        orthosis=device,
-        found=found,
-        bodies=bodies,
-        joints=joints,
-        prefix=prefix,
-        supply=pressure,
-        circuit=circuit,
-        ids=native.circuit_ids(model_with, circuit, prefix),
-        userdata=first,
-    )
-    earlier = [] if before is None else list(before.legs.values())
-    legs = [dataclasses.replace(leg, model=model_with, spec=spec) for leg in earlier]
-    native.fill_circuit(model_with, circuit, attached.ids, userdata=first)  # what the checks look at
-    check_added(attached, bare)
-    warned = [*check_muscles(attached), *check_step(attached)]
+
+
+def _checked(
+    attached: Attached, before: Iterable[Attached], bare: mujoco.MjModel, tree: Tree, changed: list[str]
+) -> Attached:
+    """The orthosis on its compiled model, with those that were there before, and its notices."""
+    legs = [dataclasses.replace(leg, model=attached.model, spec=attached.spec) for leg in before]
+    native.fill_circuit(attached.model, attached.circuit, attached.ids, userdata=attached.userdata)
+    _check_added(attached, bare)
+    warned = [*_check_muscles(attached), *_check_step(attached)]
     for leg in legs:
-        check_step(leg)  # which may be another now
-    told += [*doubts(attached, tree), *warned]
-    return completed([*legs, dataclasses.replace(attached, told=tuple(told))])[-1]
+        _check_step(leg)  # which may be another now
+    notices = (*changed, *_doubts(attached, tree), *warned)
+    return completed([*legs, dataclasses.replace(attached, notices=notices)])[-1]
 
 
 def completed(legs: Sequence[Attached]) -> list[Attached]:
@@ -159,7 +191,7 @@ def completed(legs: Sequence[Attached]) -> list[Attached]:
     return list(by_prefix.values())
 
 
-def seconds(value: str | float) -> float:
+def _seconds(value: str | float) -> float:
     """A time step given as text with a unit or as [s]."""
     return number_of(value, "timestep", "s", (0.0, 0.1), 'more than 0 and at most "100 ms"')
 
@@ -220,27 +252,7 @@ def _fill_keyframes(model: mujoco.MjModel, attached: Attached) -> None:
             model.key_ctrl[key, list(leg.chambers.values())] = leg.supply
 
 
-ANGLES = 41  # of the range of motion at which a muscle's path is looked at
-POSTURES = 5  # of it at which the inertia that muscles move is looked at
-OBLIQUE = np.radians(3.0)  # from which on a hinge's axis that is not square to the shank is told
-BIT = mujoco.mjtDisableBit
-ELEMENTS = (
-    "bodies",
-    "joints",
-    "geoms",
-    "sites",
-    "tendons",
-    "actuators",
-    "meshes",
-    "materials",
-    "textures",
-    "sensors",
-    "cameras",
-    "lights",
-)
-
-
-def check_spec(
+def _check_spec(
     spec: mujoco.MjSpec, file: pathlib.Path | None, orthosis: Orthosis, prefix: str, before: Attached | None
 ) -> None:
     """Refuse a model or an orthosis that do not go together, before anything is added."""
@@ -280,8 +292,8 @@ def _check_foreign(actuator: mujoco.MjsActuator, file: pathlib.Path | None) -> N
     )
     if user:
         problem = (
-            f"the actuator {actuator.name!r} asks for callbacks of another program, and MuJoCo has room for "
-            "one program's"
+            f"the actuator {actuator.name!r} asks for callbacks of another program, and MuJoCo takes one "
+            "program's alone"
         )
         allowed = "a model without such actuators; what attach gave is passed on itself, not its spec"
         raise InputError(problem, file=file, field="actuator", allowed=allowed)
@@ -289,16 +301,16 @@ def _check_foreign(actuator: mujoco.MjsActuator, file: pathlib.Path | None) -> N
 
 def masses(model: mujoco.MjModel, prefix: str) -> dict[str, float]:
     """Mass of every body that an orthosis has added [kg], by name."""
-    begin = tuple(f"{prefix}{kind}_" for pair in KINDS for kind in pair)
+    begin = tuple(f"{prefix}{kind}_" for pair in RIGID_PARTS for kind in pair)
     names = [model.body(number).name for number in range(model.nbody)]
     return {n: float(model.body_mass[k]) for k, n in enumerate(names) if n.startswith(begin)}
 
 
-def check_added(attached: Attached, bare: mujoco.MjModel) -> None:
+def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
     """Refuse a model whose compiler gives the orthosis, or the model itself, other masses than stated."""
     plain = mujoco.MjSpec()
     places: dict[Segment, Place] = {}
-    for segment, _ in KINDS:
+    for segment, _ in RIGID_PARTS:
         plain.worldbody.add_body(name=f"on_{segment}")
         places[segment] = Place(f"on_{segment}", np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
     anchors, default = hang(plain, attached.orthosis, places, attached.prefix, mirrored=False)
@@ -317,13 +329,13 @@ def check_added(attached: Attached, bare: mujoco.MjModel) -> None:
             )
 
 
-def check_muscles(attached: Attached) -> list[str]:
+def _check_muscles(attached: Attached) -> list[Notice]:
     """Refuse a muscle that locks or turns inside out in the range of motion; warn of one stretched too far.
 
     The other joints stand in the model's own posture.
     """
     found, orthosis, model = attached.found, attached.orthosis, attached.model
-    angles = np.linspace(*orthosis.range_of_motion, ANGLES)
+    angles = np.linspace(*orthosis.range_of_motion, ANGLE_COUNT)
     joint, ids = model.joint(found.ankle), list(attached.muscles.values())
     lengths = sweep_lengths(model, ids, int(joint.qposadr[0]), found.zero + found.sign * angles)
     stops = orthosis.range_of_motion
@@ -333,8 +345,10 @@ def check_muscles(attached: Attached) -> list[str]:
     where = f"between the bodies {attached.bodies['shank']!r} and {attached.bodies['foot']!r}"
     try:
         check_paths(angles, lengths, attached.muscles, orthosis)
-        warned = check_stretch(model, angles, lengths, attached.muscles, orthosis)
-        warned += check_guides(orthosis, stops)
+        warned = [
+            *check_stretch(model, angles, lengths, attached.muscles, orthosis),
+            *check_guides(orthosis, stops),
+        ]
     except InputError as error:
         raise InputError(
             f"{error.problem} ({where})",
@@ -343,10 +357,13 @@ def check_muscles(attached: Attached) -> list[str]:
             value=error.value,
             allowed=error.allowed,
         ) from None
-    return [f"{words} ({where})" for words in warned]
+    return [
+        Notice(one.code, "{words} ({where})", subject=one.subject, words=str(one), where=where, **one.data)
+        for one in warned
+    ]
 
 
-def check_step(attached: Attached) -> list[str]:
+def _check_step(attached: Attached) -> list[Notice]:
     """Refuse a time step that is too long for air or friction (with the one that would do), or warn of it.
 
     Friction that falls with speed, of −dF/dv = d_i, grows at the rate of the largest eigenvalue of
@@ -359,7 +376,7 @@ def check_step(attached: Attached) -> list[str]:
     if falling.any():
         ids, number = list(attached.muscles.values()), 0.0
         for angle in np.linspace(*attached.orthosis.range_of_motion, POSTURES):
-            inverse = np.sqrt(falling) * inverse_masses(
+            inverse = np.sqrt(falling) * _inverse_masses(
                 model, ids, found.ankle, found.zero + found.sign * angle
             )
             number = max(number, step * float(np.linalg.eigvalsh(inverse * np.sqrt(falling)[:, None])[-1]))
@@ -367,7 +384,7 @@ def check_step(attached: Attached) -> list[str]:
     return warned
 
 
-def inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coordinate: float) -> np.ndarray:
+def _inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coordinate: float) -> np.ndarray:
     """J M⁻¹ Jᵀ of the muscles' paths [1/kg] (n, n), with the ankle at a coordinate [rad]."""
     data = native.scratch(model)
     data.qpos[model.joint(ankle).qposadr[0]] = coordinate
@@ -381,36 +398,40 @@ def inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coordi
     return found
 
 
-def doubts(attached: Attached, tree: Tree) -> Iterator[str]:
-    """What a user should know of an orthosis on this leg."""
+def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
+    """Notices of what is doubtful about an orthosis on this leg."""
     found, orthosis, bodies = attached.found, attached.orthosis, attached.bodies
     yield from found.notes
-    if found.tilt > OBLIQUE:
-        yield (
-            f"the axis of {found.ankle!r} leans by {np.degrees(found.tilt):.0f} deg: cuff and plate hang "
-            "square to it, not to the shank"
+    if found.tilt > SQUARE_TILT:
+        yield Notice(
+            "ankle-oblique",
+            f"the axis of {{subject!r}} leans by {np.degrees(found.tilt):.0f} deg: cuff and plate hang "
+            "square to it, not to the shank",
+            subject=found.ankle,
+            tilt=found.tilt,
         )
     if attached.joints != (found.ankle,):
         others = [joint for joint in attached.joints if joint != found.ankle]
-        yield f"the muscles cross {listed(others)} too, and move what moves there"
+        words = "the muscles cross {joints} too, and move what moves there"
+        yield Notice("joints-crossed", words, subject=found.ankle, joints=listed(others))
     if bodies["foot"] != found.foot:
-        yield f"the plate is on {bodies['foot']!r}; the ankle {found.ankle!r} moves it by {found.foot!r}"
+        words = "the plate is on {plate!r}; the ankle {subject!r} moves it by {foot!r}"
+        yield Notice("plate-body", words, subject=found.ankle, plate=bodies["foot"], foot=found.foot)
     total = sum(masses(attached.model, attached.prefix).values())
-    yield f"the orthosis adds {total:.3g} kg; no tissue is added, the model has its own or none"
-    highest = max(
-        (
-            anchor.from_ankle[2]
-            for g in orthosis.muscle.values()
-            for anchor in (g.origin, g.insertion)
-            if anchor
-        ),
-        default=0.0,
-    )
+    words = "the orthosis adds {mass:.3g} kg; no tissue is added, the model has its own or none"
+    yield Notice("mass-added", words, subject=attached.prefix, severity="note", mass=total)
+    ends = [end for group in orthosis.muscle.values() for end in (group.origin, group.insertion) if end]
+    highest = max((end.from_ankle[2] for end in ends), default=0.0)
     if found.shank_length is not None and highest > found.shank_length:
-        yield (
-            f"the shank {found.shank!r} is {in_unit(found.shank_length, 'm', 'cm'):.3g} cm long, and muscles "
-            f"begin {in_unit(highest, 'm', 'cm'):.3g} cm above the ankle: the orthosis is too long for it"
+        yield Notice(
+            "orthosis-too-long",
+            f"the shank {{subject!r}} is {in_unit(found.shank_length, 'm', 'cm'):.3g} cm long, and muscles "
+            f"begin {in_unit(highest, 'm', 'cm'):.3g} cm above the ankle: the orthosis is too long for it",
+            subject=found.shank,
+            shank_length=found.shank_length,
+            highest=highest,
         )
     joint = attached.model.joint(found.ankle)
     if not attached.model.jnt_limited[joint.id]:
-        yield f"the hinge {found.ankle!r} has no stops: nothing but its muscles' braids ends its motion"
+        words = "the hinge {subject!r} has no stops: nothing but its muscles' braids ends its motion"
+        yield Notice("ankle-without-stops", words, subject=found.ankle)

@@ -55,20 +55,20 @@ def export_leg(
     """
     to = pathlib.Path(to)
     if to.suffix.lower() != ".urdf":
-        raise InputError("is no URDF file", field="to", value=str(to), allowed="a name that ends in .urdf")
+        raise InputError("is not a URDF file", field="to", value=str(to), allowed="a name that ends in .urdf")
     if to.is_dir():
         raise InputError("is a folder", field="to", value=str(to), allowed="a file")
     if to.exists() and not force:
         raise InputError("is there already", field="to", value=str(to), allowed="another, or `force`")
     scenario, worn = _scenario(source, orthosis)
-    tree = leg_tree(scenario, worn=worn)
+    tree = _leg_tree(scenario, worn=worn)
     remarks = write_urdf(tree, to, name=scenario.leg.name or "leg")
     meshes = to.parent / f"{to.stem}_meshes"
     files = (to, *([meshes] if any(s.kind == "mesh" for p in tree.parts.values() for s in p.shapes) else []))
     return Exported(tree, files, tuple(_rows(tree, scenario, worn)), (*remarks, *_lost(scenario, worn)))
 
 
-def leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
+def _leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
     """Shank and all that hangs on it, of the compiled model of a scenario."""
     model = build(scenario).full_model if worn else leg_spec(scenario, Size.of(scenario)).compile()
     whole, shank = tree_of(model), scenario.leg.shank

@@ -1,13 +1,19 @@
-"""Numbers of a leg that no leg has: another unit, as a rule."""
+"""What a leg weighs and measures, and remarks on numbers that no leg has: another unit, as a rule."""
 
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from afo_sim.common.notice import Notice
 from afo_sim.legs.cutting import ANKLE, FOOT, SHANK
 from afo_sim.legs.extent import moved, outline
 from afo_sim.legs.tree import Part, Tree
+
+# Share of a segment's reach that its radius of gyration has at least; feet and shanks have 0.3 to 0.6.
+LEAST_GYRATION = 0.1
+WIDEST_GYRATION = 0.3  # [m] radius of gyration of a segment without shapes; the longest shank has 0.15
+NARROW_RANGE = np.radians(5.0)  # range of motion of an ankle
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +66,7 @@ class LegNumbers:
         return cls(Segment.of(leg, shank), segment, float(segment.inertia[1, 1]), stops)
 
 
-LEAST = 0.1  # share of a segment's reach that its radius of gyration has; feet and shanks have 0.3 to 0.6
-WIDEST = 0.3  # [m] radius of gyration of a segment without shapes; the longest shank has 0.15
-NARROW = np.radians(5.0)  # range of motion of an ankle
-
-
-def doubtful_notes(leg: Tree, numbers: LegNumbers) -> list[str]:
+def doubtful_notes(leg: Tree, numbers: LegNumbers) -> list[Notice]:
     """Remarks on inertias that do not go with the shapes, and on stops that lie close together.
 
     A body whose mass lies within its shapes has a radius of gyration √(I/m) about its centre of mass that is
@@ -84,23 +85,23 @@ def doubtful_notes(leg: Tree, numbers: LegNumbers) -> list[str]:
     for name, parts, segment in (("shank", shank, numbers.shank), ("foot", foot, numbers.foot)):
         points = outline(leg, parts, points=False) - ankle
         at, shaped = segment.centre, len(points) > 1
-        reach = float(np.linalg.norm(points - at, axis=1).max()) if shaped else WIDEST
+        reach = float(np.linalg.norm(points - at, axis=1).max()) if shaped else WIDEST_GYRATION
         central = segment.inertia - segment.mass * (at @ at * np.eye(3) - np.outer(at, at))
         gyration = float(np.sqrt(max(np.linalg.eigvalsh(central)[-1], 0.0) / segment.mass))
-        if gyration > reach or (shaped and gyration < LEAST * reach):
+        if gyration > reach or (shaped and gyration < LEAST_GYRATION * reach):
             beside = (
                 f"its shapes reach {1000 * reach:.4g} mm from there"
                 if shaped
                 else "no shank or foot has that"
             )
-            found.append(
-                f"the {name}'s inertia gives a radius of gyration of {1000 * gyration:.4g} mm about its "
+            words = (
+                f"the {{subject}}'s inertia gives a radius of gyration of {1000 * gyration:.4g} mm about its "
                 f"centre of mass, and {beside}: is the inertia in kg m2, and about the centre of mass?"
             )
+            found.append(Notice("inertia-doubtful", words, subject=name, gyration=gyration, reach=reach))
     low, high = numbers.range
-    if high - low < NARROW:
-        found.append(
-            f"the ankle moves by {np.degrees(high - low):.2g} deg only: are its stops radians, and read as "
-            "degrees?"
-        )
+    if high - low < NARROW_RANGE:
+        moves = f"the ankle moves by {np.degrees(high - low):.2g} deg only"
+        words = f"{moves}: are its stops radians, and read as degrees?"
+        found.append(Notice("range-narrow", words, subject="ankle", low=low, high=high))
     return found

@@ -1,4 +1,4 @@
-"""A tree from any file that can be read, by what stands in it."""
+"""A tree from any file that can be read, and what MuJoCo's own importer makes of a URDF file beside it."""
 
 import pathlib
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ READ = "MJCF (root element <mujoco>) and URDF (root element <robot>)"
 XML_SUFFIXES = (".xml", ".mjcf", ".urdf")
 MYOCONVERTER = "an MJCF file, which MyoConverter makes of an OpenSim model"
 # {suffix or root element: (what the file is, what is taken instead)}
-OTHERS = {
+OTHER_FORMATS = {
     ".xacro": ("is xacro, from which a URDF file is made", XACRO),
     ".sdf": ("is SDF, the format of Gazebo", "the URDF file that it was made from, or MJCF"),
     ".osim": ("is an OpenSim model", MYOCONVERTER),
@@ -28,6 +28,8 @@ OTHERS = {
     "OpenSimDocument": ("is an OpenSim model", MYOCONVERTER),
     "mujocoinclude": ("is a piece that a MuJoCo model includes", "the model file that includes it"),
 }
+RELATIVE_TOLERANCE = 1e-6  # relative
+LENGTH_TOLERANCE = 1e-6  # [m] centres, axes and places of joints
 
 
 def read_tree(file: str | pathlib.Path, *, packages: Packages = ()) -> Tree:
@@ -50,7 +52,7 @@ def read_tree(file: str | pathlib.Path, *, packages: Packages = ()) -> Tree:
     """
     file = pathlib.Path(file)
     suffix = file.suffix.lower()
-    if suffix in OTHERS and file.is_file():
+    if suffix in OTHER_FORMATS and file.is_file():
         raise _other(suffix, file)
     content_of(file)
     if suffix not in XML_SUFFIXES:
@@ -62,18 +64,14 @@ def read_tree(file: str | pathlib.Path, *, packages: Packages = ()) -> Tree:
         return read_mjcf(file)
     if root == "robot":
         return read_urdf(file, packages=packages)
-    if root in OTHERS:
+    if root in OTHER_FORMATS:
         raise _other(root, file)
     raise InputError(f"describes no body: its root element is <{root}>", file=file, allowed=READ)
 
 
 def _other(kind: str, file: pathlib.Path) -> InputError:
-    problem, instead = OTHERS[kind]
+    problem, instead = OTHER_FORMATS[kind]
     return InputError(problem, file=file, allowed=instead)
-
-
-CLOSE = 1e-6  # relative
-LENGTH = 1e-6  # [m] centres, axes and places of joints
 
 
 def second_opinion(tree: Tree) -> tuple[str, ...]:
@@ -149,25 +147,25 @@ def _differences(tree: Tree, other: Tree) -> Iterator[str]:
         _, theirs = joints[name]
         if joint.kind != theirs.kind:
             yield f"joint {name}: {joint.kind} here, {theirs.kind} in MuJoCo"
-        elif not np.allclose(joint.axis, theirs.axis, rtol=0, atol=LENGTH):
+        elif not np.allclose(joint.axis, theirs.axis, rtol=0, atol=LENGTH_TOLERANCE):
             yield f"joint {name}: axis {_list(joint.axis)} here, {_list(theirs.axis)} in MuJoCo"
         if joint.range != theirs.range and not _same_range(joint.range, theirs.range):
             yield f"joint {name}: range {_span(joint.range)} here, {_span(theirs.range)} in MuJoCo"
 
 
 def _part_differences(part: Part, other: Part) -> Iterator[str]:
-    if abs(part.mass - other.mass) > CLOSE * max(part.mass, other.mass):
+    if abs(part.mass - other.mass) > RELATIVE_TOLERANCE * max(part.mass, other.mass):
         yield f"link {part.name}: mass {part.mass:.9g} kg here, {other.mass:.9g} kg in MuJoCo"
-    if not np.allclose(part.pose, other.pose, rtol=0, atol=LENGTH):
+    if not np.allclose(part.pose, other.pose, rtol=0, atol=LENGTH_TOLERANCE):
         ours, theirs = _list(part.pose[:3, 3]), _list(other.pose[:3, 3])
         yield f"link {part.name}: placed otherwise on its parent: {ours} m here, {theirs} m in MuJoCo"
     if not (part.mass and other.mass):
         return  # a centre of nothing is nowhere
-    if not np.allclose(part.centre, other.centre, rtol=0, atol=LENGTH):
+    if not np.allclose(part.centre, other.centre, rtol=0, atol=LENGTH_TOLERANCE):
         yield f"link {part.name}: centre {_list(part.centre)} m here, {_list(other.centre)} m in MuJoCo"
     scale = max(np.abs(part.inertia).max(), np.abs(other.inertia).max())
     apart = np.abs(part.inertia - other.inertia)
-    if scale and apart.max() > CLOSE * scale:
+    if scale and apart.max() > RELATIVE_TOLERANCE * scale:
         row, column = np.unravel_index(np.argmax(apart), apart.shape)
         name = "xyz"[row] + "xyz"[column]
         ours, theirs = part.inertia[row, column], other.inertia[row, column]
@@ -175,7 +173,9 @@ def _part_differences(part: Part, other: Part) -> Iterator[str]:
 
 
 def _same_range(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
-    return one is not None and other is not None and np.allclose(one, other, rtol=CLOSE, atol=1e-9)
+    return (
+        one is not None and other is not None and np.allclose(one, other, rtol=RELATIVE_TOLERANCE, atol=1e-9)
+    )
 
 
 def _list(numbers: np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""Numbers of a tree that are none."""
+"""A tree of rigid parts and joints, whatever file it came from, with poses and names; SI, plain numbers."""
 
 import pathlib
 from collections.abc import Iterable, Iterator
@@ -12,6 +12,8 @@ from afo_sim.common.errors import InputError
 
 JointKind = Literal["hinge", "slide", "ball", "free"]
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
+OF_A_PART = ("pose", "mass", "centre", "inertia")
+OF_A_JOINT = ("axis", "position", "damping", "friction", "armature", "stiffness", "spring_reference", "zero")
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,10 +174,6 @@ def listed(names: Iterable[str], most: int = 8) -> str:
     names = list(names)
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
-
-
-OF_A_PART = ("pose", "mass", "centre", "inertia")
-OF_A_JOINT = ("axis", "position", "damping", "friction", "armature", "stiffness", "spring_reference", "zero")
 
 
 def check_finite(tree: Tree) -> None:

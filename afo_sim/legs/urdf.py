@@ -142,7 +142,9 @@ def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
             if name not in above:
                 place = f"joint {joint.name!r} <{end} link>"
                 near = nearest_name(name, links)
-                yield InputError("is no link of the file", file=file, field=place, value=name, nearest=near)
+                yield InputError(
+                    "is not a link of the file", file=file, field=place, value=name, nearest=near
+                )
                 meant.add(near)
         if joint.child in above:
             above[joint.child].append(joint)

@@ -1,4 +1,4 @@
-"""The text of a URDF file: is it XML, is it a robot, are its numbers numbers."""
+"""Files of a URDF model: the text with its numbers, checked, and the meshes that it names."""
 
 import contextlib
 import logging
@@ -15,7 +15,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 
-KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # {element: {attribute: how many numbers stand there}}, http://wiki.ros.org/urdf/XML
 NUMBERS: dict[str, dict[str, tuple[int, ...]]] = {
     "origin": {"xyz": (3,), "rpy": (3,)},
@@ -35,7 +35,7 @@ NUMBERS: dict[str, dict[str, tuple[int, ...]]] = {
 NEEDED = {"mass": ("value",), "inertia": ("ixx", "iyy", "izz")}  # yourdfpy would take 0 kg and 1 kg·m²
 UNUSED = ("safety_controller", "calibration")  # of a robot's own electronics
 ENDLESS = {"effort", "velocity"}  # a joint may be without such a limit
-SHAPES = {
+SHAPE_SIZES = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
     "sphere": ("radius",),
@@ -47,14 +47,19 @@ XACRO = (
     "the expanded file: `xacro FILE.xacro > FILE.urdf` of ROS, or, without ROS, `pip install xacrodoc` and "
     "`xacrodoc FILE.xacro -o FILE.urdf`"
 )
+SCHEMES = ("package://", "model://")
+LOUD = ("yourdfpy", "trimesh", "collada")
+Packages = Mapping[str, str | os.PathLike[str]] | Sequence[str | os.PathLike[str]] | str | os.PathLike[str]
 
 
 def robot_element(file: pathlib.Path) -> Any:
     """The <robot> of a file, as lxml's element without comments."""
-    root = root_element(file)
+    root = _root_element(file)
     if root.tag != "robot":
         raise InputError(
-            f"is no URDF: its root element is <{root.tag}>", file=file, allowed="<robot> as the root element"
+            f"is not a URDF file: its root element is <{root.tag}>",
+            file=file,
+            allowed="<robot> as the root element",
         )
     if any("xacro" in str(element.tag) for element in root.iter()) or _unexpanded(root):
         raise InputError("holds xacro macros", file=file, allowed=XACRO)
@@ -64,7 +69,7 @@ def robot_element(file: pathlib.Path) -> Any:
     return root
 
 
-def root_element(file: pathlib.Path) -> Any:
+def _root_element(file: pathlib.Path) -> Any:
     """The root of an XML file, as lxml's element without comments.
 
     A prefix that is not declared, as simulators' additions have it, is no fault, nor is -- in a comment.
@@ -81,7 +86,7 @@ def root_element(file: pathlib.Path) -> Any:
 def root_tag(file: pathlib.Path) -> str:
     """Name of the root element, also of a file that is faulty further on."""
     root, _ = _parsed(file)
-    return str(root.tag) if root is not None else str(root_element(file).tag)
+    return str(root.tag) if root is not None else str(_root_element(file).tag)
 
 
 def _parsed(file: pathlib.Path) -> tuple[Any, list[str]]:
@@ -149,14 +154,14 @@ def _joint_problems(joint: Any, file: pathlib.Path, place: str) -> Iterator[Inpu
         if element is None or not element.get("link"):
             yield InputError(f'has no <{end} link="…"/>', file=file, field=place)
     kind = joint.get("type")
-    if kind not in KINDS:
+    if kind not in JOINT_TYPES:
         yield InputError(
-            "is no type of joint" if kind else "has no type",
+            "is not a valid type of joint" if kind else "has no type",
             file=file,
             field=place,
             value=kind,
-            allowed=", ".join(KINDS),
-            nearest=nearest_name(kind, KINDS) if kind else None,
+            allowed=", ".join(JOINT_TYPES),
+            nearest=nearest_name(kind, JOINT_TYPES) if kind else None,
         )
     mimic = joint.find("mimic")
     if mimic is not None and not mimic.get("joint"):
@@ -209,11 +214,11 @@ def _shape_problem(geometry: Any) -> str:
     if geometry is None or not len(geometry):
         return "a shape without a geometry"
     kind = geometry[0].tag
-    if kind not in SHAPES:
+    if kind not in SHAPE_SIZES:
         return f"a shape <{kind}>, which is unknown"
-    if any(not geometry[0].get(attribute) for attribute in SHAPES[kind]):
-        return f"a <{kind}> without {' or '.join(SHAPES[kind])}"
-    if kind != "mesh" and not all(_positive(geometry[0].get(attribute)) for attribute in SHAPES[kind]):
+    if any(not geometry[0].get(attribute) for attribute in SHAPE_SIZES[kind]):
+        return f"a <{kind}> without {' or '.join(SHAPE_SIZES[kind])}"
+    if kind != "mesh" and not all(_positive(geometry[0].get(attribute)) for attribute in SHAPE_SIZES[kind]):
         return f"a <{kind}> without extent"
     return ""
 
@@ -247,11 +252,6 @@ def split_commas(root: Any) -> None:
         for attribute, counts in NUMBERS.get(element.tag, {}).items():
             if max(counts) > 1 and "," in (text := element.get(attribute, "")):
                 element.set(attribute, re.sub(r"\s*,\s*", " ", text))
-
-
-Packages = Mapping[str, str | os.PathLike[str]] | Sequence[str | os.PathLike[str]] | str | os.PathLike[str]
-SCHEMES = ("package://", "model://")
-LOUD = ("yourdfpy", "trimesh", "collada")
 
 
 @contextmanager

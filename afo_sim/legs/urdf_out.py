@@ -13,9 +13,63 @@ from afo_sim.common.writing import together
 from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, shift
 from afo_sim.legs.urdf_files import quiet
 
+UNLIMITED = 1e9  # URDF wants a largest effort and velocity of each joint; a tree knows none
+FAR = 1e3  # [m] where a slide without stops ends, since URDF's slides have ends
+SMALL = 1e-12  # [m] below which a root stands in the world's origin
+# With these MuJoCo keeps fixed links and their masses, shows the meshes, and finds them in their folder.
+MUJOCO = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
+JOINT_TYPE_OF = {"hinge": "revolute", "slide": "prismatic", "free": "floating"}
 CAPSULES = ("capsules are", "a cylinder with two spheres")
 ELLIPSOIDS = ("ellipsoids are", "meshes")
 ROUNDNESS = 3  # subdivisions of an icosahedron: 1280 faces, whose volume is 0.9 % below the ellipsoid's
+
+
+def write_urdf(
+    tree: Tree, path: str | pathlib.Path, *, name: str | None = None, points: bool = True
+) -> tuple[str, ...]:
+    """Write a tree as a URDF file, with its meshes in `<stem>_meshes/` beside it.
+
+    URDF's joint frame is the child link's frame: a link's frame is its part's, moved without a turn to the
+    part's last joint. Coordinates count from the posture that the tree stands in.
+    """
+    path = pathlib.Path(path)
+    _check(tree, path)
+    check_finite(tree)
+    shapes = Shapes(f"{path.stem}_meshes")
+    robot = _Robot(tree, name or path.stem, shapes, points)
+    made = robot.made()
+    with together(path.parent) as folder:
+        for place, content in shapes.files.items():
+            (folder / place).parent.mkdir(exist_ok=True)
+            (folder / place).write_bytes(content)
+        _write(made, folder / path.name)
+    return tuple(robot.remarks())
+
+
+def _check(tree: Tree, path: pathlib.Path) -> None:
+    if path.suffix.lower() != ".urdf":
+        raise InputError(
+            "is not a valid name of a URDF file", file=path, allowed="a name that ends with .urdf"
+        )
+    if not tree.parts:
+        raise InputError("there is no part to write", file=tree.file)
+    if balls := [name for name, (_, joint) in tree.joints().items() if joint.kind == "ball"]:
+        raise InputError(
+            f"URDF has no ball joint: {listed(balls)}", file=tree.file, allowed="three hinges in its place"
+        )
+
+
+def _write(robot: Any, path: pathlib.Path) -> None:
+    import yourdfpy
+    from lxml import etree
+
+    with quiet():
+        made = yourdfpy.URDF(
+            robot=robot, build_scene_graph=False, load_meshes=False, filename_handler=lambda fname: fname
+        )
+        document = made.write_xml()
+    etree.SubElement(etree.SubElement(document.getroot(), "mujoco"), "compiler", attrib=MUJOCO)
+    document.write(str(path), xml_declaration=True, pretty_print=True, encoding="utf-8")
 
 
 @dataclass
@@ -101,60 +155,6 @@ class Shapes:
         return name
 
 
-UNLIMITED = 1e9  # URDF wants a largest effort and velocity of each joint; a tree knows none
-FAR = 1e3  # [m] where a slide without stops ends, since URDF's slides have ends
-SMALL = 1e-12  # [m] below which a root stands in the world's origin
-# With these MuJoCo keeps fixed links and their masses, shows the meshes, and finds them in their folder.
-MUJOCO = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
-KINDS = {"hinge": "revolute", "slide": "prismatic", "free": "floating"}
-
-
-def write_urdf(
-    tree: Tree, path: str | pathlib.Path, *, name: str | None = None, points: bool = True
-) -> tuple[str, ...]:
-    """Write a tree as a URDF file, with its meshes in `<stem>_meshes/` beside it.
-
-    URDF's joint frame is the child link's frame: a link's frame is its part's, moved without a turn to the
-    part's last joint. Coordinates count from the posture that the tree stands in.
-    """
-    path = pathlib.Path(path)
-    _check(tree, path)
-    check_finite(tree)
-    shapes = Shapes(f"{path.stem}_meshes")
-    robot = _Robot(tree, name or path.stem, shapes, points)
-    made = robot.made()
-    with together(path.parent) as folder:
-        for place, content in shapes.files.items():
-            (folder / place).parent.mkdir(exist_ok=True)
-            (folder / place).write_bytes(content)
-        _write(made, folder / path.name)
-    return tuple(robot.remarks())
-
-
-def _check(tree: Tree, path: pathlib.Path) -> None:
-    if path.suffix.lower() != ".urdf":
-        raise InputError("is no name of a URDF file", file=path, allowed="a name that ends with .urdf")
-    if not tree.parts:
-        raise InputError("there is no part to write", file=tree.file)
-    if balls := [name for name, (_, joint) in tree.joints().items() if joint.kind == "ball"]:
-        raise InputError(
-            f"URDF has no ball joint: {listed(balls)}", file=tree.file, allowed="three hinges in its place"
-        )
-
-
-def _write(robot: Any, path: pathlib.Path) -> None:
-    import yourdfpy
-    from lxml import etree
-
-    with quiet():
-        made = yourdfpy.URDF(
-            robot=robot, build_scene_graph=False, load_meshes=False, filename_handler=lambda fname: fname
-        )
-        document = made.write_xml()
-    etree.SubElement(etree.SubElement(document.getroot(), "mujoco"), "compiler", attrib=MUJOCO)
-    document.write(str(path), xml_declaration=True, pretty_print=True, encoding="utf-8")
-
-
 @dataclass
 class _Robot:
     """Links and joints of yourdfpy, made of parts.
@@ -215,7 +215,7 @@ class _Robot:
         moving = bool(joint.damping or joint.friction)
         return yourdfpy.Joint(
             name=joint.name,
-            type="continuous" if joint.kind == "hinge" and joint.range is None else KINDS[joint.kind],
+            type="continuous" if joint.kind == "hinge" and joint.range is None else JOINT_TYPE_OF[joint.kind],
             parent=parent,
             child=child,
             origin=origin,

@@ -1,7 +1,8 @@
-"""The compiled model without its parameters, which cases share that differ in no more than these.
+"""Leg, orthosis, circuit and walking put together and compiled, without parameters.
 
-A case whose person is heavier or lighter shares it too: the masses are written into a copy, and MuJoCo
-computes what follows from them as it does when it compiles.
+Cases share a compiled model that differ in no more than parameters. A case whose person is heavier or lighter
+shares it too: the masses are written into a copy, and MuJoCo computes what follows from them as it does when
+it compiles.
 """
 
 import copy
@@ -30,10 +31,24 @@ from afo_sim.model.person import Size
 from afo_sim.model.walk_bodies import SINK, add_walking, walking_actuators
 
 PASSIVE = "passive_ankle"
+SWEPT_ANGLES = 41  # of the range of motion at which a muscle's stretch is looked at
+# Not compiled: words, and what is written into the compiled model.
+NOT_COMPILED = ("name", "description", "provenance")
+LEG_NOT_COMPILED = (
+    *NOT_COMPILED,
+    "directions",
+    "passive",
+    "body_mass",
+    "body_height",
+)  # its size stands for the last two
+GROUP_NOT_COMPILED = (*NOT_COMPILED, "type", "link_length", "slack", "cable", "wrap_friction", "path")
+OF_A_BODY = ("body_mass", "body_inertia")
+OF_A_JOINT = ("jnt_stiffness",)
+OF_A_DOF = ("dof_damping", "dof_armature", "dof_frictionloss")
 
 
 def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit, size: Size) -> mujoco.MjSpec:
-    """The orthosis on the leg, its circuit, and walking: everything that is compiled."""
+    """Put the orthosis on the leg, its circuit, and walking: everything that is compiled."""
     anchors = attach_parts(spec, scenario)
     add_tendons(spec, anchors, scenario.orthosis)
     if orthosis_mirrored(scenario):
@@ -106,18 +121,6 @@ def unused(model: mujoco.MjModel) -> int:
         bits.mjDSBL_CLAMPCTRL: (model.actuator_ctrllimited,),
     }
     return sum(int(bit) for bit, arrays in parts.items() if not any(array.any() for array in arrays))
-
-
-ANGLES = 41  # of the range of motion at which a muscle's stretch is looked at
-# Not compiled: words, and what is written into the compiled model.
-WORDS = ("name", "description", "provenance")
-OF_A_LEG = (*WORDS, "directions", "passive", "body_mass", "body_height")  # its size stands for the last two
-OF_A_GROUP = (*WORDS, "type", "link_length", "slack", "cable", "wrap_friction", "path")
-
-
-OF_A_BODY = ("body_mass", "body_inertia")
-OF_A_JOINT = ("jnt_stiffness",)
-OF_A_DOF = ("dof_damping", "dof_armature", "dof_frictionloss")
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +221,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
         (scenario.simulated_side, orthosis.side),
         scenario.walking,
         _values(scenario.ground) if scenario.contact and scenario.ground is not None else None,
-        _values(leg, OF_A_LEG),
+        _values(leg, LEG_NOT_COMPILED),
         tuple(None if each is None else _values(each) for each in (scenario.shoe, orthosis.outsole)),
         (orthosis.cuff, orthosis.plate, orthosis.range_of_motion, tuple(orthosis.anchor)),
         tuple((name, *_path(group)) for name, group in orthosis.muscle.items()),
@@ -232,7 +235,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
     return (_made if None in times else _kept)(described)
 
 
-def _values(described: Described, without: tuple[str, ...] = WORDS) -> tuple[Any, ...]:
+def _values(described: Described, without: tuple[str, ...] = NOT_COMPILED) -> tuple[Any, ...]:
     """The values of a description and of its parts."""
     return tuple(
         _values(value) if isinstance(value, Described) else value
@@ -246,7 +249,7 @@ def _path(group: MuscleGroup) -> tuple[Any, ...]:
     muscle = group.type
     drawn = muscle.end_length - group.series_length if group.pulley is not None else 0.0
     places = tuple(_values(place) for place in group.path)
-    return (muscle.whole_mass, muscle.bore, drawn, places, *_values(group, OF_A_GROUP))
+    return (muscle.whole_mass, muscle.bore, drawn, places, *_values(group, GROUP_NOT_COMPILED))
 
 
 @functools.lru_cache(maxsize=8)
@@ -267,7 +270,7 @@ def _made(seen: _Seen) -> Geometry:
     check_leg(model, scenario)
     ids = native.circuit_ids(model, circuit)
     joint = model.joint(ANKLE)
-    angles = np.linspace(*scenario.orthosis.range_of_motion, ANGLES)
+    angles = np.linspace(*scenario.orthosis.range_of_motion, SWEPT_ANGLES)
     return Geometry(
         model=model,
         bare=bare,

@@ -150,10 +150,70 @@ def _build(scenario: Scenario) -> Built:
     return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg))
 
 
+def _fill_parameters(
+    model: mujoco.MjModel, geometry: Geometry, circuit: native.Circuit, scenario: Scenario, foot: Foot | None
+) -> None:
+    """Exact parameters into the compiled model."""
+    native.fill_circuit(model, circuit, geometry.circuit)
+    if foot is not None:
+        fill_walking(model, geometry.index.walking, scenario, foot)
+    tissue = own_tissue(scenario)
+    model.actuator_user[geometry.index.passive] = native.passive_row(
+        scale=tissue.scale,
+        offset=tissue.offset,
+        load=scenario.load_moment,
+        damping=0.5 * tissue.damping,
+    )
+
+
 def _circuit(scenario: Scenario) -> native.Circuit:
     return circuit_of(
         scenario.orthosis, inverts=free(scenario), drives=scenario.drive, supply=scenario.supply
     )
+
+
+def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
+    """Lay the recorded walking out, and compute what the patient's own ankle does in it."""
+    scenario = built.scenario
+    walk = lay_out(scenario, foot)
+    own = active(walk, bare, scenario, built.body_mass)
+    contact, warnings = None, (*built.warnings, *_paced(scenario, walk))
+    if scenario.contact:
+        check_sole(foot, scenario)
+        contact = register(walk, foot, built.model, scenario, built.body_mass)
+        warnings = (*warnings, *contact.warnings())
+    return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
+
+
+def check_description(scenario: Scenario) -> Iterator[Notice]:
+    """Warnings that follow from the description alone."""
+    knee = scenario.shank.knee_angle
+    if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:
+        yield Notice(
+            "passive-ankle-extrapolated",
+            "the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
+            f"here it is {np.degrees(knee):g} deg",
+            subject="shank.knee_angle",
+            knee_angle=knee,
+        )
+    for name, times in scenario.timer.chambers.items() if scenario.timer else ():
+        pairs = itertools.product(times.inlet, times.outlet)
+        overlaps = [(max(a, c), min(b, d)) for (a, b), (c, d) in pairs if max(a, c) < min(b, d)]
+        if overlaps:
+            yield Notice(
+                "valves-open-together",
+                "inlet and outlet of chamber {subject!r} are open together {spans}: the supply blows off",
+                subject=name,
+                spans=", ".join(f"from {start:g} s to {end:g} s" for start, end in overlaps),
+                overlaps=overlaps,
+            )
+    if scenario.walking and scenario.orthosis.plate is not None and scenario.orthosis.outsole is None:
+        yield Notice(
+            "plate-without-outsole",
+            "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it",
+            subject="orthosis.outsole",
+            on="in the shoe" if scenario.shoe is not None else "barefoot",
+        )
 
 
 def _walked(scenario: Scenario) -> Iterator[Notice]:
@@ -195,63 +255,3 @@ def _paced(scenario: Scenario, walk: Walk) -> Iterator[Notice]:
                     at=begun,
                     phase=phase,
                 )
-
-
-def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
-    """Lay the recorded walking out, and compute what the patient's own ankle does in it."""
-    scenario = built.scenario
-    walk = lay_out(scenario, foot)
-    own = active(walk, bare, scenario, built.body_mass)
-    contact, warnings = None, (*built.warnings, *_paced(scenario, walk))
-    if scenario.contact:
-        check_sole(foot, scenario)
-        contact = register(walk, foot, built.model, scenario, built.body_mass)
-        warnings = (*warnings, *contact.warnings())
-    return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
-
-
-def _fill_parameters(
-    model: mujoco.MjModel, geometry: Geometry, circuit: native.Circuit, scenario: Scenario, foot: Foot | None
-) -> None:
-    """Exact parameters into the compiled model."""
-    native.fill_circuit(model, circuit, geometry.circuit)
-    if foot is not None:
-        fill_walking(model, geometry.index.walking, scenario, foot)
-    tissue = own_tissue(scenario)
-    model.actuator_user[geometry.index.passive] = native.passive_row(
-        scale=tissue.scale,
-        offset=tissue.offset,
-        load=scenario.load_moment,
-        damping=0.5 * tissue.damping,
-    )
-
-
-def check_description(scenario: Scenario) -> Iterator[Notice]:
-    """Warnings that follow from the description alone."""
-    knee = scenario.shank.knee_angle
-    if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:
-        yield Notice(
-            "passive-ankle-extrapolated",
-            "the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
-            f"here it is {np.degrees(knee):g} deg",
-            subject="shank.knee_angle",
-            knee_angle=knee,
-        )
-    for name, times in scenario.timer.chambers.items() if scenario.timer else ():
-        pairs = itertools.product(times.inlet, times.outlet)
-        overlaps = [(max(a, c), min(b, d)) for (a, b), (c, d) in pairs if max(a, c) < min(b, d)]
-        if overlaps:
-            yield Notice(
-                "valves-open-together",
-                "inlet and outlet of chamber {subject!r} are open together {spans}: the supply blows off",
-                subject=name,
-                spans=", ".join(f"from {start:g} s to {end:g} s" for start, end in overlaps),
-                overlaps=overlaps,
-            )
-    if scenario.walking and scenario.orthosis.plate is not None and scenario.orthosis.outsole is None:
-        yield Notice(
-            "plate-without-outsole",
-            "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it",
-            subject="orthosis.outsole",
-            on="in the shoe" if scenario.shoe is not None else "barefoot",
-        )

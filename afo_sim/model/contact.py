@@ -42,7 +42,7 @@ RAMP = 0.02  # time in which the floor passes from its own height to the recorde
 NEAR, FAR = 0.003, 0.010  # height from which on a pad bears less, and from which on nothing [m]
 NOTICED = 0.01  # lost force from which on a warning says so [body weights]
 FASTEST = 0.1  # least share that the recorded velocity may leave of a pad's force [-]
-STIFF = 1.0  # of (rate × time step)² of the pads under a foot whose toes are held
+PAD_LIMIT = 1.0  # of (rate × time step)² of the pads under a foot whose toes are held
 TOE_JOINT = 25.0  # of a leg without toes, as PredSim's [N·m/rad]
 
 
@@ -163,7 +163,7 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
         stiffness[name] * (np.hypot(*foot.points[name]) ** 2 / foot.inertia + 1.0 / foot.mass)
         for name in BEARING
     )
-    if number > STIFF:
+    if number > PAD_LIMIT:
         enough = 1e3 * scenario.timestep / np.sqrt(number)
         raise InputError(
             "the floor is too stiff for this time step",
@@ -187,7 +187,7 @@ def register(
     points = [sole[name] for name in padded(foot.toes)]
     ahead = np.stack([x for x, _ in points], axis=1)[1:-1]
     height = walk.pose[1:-1, 1, None] + np.stack([z for _, z in points], axis=1)[1:-1]
-    lever = toe_levers(foot, pitch[1:-1], ahead)
+    lever = _toe_levers(foot, pitch[1:-1], ahead)
     # as the integrator takes velocities: the step's before, through the pose it has reached
     velocity = np.diff(walk.pose[:, 1])[:-1, None] + ahead * np.diff(pitch)[:-1, None]
     if walk.toe is not None:
@@ -209,7 +209,7 @@ def register(
     if walk.toe is not None:
         assert scenario.patient is not None
         given = scenario.patient.plantarflexor_strength * np.sum(carried * lever, axis=1)
-        flexors = hinge_moment(walk, pitch, foot, model, scenario) - given
+        flexors = _hinge_moment(walk, pitch, foot, model, scenario) - given
     total, turning = load.sum(axis=1), np.sum(load * ahead, axis=1)
     shift = np.where(total > least, place - turning / np.maximum(total, least), 0.0)
     recorded = weight * (place * upward + walk.pose[1:-1, 1] * forward)
@@ -218,14 +218,14 @@ def register(
         load=load,
         moment=recorded - turning,
         shift=shift,
-        support=leg_force(walk, pitch, foot, model, scenario.leg.shank) - total,
+        support=_leg_force(walk, pitch, foot, model, scenario.leg.shank) - total,
         lost=Lost.of(lost, walk.phase[1:-1], fastest),
         loaded=least,
         flexors=flexors,
     )
 
 
-def toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+def _toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     """How far the pads lie ahead of the toes' hinge [m] (n, n_pad), 0 of those that the toes do not turn.
 
     Units: pitch [rad] (n,), ahead [m] (n, n_pad).
@@ -237,7 +237,7 @@ def toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     return lever
 
 
-def hinge_moment(
+def _hinge_moment(
     walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, scenario: "Scenario"
 ) -> np.ndarray:
     """What weight and inertia of toes that stand at their rest extension need about the hinge [N·m] (n,).
@@ -297,7 +297,7 @@ def standing(loaded: np.ndarray, ramp: float) -> np.ndarray:
     return found
 
 
-def leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, shank: str) -> np.ndarray:
+def _leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, shank: str) -> np.ndarray:
     """Upward force that shank and foot need in the recorded motion: their weight and inertia [N] (n,)."""
     data = native.scratch(model)
     mujoco.mj_kinematics(model, data)

@@ -28,7 +28,7 @@ class Design:
 
     built : the compiled scenario
     facts : of every group of alike muscles
-    through : muscles whose path passes through the limb
+    through : muscles whose path passes through the leg
     """
 
     built: Built
@@ -37,8 +37,8 @@ class Design:
 
     @property
     def warnings(self) -> list[str]:
-        """Everything that is wrong: paths through the limb, pressures beyond a limit, what building found."""
-        found: list[str] = [entry.words for entry in deepest(self.through)]
+        """Everything that is wrong: paths through the leg, pressures beyond a limit, what building found."""
+        found: list[str] = [entry.words for entry in _deepest(self.through)]
         for entry in self.facts:
             found += beyond_pressure(entry.name, entry.group, float(entry.pressures[-1]))
         of_the_run = list(check_description(self.built.scenario))
@@ -46,7 +46,7 @@ class Design:
         return unique(found)
 
 
-def deepest(through: list[ThroughLeg]) -> list[ThroughLeg]:
+def _deepest(through: list[ThroughLeg]) -> list[ThroughLeg]:
     """Of the muscles of a group, the one that lies deepest in each part."""
     worst: dict[tuple[str, str, bool], ThroughLeg] = {}
     for entry in through:
@@ -105,11 +105,11 @@ def scenario_of(source: Source, leg: str | None = None) -> Scenario:
     if isinstance(source, Scenario):
         return source.set(sets) if sets else source
     if isinstance(source, Orthosis):
-        return around(source, source, sets)
+        return _around(source, source, sets)
     text = os.fspath(source)
     path = pathlib.Path(text)
     if text in assets.names("orthosis"):
-        return around(text, load("orthosis", text), sets, _home(text))
+        return _around(text, load("orthosis", text), sets, _home(text))
     if text in assets.names("scenario"):
         return load("scenario", text, sets)
     if not path.exists():
@@ -120,7 +120,7 @@ def scenario_of(source: Source, leg: str | None = None) -> Scenario:
     table = assets.read_toml(path)
     if "orthosis" in table or "duration" in table:
         return load("scenario", str(path), sets)
-    return around(str(path.resolve()), load("orthosis", str(path)), sets, _home(_shipped_as(path)))
+    return _around(str(path.resolve()), load("orthosis", str(path)), sets, _home(_shipped_as(path)))
 
 
 def _described_in(folder: pathlib.Path) -> pathlib.Path:
@@ -130,7 +130,7 @@ def _described_in(folder: pathlib.Path) -> pathlib.Path:
     return found[0]
 
 
-def around(
+def _around(
     value: str | Orthosis, orthosis: Orthosis, sets: Mapping[str, Any] = {}, home: str = SITTING
 ) -> Scenario:
     """A scenario with an orthosis that cannot run alone; every chamber is filled for 4 s of 8."""

@@ -1,4 +1,12 @@
-"""The foot as a rigid body about a moving ankle: mass, inertia, its named points, and the moments on it."""
+"""The foot as a rigid body about a moving ankle, the moments on it, and its toes' hinge in the model.
+
+The hinge is a spring about its rest angle over the gait phase:
+
+    moment = −K (q − ρ) − c (q̇ − ρ̇),   K = k_toes + k_outsole,   ρ = k_toes r / K
+
+r is the extension at which the toes' own spring rests (`gait/toe_extension.py`); the outsole's rests in its
+own shape. Where nobody walks, the toes do not bend.
+"""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -19,6 +27,39 @@ from afo_sim.model.outsole import POINTS, SOLE, worn
 from afo_sim.model.person import Size
 
 TOE_POINTS = ("pulp", "tip")  # points of the outsole that turn with the toes
+REST = "toe_rest"  # the actuator that moves the spring's rest angle
+HINGE_LIMIT = 0.5  # of (rate × time step)² of the hinge at most; MuJoCo takes its spring explicitly
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """Cosine and sine of the sole's pitch [-] (n,)."""
+
+    cosine: np.ndarray
+    sine: np.ndarray
+
+    @classmethod
+    def by(cls, pitch: "np.ndarray | Turn") -> "Turn":
+        """Of pitches, toe up [rad]."""
+        return pitch if isinstance(pitch, Turn) else cls(np.cos(pitch), np.sin(pitch))
+
+    def further(self, angle: np.ndarray | float) -> "Turn":
+        """Turned by an angle more [rad] (n,)."""
+        cosine, sine = np.cos(angle), np.sin(angle)
+        return Turn(self.cosine * cosine - self.sine * sine, self.sine * cosine + self.cosine * sine)
+
+
+def turned(point: tuple[float, float], pitch: np.ndarray | Turn) -> tuple[np.ndarray, np.ndarray]:
+    """A point of the foot from the ankle, x forward and z up [m], at sole pitches, toe up [rad]."""
+    return turned_all([point], pitch)[0]
+
+
+def turned_all(
+    points: Iterable[tuple[float, float]], pitch: np.ndarray | Turn
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Points of the foot as `turned` gives them."""
+    turn = Turn.by(pitch)
+    return [(x * turn.cosine - z * turn.sine, x * turn.sine + z * turn.cosine) for x, z in points]
 
 
 @dataclass(frozen=True)
@@ -127,37 +168,6 @@ class Foot:
         return -self.mass * GRAVITY * turned(self.centre, pitch)[0]
 
 
-@dataclass(frozen=True, eq=False)
-class Turn:
-    """Cosine and sine of the sole's pitch [-] (n,)."""
-
-    cosine: np.ndarray
-    sine: np.ndarray
-
-    @classmethod
-    def by(cls, pitch: "np.ndarray | Turn") -> "Turn":
-        """Of pitches, toe up [rad]."""
-        return pitch if isinstance(pitch, Turn) else cls(np.cos(pitch), np.sin(pitch))
-
-    def further(self, angle: np.ndarray | float) -> "Turn":
-        """Turned by an angle more [rad] (n,)."""
-        cosine, sine = np.cos(angle), np.sin(angle)
-        return Turn(self.cosine * cosine - self.sine * sine, self.sine * cosine + self.cosine * sine)
-
-
-def turned(point: tuple[float, float], pitch: np.ndarray | Turn) -> tuple[np.ndarray, np.ndarray]:
-    """A point of the foot from the ankle, x forward and z up [m], at sole pitches, toe up [rad]."""
-    return turned_all([point], pitch)[0]
-
-
-def turned_all(
-    points: Iterable[tuple[float, float]], pitch: np.ndarray | Turn
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Points of the foot as `turned` gives them."""
-    turn = Turn.by(pitch)
-    return [(x * turn.cosine - z * turn.sine, x * turn.sine + z * turn.cosine) for x, z in points]
-
-
 def foot_of(model: mujoco.MjModel, leg: Leg, joint: str) -> Foot:
     """The foot of a compiled model, with all that hangs on it.
 
@@ -216,11 +226,7 @@ def _plane(place: np.ndarray) -> tuple[float, float]:
     return float(place[0]), float(place[2])
 
 
-REST = "toe_rest"  # the actuator that moves the spring's rest angle
-STIFF = 0.5  # of (rate × time step)² of the hinge at most; MuJoCo takes its spring explicitly
-
-
-def toe_spring(scenario: Scenario, size: Size) -> tuple[float, float]:
+def _toe_spring(scenario: Scenario, size: Size) -> tuple[float, float]:
     """Stiffness of the hinge with the outsole's [N·m/rad], and the share of it that is the toes' own [-].
 
     A shoe is as stiff as it is big; an orthosis' outsole is of its own size.
@@ -245,7 +251,7 @@ class Resting:
         """Of a scenario of walking whose leg has toes."""
         toes = scenario.leg.toes
         assert toes is not None
-        return cls(toe_spring(scenario, Size.of(scenario))[1], toes.swing_extension)
+        return cls(_toe_spring(scenario, Size.of(scenario))[1], toes.swing_extension)
 
     def at(self, wave: Wave) -> np.ndarray:
         """Rest extension ρ at gait phases [rad] (n,)."""
@@ -272,13 +278,13 @@ def hinge_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
         return
     rest = [0.0, 0.0]  # of MuJoCo's polynomials
     joint.damping = [size.damped * toes.damping, *rest]
-    joint.armature += _armature(spec, toes, toe_spring(scenario, size)[0], scenario.timestep)
+    joint.armature += _armature(spec, toes, _toe_spring(scenario, size)[0], scenario.timestep)
 
 
 def spring_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     """Give the toes' hinge its spring; an orthosis' part of it is the same for all persons."""
     if scenario.leg.toes is not None and scenario.walking:
-        stiffness, _ = toe_spring(scenario, size)
+        stiffness, _ = _toe_spring(scenario, size)
         spec.joint(scenario.leg.toes.joint).stiffness = [stiffness, 0.0, 0.0]
 
 
@@ -286,7 +292,7 @@ def fill_hinge(model: mujoco.MjModel, scenario: Scenario, size: Size) -> None:
     """The same spring into a compiled model that persons share."""
     if scenario.leg.toes is not None and scenario.walking:
         joint = model.joint(scenario.leg.toes.joint).id
-        model.jnt_stiffness[joint] = toe_spring(scenario, size)[0]
+        model.jnt_stiffness[joint] = _toe_spring(scenario, size)[0]
 
 
 def _armature(spec: mujoco.MjSpec, toes: Toes, stiffness: float, timestep: float) -> float:
@@ -296,7 +302,7 @@ def _armature(spec: mujoco.MjSpec, toes: Toes, stiffness: float, timestep: float
     """
     body = spec.body(toes.body)
     inertia = float(np.max(body.inertia)) + body.mass * float(np.sum(np.square(body.ipos)))
-    return max(stiffness * timestep**2 / STIFF - inertia, 0.0)
+    return max(stiffness * timestep**2 / HINGE_LIMIT - inertia, 0.0)
 
 
 def add_rest(spec: mujoco.MjSpec, scenario: Scenario) -> None:

@@ -1,11 +1,13 @@
-"""Lever arms of the muscles by which they turn the foot to its sides: about the inversion and subtalar axes.
+"""Inversion and eversion: the subtalar hinge, and the muscles' lever arms about that and the inversion axis.
+
+The subtalar hinge is the foot's second joint, after the ankle. MuJoCo turns a body by its joints in their
+order. So the ankle's axis stays in the shank, and the subtalar axis is carried by the ankle, as it is by the
+talus. The inversion axis runs forward in the talus, through the ankle joint. It turns with the ankle, and not
+with the subtalar hinge.
 
 A muscle's lever arm about an axis is −dL/dφ, φ a turn of the foot about it. No such turn happens in the
 model that is stepped. So a second model has a hinge for it, which stays at zero. MuJoCo gives its Jacobian,
 whatever points and surfaces the path runs along.
-
-The inversion axis runs forward in the talus, through the ankle joint. It turns with the ankle, and not with
-the subtalar hinge.
 """
 
 import functools
@@ -26,9 +28,12 @@ from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.description.subtalar import Subtalar
 from afo_sim.model.mounting import ANKLE, SUBTALAR
 
-ANKLE_WORDS = Leg.model_fields["directions"].default
+INVERSION = "inversion"
+SPACING = np.radians(0.1)  # of the ankle angles between which arms are interpolated: to 2e-8 m
+BEYOND = 0.5  # the stops, by which the ankle may swing through them [rad]
+ANKLE_DIRECTIONS = Leg.model_fields["directions"].default
 STOP = [0.99, 0.999, 0.001, 0.5, 2.0]  # by MuJoCo's own stops 5 N·m would turn so light a foot 2° further
-STIFF = 0.5  # of (rate × time step)² at most; MuJoCo takes a joint's spring explicitly
+SPRING_LIMIT = 0.5  # of (rate × time step)² at most; MuJoCo takes a joint's spring explicitly
 
 
 def axis_of(subtalar: Subtalar, side: Side) -> np.ndarray:
@@ -54,7 +59,7 @@ def check_subtalar(scenario: Scenario) -> None:
     leg, field = scenario.leg, "leg.subtalar"
     if leg.subtalar is None:
         return
-    if leg.directions != ANKLE_WORDS:
+    if leg.directions != ANKLE_DIRECTIONS:
         problem = "belongs under an ankle, and this leg's joint is none"
         allowed = "a leg whose directions are dorsiflexion and plantarflexion"
         raise InputError(problem, allowed=allowed, field=field)
@@ -96,8 +101,8 @@ def check_stiffness(model: mujoco.MjModel, scenario: Scenario) -> None:
     joint, step = model.joint(SUBTALAR), scenario.timestep
     inertia = float(model.dof_M0[int(joint.dofadr[0])])
     stiffness = float(model.jnt_stiffness[joint.id])
-    if stiffness * step**2 > STIFF * inertia:
-        enough = in_unit(math.sqrt(STIFF * inertia / stiffness), "s", "ms")
+    if stiffness * step**2 > SPRING_LIMIT * inertia:
+        enough = in_unit(math.sqrt(SPRING_LIMIT * inertia / stiffness), "s", "ms")
         raise InputError(
             f"leg.subtalar.stiffness of {stiffness:g} N·m/rad is too stiff for this time step",
             field="timestep",
@@ -130,11 +135,6 @@ def find_rest(model: mujoco.MjModel, data: mujoco.MjData, forward: Callable[[], 
     moment(brentq(moment, min(stop, 0.0), max(stop, 0.0), xtol=1e-14))
 
 
-INVERSION = "inversion"
-SPACING = np.radians(0.1)  # of the ankle angles between which arms are interpolated: to 2e-8 m
-BEYOND = 0.5  # the stops, by which the ankle may swing through them [rad]
-
-
 @dataclass(frozen=True, eq=False)
 class SideArms:
     """Lever arms of the muscles about the inversion axis and, where there is one, the subtalar axis.
@@ -155,7 +155,7 @@ class SideArms:
         cls, spec: mujoco.MjSpec, scenario: Scenario, muscles: dict[str, int], taller: float
     ) -> Self | None:
         """Of what is put together; None where no muscle can have such a moment."""
-        if not has_side_moment(scenario):
+        if not _has_side_moment(scenario):
             return None
         foot, ankle = spec.body(scenario.leg.foot), spec.joint(ANKLE)
         turns = free(scenario)
@@ -219,14 +219,14 @@ def _place_of(model: mujoco.MjModel, tendons: list[int], dof: int) -> list[int]:
     return found
 
 
-def has_side_moment(scenario: Scenario) -> bool:
+def _has_side_moment(scenario: Scenario) -> bool:
     """Whether muscles may turn the foot to its sides.
 
     Not those of groups whose middle runs in the plane of the leg: alike muscles on either side pull alike.
     With a subtalar hinge all may, since its axis is oblique.
     """
     leg, groups = scenario.leg, scenario.orthosis.muscle.values()
-    if leg.directions != ANKLE_WORDS or not groups:
+    if leg.directions != ANKLE_DIRECTIONS or not groups:
         return False
     return leg.subtalar is not None or any(map(_off_the_midline, groups))
 

@@ -1,4 +1,4 @@
-"""Where a muscle's path passes through the limb: how deep, at which angle, and what would mend it."""
+"""Shapes of the leg: how deep a muscle's path passes through them, at which angle, and what would mend it."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,6 +11,139 @@ from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, muscle_names
 from afo_sim.model.outsole import SHOE
 from afo_sim.model.paths import along, at_lengths, path_points
+
+POINT_SPACING = 0.004  # between points of a path that are looked at [m]
+POSTURES = 21  # over the range of motion
+DEEP = 0.005  # depth below the skin from which on a muscle is said to pass through it [m]
+AT_END = 0.015  # of the path beside an end that itself lies in the leg: skin or plate there [m]
+BONE = 0.010  # distance from the line ankle–knee below which the path passes through bone [m]
+WORN = ("cuff_", "plate_", "shank_anchors", "foot_anchors", SHOE)  # how bodies begin that are no leg
+PROBE = "probe of depth"  # name of the point that is moved about
+PROBE_RADIUS = 1e-6  # its radius [m]
+REACH = 0.05  # distance beyond which the distance of a shape is not computed [m]
+FLAT = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+
+
+@dataclass(frozen=True, eq=False)
+class LegShapes:
+    """The leg's shapes in a model of their own, posed by `pose`.
+
+    model, data : with a probe beside the full model's shapes
+    geoms : those of the leg, with the name of the part that each belongs to
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    geoms: dict[int, str]
+    meshes: dict[int, Any] = field(default_factory=dict)
+
+    def pose(self, ankle: float) -> None:
+        """Turn the ankle to an angle [rad]."""
+        self.data.qpos[self.model.joint(ANKLE).qposadr[0]] = ankle
+        mujoco.mj_fwdPosition(self.model, self.data)
+
+    def depths(self, geom: int, points: np.ndarray) -> np.ndarray:
+        """Depth of points below a shape's surface [m] (n,); negative outside, −REACH or less far away.
+
+        Units: points [m] (n, 3).
+        """
+        found = np.full(len(points), -REACH)
+        offset = np.linalg.norm(points - self.data.geom_xpos[geom], axis=1)
+        near = np.flatnonzero(offset < self.model.geom_rbound[geom] + REACH)
+        if not len(near):
+            return found
+        if self.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+            found[near] = self._in_mesh(geom, points[near])
+            return found
+        probe = self.model.geom(PROBE).id
+        segment = np.zeros(6)
+        for k in near:
+            self.data.geom_xpos[probe] = points[k]
+            distance = mujoco.mj_geomDistance(self.model, self.data, probe, geom, REACH, segment)
+            found[k] = -distance - PROBE_RADIUS
+        return found
+
+    def _in_mesh(self, geom: int, points: np.ndarray) -> np.ndarray:
+        """To the mesh itself: MuJoCo's distances are to its convex hull."""
+        import trimesh  # large, and for meshes alone
+
+        turn = self.data.geom_xmat[geom].reshape(3, 3)
+        local = (points - self.data.geom_xpos[geom]) @ turn
+        if geom not in self.meshes:
+            self.meshes[geom] = _triangles(self.model, geom)
+        triangles = self.meshes[geom]
+        low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+        found = np.full(len(points), -REACH)
+        for k in np.flatnonzero(((local > low) & (local < high)).all(axis=1)):
+            if winding_number(triangles, local[k]) > 0.5:
+                nearest = trimesh.triangles.closest_point(triangles, np.tile(local[k], (len(triangles), 1)))
+                found[k] = np.linalg.norm(nearest - local[k], axis=1).min()
+        return found
+
+
+def leg_shapes(built: Built) -> LegShapes:
+    """The leg's shapes of a compiled scenario, at an ankle angle of zero."""
+    spec = built.spec.copy()
+    spec.worldbody.add_geom(
+        name=PROBE, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PROBE_RADIUS] * 3, contype=0, conaffinity=0
+    )
+    model = spec.compile()
+    shapes = LegShapes(model, mujoco.MjData(model), leg_geoms(model, built))
+    shapes.pose(0.0)
+    return shapes
+
+
+def leg_geoms(model: mujoco.MjModel, built: Built) -> dict[int, str]:
+    """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}."""
+    leg = built.scenario.leg
+    found = {}
+    for geom in range(model.ngeom):
+        body = model.body(model.geom_bodyid[geom]).name
+        worn = model.geom(geom).name.startswith(f"{SHOE}_") or body.startswith(WORN)
+        if worn or model.geom_type[geom] in FLAT:
+            continue
+        if body == leg.shank or body == leg.foot or _hangs_on(model, geom, leg.foot):
+            part = {leg.shank: "shank", leg.foot: "foot"}.get(body, body or "foot")
+            found[geom] = part
+    return found
+
+
+def _hangs_on(model: mujoco.MjModel, geom: int, foot: str) -> bool:
+    body, above = int(model.geom_bodyid[geom]), model.body(foot).id
+    while body > 0 and body != above:
+        body = int(model.body_parentid[body])
+    return body == above
+
+
+def _knee_height(shapes: LegShapes) -> float:
+    """Height of the topmost point of the shank's shapes above the ankle [m]; 0 of a shank without shapes."""
+    ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id][2]
+    shank = [geom for geom, part in shapes.geoms.items() if part == "shank"]
+    up = np.array([[0.0, 0.0, 1.0]])
+    tops = [support(shapes.model, shapes.data, geom, up)[0, 2] for geom in shank]
+    return float(max(tops, default=ankle) - ankle)
+
+
+def winding_number(triangles: np.ndarray, point: np.ndarray) -> float:
+    """How often a surface winds around a point [-]: 1 inside a closed mesh, 0 outside.
+
+    Σ Ω/4π over the triangles' solid angles, tan(Ω/2) = a·(b×c)/(abc + (a·b)c + (b·c)a + (c·a)b)
+    (van Oosterom and Strackee 1983).
+    """
+    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    top = np.einsum("ij,ij->i", a, np.cross(b, c))
+    pairs = [np.einsum("ij,ij->i", *pair) * size for *pair, size in ((a, b, lc), (b, c, la), (c, a, lb))]
+    return float(np.arctan2(top, la * lb * lc + sum(pairs)).sum() / (2.0 * np.pi))
+
+
+def _triangles(model: mujoco.MjModel, geom: int) -> np.ndarray:
+    """Corners of a mesh's triangles in the shape's own axes [m] (n, 3, 3)."""
+    mesh = model.geom_dataid[geom]
+    vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
+    faces = model.mesh_face[model.mesh_faceadr[mesh] :][: model.mesh_facenum[mesh]]
+    corners: np.ndarray = vertices[faces].astype(float)
+    return corners
 
 
 def support(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: np.ndarray) -> np.ndarray:
@@ -48,145 +181,9 @@ def support(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: n
     return np.asarray(data.geom_xpos[geom] + local @ turn.T)
 
 
-ORTHOSIS = ("cuff_", "plate_", "shank_anchors", "foot_anchors", SHOE)  # how bodies begin that are no limb
-PROBE = "probe of depth"  # name of the point that is moved about
-POINT = 1e-6  # its radius [m]
-REACH = 0.05  # distance beyond which it is no longer asked how far away a shape is [m]
-FLAT = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
-
-
-@dataclass(frozen=True, eq=False)
-class LegShapes:
-    """The limb's shapes in a model of their own, posed by `pose`.
-
-    model, data : with a probe beside the full model's shapes
-    geoms : those of the limb, with the name of the part that each belongs to
-    """
-
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    geoms: dict[int, str]
-    meshes: dict[int, Any] = field(default_factory=dict)
-
-    def pose(self, ankle: float) -> None:
-        """Turn the ankle to an angle [rad]."""
-        self.data.qpos[self.model.joint(ANKLE).qposadr[0]] = ankle
-        mujoco.mj_fwdPosition(self.model, self.data)
-
-    def depths(self, geom: int, points: np.ndarray) -> np.ndarray:
-        """Depth of points below a shape's surface [m] (n,); negative outside, −REACH or less far away.
-
-        Units: points [m] (n, 3).
-        """
-        found = np.full(len(points), -REACH)
-        offset = np.linalg.norm(points - self.data.geom_xpos[geom], axis=1)
-        near = np.flatnonzero(offset < self.model.geom_rbound[geom] + REACH)
-        if not len(near):
-            return found
-        if self.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-            found[near] = self._in_mesh(geom, points[near])
-            return found
-        probe = self.model.geom(PROBE).id
-        segment = np.zeros(6)
-        for k in near:
-            self.data.geom_xpos[probe] = points[k]
-            distance = mujoco.mj_geomDistance(self.model, self.data, probe, geom, REACH, segment)
-            found[k] = -distance - POINT
-        return found
-
-    def _in_mesh(self, geom: int, points: np.ndarray) -> np.ndarray:
-        """The mesh itself is asked: MuJoCo's distances are to its convex hull."""
-        import trimesh  # large, and for meshes alone
-
-        turn = self.data.geom_xmat[geom].reshape(3, 3)
-        local = (points - self.data.geom_xpos[geom]) @ turn
-        if geom not in self.meshes:
-            self.meshes[geom] = _triangles(self.model, geom)
-        triangles = self.meshes[geom]
-        low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-        found = np.full(len(points), -REACH)
-        for k in np.flatnonzero(((local > low) & (local < high)).all(axis=1)):
-            if winding_number(triangles, local[k]) > 0.5:
-                nearest = trimesh.triangles.closest_point(triangles, np.tile(local[k], (len(triangles), 1)))
-                found[k] = np.linalg.norm(nearest - local[k], axis=1).min()
-        return found
-
-
-def winding_number(triangles: np.ndarray, point: np.ndarray) -> float:
-    """How often a surface winds around a point [-]: 1 inside a closed mesh, 0 outside.
-
-    Σ Ω/4π over the triangles' solid angles, tan(Ω/2) = a·(b×c)/(abc + (a·b)c + (b·c)a + (c·a)b)
-    (van Oosterom and Strackee 1983).
-    """
-    a, b, c = np.moveaxis(triangles - point, 1, 0)
-    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-    top = np.einsum("ij,ij->i", a, np.cross(b, c))
-    pairs = [np.einsum("ij,ij->i", *pair) * size for *pair, size in ((a, b, lc), (b, c, la), (c, a, lb))]
-    return float(np.arctan2(top, la * lb * lc + sum(pairs)).sum() / (2.0 * np.pi))
-
-
-def _triangles(model: mujoco.MjModel, geom: int) -> np.ndarray:
-    """Corners of a mesh's triangles in the shape's own axes [m] (n, 3, 3)."""
-    mesh = model.geom_dataid[geom]
-    vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
-    faces = model.mesh_face[model.mesh_faceadr[mesh] :][: model.mesh_facenum[mesh]]
-    corners: np.ndarray = vertices[faces].astype(float)
-    return corners
-
-
-def leg_shapes(built: Built) -> LegShapes:
-    """The limb's shapes of a compiled scenario, at an ankle angle of zero."""
-    spec = built.spec.copy()
-    spec.worldbody.add_geom(
-        name=PROBE, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[POINT] * 3, contype=0, conaffinity=0
-    )
-    model = spec.compile()
-    shapes = LegShapes(model, mujoco.MjData(model), leg_geoms(model, built))
-    shapes.pose(0.0)
-    return shapes
-
-
-def leg_geoms(model: mujoco.MjModel, built: Built) -> dict[int, str]:
-    """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}."""
-    leg = built.scenario.leg
-    found = {}
-    for geom in range(model.ngeom):
-        body = model.body(model.geom_bodyid[geom]).name
-        worn = model.geom(geom).name.startswith(f"{SHOE}_") or body.startswith(ORTHOSIS)
-        if worn or model.geom_type[geom] in FLAT:
-            continue
-        if body == leg.shank or body == leg.foot or _hangs_on(model, geom, leg.foot):
-            part = {leg.shank: "shank", leg.foot: "foot"}.get(body, body or "foot")
-            found[geom] = part
-    return found
-
-
-def _hangs_on(model: mujoco.MjModel, geom: int, foot: str) -> bool:
-    body, above = int(model.geom_bodyid[geom]), model.body(foot).id
-    while body > 0 and body != above:
-        body = int(model.body_parentid[body])
-    return body == above
-
-
-def knee_height(shapes: LegShapes) -> float:
-    """Height of the topmost point of the shank's shapes above the ankle [m]; 0 of a shank without shapes."""
-    ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id][2]
-    shank = [geom for geom, part in shapes.geoms.items() if part == "shank"]
-    up = np.array([[0.0, 0.0, 1.0]])
-    tops = [support(shapes.model, shapes.data, geom, up)[0, 2] for geom in shank]
-    return float(max(tops, default=ankle) - ankle)
-
-
-STEP = 0.004  # between points of a path that are looked at [m]
-ANGLES = 21  # over the range of motion
-DEEP = 0.005  # depth below the skin from which on a muscle is told to pass through it [m]
-AT_END = 0.015  # of the path beside an end that itself lies in the limb: skin or plate there [m]
-BONE = 0.010  # distance from the line ankle–knee below which the path passes through bone [m]
-
-
 @dataclass(frozen=True)
 class ThroughLeg:
-    """A muscle's path within the limb, where it is deepest.
+    """A muscle's path within the leg, where it is deepest.
 
     muscle : its name
     part : "shank", "foot", or the name of what hangs on the foot
@@ -226,21 +223,21 @@ class ThroughLeg:
 
 
 def through_leg(built: Built, shapes: LegShapes | None = None) -> list[ThroughLeg]:
-    """Every muscle whose path passes through the limb within the range of motion, at its deepest.
+    """Every muscle whose path passes through the leg within the range of motion, at its deepest.
 
-    The paths are those of anchors that have not given way. Muscles over a pulley have no path in space. A
+    The paths are those of anchors at rest, without compliance. Muscles over a pulley have no path in space. A
     mesh is taken as it is, not as its hull.
     """
     shapes = leg_shapes(built) if shapes is None else shapes
     groups = muscle_names(built.scenario.orthosis)
     worst: dict[tuple[str, str, bool], ThroughLeg] = {}
-    top = knee_height(shapes)
-    for angle in np.linspace(*built.scenario.orthosis.range_of_motion, ANGLES):
+    top = _knee_height(shapes)
+    for angle in np.linspace(*built.scenario.orthosis.range_of_motion, POSTURES):
         shapes.pose(float(angle))
         for muscle in (name for name, group in groups.items() if group.pulley is None):
             corners = path_points(shapes.model, shapes.data, muscle)
             length = along(corners)[-1]
-            way = np.linspace(0.0, length, max(int(length / STEP), 2) + 1)
+            way = np.linspace(0.0, length, max(int(length / POINT_SPACING), 2) + 1)
             points = at_lengths(corners, way)
             for found in [
                 *_in_parts(shapes, muscle, float(angle), points, way),

@@ -1,4 +1,4 @@
-"""Mounting of the muscles, and the checks before a run that need the compiled model."""
+"""Names of muscles, chambers and valves, their ids in the model, and its paths swept over the ankle."""
 
 from dataclasses import dataclass, field
 

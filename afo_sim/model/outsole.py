@@ -1,6 +1,7 @@
-"""The shoe as a body on the foot, and the shapes by which it and an outsole's toe are drawn.
+"""The outsole that is walked on, of bare foot, shoe or orthosis' plate: its points, and the shoe as a body.
 
-Shapes weigh nothing and touch nothing. They are dropped from the model that runs.
+Shapes by which shoe and toe are drawn weigh nothing and touch nothing. They are dropped from the model that
+runs.
 """
 
 import math
@@ -16,8 +17,10 @@ from afo_sim.description.shoe import Outsole
 POINTS = ("heel", "ball", "pulp", "tip")  # of the outsole
 BEARING = POINTS[:3]  # points among which a recorded force is shared
 SOLE = "sole_"  # before a point's name, its site in the model
-OLD = "toe"  # a leg's one site for pulp and tip, where it has not both
+OLD_TOE = "toe"  # a leg's one site for pulp and tip, where it has not both
 Point = tuple[float, float]
+SHOE = "shoe"  # name of the body
+Places = Mapping[str, tuple[mujoco.MjsBody, np.ndarray]]
 
 
 def padded(toes: object | None) -> tuple[str, ...]:
@@ -63,11 +66,11 @@ def add_outsole(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
 
     The foot is refused as soon as it is looked at.
     """
-    for name, (body, at) in places_of(spec, scenario, taller).items():
+    for name, (body, at) in _places_of(spec, scenario, taller).items():
         body.add_site(name=f"{SOLE}{name}", pos=at, size=[0.006, 0.0, 0.0])
 
 
-def places_of(
+def _places_of(
     spec: mujoco.MjSpec, scenario: Scenario, taller: float
 ) -> dict[str, tuple[mujoco.MjsBody, np.ndarray]]:
     """Of each of the outsole's points the body that carries it, and its place there [m] (3,).
@@ -76,7 +79,7 @@ def places_of(
     """
     foot = spec.body(scenario.leg.foot)
     sites = {site.name: site for site in spec.sites if site.name}
-    found = {name: sites.get(name, sites.get(OLD)) for name in POINTS}
+    found = {name: sites.get(name, sites.get(OLD_TOE)) for name in POINTS}
     own = {name: site for name, site in found.items() if site is not None}
     if len(own) < len(POINTS):
         return {}
@@ -100,14 +103,12 @@ def _from_foot(body: mujoco.MjsBody, foot: mujoco.MjsBody) -> np.ndarray:
     return place
 
 
-SHOE = "shoe"  # name of the body
 SLENDER = 0.2  # inertia about the shoe's long axis over that in the sagittal plane (assumed) [-]
 WIDTH = 0.092  # of a sole [m]
 THIN = 0.004  # the least thickness that is drawn [m]
 OVERLAP = 0.15  # by which the toe's sole reaches back behind the ball, over its length [-]
 HEEL = 0.3  # length of the heel over the distance from heel to ball [-]
 RUBBER, LEATHER = (0.13, 0.13, 0.15, 1.0), (0.24, 0.30, 0.42, 1.0)
-Places = Mapping[str, tuple[mujoco.MjsBody, np.ndarray]]
 
 
 def add_shoe(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
@@ -117,7 +118,7 @@ def add_shoe(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
         return
     if shoe:
         _add_body(spec, scenario, taller)
-    if places := places_of(spec, scenario, taller):
+    if places := _places_of(spec, scenario, taller):
         if shoe:
             _draw_foot_part(spec, outsole, places, taller)
         _draw_toe_part(spec, scenario, outsole, places, taller)

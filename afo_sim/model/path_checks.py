@@ -132,7 +132,7 @@ def check_stretch(
         path, angle = contraction[worst, column], np.degrees(angles[worst])
         role = name.rsplit("_", 1)[0]
         if (role, path) not in known:
-            known[role, path] = own_contraction(group, orthosis, path)
+            known[role, path] = _own_contraction(group, orthosis, path)
         least = known[role, path]
         lock = group.type.braid.lock
         if least <= lock:
@@ -227,7 +227,7 @@ def _path_contraction(group: MuscleGroup, orthosis: Orthosis) -> Callable[[float
     return of
 
 
-def own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> float:
+def _own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> float:
     """Contraction ratio of a muscle without air, where that of its path is `path` [-]."""
     if path >= 0.0:
         return path

@@ -1,4 +1,4 @@
-"""The facts of a muscle's mounting in words: for the design picture's table and for `afo-sim check`."""
+"""The facts of a muscle's mounting as text: for the design picture's table and for `afo-sim check`."""
 
 from collections.abc import Sequence
 
@@ -71,24 +71,24 @@ def arm(facts: PathFacts) -> str:
 def torques(facts: PathFacts) -> str:
     """Torque at full pressure at the angles that are named, within the ankle's stops."""
     named = [angle for angle in NAMED if facts.angles[0] - 1e-9 <= angle <= facts.angles[-1] + 1e-9]
-    values = ", ".join(number(facts.torque[facts.at(angle), -1]) for angle in named)
+    values = ", ".join(_number(facts.torque[facts.at(angle), -1]) for angle in named)
     return f"{values} N·m at {', '.join(_minus(f'{np.degrees(angle):.0f}') for angle in named)} deg"
 
 
 def peak(facts: PathFacts) -> str:
     """Largest torque at full pressure within the range of motion, and where."""
     torque, angle = facts.peak()
-    return f"{number(torque)} N·m at {degrees(angle)} deg"
+    return f"{_number(torque)} N·m at {degrees(angle)} deg"
 
 
 def span(values: np.ndarray, facts: PathFacts, factor: float, digits: int = 0) -> str:
     """Lowest to highest over the range of motion."""
     within = factor * values[facts.inside]
-    low, high = (number(value, digits) for value in (within.min(), within.max()))
+    low, high = (_number(value, digits) for value in (within.min(), within.max()))
     return low if low == high else f"{low} to {high}"
 
 
-def number(value: float, digits: int = 1) -> str:
+def _number(value: float, digits: int = 1) -> str:
     """A number with so many decimals, without a negative zero."""
     shown = f"{value:.{digits}f}"
     return _minus(shown if float(shown) else f"{0.0:.{digits}f}")

@@ -1,7 +1,7 @@
-"""Paths of an orthosis' muscles about a bare ankle: lengths, moment arms and straight pieces over its angle.
+"""The path of every muscle: between two anchors, through points and around surfaces, or over a pulley.
 
-The muscles' ends, points and surfaces alone, on two bodies and one hinge, as MuJoCo lays the paths. It needs
-no leg, and tells the same lengths as the compiled scenario.
+`add_tendons` puts the paths into any spec. `paths_of` has them about a bare ankle, on two bodies and one
+hinge: it needs no leg, and gives the same lengths as the compiled scenario.
 """
 
 import functools
@@ -22,6 +22,7 @@ from afo_sim.model.mounting import ANKLE, muscle_names
 LATERAL = np.array([0.0, 1.0, 0.0])
 GUIDE = [0.35, 0.5, 0.7, 1.0]  # colour of points and surfaces
 DRAWN_HALF = 0.02  # half of the drawn length of a cylinder that stands for an endless one [m]
+ARC = 9  # points of an arc
 
 
 def add_tendons(
@@ -265,9 +266,6 @@ def turns(route: Route) -> np.ndarray:
     for k, (a, b) in enumerate(itertools.pairwise(pieces), start=1):
         found[k] = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
     return found
-
-
-ARC = 9  # points of an arc
 
 
 def path_points(model: mujoco.MjModel, data: mujoco.MjData, muscle: str) -> np.ndarray:

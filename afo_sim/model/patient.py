@@ -1,4 +1,9 @@
-"""The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it."""
+"""The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it.
+
+The recorded walking tells which side's muscles are active; the stiffness follows that side's strength with
+lags. The instants at which the sides change belong to the gait cycle, and between them the lags have a closed
+form. So the activation at an instant does not depend on the time step.
+"""
 
 import functools
 import math
@@ -20,6 +25,12 @@ from afo_sim.physics.passive_ankle import passive_moments
 # Ficanha et al. 2018 (1.14 at 7 %, 5.43 at 31 % of the stride); its fall to toe-off and the low value in
 # swing are assumed.
 STIFFNESS = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
+# Lags of the stiffness behind the active side [s]: two equal ones in series, as a twitch rises (critically
+# damped: Milner-Brown, Stein & Yemm 1973; the triceps surae's twitch peaks after about 0.1 s). Half of it is
+# there after 84 ms. The lag of its fall only avoids a jump: `patient.STIFFNESS` already holds the fall before
+# toe-off, and a stiffness that lingers would hold a hanging foot up. Both times are assumed.
+RISE, FALL = 0.05, 0.005
+SAMPLES = 4096  # of a stride in which the change of sides is looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +63,12 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
     a = walk.acceleration
     inertial = foot.inertia * walk.ankle_acceleration - foot.frame_moment(walk.turn, a[:, :2], a[:, 2])
     if foot.toes is not None:
-        inertial = inertial + bending_moment(walk, foot.toes)
+        inertial = inertial + _bending_moment(walk, foot.toes)
     return inertial - foot.gravity_moment(walk.turn) - ground_moment(walk, body_mass)
 
 
 @functools.lru_cache(maxsize=4)  # strengths and devices of a sweep share it
-def bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
+def _bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
     """Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes.
 
     The toes' rate of angular momentum about the ankle less their weight's moment,
@@ -130,10 +141,10 @@ def _strength(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> n
     time = walk.time[1:-1]
     if np.ptp(sides) == 0.0:
         return np.full(len(time), sides[0])
-    stride = one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, walk.offset, walk.resting)
+    stride = _one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, walk.offset, walk.resting)
     tissue = healthy_tissue(scenario)
     moment = _healthy_stride(stride, foot.mass, foot.centre, foot.inertia, foot.toes, tissue, body_mass)
-    switches, dorsal = switching(walk, moment)
+    switches, dorsal = _switching(walk, moment)
     return activated(time, switches, sides[(np.arange(len(switches) + 1) + dorsal) % 2])
 
 
@@ -175,16 +186,8 @@ def _healthy_mean_along(walk: Walk, offset: float) -> np.ndarray:
     return moment
 
 
-# Lags of the stiffness behind the active side [s]: two equal ones in series, as a twitch rises (critically
-# damped: Milner-Brown, Stein & Yemm 1973; the triceps surae's twitch peaks after about 0.1 s). Half of it is
-# there after 84 ms. The lag of its fall only avoids a jump: `patient.STIFFNESS` already holds the fall before
-# toe-off, and a stiffness that lingers would hold a hanging foot up. Both times are assumed.
-RISE, FALL = 0.05, 0.005
-SAMPLES = 4096  # of a stride in which the change of sides is looked for
-
-
 @functools.lru_cache(maxsize=8)  # cases of a sweep share it
-def one_stride(cycle: GaitCycle, stride_time: float, offset: float, resting: Resting | None) -> Walk:
+def _one_stride(cycle: GaitCycle, stride_time: float, offset: float, resting: Resting | None) -> Walk:
     """One stride of a gait cycle, from heel strike to heel strike, at `SAMPLES` instants.
 
     Units: stride_time [s], offset [rad].
@@ -209,7 +212,7 @@ def crossings(moment: np.ndarray) -> np.ndarray:
     return (before + share) / len(moment)
 
 
-def switching(walk: Walk, moment: np.ndarray) -> tuple[np.ndarray, bool]:
+def _switching(walk: Walk, moment: np.ndarray) -> tuple[np.ndarray, bool]:
     """Instants of a walk at which the active side changes, and the side that it starts with.
 
     Units: moment [N·m] (n,), returns [s].

@@ -1,4 +1,4 @@
-"""The relaxed ankle of a person: its tissue's moment and its damping, at the person's size."""
+"""Whose leg walks: the patient's size, or the recorded walker's, or the leg's; the tissue of that size."""
 
 import functools
 import math
@@ -16,38 +16,6 @@ from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.hip_path import Chain
 from afo_sim.gait.similar import scaled
 from afo_sim.gait.steppage import stepped
-
-
-def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
-    """The recorded stride as a person walks it who is by a factor taller than the recorded walker.
-
-    Parameters
-    ----------
-    gait : names the cycle; its speed is the person's own
-    taller : than the recorded walker [-]
-
-    Returns
-    -------
-    GaitCycle, the same object for the same stride
-
-    Raises
-    ------
-    InputError
-        The gait cannot be found or read, or it has no such speed.
-    """
-    file = assets.find_gait(gait.cycle)
-    return _similar(file, file.stat().st_mtime_ns, gait.speed, taller)
-
-
-# Cases of a sweep share most of this; a changed file has another time of change.
-@functools.lru_cache(maxsize=8)
-def _read(file: pathlib.Path, when: int, speed: float | None, taller: float) -> GaitCycle:
-    return gait_file.read(file) if speed is None else family.at_speed(file, speed, taller)
-
-
-@functools.lru_cache(maxsize=8)
-def _similar(file: pathlib.Path, when: int, speed: float | None, taller: float) -> GaitCycle:
-    return scaled(_read(file, when, speed, 1.0 if speed is None else taller), taller)
 
 
 @dataclass(frozen=True)
@@ -112,6 +80,13 @@ def person_of(scenario: Scenario) -> Person:
     return Person(leg.body_mass if mass is None else mass, leg.body_height if height is None else height)
 
 
+def taller_than_recorded(scenario: Scenario) -> float:
+    """Factor by which the scenario's person is taller than the recorded walker [-]."""
+    assert scenario.gait is not None
+    trial = recorded_stride(scenario.gait).body_height or scenario.leg.body_height
+    return person_of(scenario).body_height / trial
+
+
 def persons_stride(scenario: Scenario) -> GaitCycle:
     """The recorded stride as the scenario's person walks it; a walker of unknown height is of the leg's.
 
@@ -131,11 +106,36 @@ def _stepped(stride: GaitCycle, hip: float, knee: float, body_height: float) -> 
     return stepped(stride, hip, knee, Chain.of_height(body_height))
 
 
-def taller_than_recorded(scenario: Scenario) -> float:
-    """Factor by which the scenario's person is taller than the recorded walker [-]."""
-    assert scenario.gait is not None
-    trial = recorded_stride(scenario.gait).body_height or scenario.leg.body_height
-    return person_of(scenario).body_height / trial
+def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
+    """The recorded stride as a person walks it who is by a factor taller than the recorded walker.
+
+    Parameters
+    ----------
+    gait : names the cycle; its speed is the person's own
+    taller : than the recorded walker [-]
+
+    Returns
+    -------
+    GaitCycle, the same object for the same stride
+
+    Raises
+    ------
+    InputError
+        The gait cannot be found or read, or it has no such speed.
+    """
+    file = assets.find_gait(gait.cycle)
+    return _similar(file, file.stat().st_mtime_ns, gait.speed, taller)
+
+
+# Cases of a sweep share most of this; a changed file has another time of change.
+@functools.lru_cache(maxsize=8)
+def _read(file: pathlib.Path, when: int, speed: float | None, taller: float) -> GaitCycle:
+    return gait_file.read(file) if speed is None else family.at_speed(file, speed, taller)
+
+
+@functools.lru_cache(maxsize=8)
+def _similar(file: pathlib.Path, when: int, speed: float | None, taller: float) -> GaitCycle:
+    return scaled(_read(file, when, speed, 1.0 if speed is None else taller), taller)
 
 
 def with_person(scenario: Scenario) -> Scenario:

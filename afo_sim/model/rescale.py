@@ -1,4 +1,12 @@
-"""A refitted orthosis as a folder: the original's text with its comments, and the numbers that changed."""
+"""An orthosis on a leg of another size: what is fixed to a segment goes with the segment's length.
+
+    p' = r p         anchors, points and surfaces of a segment that is r times as long, from the ankle
+    l' = l + L' − L  link, by what the path is longer at an ankle angle of zero
+
+The muscles stay what they are. With l' each has the contraction ratio at angle zero that it had. Over the
+angle it then changes with the moment arm, dκ/dθ = a/L0. As a folder it is the original's text with its
+comments, and the numbers that changed.
+"""
 
 import math
 import os
@@ -25,6 +33,11 @@ from afo_sim.model.paths import mean_length, paths_of
 SHANK, FOOT = 0.246, 0.152  # lengths as shares of body height [-] (Winter 2009, after Drillis & Contini 1966)
 SMALLEST, LARGEST = 0.25, 4.0  # ratios of two people's segments: a newborn's to an adult's, and back
 WIDEST = math.pi / 3.0  # angle to either side up to which a taut muscle is looked for [rad]
+FILE_NAME = "orthosis.toml"
+COMMENT = (
+    'Other comments are of the original and its numbers; a number that the refit changed says "derived".'
+)
+RIGID_PARTS = ("cuff", "plate")
 
 
 @dataclass(frozen=True)
@@ -112,13 +125,13 @@ def _refitted(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
             value=group.type.name,
             allowed="a shorter muscle",
         )
-    told = Provenance(kind="derived", source=link_source(by))
+    told = Provenance(kind="derived", source=_link_source(by))
     return moved.model_copy(
         update={"link_length": link, "provenance": group.provenance | {"link_length": told}}
     )
 
 
-def link_source(by: Ratio) -> str:
+def _link_source(by: Ratio) -> str:
     """Where a refitted link's length comes from."""
     who = f" ({by.words})" if by.words else ""
     return f"so that the muscle's contraction at an ankle angle of zero is that before the refit{who}"
@@ -187,11 +200,6 @@ def _crossing(angles: np.ndarray, values: np.ndarray) -> float:
     return float(angles[k] + share * (angles[k + 1] - angles[k]))
 
 
-ORTHOSIS = "orthosis.toml"
-HEAD = 'Other comments are of the original and its numbers; a number that the refit changed says "derived".'
-BESIDE = ("cuff", "plate")
-
-
 def write_refit(
     source: str | os.PathLike[str], by: Ratio, folder: pathlib.Path, *, force: bool = False
 ) -> Orthosis:
@@ -214,7 +222,7 @@ def write_refit(
         There is no such orthosis, it does not fit the leg, or the folder is taken.
     """
     file = assets.find("orthosis", os.fspath(source)).resolve()
-    target = folder / ORTHOSIS
+    target = folder / FILE_NAME
     if target.exists() and (not force or target.resolve() == file):
         allowed = (
             "another folder" if target.resolve() == file else "--force, which replaces it, or another folder"
@@ -228,8 +236,8 @@ def write_refit(
         _carry(document, file, folder, scratch)
         text = tomlkit.dumps(document)
         if found != load("orthosis", file):
-            text = f"# {file.parent.name}, refitted{f': {by.words}' if by.words else ''}. {HEAD}\n" + text
-        (scratch / ORTHOSIS).write_text(text, encoding="utf-8")
+            text = f"# {file.parent.name}, refitted{f': {by.words}' if by.words else ''}. {COMMENT}\n" + text
+        (scratch / FILE_NAME).write_text(text, encoding="utf-8")
     return found
 
 
@@ -257,7 +265,7 @@ def _tell_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
             surface = getattr(place, "surface", None)
             if surface is not None:
                 entry["surface"]["radius"] = _told(_cm(surface.radius), by.source(place.segment))
-    table["link_length"] = _told(_cm(group.link_length), link_source(by))
+    table["link_length"] = _told(_cm(group.link_length), _link_source(by))
 
 
 def _told(value: Any, source: str) -> Any:
@@ -274,7 +282,7 @@ def _carry(document: Any, file: pathlib.Path, folder: pathlib.Path, scratch: pat
     """Let the text name its cuff and plate, muscles and valves from its new folder."""
     models = {
         key: str((file.parent / assets.file_beside(str(document[key]), file)).resolve())
-        for key in BESIDE
+        for key in RIGID_PARTS
         if key in document
     }
     for key, place in portable({"orthosis": models}, folder, scratch)["orthosis"].items():

@@ -54,7 +54,7 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     if imbalance(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
         _take_from_source(built, data)
         return get_state(model, data)
-    lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
+    lower, upper = model.joint(_index_joint(model, index.ankle_qpos)).range
     if imbalance(lower) * imbalance(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
     from scipy.optimize import brentq  # large; who only walks does without
@@ -180,6 +180,6 @@ def get_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     return row
 
 
-def index_joint(model: mujoco.MjModel, qpos_address: int) -> int:
+def _index_joint(model: mujoco.MjModel, qpos_address: int) -> int:
     """The joint whose coordinate stands at an address of qpos."""
     return int(np.flatnonzero(model.jnt_qposadr == qpos_address)[0])

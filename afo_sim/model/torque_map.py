@@ -24,6 +24,9 @@ from afo_sim.model.build import Built, build
 
 # Dorsiflexion torque that a drop foot needs, from and to [N·m] (computed for this project from gait).
 NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}
+MAP_ANGLES = tuple(np.radians(np.arange(-15.0, 15.1, 2.5)))  # [rad]
+PRESSURE_COUNT = 17  # pressures at each angle
+LEAST_MOMENT = 1e-3  # range of moments below which the pressures have no effect: cables hang [N·m]
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,7 @@ def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[
                     torque[row, column] = chamber_torque(built, data, chamber)
                     least[row, column] = min(
                         float(native.read_own(model, data.userdata, muscle).contraction)
-                        for muscle in members_of(built, chamber)
+                        for muscle in _members_of(built, chamber)
                     )
             maps.append(TorqueMap(chamber, angles, pressures, torque, least))
     return maps
@@ -105,7 +108,7 @@ def beyond_pressure(name: str, group: MuscleGroup, pressure: float) -> list[Noti
     return [Notice("pressure-limit", words, subject=name, pressure=pressure, limit=limit)]
 
 
-def members_of(built: Built, chamber: str) -> list[int]:
+def _members_of(built: Built, chamber: str) -> list[int]:
     """Actuator ids of the muscles on a chamber."""
     owner = built.index.chambers[chamber]
     rows = built.model.actuator_user
@@ -119,7 +122,7 @@ def chamber_torque(built: Built, data: mujoco.MjData, chamber: str) -> float:
     mujoco.mju_sparse2dense(
         jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
     )
-    members = members_of(built, chamber)
+    members = _members_of(built, chamber)
     return float(data.actuator_force[members] @ jacobian[members, index.ankle_dof])
 
 
@@ -160,11 +163,6 @@ def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[
     return found
 
 
-ANGLES = tuple(np.radians(np.arange(-15.0, 15.1, 2.5)))  # [rad]
-POINTS = 17  # pressures at each angle
-LEAST = 1e-3  # range of moments below which the pressures have no effect: cables hang [N·m]
-
-
 def pressure_map(
     scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
     mean: float,
@@ -172,7 +170,7 @@ def pressure_map(
     *,
     raises: str = "dorsiflexor",
     lowers: str | None = None,
-    angles: Sequence[float] = ANGLES,
+    angles: Sequence[float] = MAP_ANGLES,
 ) -> list[list[str | float]]:
     """The `torque_map` of an impedance controller, from the compiled model at rest.
 
@@ -209,14 +207,14 @@ def pressure_map(
             raise unknown(name, description.orthosis.chamber, field=field, problem=problem)
     for field, value in (("mean", mean), ("half_range", half_range)):
         if not isinstance(value, Real) or not 0.0 <= value <= 2e6 or value == half_range == 0.0:
-            raise InputError("is no pressure", field=field, value=value, allowed="above 0 to 2e6 Pa")
+            raise InputError("is not a valid pressure", field=field, value=value, allowed="above 0 to 2e6 Pa")
     built = build(description)
-    apart = np.linspace(-half_range, half_range, POINTS)
+    apart = np.linspace(-half_range, half_range, PRESSURE_COUNT)
     rows: list[list[str | float]] = []
     for angle in angles:
         moments = _moments(built, float(angle), [(raises, mean + apart), (lowers, mean - apart)])
-        if moments[-1] - moments[0] > LEAST:
-            for row in zip(np.full(POINTS, angle), apart, moments, strict=True):
+        if moments[-1] - moments[0] > LEAST_MOMENT:
+            for row in zip(np.full(PRESSURE_COUNT, angle), apart, moments, strict=True):
                 units = zip(row, ("rad", "Pa", "N*m"), strict=True)
                 rows.append([format_quantity(float(value), unit) for value, unit in units])
     if not rows:

@@ -1,8 +1,13 @@
-"""Recorded walking laid out over the steps of a run: gait phase, the shank's pose, what drives it exactly.
+"""Recorded walking laid out over the steps of a run: gait phase, cadence, the shank's pose, what drives it.
 
 The shank's ankle point and angle are joints with an armature so large that nothing moves them but their own
 motors. The motors apply the second difference of the sampled pose, which the integrator sums to that pose:
 the foot feels the true acceleration, and the pose is kept to rounding.
+
+The cadence is the walker's own times a factor. A factor that jumped would jerk the shank. So it passes from
+one value f to the next g along a cubic, f + (g − f)(3 s² − 2 s³) with s from 0 to 1 over `change`. The
+phase φ, its rate and its second derivative are continuous, and so is the shank's acceleration
+φ̈ q′(φ) + φ̇² q″(φ).
 """
 
 import functools
@@ -24,7 +29,7 @@ from afo_sim.model.person import Size, persons_stride, taller_than_recorded
 ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]
 JOINTS = ("shank_x", "shank_z", "shank_angle")
 SIGNALS = ("shank_angle", "ankle_angle", "knee_angle")  # the same in every leg
-STILL = 1e-9  # of a stride, below which a step goes nowhere: its share would be rounding [-]
+LEAST_STEP = 1e-9  # of a stride, below which a step goes nowhere: its share would be rounding [-]
 Intervals = tuple[tuple[float, float], ...]
 
 
@@ -46,7 +51,7 @@ class Clock:
         merged = _merged(intervals)
         if not merged:
             return np.zeros(len(self.start[0]))
-        moved = np.asarray(self.step) > STILL
+        moved = np.asarray(self.step) > LEAST_STEP
         if not moved.all():  # who stands at a phase has a valve on there or not
             return np.where(moved, self._moving(merged, np.where(moved, self.step, 1.0)), self._still(merged))
         return self._moving(merged, self.step)

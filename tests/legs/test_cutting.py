@@ -154,7 +154,7 @@ def test_stops_that_are_given_stand_for_missing_ones() -> None:
 
 def test_the_hinge_kept_as_toes_is_named_wrongly() -> None:
     tree = shipped()
-    with pytest.raises(InputError, match=r"is no hinge below the foot.*allowed: toe"):
+    with pytest.raises(InputError, match=r"is not a hinge below the foot.*allowed: toe"):
         cut(tree, find(tree), toes="mtp")
 
 

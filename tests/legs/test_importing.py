@@ -192,7 +192,7 @@ def test_an_exported_leg_comes_back(tmp_path: pathlib.Path) -> None:
 def test_export_refuses_with_names(tmp_path: pathlib.Path) -> None:
     for arguments, words in (
         (("seatd", tmp_path / "a.urdf"), "did you mean 'seated'"),
-        (("seated", tmp_path / "a.stl"), "is no URDF file"),
+        (("seated", tmp_path / "a.stl"), "is not a URDF file"),
     ):
         with pytest.raises(InputError, match=words):
             export_leg(*arguments)

@@ -422,7 +422,7 @@ BAD = {
     ),
     "no links": (robot(""), ["no <link>"]),
     "mimic of nothing": (two("continuous", "<mimic/>"), ["joint 'ankle'", "mimic"]),
-    "not a robot": ("<mujoco/>", ["<mujoco>", "no URDF"]),
+    "not a robot": ("<mujoco/>", ["<mujoco>", "not a URDF file"]),
     "xacro": (GOOD.replace("<robot", '<robot xmlns:xacro="http://ros.org/wiki/xacro"').replace(
         "</robot>", "<xacro:macro/></robot>"), ["xacro FILE.xacro"]),
     "unexpanded": (two("continuous", '<origin xyz="${length} 0 0"/>'), ["xacro"]),
