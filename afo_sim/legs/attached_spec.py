@@ -155,7 +155,7 @@ def _whole(folder: pathlib.Path, below: str, file: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class AnkleFrame:
     """The ankle on a body, by name: position [m] (3,) and turn of the leg's axes (4,), in the body's axes."""
 
     body: str
@@ -164,7 +164,7 @@ class Place:
 
 
 def hang(
-    spec: mujoco.MjSpec, orthosis: Orthosis, places: Mapping[Segment, Place], prefix: str, mirrored: bool
+    spec: mujoco.MjSpec, orthosis: Orthosis, places: Mapping[Segment, AnkleFrame], prefix: str, mirrored: bool
 ) -> tuple[dict[str, mujoco.MjsBody], mujoco.MjsDefault]:
     """Hang an orthosis' rigid parts on two bodies, in frames at the ankle: x forward, y left, z up."""
     anchors: dict[str, mujoco.MjsBody] = {}
@@ -184,7 +184,9 @@ def hang(
     return anchors, spec.find_default(f"{prefix}shank_main")
 
 
-def places_of(model: mujoco.MjModel, found: Found, bodies: Mapping[Segment, str]) -> dict[Segment, Place]:
+def ankle_frames(
+    model: mujoco.MjModel, found: Found, bodies: Mapping[Segment, str]
+) -> dict[Segment, AnkleFrame]:
     """The ankle, in the leg's axes, on the bodies that carry the device, by segment.
 
     The model stands in its own posture, with the ankle at its zero. With R of the body and A of the leg's
@@ -193,11 +195,11 @@ def places_of(model: mujoco.MjModel, found: Found, bodies: Mapping[Segment, str]
     data = native.scratch(model)
     data.qpos[model.joint(found.ankle).qposadr[0]] = found.zero
     mujoco.mj_kinematics(model, data)
-    places: dict[Segment, Place] = {}
+    places: dict[Segment, AnkleFrame] = {}
     for segment, name in bodies.items():
         body = model.body(name).id
         turn = data.xmat[body].reshape(3, 3)
         quaternion = np.empty(4)
         mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(turn.T @ found.axes).reshape(9))
-        places[segment] = Place(name, turn.T @ (found.centre - data.xpos[body]), quaternion)
+        places[segment] = AnkleFrame(name, turn.T @ (found.centre - data.xpos[body]), quaternion)
     return places

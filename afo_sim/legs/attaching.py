@@ -19,13 +19,13 @@ from afo_sim.description.reader import load
 from afo_sim.legs.attached import Attached, number_of, pressure_of
 from afo_sim.legs.attached_spec import (
     RIGID_PARTS,
-    Place,
+    AnkleFrame,
+    ankle_frames,
     compiled,
     grow_keyframes,
     hang,
     own_spec,
     place_files_whole,
-    places_of,
     set_options,
 )
 from afo_sim.legs.finding import Found, find
@@ -130,7 +130,7 @@ def attach(
     first = max(spec.nuserdata, 0)
     mirrored = device.side != found.side
     try:
-        anchors, default = hang(spec, device, places_of(bare, found, bodies), prefix, mirrored)
+        anchors, default = hang(spec, device, ankle_frames(bare, found, bodies), prefix, mirrored)
     except ValueError as error:
         problem = f"MuJoCo cannot put cuff and plate on it: {one_line(error)}"
         raise InputError(problem, file=file, field="prefix", value=prefix, allowed="another prefix") from None
@@ -309,10 +309,10 @@ def masses(model: mujoco.MjModel, prefix: str) -> dict[str, float]:
 def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
     """Refuse a model whose compiler gives the orthosis, or the model itself, other masses than stated."""
     plain = mujoco.MjSpec()
-    places: dict[Segment, Place] = {}
+    places: dict[Segment, AnkleFrame] = {}
     for segment, _ in RIGID_PARTS:
         plain.worldbody.add_body(name=f"on_{segment}")
-        places[segment] = Place(f"on_{segment}", np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+        places[segment] = AnkleFrame(f"on_{segment}", np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
     anchors, default = hang(plain, attached.orthosis, places, attached.prefix, mirrored=False)
     add_tendons(plain, anchors, attached.orthosis, prefix=attached.prefix, default=default)
     stated = masses(plain.compile(), attached.prefix)

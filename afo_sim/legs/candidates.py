@@ -278,11 +278,11 @@ def _has(words: re.Pattern[str], name: str) -> bool:
 
 
 def side_of(*names: str) -> Side | None:
-    """The side that the first name that tells any tells; None where none does, or one tells both."""
+    """The side in the first name that holds one; None where none does, or where a name holds both."""
     for name in names:
-        told: list[Side] = [side for side, words in SIDES.items() if _has(words, name)]
-        if len(told) == 1:
-            return told[0]
+        named: list[Side] = [side for side, words in SIDES.items() if _has(words, name)]
+        if len(named) == 1:
+            return named[0]
     return None
 
 

@@ -3,17 +3,19 @@
 import dataclasses
 import os
 import pathlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.legs.leg_numbers import Segment
 from afo_sim.legs.mjcf import tree_of
-from afo_sim.legs.tree import Part, Tree
+from afo_sim.legs.tree import Part, Tree, reading_note
 from afo_sim.legs.urdf_out import write_urdf
 from afo_sim.model.build import build
 from afo_sim.model.leg import leg_spec
@@ -126,14 +128,14 @@ def _rows(tree: Tree, scenario: Scenario, worn: bool) -> list[tuple[str, str]]:
     return [*rows, ("hinges", ", ".join(hinges)), ("points, as links without mass", str(points))]
 
 
-def _lost(scenario: Scenario, worn: bool) -> list[str]:
+def _lost(scenario: Scenario, worn: bool) -> Iterator[Notice]:
     """What of a scenario URDF has no place for."""
-    found = []
     if scenario.simulated_side == "left":
-        found.append("URDF tells no side: import this left leg with --side left")
+        words = "URDF has no side: import this left leg with --side left"
+        yield Notice("side-left-out", words, subject="side", severity="note")
     if worn and scenario.orthosis.muscle:
-        names = ", ".join(scenario.orthosis.muscle)
-        found.append(f"URDF has no muscles: of {names} it holds the ends as points, not the pull or the air")
+        words = "URDF has no muscles: of {names} it holds the ends as points, not the pull or the air"
+        yield reading_note("muscles-left-out", words, scenario.orthosis.muscle)
     if scenario.leg.passive.scale > 0.0:
-        found.append("URDF has no passive tissue: the ankle's moment of Riener & Edrich is left out")
-    return found
+        words = "URDF has no passive tissue: the ankle's moment of Riener & Edrich is left out"
+        yield Notice("tissue-left-out", words, subject="leg.passive", severity="note")

@@ -13,7 +13,7 @@ from afo_sim.legs.extent import moved, outline, sole_slope
 from afo_sim.legs.tree import Part, Tree, listed
 
 STEEPEST = np.radians(35.0)  # of an ankle's axis; oblique ones of OpenSim's models have 10 to 20 deg
-NOTED_TILT = np.radians(5.0)  # of an axis that a note tells of
+NOTED_TILT = np.radians(5.0)  # of an axis from which on a note says so
 STEEP_SOLE = np.radians(20.0)  # against forward: more than a shoe's heel gives
 NEAR_AXIS = np.radians(5.0)  # of a shank's own axis beside the line to its centre of mass
 KNEE = "knee"  # point of a shank
@@ -156,25 +156,25 @@ def _check_side(leg: Candidate, side: Side) -> None:
 def _of_side(tree: Tree, legs: list[Candidate], side: Side | None) -> list[Candidate]:
     """The one leg of a side, out of several."""
     sides = _other_side([_side(tree, leg)[0] for leg in legs])
-    told = "; ".join(
+    both = "; ".join(
         f"{leg.shank} and {leg.foot}" + (f" ({s})" if s else "") for leg, s in zip(legs, sides, strict=True)
     )
     chosen = [leg for leg, s in zip(legs, sides, strict=True) if side is not None and s == side]
     if len(chosen) == 1:
         return chosen
     if side is None and sorted(map(str, sides)) == ["left", "right"]:
-        raise InputError(f"there are two legs: {told}", field="side", allowed="right or left")
+        raise InputError(f"there are two legs: {both}", field="side", allowed="right or left")
     field = "shank" if side is None or len(chosen) > 1 else "side"
     value = side if field == "side" else None
-    problem = f"there are several legs: {told}"
+    problem = f"there are several legs: {both}"
     raise InputError(problem, field=field, value=value, allowed="name the shank, or the foot")
 
 
 def _other_side(sides: list[Side | None]) -> list[Side | None]:
-    """Sides of legs; of two legs, of which one tells its side, the other is the other one."""
+    """Sides of legs; of two legs, of which one has a side, the other is the other one."""
     other: dict[Side | None, Side | None] = {"right": "left", "left": "right", None: None}
     if len(sides) == 2 and sides.count(None) == 1:
-        return [other[sides[1 - k]] if told is None else told for k, told in enumerate(sides)]
+        return [other[sides[1 - k]] if known is None else known for k, known in enumerate(sides)]
     return sides
 
 
@@ -387,8 +387,10 @@ def _forward(
             "other: forward is where the shapes reach"
         )
         notes.append(Notice("forward-contradicted", words, subject="foot"))
-    told = [w for w, tells in (("shapes reach farther", by_shape), ("centre of mass lies", by_mass)) if tells]
-    return sense * ahead, "where the foot's " + ", its ".join(told), notes
+    reasons = [
+        w for w, tells in (("shapes reach farther", by_shape), ("centre of mass lies", by_mass)) if tells
+    ]
+    return sense * ahead, "where the foot's " + ", its ".join(reasons), notes
 
 
 def _side(tree: Tree, leg: Candidate, axes: np.ndarray | None = None) -> tuple[Side | None, str]:

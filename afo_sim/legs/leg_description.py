@@ -62,8 +62,10 @@ def table(
     for kind, names in left.items():
         rows.append((f"left behind: {kind}", f"{len(names)}", listed(names, 6)))
     if opinion is not None:
-        told = "; ".join(opinion[:3]) + (f"; and {len(opinion) - 3} more" if len(opinion) > 3 else "")
-        rows.append(("MuJoCo's own URDF reader", "differs" if opinion else "agrees", told or "to 1e-6"))
+        differences = "; ".join(opinion[:3]) + (f"; and {len(opinion) - 3} more" if len(opinion) > 3 else "")
+        rows.append(
+            ("MuJoCo's own URDF reader", "differs" if opinion else "agrees", differences or "to 1e-6")
+        )
     return rows
 
 

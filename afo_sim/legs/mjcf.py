@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.legs.tree import (
     Joint,
     JointKind,
@@ -18,9 +19,9 @@ from afo_sim.legs.tree import (
     ShapeKind,
     Tree,
     check_finite,
-    listed,
     own_names,
     pose_of,
+    reading_note,
     turn_of,
 )
 
@@ -80,7 +81,10 @@ def _compiled(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
             model = spec.compile()
         except MANY_LINES as error:
             raise InputError(f"MuJoCo cannot read it: {one_line(error)}", file=file) from None
-    return model, tuple(f"MuJoCo says: {one_line(warning.message)}" for warning in caught)
+    return model, tuple(
+        Notice("mujoco-warning", "MuJoCo says: {subject}", subject=one_line(warning.message))
+        for warning in caught
+    )
 
 
 def _spec(file: pathlib.Path) -> mujoco.MjSpec:
@@ -241,20 +245,21 @@ def _beside(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
     return found
 
 
-def _notes(model: mujoco.MjModel, parts: dict[int, str]) -> Iterator[str]:
+def _notes(model: mujoco.MjModel, parts: dict[int, str]) -> Iterator[Notice]:
     """What a user would not expect of the tree."""
     if unnamed := [name for body, name in parts.items() if not model.body(body).name]:
-        yield f"parts without a name are called {listed(unnamed)}"
+        yield reading_note("unnamed-parts", "parts without a name are called {names}", unnamed)
     of_parts = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in parts]
     if others := sorted({int(model.geom_type[geom]) for geom in of_parts} - set(SHAPE_KINDS)):
         words = [mujoco.mjtGeom(kind).name.removeprefix("mjGEOM_").lower() for kind in others]
-        yield f"geoms that are no shape of a part are left out: {listed(words)}"
+        yield reading_note("geoms-left-out", "geoms that are no shape of a part are left out: {names}", words)
     if floating := [name for body, name in parts.items() if model.body_gravcomp[body]]:
-        yield f"gravity compensation is left out: {listed(floating)}"
+        yield reading_note("gravity-compensation", "gravity compensation is left out: {names}", floating)
     curved = [
         model.joint(joint).name or parts[int(model.jnt_bodyid[joint])]
         for joint in range(model.njnt)
         if np.any(model.jnt_stiffnesspoly[joint]) or np.any(model.dof_dampingpoly[model.jnt_dofadr[joint]])
     ]
     if curved:
-        yield f"of polynomial springs and dampers only the linear part is read: {listed(curved)}"
+        text = "of polynomial springs and dampers only the linear part is read: {names}"
+        yield reading_note("polynomials-cut", text, curved)

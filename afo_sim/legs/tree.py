@@ -3,12 +3,13 @@
 import pathlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 
 JointKind = Literal["hinge", "slide", "ball", "free"]
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
@@ -174,6 +175,12 @@ def listed(names: Iterable[str], most: int = 8) -> str:
     names = list(names)
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+
+
+def reading_note(code: str, text: str, names: Iterable[str], **data: Any) -> Notice:
+    """A notice of reading or writing a file; the text has {names} where the names stand."""
+    names = list(names)
+    return Notice(code, text, subject=listed(names), names=listed(names), all=names, severity="note", **data)
 
 
 def check_finite(tree: Tree) -> None:

@@ -224,7 +224,7 @@ def _shape_problem(geometry: Any) -> str:
 
 
 def _positive(text: str) -> bool:
-    """Whether numbers are positive; what is no number is told elsewhere."""
+    """Whether numbers are positive; what is not a number is reported elsewhere."""
     try:
         return all(float(word) > 0 for word in text.replace(",", " ").split())
     except ValueError:
@@ -310,7 +310,7 @@ def _candidates(name: str, file: pathlib.Path, packages: Packages) -> Iterator[p
 def load_mesh(path: pathlib.Path, scale: float | np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (n, 3) [m] and faces (m, 3) of a mesh file, through trimesh.
 
-    A file that tells its unit, as COLLADA does, is turned into metres, as ROS does. STL and OBJ tell none.
+    A file that states its unit, as COLLADA does, is turned into metres, as ROS does. STL and OBJ state none.
     """
     import trimesh
 

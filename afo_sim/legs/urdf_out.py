@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import together
-from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, shift
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, reading_note, shift
 from afo_sim.legs.urdf_files import quiet
 
 UNLIMITED = 1e9  # URDF wants a largest effort and velocity of each joint; a tree knows none
@@ -258,31 +259,52 @@ class _Robot:
     def _taken_joints(self) -> set[str]:
         return {*self.tree.joints(), *(joint.name for joint in self.joints)}
 
-    def remarks(self) -> Iterator[str]:
+    def remarks(self) -> Iterator[Notice]:
         """What URDF does not hold, or holds otherwise."""
         joints = [joint for _, joint in self.tree.joints().values()]
-        if self.between:
-            yield (
-                "URDF has one joint between two links, so that massless links stand between: "
-                f"{listed(self.between)}; MuJoCo's own importer does not move links without mass"
-            )
-        if moved := [joint.name for joint in joints if joint.zero]:
-            yield f"URDF's coordinates count from the posture of the tree: {listed(moved)} begin elsewhere"
-        if springs := [joint.name for joint in joints if joint.stiffness]:
-            yield f"URDF has no springs: that of {listed(springs)} is left out"
-        if rotors := [joint.name for joint in joints if joint.armature]:
-            yield f"URDF has no rotor inertia: that of {listed(rotors)} is left out"
-        if ends := [joint.name for joint in joints if joint.kind == "slide" and joint.range is None]:
-            yield f"URDF's slides have ends: {listed(ends)} without stops end {FAR:g} m away"
         roots = [part for part in self.tree.parts.values() if part.parent is None]
-        if _is_root(roots) and roots[0].joints:
-            yield f"URDF leaves it to the program that reads it how the root {roots[0].name} moves"
+        for code, text, names in (
+            (
+                "massless-links-between",
+                "URDF has one joint between two links, so that massless links stand between: {names}; "
+                "MuJoCo's own importer does not move links without mass",
+                self.between,
+            ),
+            (
+                "coordinates-shifted",
+                "URDF's coordinates count from the posture of the tree: {names} begin elsewhere",
+                [joint.name for joint in joints if joint.zero],
+            ),
+            (
+                "springs-left-out",
+                "URDF has no springs: that of {names} is left out",
+                [joint.name for joint in joints if joint.stiffness],
+            ),
+            (
+                "rotors-left-out",
+                "URDF has no rotor inertia: that of {names} is left out",
+                [joint.name for joint in joints if joint.armature],
+            ),
+            (
+                "slides-end",
+                f"URDF's slides have ends: {{names}} without stops end {FAR:g} m away",
+                [joint.name for joint in joints if joint.kind == "slide" and joint.range is None],
+            ),
+            (
+                "root-moves",
+                "URDF leaves it to the program that reads it how the root {names} moves",
+                [roots[0].name] if _is_root(roots) and roots[0].joints else [],
+            ),
+        ):
+            if names:
+                yield reading_note(code, text, names)
         if self.tree.beside:
-            yield f"left out: {listed(self.tree.beside, len(self.tree.beside))}"
-        yield from (
-            f"{what} written as {how}: {listed(names)}"
-            for (what, how), names in self.shapes.otherwise.items()
-        )
+            kinds = listed(self.tree.beside, len(self.tree.beside))
+            yield Notice("kinds-left-out", "left out: {subject}", subject=kinds, severity="note")
+        for (what, how), names in self.shapes.otherwise.items():
+            yield reading_note(
+                "shapes-replaced", "{what} written as {how}: {names}", names, what=what, how=how
+            )
 
 
 def _is_root(roots: list[Part]) -> bool:

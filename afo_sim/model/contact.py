@@ -5,7 +5,7 @@ is laid, under each point of the sole and at every step, where the recorded foot
 whoever walks as recorded feels what was recorded, and whoever lands otherwise is caught by the pads. Where
 nothing is recorded to press, the floor is at zero, or as deep as the recorded point itself.
 
-What the pads do not tell of the recorded force acts as recorded, whatever the foot does: the moment of the
+What the pads do not carry of the recorded force acts as recorded, whatever the foot does: the moment of the
 horizontal force (the pads have no friction), of a centre of pressure that is not between two standing points
 (the rolling heel, the tip of the toe), and what plates hum while the foot is in the air.
 
@@ -196,15 +196,15 @@ def register(
     forward, upward, place = walk.cycle.ground(walk.phase[1:-1])
     weight = body_mass * GRAVITY
     least = size.heavier * LOADED
-    told = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
-    above = np.maximum(height, 0.0) * (1.0 - standing(told > least, size.slower * RAMP / walk.timestep))
+    pressed = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
+    above = np.maximum(height, 0.0) * (1.0 - standing(pressed > least, size.slower * RAMP / walk.timestep))
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
     share = 1.0 - ground.damping * velocity
     give = np.maximum(share, FASTEST)
-    load = np.maximum(told - stiffness * give * above, 0.0)  # a pad in the air bears no hum of the plates
+    load = np.maximum(pressed - stiffness * give * above, 0.0)  # a pad in the air bears no hum of the plates
     carried = load * np.maximum(share, 0.0) / give
     lost = np.sum(load - carried, axis=1) / weight
-    fastest = float(np.max(velocity, where=told > least, initial=0.0)) / size.slower
+    fastest = float(np.max(velocity, where=pressed > least, initial=0.0)) / size.slower
     flexors = None
     if walk.toe is not None:
         assert scenario.patient is not None
@@ -214,7 +214,7 @@ def register(
     shift = np.where(total > least, place - turning / np.maximum(total, least), 0.0)
     recorded = weight * (place * upward + walk.pose[1:-1, 1] * forward)
     return Contact(
-        floor=height - above + told / (stiffness * give),
+        floor=height - above + pressed / (stiffness * give),
         load=load,
         moment=recorded - turning,
         shift=shift,

@@ -51,7 +51,7 @@ def _deepest(through: list[ThroughLeg]) -> list[ThroughLeg]:
     worst: dict[tuple[str, str, bool], ThroughLeg] = {}
     for entry in through:
         key = entry.role, entry.part, entry.bone
-        sign = -1.0 if entry.bone else 1.0  # of bone the distance is told
+        sign = -1.0 if entry.bone else 1.0  # of bone the distance is given
         if key not in worst or sign * entry.depth > sign * worst[key].depth + 1e-9:
             worst[key] = entry
     return list(worst.values())

@@ -50,7 +50,7 @@ def axis_of(subtalar: Subtalar, side: Side) -> np.ndarray:
 
 
 def free(scenario: Scenario) -> bool:
-    """Whether the foot turns about the subtalar axis: not in recorded walking, which tells nothing of it."""
+    """Whether the foot turns about the subtalar axis: not in recorded walking, which has nothing of it."""
     return scenario.leg.subtalar is not None and not scenario.walking
 
 
@@ -78,7 +78,7 @@ def add_subtalar(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> mujo
         problem = f"there is a joint {SUBTALAR!r} in the leg's file already"
         allowed = "a file without it; leg.subtalar makes the hinge"
         raise InputError(problem, file=leg.file, field="leg.subtalar", allowed=allowed)
-    unit = 180.0 / math.pi if spec.compiler.degree else 1.0  # as the file tells its angles
+    unit = 180.0 / math.pi if spec.compiler.degree else 1.0  # as the file states its angles
     below = np.array([0.0, 0.0, -taller * subtalar.below_ankle])
     rest = [0.0, 0.0]  # of MuJoCo's polynomials
     return spec.body(leg.foot).add_joint(

@@ -249,7 +249,7 @@ def _read_spec(file: pathlib.Path) -> mujoco.MjSpec:
 
 
 def times_of_change(file: pathlib.Path) -> tuple[int, ...] | None:
-    """Of a model file and its meshes; None where they do not tell of every change that MuJoCo would see."""
+    """Of a model file and its meshes; None where they do not show every change that MuJoCo would see."""
     try:
         when = file.stat().st_mtime_ns
         return when, *(mesh.stat().st_mtime_ns for mesh in _meshes(file, when))

@@ -38,7 +38,7 @@ def muscle_names(orthosis: Orthosis) -> dict[str, MuscleGroup]:
 
 
 def chamber_of(muscle: str, group: MuscleGroup) -> str:
-    """The chamber that a single muscle ("dorsiflexor_1") of a group hangs on."""
+    """The chamber that supplies a single muscle ("dorsiflexor_1") of a group."""
     return group.chamber or muscle.rsplit("_", 1)[0]
 
 

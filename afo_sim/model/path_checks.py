@@ -22,7 +22,7 @@ from afo_sim.model.paths import Paths, paths_of, route_of
 
 LEAST_ARM = 1e-3  # moment arm on either side that counts as a change of its sign [m]
 APART = np.radians(0.5)  # between the angles that are looked at
-TOUCHING = 1e-9  # sine of a wrapped angle from which on a side is told
+TOUCHING = 1e-9  # sine of a wrapped angle from which on a side is known
 
 
 def check_paths(angles: np.ndarray, lengths: np.ndarray, muscles: Iterable[str], orthosis: Orthosis) -> None:

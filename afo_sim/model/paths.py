@@ -59,8 +59,8 @@ def _add_path(
     tendon.rgba = [0.75, 0.25, 0.2, 1.0]
     for end, anchor in (("origin", group.origin), ("insertion", group.insertion)):
         if end == "insertion":
-            for number, place in enumerate(group.path):
-                _add_place(anchors[place.segment], tendon, f"{name}_path{number}", name, group, place)
+            for number, point in enumerate(group.path):
+                _add_point(anchors[point.segment], tendon, f"{name}_path{number}", name, group, point)
         offset = side(name, group) * anchor.spacing
         body = anchors[anchor.segment]
         position = np.array(anchor.from_ankle) + np.array([0.0, offset, 0.0])
@@ -78,17 +78,17 @@ def _add_path(
         tendon.wrap_site(site.name)
 
 
-def _add_place(
+def _add_point(
     body: mujoco.MjsBody,
     tendon: mujoco.MjsTendon,
     label: str,
     name: str,
     group: MuscleGroup,
-    place: PathPoint,
+    point: PathPoint,
 ) -> None:
     """A point or a surface of one muscle's path, on the body that carries the anchors of its segment."""
-    position = np.array(place.from_ankle) + side(name, group) * place.spacing * LATERAL
-    surface = place.surface
+    position = np.array(point.from_ankle) + side(name, group) * point.spacing * LATERAL
+    surface = point.surface
     if surface is None:
         body.add_site(name=label, pos=position, size=[0.004] * 3, rgba=GUIDE)
         tendon.wrap_site(label)
@@ -96,7 +96,7 @@ def _add_place(
     turn, size = np.array([1.0, 0.0, 0.0, 0.0]), [surface.radius, 0.0, 0.0]
     kind = mujoco.mjtGeom.mjGEOM_SPHERE
     if surface.shape == "cylinder":
-        kind, size[1] = mujoco.mjtGeom.mjGEOM_CYLINDER, max(0.5 * place.spacing, DRAWN_HALF)
+        kind, size[1] = mujoco.mjtGeom.mjGEOM_CYLINDER, max(0.5 * point.spacing, DRAWN_HALF)
         mujoco.mju_quatZ2Vec(turn, np.array(surface.axis) / np.linalg.norm(surface.axis))
     body.add_geom(
         name=label,
@@ -155,7 +155,7 @@ SEGMENTS: tuple[Segment, ...] = ("shank", "foot")
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """A path in one posture: where it is held, from origin to insertion, and on which body each place is.
+    """A path in one posture: where it is held, from origin to insertion, and on which body each point is.
 
     points : [m], in the world (n, 3)
     bodies : ids (n,)
@@ -282,13 +282,13 @@ def path_points(model: mujoco.MjModel, data: mujoco.MjData, muscle: str) -> np.n
     """
     tendon = model.tendon(muscle).id
     start, count = int(data.ten_wrapadr[tendon]), int(data.ten_wrapnum[tendon])
-    places = data.wrap_xpos.reshape(-1, 3)[start : start + count]
+    corners = data.wrap_xpos.reshape(-1, 3)[start : start + count]
     around = data.wrap_obj.reshape(-1)[start : start + count]
     found: list[np.ndarray] = []
-    for k, place in enumerate(places):
+    for k, point in enumerate(corners):
         if k and around[k] >= 0 and around[k] == around[k - 1]:
-            found.extend(_arc(model, data, int(around[k]), places[k - 1], place))
-        found.append(place)
+            found.extend(_arc(model, data, int(around[k]), corners[k - 1], point))
+        found.append(point)
     return np.array(found).reshape(-1, 3)
 
 

@@ -1,6 +1,6 @@
 """The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it.
 
-The recorded walking tells which side's muscles are active; the stiffness follows that side's strength with
+The recorded walking shows which side's muscles are active; the stiffness follows that side's strength with
 lags. The instants at which the sides change belong to the gait cycle, and between them the lags have a closed
 form. So the activation at an instant does not depend on the time step.
 """
@@ -75,8 +75,8 @@ def _bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
 
         I ψ̈_t + m (x (z̈_a + z̈ + g) − z (ẍ_a + ẍ)),
 
-    bent as they rest, less the same of straight ones. The spring gives way by a third of a degree in swing,
-    which is left out.
+    bent as they rest, less the same of straight ones. The compliance of the spring, a third of a degree in
+    swing, is left out.
 
     Units: returns [N·m].
     """

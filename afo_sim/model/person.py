@@ -63,7 +63,7 @@ class Size:
 
 
 def person_of(scenario: Scenario) -> Person:
-    """The patient's own mass and height; what is not told is the recorded walker's, else the leg's.
+    """The patient's own mass and height; what is not stated is the recorded walker's, else the leg's.
 
     Raises
     ------
@@ -139,19 +139,19 @@ def _similar(file: pathlib.Path, when: int, speed: float | None, taller: float) 
 
 
 def with_person(scenario: Scenario) -> Scenario:
-    """The scenario with the person's mass and height told, so that whoever reads it sees what ran."""
+    """The scenario with the person's mass and height stated, so that whoever reads it sees what ran."""
     patient = scenario.patient
     if patient is None:
         return scenario
     person = person_of(scenario)
-    told: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}
-    told["provenance"] = patient.provenance | _sources(scenario)
+    stated: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}
+    stated["provenance"] = patient.provenance | _sources(scenario)
     # a copy is not checked again: a gait file's mass is checked where it is read
-    return scenario.model_copy(update={"patient": patient.model_copy(update=told)})
+    return scenario.model_copy(update={"patient": patient.model_copy(update=stated)})
 
 
 def _sources(scenario: Scenario) -> dict[str, Provenance]:
-    """Sources of the mass and height that the patient does not tell."""
+    """Sources of the mass and height that the patient does not state."""
     patient, gait = scenario.patient, scenario.gait
     assert patient is not None and gait is not None
     walker, found = f"of the recorded walker, gait {gait.cycle}", {}

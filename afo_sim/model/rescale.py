@@ -42,7 +42,7 @@ RIGID_PARTS = ("cuff", "plate")
 
 @dataclass(frozen=True)
 class Ratio:
-    """How much longer shank and foot are than those that it was made for [-]; `words` tell of whom."""
+    """How much longer shank and foot are than those that it was made for [-]; `words` say of whom."""
 
     shank: float = 1.0
     foot: float = 1.0
@@ -103,12 +103,12 @@ def refit(orthosis: Orthosis, shank: float = 1.0, foot: float = 1.0, *, words: s
     by = Ratio(shank, foot, words)
     if shank == foot == 1.0:
         return orthosis
-    groups = {name: _refitted(name, group, by) for name, group in orthosis.muscle.items()}
+    groups = {name: _rescaled(name, group, by) for name, group in orthosis.muscle.items()}
     changed = orthosis.model_copy(update={"muscle": groups})
     return load("orthosis", changed.model_dump(mode="json"))  # checked as a file is
 
 
-def _refitted(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
+def _rescaled(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
     """A group between two anchors; over a pulley it stays."""
     if group.origin is None or group.insertion is None or group.link_length is None:
         return group
@@ -125,9 +125,9 @@ def _refitted(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
             value=group.type.name,
             allowed="a shorter muscle",
         )
-    told = Provenance(kind="derived", source=_link_source(by))
+    derived = Provenance(kind="derived", source=_link_source(by))
     return moved.model_copy(
-        update={"link_length": link, "provenance": group.provenance | {"link_length": told}}
+        update={"link_length": link, "provenance": group.provenance | {"link_length": derived}}
     )
 
 
@@ -143,14 +143,14 @@ def _moved(place: Any, by: Ratio) -> Any:
     ratio = by.of(place.segment)
     if ratio == 1.0:
         return place
-    told = Provenance(kind="derived", source=by.source(place.segment))
+    derived = Provenance(kind="derived", source=by.source(place.segment))
     changed: dict[str, Any] = {
         "from_ankle": tuple(ratio * x for x in place.from_ankle),
-        "provenance": place.provenance | {"from_ankle": told},
+        "provenance": place.provenance | {"from_ankle": derived},
     }
     if isinstance(place, PathPoint) and place.surface is not None:
         surface = place.surface
-        update = {"radius": ratio * surface.radius, "provenance": surface.provenance | {"radius": told}}
+        update = {"radius": ratio * surface.radius, "provenance": surface.provenance | {"radius": derived}}
         changed["surface"] = surface.model_copy(update=update)
     return place.model_copy(update=changed)
 
@@ -200,7 +200,7 @@ def _crossing(angles: np.ndarray, values: np.ndarray) -> float:
     return float(angles[k] + share * (angles[k + 1] - angles[k]))
 
 
-def write_refit(
+def write_rescaled(
     source: str | os.PathLike[str], by: Ratio, folder: pathlib.Path, *, force: bool = False
 ) -> Orthosis:
     """Write `folder/orthosis.toml`, an orthosis refitted, and copies of the files that it names.
@@ -230,7 +230,7 @@ def write_refit(
         raise InputError("holds an orthosis", field="out", value=str(folder), allowed=allowed)
     found = refit(load("orthosis", file), by.shank, by.foot, words=by.words)
     document = tomlkit.parse(file.read_text(encoding="utf-8"))
-    _tell(document, found, by)
+    _write_numbers(document, found, by)
     check_writable(folder)
     with together(folder) as scratch:
         _carry(document, file, folder, scratch)
@@ -241,7 +241,7 @@ def write_refit(
     return found
 
 
-def _tell(document: Any, orthosis: Orthosis, by: Ratio) -> None:
+def _write_numbers(document: Any, orthosis: Orthosis, by: Ratio) -> None:
     """Put the changed numbers into the text."""
     if by.shank == by.foot == 1.0:
         return
@@ -249,10 +249,10 @@ def _tell(document: Any, orthosis: Orthosis, by: Ratio) -> None:
     document["description"] = f"{before}; refitted{f': {by.words}' if by.words else ''}".lstrip("; ")
     for name, group in orthosis.anchored.items():
         table = document["muscle"][name]
-        _tell_group(table, group, by)
+        _write_group(table, group, by)
 
 
-def _tell_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
+def _write_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
     assert group.origin is not None and group.insertion is not None and group.link_length is not None
     places: list[tuple[Any, Anchor | PathPoint]] = [
         (table["origin"], group.origin),
@@ -261,14 +261,14 @@ def _tell_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
     places += [(table["path"][k], place) for k, place in enumerate(group.path)]
     for entry, place in places:
         if by.of(place.segment) != 1.0:
-            entry["from_ankle"] = _told([_cm(x) for x in place.from_ankle], by.source(place.segment))
+            entry["from_ankle"] = _derived([_cm(x) for x in place.from_ankle], by.source(place.segment))
             surface = getattr(place, "surface", None)
             if surface is not None:
-                entry["surface"]["radius"] = _told(_cm(surface.radius), by.source(place.segment))
-    table["link_length"] = _told(_cm(group.link_length), _link_source(by))
+                entry["surface"]["radius"] = _derived(_cm(surface.radius), by.source(place.segment))
+    table["link_length"] = _derived(_cm(group.link_length), _link_source(by))
 
 
-def _told(value: Any, source: str) -> Any:
+def _derived(value: Any, source: str) -> Any:
     entry = tomlkit.inline_table()
     entry.update({"value": value, "kind": "derived", "source": source})
     return entry

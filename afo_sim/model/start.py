@@ -82,8 +82,8 @@ def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -
     ----------
     built : compiled scenario with walking
     control : inputs at the first step (nu,)
-    air : gauge pressures of the chambers in that posture; by default what the scenario's [start] tells, and
-        ambient air where it tells nothing
+    air : gauge pressures of the chambers in that posture; by default what the scenario's [start] states, and
+        ambient air where it states nothing
 
     Returns
     -------

@@ -97,11 +97,13 @@ class Pace:
 
     @classmethod
     def of(cls, gait: Gait) -> Self:
-        """What a gait tells; the walker's own cadence before the first time that it tells."""
-        told = gait.pace
-        if not told or told[0][0] > 0.0:
-            told = ((0.0, 1.0), *told)
-        return cls(tuple(at for at, _ in told[1:]), tuple(factor for _, factor in told), gait.pace_change)
+        """What a gait describes; the walker's own cadence before the first described time."""
+        described = gait.pace
+        if not described or described[0][0] > 0.0:
+            described = ((0.0, 1.0), *described)
+        return cls(
+            tuple(at for at, _ in described[1:]), tuple(factor for _, factor in described), gait.pace_change
+        )
 
     def walked(self, time: np.ndarray) -> np.ndarray:
         """Time that the walk takes at the walker's own cadence to come as far: the integral of the factor.
@@ -138,7 +140,7 @@ class Walk:
     ankle angle, as this outsole has it [rad]; knee the recorded knee angle [rad]; toe the toes' rest
     extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
     the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
-    upward positive [m]; resting tells the toes' rest extension at any phase.
+    upward positive [m]; resting gives the toes' rest extension at any phase.
     """
 
     cycle: GaitCycle
@@ -152,7 +154,7 @@ class Walk:
     offset: float = 0.0
     resting: Resting | None = None
 
-    # what every case of a sweep asks of it, computed once
+    # what every case of a sweep needs of it, computed once
 
     @functools.cached_property
     def time(self) -> np.ndarray:
@@ -225,7 +227,7 @@ class _Stands:
 
     @classmethod
     def of(cls, scenario: Scenario, foot: Foot, offset: float) -> "_Stands":
-        """Points that do not give way, as toes do; `offset` is added to the recorded ankle angle [rad]."""
+        """Points that are rigid, unlike toes; `offset` is added to the recorded ankle angle [rad]."""
         assert scenario.gait is not None
         names = [name for name in foot.points if foot.toes is None or name not in TOE_POINTS]
         turn = Turn.by(np.array(offset))

@@ -14,7 +14,7 @@ from afo_sim.model.walk import ARMATURE, JOINTS
 
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
 GROUND, ACTIVE, STIFFNESS, SPASTIC = "ground", "active_moment", "active_stiffness", "spasticity"
-SINK, SUPPORT = "sink", "support"  # the joint by which the leg gives way, and its actuator
+SINK, SUPPORT = "sink", "support"  # the joint of the leg's compliance, and its actuator
 PADS, FLOORS = (tuple(f"{kind}_{point}" for point in POINTS) for kind in ("pad", "floor"))
 
 
@@ -71,7 +71,7 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
 
 
 def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario, size: Size) -> None:
-    """The joint by which the leg gives way to the ground, upward positive."""
+    """The joint of the leg's compliance against the ground, upward positive."""
     ground = ground_of(scenario, Size(taller=size.taller))
     rest = [0.0, 0.0]  # of MuJoCo's polynomials
     shank.add_joint(
@@ -85,7 +85,7 @@ def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario, size: S
 
 
 def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
-    """A pad under each point of the sole, what tells the floor's height there, and the body's support."""
+    """A pad under each point of the sole, the floor's height there, and the body's support."""
     blank = [0.0] * native.N_USER
     fixed = mujoco.mjtGain.mjGAIN_FIXED
     spec.worldbody.add_site(name=GROUND)
