@@ -25,7 +25,7 @@ from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import attach_parts, check_leg, leg_spec, times_of_change, weighed_later
 from afo_sim.model.mirror import mirror_shapes, orthosis_mirrored
-from afo_sim.model.mounting import ANKLE, Index, sweep_lengths
+from afo_sim.model.mounting import ANKLE, Index, add_motor, sweep_lengths
 from afo_sim.model.paths import add_tendons
 from afo_sim.model.person import Size
 from afo_sim.model.walk_bodies import SINK, add_walking, walking_actuators
@@ -55,7 +55,7 @@ def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit, s
         for body in anchors.values():
             mirror_shapes(body)
     native.add_muscles(spec, circuit)
-    _add_passive_ankle(spec)
+    add_motor(spec, PASSIVE, ANKLE, (0.0,), callback=True)
     native.add_chambers(spec, circuit)
     if scenario.walking:
         add_walking(spec, scenario, size)
@@ -86,18 +86,6 @@ def collides(model: mujoco.MjModel) -> bool:
     """Whether any two geoms may touch; where none may, no step needs to look for contacts."""
     able = model.geom_contype[:, None] & model.geom_conaffinity[None, :]
     return bool(able.any()) or model.npair > 0
-
-
-def _add_passive_ankle(spec: mujoco.MjSpec) -> None:
-    spec.add_actuator(
-        name=PASSIVE,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target=ANKLE,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        gainprm=[0.0] * 10,
-        biastype=mujoco.mjtBias.mjBIAS_USER,
-        userdata=[0.0] * native.N_USER,
-    )
 
 
 def unused(model: mujoco.MjModel) -> int:

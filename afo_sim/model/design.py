@@ -38,7 +38,7 @@ class Design:
     @property
     def warnings(self) -> list[str]:
         """Everything that is wrong: paths through the leg, pressures beyond a limit, what building found."""
-        found: list[str] = [entry.words for entry in _deepest(self.through)]
+        found: list[str] = [entry.notice for entry in _deepest(self.through)]
         for entry in self.facts:
             found += beyond_pressure(entry.name, entry.group, float(entry.pressures[-1]))
         of_the_run = list(check_description(self.built.scenario))

@@ -23,6 +23,7 @@ from afo_sim.description.scenario import Leg, Scenario
 from afo_sim.description.toes import Toes
 from afo_sim.gait.fourier import Wave
 from afo_sim.gait.toe_extension import toe_extension
+from afo_sim.model.mounting import add_motor
 from afo_sim.model.outsole import POINTS, SOLE, worn
 from afo_sim.model.person import Size
 
@@ -307,16 +308,8 @@ def _armature(spec: mujoco.MjSpec, toes: Toes, stiffness: float, timestep: float
 
 def add_rest(spec: mujoco.MjSpec, scenario: Scenario) -> None:
     """The actuator that moves the hinge's rest angle: its input is a moment."""
-    if scenario.leg.toes is None:
-        return
-    spec.add_actuator(
-        name=REST,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target=scenario.leg.toes.joint,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        gainprm=[1.0] + [0.0] * 9,
-        userdata=[0.0] * native.N_USER,
-    )
+    if scenario.leg.toes is not None:
+        add_motor(spec, REST, scenario.leg.toes.joint, (1.0,))
 
 
 def rest_moment(

@@ -7,6 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from afo_sim.common.notice import Notice
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, muscle_names
 from afo_sim.model.outsole import SHOE
@@ -210,7 +211,7 @@ class ThroughLeg:
         return self.muscle.rsplit("_", 1)[0]
 
     @property
-    def words(self) -> str:
+    def notice(self) -> Notice:
         """One sentence: muscle, angle, depth, part, and the fix."""
         at = f"at {np.degrees(self.angle):.0f} deg"
         if self.bone:
@@ -219,7 +220,18 @@ class ThroughLeg:
             what = f"passes {1e3 * self.depth:.0f} mm under the skin of the {self.part} {at}"
         way = "forward" if self.move > 0.0 else "back"
         by = math.ceil(1e3 * abs(self.move))
-        return f"{self.muscle} {what}; move {self.end}.from_ankle {way} by about {by} mm, or add a path point"
+        return Notice(
+            "path-through-bone" if self.bone else "path-through-skin",
+            "{muscle} {what}; move {end}.from_ankle {way} by about {by} mm, or add a path point",
+            subject=f"{self.muscle}, {self.part}",
+            muscle=self.muscle,
+            what=what,
+            end=self.end,
+            way=way,
+            by=by,
+            depth=self.depth,
+            angle=self.angle,
+        )
 
 
 def through_leg(built: Built, shapes: LegShapes | None = None) -> list[ThroughLeg]:

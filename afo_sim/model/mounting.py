@@ -47,6 +47,22 @@ def valve_names(orthosis: Orthosis) -> list[str]:
     return [f"{name}_{side}" for name in orthosis.chamber for side in ("inlet", "outlet")]
 
 
+def add_motor(
+    spec: mujoco.MjSpec, name: str, joint: str, gains: tuple[float, ...], *, callback: bool = False
+) -> None:
+    """An actuator on a joint: input × (g0 + g1 × coordinate + g2 × velocity), plus the callback's bias."""
+    kinds = mujoco.mjtGain
+    spec.add_actuator(
+        name=name,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=joint,
+        gaintype=kinds.mjGAIN_FIXED if len(gains) == 1 else kinds.mjGAIN_AFFINE,
+        gainprm=[*gains] + [0.0] * (10 - len(gains)),
+        biastype=mujoco.mjtBias.mjBIAS_USER if callback else mujoco.mjtBias.mjBIAS_NONE,
+        userdata=[0.0] * native.N_USER,
+    )
+
+
 def sweep_ankle(
     model: mujoco.MjModel, index: Index, angles: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from afo_sim import native
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.contact import ground_of, pad_stiffness
 from afo_sim.model.foot import REST, Foot, add_rest
-from afo_sim.model.mounting import ANKLE
+from afo_sim.model.mounting import ANKLE, add_motor
 from afo_sim.model.outsole import POINTS, SOLE, padded
 from afo_sim.model.person import Size, reflex_gain
 from afo_sim.model.walk import ARMATURE, JOINTS
@@ -32,39 +32,12 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
         if name == JOINTS[-1] and scenario.contact:  # before the shank turns: along the world's z
             _add_sink(shank, at, scenario, size)
         shank.add_joint(name=name, type=kind, axis=axis, pos=at, armature=ARMATURE)
-    blank = [0.0] * native.N_USER
-    joint, fixed = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtGain.mjGAIN_FIXED
-    for name, target, gain in (
-        *zip(DRIVES, JOINTS, [ARMATURE] * 3, strict=True),
-        (GROUND, ANKLE, 1.0),
-        (ACTIVE, ANKLE, 1.0),
-    ):
-        spec.add_actuator(
-            name=name,
-            trntype=joint,
-            target=target,
-            gaintype=fixed,
-            gainprm=[gain] + [0.0] * 9,
-            userdata=blank,
-        )
-    spec.add_actuator(  # −ctrl × angle
-        name=STIFFNESS,
-        trntype=joint,
-        target=ANKLE,
-        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
-        gainprm=[0.0, -1.0] + [0.0] * 8,
-        userdata=blank,
-    )
-    spec.add_actuator(
-        name=SPASTIC,
-        trntype=joint,
-        target=ANKLE,
-        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
-        gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
-        biastype=mujoco.mjtBias.mjBIAS_USER,
-        userdata=blank,
-    )
-
+    for drive, driven in zip(DRIVES, JOINTS, strict=True):
+        add_motor(spec, drive, driven, (ARMATURE,))
+    add_motor(spec, GROUND, ANKLE, (1.0,))
+    add_motor(spec, ACTIVE, ANKLE, (1.0,))
+    add_motor(spec, STIFFNESS, ANKLE, (0.0, -1.0))  # −ctrl × angle
+    add_motor(spec, SPASTIC, ANKLE, (0.0, 0.0, -1.0), callback=True)
     add_rest(spec, scenario)
     if scenario.contact:
         _add_contact(spec, padded(leg.toes))
@@ -86,8 +59,6 @@ def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario, size: S
 
 def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
     """A pad under each point of the sole, the floor's height there, and the body's support."""
-    blank = [0.0] * native.N_USER
-    fixed = mujoco.mjtGain.mjGAIN_FIXED
     spec.worldbody.add_site(name=GROUND)
     there = {site.name for site in spec.sites}
     for point in points:
@@ -102,18 +73,11 @@ def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
             gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
             gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
             biastype=mujoco.mjtBias.mjBIAS_USER,
-            userdata=blank,
+            userdata=[0.0] * native.N_USER,
         )
-    floors = ((f"floor_{point}", ANKLE, 0.0) for point in points)
-    for name, target, gain in (*floors, (SUPPORT, SINK, 1.0)):
-        spec.add_actuator(
-            name=name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            target=target,
-            gaintype=fixed,
-            gainprm=[gain] + [0.0] * 9,
-            userdata=blank,
-        )
+    for point in points:
+        add_motor(spec, f"floor_{point}", ANKLE, (0.0,))
+    add_motor(spec, SUPPORT, SINK, (1.0,))
 
 
 def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:

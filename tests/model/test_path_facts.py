@@ -267,8 +267,8 @@ def test_a_muscle_through_the_shin_is_found_with_depth_and_angle() -> None:
     assert found.depth == pytest.approx(max(worst), abs=6e-4)  # points stand 4 mm apart
     assert found.angle == pytest.approx(angles[int(np.argmax(worst))], abs=1e-9)
     assert (found.end, found.move > 0.0) == ("origin", True)
-    assert "14 mm under the skin of the shank at" in found.words
-    assert "move origin.from_ankle forward" in found.words
+    assert "14 mm under the skin of the shank at" in found.notice
+    assert "move origin.from_ankle forward" in found.notice
 
 
 def test_the_fix_that_is_told_takes_the_muscle_out() -> None:
@@ -297,7 +297,7 @@ def test_a_path_along_the_bone_is_told() -> None:
     found = [entry for entry in through_leg(afo.build("seated", across)) if entry.bone]
     assert [entry.muscle for entry in found] == ["dorsiflexor_1"]
     assert found[0].depth < 0.0025  # between two points, 4 mm apart, on the line
-    assert "through bone" in found[0].words
+    assert "through bone" in found[0].notice
 
 
 def test_a_path_with_points_is_followed() -> None:
