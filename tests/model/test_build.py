@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import with_code
 from afo_sim.description.reader import load
 from afo_sim.model.assemble import collides, unused
 from afo_sim.model.build import build
@@ -337,3 +338,15 @@ def test_the_model_that_runs_carries_the_flags_and_the_saved_one_does_not() -> N
     built = build(load("scenario", "seated"))
     assert built.model.opt.disableflags & BITS.mjDSBL_SPRING
     assert not mujoco.MjModel.from_xml_string(built.xml).opt.disableflags & BITS.mjDSBL_SPRING
+
+
+def test_warnings_of_building_have_a_code_a_subject_and_numbers() -> None:
+    chamber = {"inlet": [["0 s", "4 s"]], "outlet": [["3.5 s", "5 s"], ["1 s", "2 s"]]}
+    timer = {"period": "8 s", "dorsiflexor": chamber}
+    found = build(load("scenario", "seated", {"timer": timer, "orthosis.muscle.dorsiflexor.slack": "9 cm"}))
+    [open_together] = with_code(found.warnings, "valves-open-together")
+    assert open_together.subject == "dorsiflexor"
+    assert open_together.data["overlaps"] == [(3.5, 4.0), (1.0, 2.0)]
+    assert "open together from 3.5 s to 4 s, from 1 s to 2 s" in open_together
+    [slack] = with_code(found.warnings, "muscle-too-slack")
+    assert slack.data["contraction"] > slack.data["limit"]
