@@ -115,7 +115,7 @@ def unused(model: mujoco.MjModel) -> int:
 class Load:
     """What goes with the person's mass in a compiled model: rows of its arrays, and their numbers there.
 
-    These are masses, inertias, and what joints do at the same angles and times (`walk_bodies.weigh`).
+    These are masses, inertias, and what joints do at the same angles and times (`leg._weigh`).
     """
 
     rows: tuple[tuple[str, np.ndarray, np.ndarray], ...]

@@ -27,7 +27,7 @@ from afo_sim.physics.passive_ankle import passive_moments
 STIFFNESS = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
 # Lags of the stiffness behind the active side [s]: two equal ones in series, as a twitch rises (critically
 # damped: Milner-Brown, Stein & Yemm 1973; the triceps surae's twitch peaks after about 0.1 s). Half of it is
-# there after 84 ms. The lag of its fall only avoids a jump: `patient.STIFFNESS` already holds the fall before
+# there after 84 ms. The lag of its fall only avoids a jump: `STIFFNESS` already holds the fall before
 # toe-off, and a stiffness that lingers would hold a hanging foot up. Both times are assumed.
 RISE, FALL = 0.05, 0.005
 SAMPLES = 4096  # of a stride in which the change of sides is looked for
