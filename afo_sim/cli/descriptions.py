@@ -22,7 +22,7 @@ from afo_sim.cli.common import (
 from afo_sim.common.errors import InputError, nearest_name, unknown
 
 if TYPE_CHECKING:
-    from afo_sim.model.refit import Fit, Ratio
+    from afo_sim.model.rescale import Fit, Ratio
 
 _LISTS = (
     "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "tubes", "sources",
@@ -191,8 +191,8 @@ def refit_command(
     with progress("reading"):
         from afo_sim.common import assets
         from afo_sim.description.reader import load
-        from afo_sim.model.refit import fits
         from afo_sim.model.refit_file import write_refit
+        from afo_sim.model.rescale import fits
 
         by = _ratio(to, made_for, shank_length, foot_length)
         leg = load("leg", to) if to else None
@@ -219,7 +219,7 @@ def refit_command(
 def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Ratio":
     """How much longer shank and foot are, from what the command line tells."""
     from afo_sim.description.reader import load
-    from afo_sim.model.refit import Ratio, lengths_of
+    from afo_sim.model.rescale import Ratio, lengths_of
 
     if bool(to) == bool(shank_length or foot_length):
         allowed = '--to LEG, or --shank-length "35 cm" and --foot-length "22 cm"'

@@ -1,4 +1,4 @@
-"""A whole model with an orthosis on one of its legs: its state, its valves, and what is read from it.
+"""A whole model with an orthosis on one of its legs: its state, its valves, and its readings.
 
 The tables of `native/state.py` say where the states stand in `act` and `userdata`; here they have names.
 """
@@ -35,7 +35,7 @@ class Attached:
     supply : gauge pressure before the inlet valves [Pa]
     circuit, ids : as `native` takes them
     userdata : first place in `userdata` that is this orthosis'
-    told : what the user is to know: what was changed, what is doubtful
+    notices : what was changed in the model, what is doubtful
     legs : every orthosis on this model by its prefix, this one too
     """
 
@@ -50,11 +50,16 @@ class Attached:
     circuit: native.Circuit
     ids: native.CircuitIds
     userdata: int = 0
-    told: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
     legs: dict[str, "Attached"] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"<{self.orthosis.name or 'orthosis'} on {self.bodies['shank']} and {self.bodies['foot']}>"
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """As `notices`; the name of former versions."""
+        return self.notices
 
     @property
     def muscles(self) -> dict[str, int]:
@@ -117,7 +122,7 @@ class Attached:
         gauge = {} if pressures is None else self._pressures_of_others(data)
         for name, value in (pressures or {}).items():
             if name not in self.chambers:
-                raise unknown(name, self.chambers, field="pressures", problem="is no chamber")
+                raise unknown(name, self.chambers, field="pressures", problem="is not a valid chamber")
             gauge[self.chambers[name]] = pressure_of(value, f"pressures.{name}")
         with Hold():
             native.fill_chambers(self.model, data, gauge)
@@ -141,7 +146,7 @@ class Attached:
         """Put current on valves: `set_valves(data, dorsiflexor="inlet", plantarflexor="outlet")`."""
         for name, command in {**(commands or {}), **more}.items():
             if name not in self.chambers:
-                raise unknown(name, self.chambers, field="set_valves", problem="is no chamber")
+                raise unknown(name, self.chambers, field="set_valves", problem="is not a valid chamber")
             if command not in COMMANDS:
                 raise unknown(command, ["inlet", "outlet", "None"], field=f"set_valves.{name}")
             for side, current in zip(native.SIDES, COMMANDS[command], strict=True):
@@ -205,15 +210,17 @@ class Attached:
                 found[segment] = float(native.read_anchor(self.model, data.userdata, network, number).force)
         return found
 
-    def gives(self, data: mujoco.MjData) -> dict[Segment, float]:
-        """How far cuff and plate give way under it [m]; 0 where they are rigid."""
+    def displacement(self, data: mujoco.MjData) -> dict[Segment, float]:
+        """Displacement of cuff and plate under that pull [m]; 0 where they are rigid."""
         found: dict[Segment, float] = {"shank": 0.0, "foot": 0.0}
         for segment in found:
             if segment in self.ids.anchors:
                 network, number = self.ids.anchors[segment]
-                yielding = native.read_anchor(self.model, data.userdata, network, number)
-                found[segment] = float(yielding.displacement)
+                anchor = native.read_anchor(self.model, data.userdata, network, number)
+                found[segment] = float(anchor.displacement)
         return found
+
+    gives = displacement  # the name of former versions
 
     def _air(self, data: mujoco.MjData) -> dict[str, native.Air]:
         found = {}

@@ -66,7 +66,9 @@ def write_attached(
     """
     path = pathlib.Path(path)
     if path.suffix != ".xml":
-        raise InputError("is no name of an MJCF file", field="out", value=str(path), allowed="NAME.xml")
+        raise InputError(
+            "is not a valid name of an MJCF file", field="out", value=str(path), allowed="NAME.xml"
+        )
     names = [path.name, f"{path.stem}.toml", *([f"{path.stem}.mjb"] if mjb else [])]
     for name in names if not force else ():
         if (path.parent / name).exists():
@@ -157,7 +159,7 @@ def _leg(
         circuit=circuit,
         ids=native.circuit_ids(model, circuit, table["prefix"]),
         userdata=table["userdata"],
-        told=tuple(table["told"]),
+        notices=tuple(table["told"]),
     )
 
 
@@ -180,7 +182,7 @@ def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list
                 "userdata": leg.userdata,
                 "bodies": leg.bodies,
                 "joints": list(leg.joints),
-                "told": list(leg.told),
+                "told": list(leg.notices),
                 "found": found,
                 "orthosis": device,
             }

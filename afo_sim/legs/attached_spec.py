@@ -1,24 +1,32 @@
-"""The spec of a whole model: read, kept apart from its caller's, and made ready for muscles."""
+"""The spec of a whole model: read, kept apart from its caller's, and an orthosis hung on it."""
 
 import os
 import pathlib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
+import numpy as np
 
+from afo_sim import native
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import in_unit
+from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.places import Segment
 from afo_sim.description.reader import load
 from afo_sim.legs.attached import Attached
+from afo_sim.legs.finding import Found
 from afo_sim.legs.mjcf import MANY_LINES, one_line
+from afo_sim.model.leg import rigid_part
 
 IMPLICITFAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 BIT = mujoco.mjtDisableBit
 # {flag that the model switches off: what the user should know}
-OFF = {
+SWITCHED_OFF = {
     BIT.mjDSBL_GRAVITY: "its file switches gravity off",
     BIT.mjDSBL_CONTACT: "its file switches contacts off",
     BIT.mjDSBL_LIMIT: "its file switches the joints' stops off: nothing holds the ankle within its range",
@@ -28,10 +36,11 @@ OFF = {
     BIT.mjDSBL_EQUALITY: "its file switches equality constraints off",
 }
 # MuJoCo's importer looks for a mesh by its path, and knows no packages
-BESIDE = (
+URDF_MESHES = (
     'meshes beside the file: <mujoco><compiler meshdir="FOLDER" strippath="true"/></mujoco> within <robot>; '
     'with discardvisual="true" only those of <collision>'
 )
+RIGID_PARTS: tuple[tuple[Segment, str], ...] = (("shank", "cuff"), ("foot", "plate"))
 
 
 def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached | None]:
@@ -44,7 +53,7 @@ def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached |
         return spec, None, None
     if not isinstance(model, str | os.PathLike):
         allowed = "a path, a mujoco.MjSpec, or what attach gave"
-        raise InputError("is no model", field="model", value=type(model).__name__, allowed=allowed)
+        raise InputError("is not a valid model", field="model", value=type(model).__name__, allowed=allowed)
     file = pathlib.Path(model)
     if not file.exists() and str(model) in assets.names("leg"):
         file = load("leg", str(model)).file
@@ -69,43 +78,44 @@ def compiled(spec: mujoco.MjSpec, file: pathlib.Path | None) -> mujoco.MjModel:
         except MANY_LINES as error:
             problem = f"MuJoCo cannot compile it: {one_line(error)}"
             packaged = file is not None and file.suffix.lower() == ".urdf" and "package:" in problem
-            raise InputError(problem, file=file, allowed=BESIDE if packaged else "") from None
+            raise InputError(problem, file=file, allowed=URDF_MESHES if packaged else "") from None
 
 
-def told_changes(spec: mujoco.MjSpec, step: float | None) -> list[str]:
-    """Set what muscles need of integrator and flags, and the time step [s] if one is given; tell of it."""
-    option, told = spec.option, []
+def set_options(spec: mujoco.MjSpec, step: float | None) -> list[str]:
+    """Set what muscles need of integrator and flags, and the time step [s] if one is given; notices of it."""
+    option, notices = spec.option, list[str]()
     if option.integrator != IMPLICITFAST:
         before = mujoco.mjtIntegrator(option.integrator).name.removeprefix("mjINT_").lower()
         option.integrator = IMPLICITFAST
-        told.append(
-            f"the integrator is implicitfast now (it was {before}): only it keeps stiff muscles stable"
+        words = "the integrator is implicitfast now (it was {before}): only it keeps stiff muscles stable"
+        notices.append(
+            Notice("integrator-changed", words, subject="integrator", severity="note", before=before)
         )
     if not option.disableflags & BIT.mjDSBL_AUTORESET:
         option.disableflags |= BIT.mjDSBL_AUTORESET
-        told.append(
-            "MuJoCo's automatic reset is off: an unstable model would silently begin again without air"
-        )
+        words = "MuJoCo's automatic reset is off: an unstable model would silently begin again without air"
+        notices.append(Notice("autoreset-off", words, subject="autoreset", severity="note"))
     if step is not None and step != option.timestep:
         before_ms, after_ms = (in_unit(t, "s", "ms") for t in (option.timestep, step))
         option.timestep = step
-        told.append(f"the time step is {after_ms:g} ms now (it was {before_ms:g} ms)")
-    told += [words for bit, words in OFF.items() if option.disableflags & bit]
-    return told
+        words = f"the time step is {after_ms:g} ms now (it was {before_ms:g} ms)"
+        notices.append(Notice("timestep-changed", words, subject="timestep", severity="note", timestep=step))
+    off = [bit for bit in SWITCHED_OFF if option.disableflags & bit]
+    return [*notices, *(Notice("switched-off", SWITCHED_OFF[bit], subject=bit.name) for bit in off)]
 
 
 def grow_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjModel) -> None:
-    """Make room in the model's keyframes for the inputs and states of the actuators that were added."""
+    """Lengthen the model's keyframes by the inputs and states of the actuators that were added."""
     added = len(spec.actuators) - bare.nu
     for key in spec.keys:
         if len(key.ctrl):
             key.ctrl = [*key.ctrl, *[0.0] * added]
         if len(key.act):
-            key.act = [*key.act, *[0.0] * states(spec, bare.nu)]
+            key.act = [*key.act, *[0.0] * _states(spec, bare.nu)]
 
 
-def states(spec: mujoco.MjSpec, first: int) -> int:
-    """States of the actuators from a number on, which tell themselves how many they have."""
+def _states(spec: mujoco.MjSpec, first: int) -> int:
+    """States of the actuators from a number on, each of which has its own number of them."""
     return sum(max(actuator.actdim, 0) for actuator in list(spec.actuators)[first:])
 
 
@@ -137,8 +147,59 @@ def place_files_whole(spec: mujoco.MjSpec, folder: pathlib.Path) -> None:
 
 
 def _whole(folder: pathlib.Path, below: str, file: str) -> str:
-    """The whole path of a file; as it is where there is no such file, which MuJoCo tells."""
+    """The whole path of a file; as it is where there is no such file, which MuJoCo reports."""
     for path in (folder / below / file, pathlib.Path(below) / file):
         if path.is_file():
             return str(path.resolve())
     return file
+
+
+@dataclass(frozen=True, eq=False)
+class AnkleFrame:
+    """The ankle on a body, by name: position [m] (3,) and turn of the leg's axes (4,), in the body's axes."""
+
+    body: str
+    position: np.ndarray
+    quaternion: np.ndarray
+
+
+def hang(
+    spec: mujoco.MjSpec, orthosis: Orthosis, places: Mapping[Segment, AnkleFrame], prefix: str, mirrored: bool
+) -> tuple[dict[str, mujoco.MjsBody], mujoco.MjsDefault]:
+    """Hang an orthosis' rigid parts on two bodies, in frames at the ankle: x forward, y left, z up."""
+    anchors: dict[str, mujoco.MjsBody] = {}
+    for segment, kind in RIGID_PARTS:
+        place = places[segment]
+        frame = spec.body(place.body).add_frame(pos=place.position, quat=place.quaternion)
+        file = getattr(orthosis, kind)
+        if file is not None:
+            part = rigid_part(file, kind, mirrored)
+            frame.attach_body(part, f"{prefix}{kind}_", "")
+            place_files_whole(spec, file.parent)
+        # a spec of its own: elements added to it take MuJoCo's defaults, not the model's
+        blank = mujoco.MjSpec()
+        body = blank.worldbody.add_body(name="anchors")
+        anchors[segment] = frame.attach_body(body, f"{prefix}{segment}_", "")
+        anchors[segment].childclass = f"{prefix}{segment}_main"
+    return anchors, spec.find_default(f"{prefix}shank_main")
+
+
+def ankle_frames(
+    model: mujoco.MjModel, found: Found, bodies: Mapping[Segment, str]
+) -> dict[Segment, AnkleFrame]:
+    """The ankle, in the leg's axes, on the bodies that carry the device, by segment.
+
+    The model stands in its own posture, with the ankle at its zero. With R of the body and A of the leg's
+    axes in the world, x of the body and c of the ankle's centre, position and turn are Rᵀ (c − x) and Rᵀ A.
+    """
+    data = native.scratch(model)
+    data.qpos[model.joint(found.ankle).qposadr[0]] = found.zero
+    mujoco.mj_kinematics(model, data)
+    places: dict[Segment, AnkleFrame] = {}
+    for segment, name in bodies.items():
+        body = model.body(name).id
+        turn = data.xmat[body].reshape(3, 3)
+        quaternion = np.empty(4)
+        mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(turn.T @ found.axes).reshape(9))
+        places[segment] = AnkleFrame(name, turn.T @ (found.centre - data.xpos[body]), quaternion)
+    return places

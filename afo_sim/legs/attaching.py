@@ -1,9 +1,9 @@
-"""An orthosis on one leg of a whole model, which stays as it is."""
+"""An orthosis on one leg of a whole model, which stays as it is; and the checks whether both go together."""
 
 import dataclasses
 import os
 import pathlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -11,24 +11,55 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
+from afo_sim.common.units import in_unit
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Segment, Side
 from afo_sim.description.reader import load
 from afo_sim.legs.attached import Attached, number_of, pressure_of
-from afo_sim.legs.attached_checks import check_added, check_muscles, check_spec, check_step, doubts
-from afo_sim.legs.attached_spec import compiled, grow_keyframes, own_spec, place_files_whole, told_changes
+from afo_sim.legs.attached_spec import (
+    RIGID_PARTS,
+    AnkleFrame,
+    ankle_frames,
+    compiled,
+    grow_keyframes,
+    hang,
+    own_spec,
+    place_files_whole,
+    set_options,
+)
 from afo_sim.legs.finding import Found, find
-from afo_sim.legs.hanging import hang, places_of
 from afo_sim.legs.mjcf import one_line, tree_of
-from afo_sim.legs.tree import Tree
+from afo_sim.legs.tree import Tree, listed
 from afo_sim.model.mirror import mirror_shapes
+from afo_sim.model.mounting import sweep_lengths
+from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
+from afo_sim.model.paths import add_tendons
 from afo_sim.model.pneumatic_circuit import circuit_of, endless
-from afo_sim.model.tendons import add_tendons
+from afo_sim.model.stability import check_air, check_friction, check_longest, falling_frictions
 from afo_sim.native.install import Hold
 
 Described = str | os.PathLike[str] | Mapping[str, Any] | Orthosis
 PREFIX = "afo_"
 SUPPLY = "4 bar"
+ANGLE_COUNT = 41  # of the range of motion at which a muscle's path is looked at
+POSTURES = 5  # of it at which the inertia that muscles move is looked at
+SQUARE_TILT = np.radians(3.0)  # from which on a hinge's axis that is not square to the shank is reported
+BIT = mujoco.mjtDisableBit
+ELEMENTS = (
+    "bodies",
+    "joints",
+    "geoms",
+    "sites",
+    "tendons",
+    "actuators",
+    "meshes",
+    "materials",
+    "textures",
+    "sensors",
+    "cameras",
+    "lights",
+)
 
 
 def attach(
@@ -81,9 +112,9 @@ def attach(
     """
     device = orthosis if isinstance(orthosis, Orthosis) else load("orthosis", orthosis)
     spec, file, before = own_spec(model)
-    step = None if timestep is None else seconds(timestep)
+    step = None if timestep is None else _seconds(timestep)
     pressure = pressure_of(supply, "supply")
-    check_spec(spec, file, device, prefix, before)
+    _check_spec(spec, file, device, prefix, before)
     place_files_whole(spec, pathlib.Path(spec.modelfiledir or ""))
     bare = compiled(spec, file)
     tree = tree_of(bare)
@@ -91,7 +122,7 @@ def attach(
     bodies: dict[Segment, str] = {"shank": found.shank, "foot": foot or _heaviest(tree, found.foot)}
     if _named(spec, tree, bodies, found):
         bare = compiled(spec, file)
-    told = told_changes(spec, step)
+    changed = set_options(spec, step)
     joints = _crossed(tree, found, bodies["foot"])
     # where another joint turns the foot too, parallel paths are not equally long
     inverts = joints != (found.ankle,)
@@ -99,10 +130,33 @@ def attach(
     first = max(spec.nuserdata, 0)
     mirrored = device.side != found.side
     try:
-        anchors, default = hang(spec, device, places_of(bare, found, bodies), prefix, mirrored)
+        anchors, default = hang(spec, device, ankle_frames(bare, found, bodies), prefix, mirrored)
     except ValueError as error:
         problem = f"MuJoCo cannot put cuff and plate on it: {one_line(error)}"
         raise InputError(problem, file=file, field="prefix", value=prefix, allowed="another prefix") from None
+    _add_muscles(spec, device, circuit, anchors, default, prefix=prefix, first=first, mirrored=mirrored)
+    grow_keyframes(spec, bare)
+    whole = compiled(spec, file)
+    ids = native.circuit_ids(whole, circuit, prefix)
+    attached = Attached(
+        whole, spec, device, found, bodies, joints, prefix, pressure, circuit, ids, userdata=first
+    )
+    legs = [] if before is None else before.legs.values()
+    return _checked(attached, legs, bare, tree, changed)
+
+
+def _add_muscles(
+    spec: mujoco.MjSpec,
+    device: Orthosis,
+    circuit: native.Circuit,
+    anchors: dict[str, mujoco.MjsBody],
+    default: mujoco.MjsDefault,
+    *,
+    prefix: str,
+    first: int,
+    mirrored: bool,
+) -> None:
+    """Tendons between the anchors, and the air circuit; its userdata begins at the place `first`."""
     add_tendons(spec, anchors, device, prefix=prefix, default=default)
     for body in anchors.values() if mirrored else ():
         mirror_shapes(body)
@@ -110,30 +164,20 @@ def attach(
         [native.N_USER, spec.nuser_actuator, *(len(a.userdata) for a in spec.actuators)]
     )
     native.add_circuit(spec, circuit, prefix=prefix, userdata=first, default=default)
-    grow_keyframes(spec, bare)
-    model_with = compiled(spec, file)
-    attached = Attached(
-        model=model_with,
-        spec=spec,
-        orthosis=device,
-        found=found,
-        bodies=bodies,
-        joints=joints,
-        prefix=prefix,
-        supply=pressure,
-        circuit=circuit,
-        ids=native.circuit_ids(model_with, circuit, prefix),
-        userdata=first,
-    )
-    earlier = [] if before is None else list(before.legs.values())
-    legs = [dataclasses.replace(leg, model=model_with, spec=spec) for leg in earlier]
-    native.fill_circuit(model_with, circuit, attached.ids, userdata=first)  # what the checks look at
-    check_added(attached, bare)
-    warned = [*check_muscles(attached), *check_step(attached)]
+
+
+def _checked(
+    attached: Attached, before: Iterable[Attached], bare: mujoco.MjModel, tree: Tree, changed: list[str]
+) -> Attached:
+    """The orthosis on its compiled model, with those that were there before, and its notices."""
+    legs = [dataclasses.replace(leg, model=attached.model, spec=attached.spec) for leg in before]
+    native.fill_circuit(attached.model, attached.circuit, attached.ids, userdata=attached.userdata)
+    _check_added(attached, bare)
+    warned = [*_check_muscles(attached), *_check_step(attached)]
     for leg in legs:
-        check_step(leg)  # which may be another now
-    told += [*doubts(attached, tree), *warned]
-    return completed([*legs, dataclasses.replace(attached, told=tuple(told))])[-1]
+        _check_step(leg)  # which may be another now
+    notices = (*changed, *_doubts(attached, tree), *warned)
+    return completed([*legs, dataclasses.replace(attached, notices=notices)])[-1]
 
 
 def completed(legs: Sequence[Attached]) -> list[Attached]:
@@ -147,7 +191,7 @@ def completed(legs: Sequence[Attached]) -> list[Attached]:
     return list(by_prefix.values())
 
 
-def seconds(value: str | float) -> float:
+def _seconds(value: str | float) -> float:
     """A time step given as text with a unit or as [s]."""
     return number_of(value, "timestep", "s", (0.0, 0.1), 'more than 0 and at most "100 ms"')
 
@@ -206,3 +250,188 @@ def _fill_keyframes(model: mujoco.MjModel, attached: Attached) -> None:
         model.key_act[key, first:] = data.act[first:]
         for leg in attached.legs.values():
             model.key_ctrl[key, list(leg.chambers.values())] = leg.supply
+
+
+def _check_spec(
+    spec: mujoco.MjSpec, file: pathlib.Path | None, orthosis: Orthosis, prefix: str, before: Attached | None
+) -> None:
+    """Refuse a model or an orthosis that do not go together, before anything is added."""
+    if not (isinstance(prefix, str) and prefix.isidentifier()):
+        allowed = "letters, digits and _, a letter first, as afo_left_"
+        raise InputError("begins no name", field="prefix", value=prefix, allowed=allowed)
+    if not orthosis.muscle:
+        allowed = "an orthosis with muscles"
+        raise InputError("has no muscle", field="orthosis", value=orthosis.name, allowed=allowed)
+    for name, group in orthosis.muscle.items():
+        if group.pulley is not None:
+            problem = "runs over a pulley on the joint's axis, which a leg does not have"
+            field = f"orthosis.muscle.{name}.pulley"
+            raise InputError(problem, file=orthosis.name or None, field=field, allowed="origin and insertion")
+    for kind in ELEMENTS:
+        for element in getattr(spec, kind):
+            if element.name.startswith(prefix):
+                problem = f"begins names that are in the model, as of the {kind} {element.name!r}"
+                raise InputError(problem, file=file, field="prefix", value=prefix, allowed="another prefix")
+    ours = before.own_controls.stop if before is not None else len(spec.actuators)
+    for actuator in list(spec.actuators)[:ours]:
+        _check_foreign(actuator, file)
+    if spec.option.disableflags & BIT.mjDSBL_ACTUATION:
+        problem = "switches all actuators off: the muscles would be limp"
+        raise InputError(problem, file=file, field='flag actuation="disable"', allowed="actuation on")
+    if spec.option.disableactuator & 1:
+        problem = "switches the actuators of group 0 off: the muscles would be limp"
+        raise InputError(problem, file=file, field="actuatorgroupdisable", allowed="groups 1 to 30")
+
+
+def _check_foreign(actuator: mujoco.MjsActuator, file: pathlib.Path | None) -> None:
+    """Refuse an actuator of the model's that another program's callbacks would move."""
+    user = (
+        actuator.dyntype == mujoco.mjtDyn.mjDYN_USER
+        or actuator.gaintype == mujoco.mjtGain.mjGAIN_USER
+        or actuator.biastype == mujoco.mjtBias.mjBIAS_USER
+    )
+    if user:
+        problem = (
+            f"the actuator {actuator.name!r} asks for callbacks of another program, and MuJoCo takes one "
+            "program's alone"
+        )
+        allowed = "a model without such actuators; what attach gave is passed on itself, not its spec"
+        raise InputError(problem, file=file, field="actuator", allowed=allowed)
+
+
+def masses(model: mujoco.MjModel, prefix: str) -> dict[str, float]:
+    """Mass of every body that an orthosis has added [kg], by name."""
+    begin = tuple(f"{prefix}{kind}_" for pair in RIGID_PARTS for kind in pair)
+    names = [model.body(number).name for number in range(model.nbody)]
+    return {n: float(model.body_mass[k]) for k, n in enumerate(names) if n.startswith(begin)}
+
+
+def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
+    """Refuse a model whose compiler gives the orthosis, or the model itself, other masses than stated."""
+    plain = mujoco.MjSpec()
+    places: dict[Segment, AnkleFrame] = {}
+    for segment, _ in RIGID_PARTS:
+        plain.worldbody.add_body(name=f"on_{segment}")
+        places[segment] = AnkleFrame(f"on_{segment}", np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    anchors, default = hang(plain, attached.orthosis, places, attached.prefix, mirrored=False)
+    add_tendons(plain, anchors, attached.orthosis, prefix=attached.prefix, default=default)
+    stated = masses(plain.compile(), attached.prefix)
+    given = masses(attached.model, attached.prefix)
+    whole = float(attached.model.body_mass.sum()) - sum(given.values())
+    was = float(bare.body_mass.sum())
+    for name, mass in [*stated.items(), ("the model", was)]:
+        found = given.get(name, whole)
+        if not abs(found - mass) <= 1e-9 * max(1.0, mass):
+            raise InputError(
+                f"the model's <compiler> makes {found:.4g} kg of {name!r}, which has {mass:.4g} kg",
+                field="model",
+                allowed="a model without settotalmass, boundmass, inertiagrouprange",
+            )
+
+
+def _check_muscles(attached: Attached) -> list[Notice]:
+    """Refuse a muscle that locks or turns inside out in the range of motion; warn of one stretched too far.
+
+    The other joints stand in the model's own posture.
+    """
+    found, orthosis, model = attached.found, attached.orthosis, attached.model
+    angles = np.linspace(*orthosis.range_of_motion, ANGLE_COUNT)
+    joint, ids = model.joint(found.ankle), list(attached.muscles.values())
+    lengths = sweep_lengths(model, ids, int(joint.qposadr[0]), found.zero + found.sign * angles)
+    stops = orthosis.range_of_motion
+    if model.jnt_limited[joint.id]:
+        ends = sorted(found.sign * (float(end) - found.zero) for end in joint.range)
+        stops = ends[0], ends[1]
+    where = f"between the bodies {attached.bodies['shank']!r} and {attached.bodies['foot']!r}"
+    try:
+        check_paths(angles, lengths, attached.muscles, orthosis)
+        warned = [
+            *check_stretch(model, angles, lengths, attached.muscles, orthosis),
+            *check_guides(orthosis, stops),
+        ]
+    except InputError as error:
+        raise InputError(
+            f"{error.problem} ({where})",
+            file=error.file,
+            field=error.field,
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
+    return [
+        Notice(one.code, "{words} ({where})", subject=one.subject, words=str(one), where=where, **one.data)
+        for one in warned
+    ]
+
+
+def _check_step(attached: Attached) -> list[Notice]:
+    """Refuse a time step that is too long for air or friction (with the one that would do), or warn of it.
+
+    Friction that falls with speed, of −dF/dv = d_i, grows at the rate of the largest eigenvalue of
+    √d J M⁻¹ Jᵀ √d, J the muscles' paths by the joints: with one joint, Σ d r²/I.
+    """
+    model, found, step = attached.model, attached.found, float(attached.model.opt.timestep)
+    check_longest(step)
+    _, warned = check_air(attached.orthosis, step)
+    falling = falling_frictions(attached.orthosis, attached.supply)
+    if falling.any():
+        ids, number = list(attached.muscles.values()), 0.0
+        for angle in np.linspace(*attached.orthosis.range_of_motion, POSTURES):
+            inverse = np.sqrt(falling) * _inverse_masses(
+                model, ids, found.ankle, found.zero + found.sign * angle
+            )
+            number = max(number, step * float(np.linalg.eigvalsh(inverse * np.sqrt(falling)[:, None])[-1]))
+        check_friction(number, step)
+    return warned
+
+
+def _inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coordinate: float) -> np.ndarray:
+    """J M⁻¹ Jᵀ of the muscles' paths [1/kg] (n, n), with the ankle at a coordinate [rad]."""
+    data = native.scratch(model)
+    data.qpos[model.joint(ankle).qposadr[0]] = coordinate
+    mujoco.mj_fwdPosition(model, data)
+    jacobian, moved = np.zeros((model.nu, model.nv)), np.zeros((len(muscles), model.nv))
+    mujoco.mju_sparse2dense(
+        jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+    )
+    mujoco.mj_solveM(model, data, moved, jacobian[muscles])
+    found: np.ndarray = moved @ jacobian[muscles].T
+    return found
+
+
+def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
+    """Notices of what is doubtful about an orthosis on this leg."""
+    found, orthosis, bodies = attached.found, attached.orthosis, attached.bodies
+    yield from found.notes
+    if found.tilt > SQUARE_TILT:
+        yield Notice(
+            "ankle-oblique",
+            f"the axis of {{subject!r}} leans by {np.degrees(found.tilt):.0f} deg: cuff and plate hang "
+            "square to it, not to the shank",
+            subject=found.ankle,
+            tilt=found.tilt,
+        )
+    if attached.joints != (found.ankle,):
+        others = [joint for joint in attached.joints if joint != found.ankle]
+        words = "the muscles cross {joints} too, and move what moves there"
+        yield Notice("joints-crossed", words, subject=found.ankle, joints=listed(others))
+    if bodies["foot"] != found.foot:
+        words = "the plate is on {plate!r}; the ankle {subject!r} moves it by {foot!r}"
+        yield Notice("plate-body", words, subject=found.ankle, plate=bodies["foot"], foot=found.foot)
+    total = sum(masses(attached.model, attached.prefix).values())
+    words = "the orthosis adds {mass:.3g} kg; no tissue is added, the model has its own or none"
+    yield Notice("mass-added", words, subject=attached.prefix, severity="note", mass=total)
+    ends = [end for group in orthosis.muscle.values() for end in (group.origin, group.insertion) if end]
+    highest = max((end.from_ankle[2] for end in ends), default=0.0)
+    if found.shank_length is not None and highest > found.shank_length:
+        yield Notice(
+            "orthosis-too-long",
+            f"the shank {{subject!r}} is {in_unit(found.shank_length, 'm', 'cm'):.3g} cm long, and muscles "
+            f"begin {in_unit(highest, 'm', 'cm'):.3g} cm above the ankle: the orthosis is too long for it",
+            subject=found.shank,
+            shank_length=found.shank_length,
+            highest=highest,
+        )
+    joint = attached.model.joint(found.ankle)
+    if not attached.model.jnt_limited[joint.id]:
+        words = "the hinge {subject!r} has no stops: nothing but its muscles' braids ends its motion"
+        yield Notice("ankle-without-stops", words, subject=found.ankle)

@@ -1,16 +1,31 @@
-"""Which parts and which hinge of a tree can be a shank, a foot and the ankle between them."""
+"""Which parts and which hinge of a tree can be a shank, a foot and the ankle, by names and structure."""
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.description.places import Side
 from afo_sim.legs.extent import outline
-from afo_sim.legs.names import listed
-from afo_sim.legs.tree import Joint, Part, Tree
-from afo_sim.legs.words import ANKLE, BEYOND, FOOT, SHANK, THIGH, has, no_such
+from afo_sim.legs.tree import Joint, Part, Tree, listed
 
-OBLIQUE = 0.5  # cosine; a hinge that is called an ankle is one if its axis is this near to lateral
+SHANK_WORDS = re.compile(
+    r"shank|shin|calf|tibia|lower[ _-]?leg|leg[ _-]?lower|(?<![a-z])[rl][ _-]?lleg|crus|knee"
+)
+FOOT_WORDS = re.compile(r"foot|ankle|talus|calcn|calcaneus|hindfoot")
+ANKLE_WORDS = re.compile(r"ankle|talocrural|foot|_ak[xyz]$")
+THIGH_WORDS = re.compile(r"thigh|femur|upper[ _-]?leg|hip")
+# Joints and parts of a foot that are not the ankle.
+BEYOND_WORDS = re.compile(r"subtalar|roll|invers|evers|mtp|toe|forefoot|hallux|phalan")
+PART_WORDS = r"foot|ankle|talus|calcn|calcaneus|shank|shin|calf|tibia|knee|leg|toe|thigh|femur|hip"
+LETTERS: dict[Side, str] = {"right": "r", "left": "l"}
+SIDES: dict[Side, re.Pattern[str]] = {
+    side: re.compile(rf"{side}|(?:^|[^a-z]){letter}t?(?:[^a-z]|$)|(?:^|[^a-z]){letter}[ _-]?(?:{PART_WORDS})")
+    for side, letter in LETTERS.items()
+}
+MOST_NAMES = 24  # that an error lists
+LATERAL_COSINE = 0.5  # cosine; a hinge that is called an ankle is one if its axis is this near to lateral
 
 
 @dataclass(frozen=True)
@@ -27,7 +42,7 @@ def candidates(tree: Tree, shank: str | None, foot: str | None, ankle: str | Non
     """All legs that names and structure allow; what is given is taken."""
     for field, name in (("shank", shank), ("foot", foot)):
         if name is not None and name not in tree.parts:
-            raise no_such("body", field, name, list(tree.parts), tree.file)
+            raise _no_such("body", field, name, list(tree.parts), tree.file)
     if ankle is not None:
         return [_about(tree, shank, foot, ankle)]
     if shank is not None and foot is not None:
@@ -77,7 +92,7 @@ def _about(tree: Tree, shank: str | None, foot: str | None, ankle: str) -> Candi
     joints = tree.joints()
     if ankle not in joints:
         hinges = [name for name, (_, joint) in joints.items() if joint.kind == "hinge"]
-        raise no_such("joint", "ankle", ankle, hinges, tree.file)
+        raise _no_such("joint", "ankle", ankle, hinges, tree.file)
     part, joint = joints[ankle]
     if joint.kind != "hinge":
         hinges = [name for name, (_, other) in joints.items() if other.kind == "hinge"]
@@ -130,11 +145,11 @@ def _ankle_of(tree: Tree, shank: str, chain: list[Part], hinges: list[tuple[str,
         for joint in part.joints
         if joint.kind == "hinge"
     }
-    pool = [name for name, _ in hinges if not has(BEYOND, name)] or list(lies)
-    pool = [name for name in pool if has(ANKLE, name) and lies[name] >= OBLIQUE] or pool
+    pool = [name for name, _ in hinges if not _has(BEYOND_WORDS, name)] or list(lies)
+    pool = [name for name in pool if _has(ANKLE_WORDS, name) and lies[name] >= LATERAL_COSINE] or pool
     best = max(pool, key=lies.__getitem__)
     others = ", ".join(name for name in lies if name != best)
-    called = "called so, and " if has(ANKLE, best) else ""
+    called = "called so, and " if _has(ANKLE_WORDS, best) else ""
     return best, f"{called}its axis is the most lateral one, beside {others}"
 
 
@@ -162,7 +177,7 @@ def _above(tree: Tree, foot: str) -> Candidate:
     if part is None or part.parent is None:
         raise InputError("hangs on no hinge", field="foot", value=foot, allowed=listed(_feet(tree)))
     shank = _shank_over(tree, part)
-    said = "by its name" if has(SHANK, shank) else f"the body above {part.name!r}"
+    said = "by its name" if _has(SHANK_WORDS, shank) else f"the body above {part.name!r}"
     return _between(tree, shank, foot, {"shank": said, "foot": "given"})
 
 
@@ -170,20 +185,20 @@ def _shank_over(tree: Tree, part: Part) -> str:
     """The nearest body above that is called a shank; else the one next above."""
     assert part.parent is not None
     name: str | None = part.parent
-    while name is not None and not has(THIGH, name):
-        if has(SHANK, name) and not has(FOOT, name):
+    while name is not None and not _has(THIGH_WORDS, name):
+        if _has(SHANK_WORDS, name) and not _has(FOOT_WORDS, name):
             return name
         name = tree.parts[name].parent
     return part.parent
 
 
 def _feet(tree: Tree) -> list[str]:
-    return [name for name in tree.parts if has(FOOT, name)]
+    return [name for name in tree.parts if _has(FOOT_WORDS, name)]
 
 
 def _named_shanks(tree: Tree) -> list[str]:
     """Bodies called a shank."""
-    return [name for name in tree.parts if has(SHANK, name) and not has(FOOT, name)]
+    return [name for name in tree.parts if _has(SHANK_WORDS, name) and not _has(FOOT_WORDS, name)]
 
 
 def _lowest(tree: Tree, legs: list[Candidate]) -> list[Candidate]:
@@ -194,7 +209,7 @@ def _lowest(tree: Tree, legs: list[Candidate]) -> list[Candidate]:
 def _without_a_hinge(tree: Tree, shanks: list[str]) -> list[Candidate]:
     """No leg; refuses feet that are called so but are fixed, or hang on another joint than a hinge."""
     for shank in shanks:
-        feet = [part.name for part in tree.below(shank)[1:] if has(FOOT, part.name)]
+        feet = [part.name for part in tree.below(shank)[1:] if _has(FOOT_WORDS, part.name)]
         if feet:
             _between(tree, shank, feet[0], {"shank": "by its name", "foot": "by its name"})
     return []
@@ -203,12 +218,14 @@ def _without_a_hinge(tree: Tree, shanks: list[str]) -> list[Candidate]:
 def _below(tree: Tree, shank: str, said: str) -> Candidate | None:
     """The leg below a shank; None where no foot hangs there."""
     below = tree.below(shank)[1:]
-    feet = [part for part in below if has(FOOT, part.name) and not has(BEYOND, part.name)]
-    feet = feet or [part for part in below if has(FOOT, part.name)]
+    feet = [part for part in below if _has(FOOT_WORDS, part.name) and not _has(BEYOND_WORDS, part.name)]
+    feet = feet or [part for part in below if _has(FOOT_WORDS, part.name)]
     reached = [part for part in feet if _hinges(way(tree, shank, part.name))]
     if reached:
         deepest = max(reached, key=lambda part: len(way(tree, shank, part.name)))
-        rolled = [part for part in below if has(FOOT, part.name) and way(tree, deepest.name, part.name)]
+        rolled = [
+            part for part in below if _has(FOOT_WORDS, part.name) and way(tree, deepest.name, part.name)
+        ]
         how = {"shank": said, "foot": "by its name"}
         return _between(tree, shank, rolled[-1].name if rolled else deepest.name, how)
     hinged = [part for part in below if _hinges([part])]
@@ -226,9 +243,11 @@ def _by_joints(tree: Tree) -> list[Candidate]:
         for name, (part, joint) in tree.joints().items()
         if joint.kind == "hinge" and part.parent is not None
     }
-    named = [name for name in hinges if has(ANKLE, name) and not has(BEYOND, name)]
+    named = [name for name in hinges if _has(ANKLE_WORDS, name) and not _has(BEYOND_WORDS, name)]
     said = "by its name" if named else "the only hinge"
-    only = [name for name, part in hinges.items() if not has(SHANK, part.name)]  # which would be a knee
+    only = [
+        name for name, part in hinges.items() if not _has(SHANK_WORDS, part.name)
+    ]  # which would be a knee
     names = named or (only if len(hinges) == 1 else [])
     feet = {hinges[name].name: name for name in names}
     found = []
@@ -240,3 +259,33 @@ def _by_joints(tree: Tree) -> list[Candidate]:
     unlike = {(leg.shank, leg.foot): leg for leg in found}  # pitch and roll of one ankle lead to one leg
     feet_found = {leg.foot for leg in found}
     return [leg for leg in unlike.values() if leg.shank not in feet_found]
+
+
+def _no_such(kind: str, field: str, name: str, names: list[str], file: object) -> InputError:
+    """An error for a name that a file lacks: the names that it has, and the nearest one."""
+    return InputError(
+        f"there is no such {kind} in {file or 'the model'}",
+        field=field,
+        value=name,
+        allowed=listed(sorted(names), MOST_NAMES),
+        nearest=nearest_name(name, names),
+    )
+
+
+def _has(words: re.Pattern[str], name: str) -> bool:
+    """Whether a name holds one of the words."""
+    return words.search(_plain(name)) is not None
+
+
+def side_of(*names: str) -> Side | None:
+    """The side in the first name that holds one; None where none does, or where a name holds both."""
+    for name in names:
+        named: list[Side] = [side for side, words in SIDES.items() if _has(words, name)]
+        if len(named) == 1:
+            return named[0]
+    return None
+
+
+def _plain(name: str) -> str:
+    """A name in small letters, with camelCase broken up: RightFoot → right_foot."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()

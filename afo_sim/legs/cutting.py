@@ -1,4 +1,4 @@
-"""The leg alone, cut out of a tree: shank, foot and ankle, in axes x forward, y left, z up from the ankle."""
+"""The leg alone, cut out of a tree, with the sole's points; x forward, y left, z up from the ankle."""
 
 import dataclasses
 import re
@@ -6,11 +6,10 @@ import re
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.legs.extent import moved
+from afo_sim.legs.extent import lower_edge, moved, outline
 from afo_sim.legs.finding import KNEE, STEEPEST, Found, knee_of, turned_about
-from afo_sim.legs.names import free_name, listed
-from afo_sim.legs.pose import shift
-from afo_sim.legs.tree import Joint, Part, Shape, Tree
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, listed, shift
+from afo_sim.model.outsole import OLD_TOE, POINTS
 
 SHANK, FOOT, ANKLE = "shank", "foot", "ankle"
 TOES, TOE = "toes", "toe"
@@ -20,9 +19,11 @@ ROUNDED = 2e-5  # relative: CAD programs write six digits, which a thin plate's 
 RIGHTWARD = np.array([0.0, -1.0, 0.0])
 # Names that the model gives to its own bodies, joints and sites, or puts before those of cuff and plate.
 TAKEN = {SHANK, FOOT, ANKLE, TOES, TOE, "world", "sink", "ground", "shank_x", "shank_z", "shank_angle"}
-TAKEN |= {f"{segment}_anchors" for segment in (SHANK, FOOT)}
 # Beginnings of names of cuff, plate, sole and shoe, and numbers of muscles: dorsiflexor_1_origin.
 LIKE_OURS = re.compile(r"^(cuff|plate|sole|shoe|pad|floor|drive)|_\d+(_|$)")
+# Share of the foot's length from its hindmost to its foremost point, as of the shipped adult leg.
+SOLE_SHARES = {"heel": 0.06, "ball": 0.737, "pulp": 0.944, "tip": 1.0}
+TAKEN |= {f"{segment}_anchors" for segment in (SHANK, FOOT)}
 
 
 def cut(
@@ -214,7 +215,7 @@ def _stops(
         if not -np.pi <= given[0] < given[1] <= np.pi:
             text = f"{np.degrees(given[0]):g} to {np.degrees(given[1]):g} deg"
             raise InputError(
-                "is no range", field="range", value=text, allowed="from low to high, within a turn"
+                "is not a valid range", field="range", value=text, allowed="from low to high, within a turn"
             )
         return given
     low, high = joint.range or (-np.inf, np.inf)
@@ -230,7 +231,7 @@ def _stops(
     ends = sorted((sign * (low - zero), sign * (high - zero)))
     text = f"{np.degrees(ends[0]):.4g} to {np.degrees(ends[1]):.4g} deg"
     if high - low < NARROWEST or high - low > 2.0 * np.pi:
-        problem = f"the hinge {name!r} moves from {text}, which is no ankle's range: degrees or radians?"
+        problem = f"the hinge {name!r} moves from {text}, which is not an ankle's range: degrees or radians?"
         raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
     if not ends[0] <= 0.0 <= ends[1]:
         problem = f"the hinge {name!r} moves from {text}, and the zero lies outside"
@@ -287,7 +288,7 @@ def _with_toes(
     hinges = [n for n, (part, joint) in joints.items() if part.name in below and joint.kind == "hinge"]
     hinges = [name for name in hinges if joints[name][0].name != found.foot]
     if hinge not in hinges:
-        problem = "is no hinge below the foot"
+        problem = "is not a hinge below the foot"
         raise InputError(problem, field="toes", value=hinge, allowed=listed(hinges, 24))
     part, joint = joints[hinge]
     axis, centre = _line(tree, hinge)
@@ -330,3 +331,66 @@ def _toe_stops(joint: Joint, sign: float, name: str, file: object) -> tuple[floa
     except InputError:
         problem = f"has no stops in {file or 'the model'}"
         raise InputError(problem, field="toes", value=name, allowed="a hinge with a range") from None
+
+
+def with_sole(leg: Tree) -> tuple[Tree, str]:
+    """A leg with the sole's points on foot and toes, and where they come from, in words.
+
+    The file's own points are kept where heel and ball, and pulp and tip or toe, are there. Otherwise they lie
+    on the lower convex hull of the foot's shapes in the plane of walking, in the middle of its width.
+    """
+    own = _own(leg)
+    if all(name in own or (OLD_TOE in own and name in POINTS[2:]) for name in POINTS):
+        return _placed(leg, own), "the file's own points"
+    derived = _derived(leg)
+    if not derived:
+        return leg, "none: the foot has no shapes, and cannot be walked on"
+    return _placed(leg, derived), "derived from the lower edge of the foot's shapes"
+
+
+def _below_foot(leg: Tree) -> list[Part]:
+    return leg.below(FOOT)
+
+
+def _from_ankle(leg: Tree, part: Part) -> np.ndarray:
+    """Pose of a part from the ankle, in the axes of the leg (4, 4)."""
+    found = leg.world_pose(part.name).copy()
+    found[:3, 3] -= leg.parts[SHANK].pose[:3, 3]
+    return found
+
+
+def _own(leg: Tree) -> dict[str, np.ndarray]:
+    """The file's points of these names, from the ankle [m]."""
+    return {
+        name: moved(_from_ankle(leg, part), at[None])[0]
+        for part in _below_foot(leg)
+        for name, at in part.points.items()
+        if name in (*POINTS, OLD_TOE)
+    }
+
+
+def _derived(leg: Tree) -> dict[str, np.ndarray]:
+    points = outline(leg, _below_foot(leg), points=False) - leg.parts[SHANK].pose[:3, 3]
+    if len(points) < 3 or np.ptp(points[:, 0]) < 0.02:
+        return {}
+    ahead, above = lower_edge(points[:, 0], points[:, 2])
+    middle = 0.5 * float(points[:, 1].min() + points[:, 1].max())
+    at = {name: ahead[0] + share * (ahead[-1] - ahead[0]) for name, share in SOLE_SHARES.items()}
+    return {name: np.array([x, middle, np.interp(x, ahead, above)]) for name, x in at.items()}
+
+
+def _placed(leg: Tree, points: dict[str, np.ndarray]) -> Tree:
+    """The leg with these points on foot and toes; others of their names are renamed."""
+    parts = {}
+    for name, part in leg.parts.items():
+        kept = {
+            f"file_{point}" if point in (*POINTS, OLD_TOE) else point: at
+            for point, at in part.points.items()
+            if not (point in points and part in _below_foot(leg))
+        }
+        parts[name] = dataclasses.replace(part, points=kept)
+    for point, at in points.items():
+        segment = TOES if TOES in parts and point not in ("heel", "ball") else FOOT
+        origin = _from_ankle(leg, leg.parts[segment])[:3, 3]
+        parts[segment].points[point] = at - origin
+    return dataclasses.replace(leg, parts=parts)

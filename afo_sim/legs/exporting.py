@@ -3,17 +3,19 @@
 import dataclasses
 import os
 import pathlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.legs.leg_numbers import Segment
 from afo_sim.legs.mjcf import tree_of
-from afo_sim.legs.tree import Part, Tree
+from afo_sim.legs.tree import Part, Tree, reading_note
 from afo_sim.legs.urdf_out import write_urdf
 from afo_sim.model.build import build
 from afo_sim.model.leg import leg_spec
@@ -55,20 +57,20 @@ def export_leg(
     """
     to = pathlib.Path(to)
     if to.suffix.lower() != ".urdf":
-        raise InputError("is no URDF file", field="to", value=str(to), allowed="a name that ends in .urdf")
+        raise InputError("is not a URDF file", field="to", value=str(to), allowed="a name that ends in .urdf")
     if to.is_dir():
         raise InputError("is a folder", field="to", value=str(to), allowed="a file")
     if to.exists() and not force:
         raise InputError("is there already", field="to", value=str(to), allowed="another, or `force`")
     scenario, worn = _scenario(source, orthosis)
-    tree = leg_tree(scenario, worn=worn)
+    tree = _leg_tree(scenario, worn=worn)
     remarks = write_urdf(tree, to, name=scenario.leg.name or "leg")
     meshes = to.parent / f"{to.stem}_meshes"
     files = (to, *([meshes] if any(s.kind == "mesh" for p in tree.parts.values() for s in p.shapes) else []))
     return Exported(tree, files, tuple(_rows(tree, scenario, worn)), (*remarks, *_lost(scenario, worn)))
 
 
-def leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
+def _leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
     """Shank and all that hangs on it, of the compiled model of a scenario."""
     model = build(scenario).full_model if worn else leg_spec(scenario, Size.of(scenario)).compile()
     whole, shank = tree_of(model), scenario.leg.shank
@@ -126,14 +128,14 @@ def _rows(tree: Tree, scenario: Scenario, worn: bool) -> list[tuple[str, str]]:
     return [*rows, ("hinges", ", ".join(hinges)), ("points, as links without mass", str(points))]
 
 
-def _lost(scenario: Scenario, worn: bool) -> list[str]:
+def _lost(scenario: Scenario, worn: bool) -> Iterator[Notice]:
     """What of a scenario URDF has no place for."""
-    found = []
     if scenario.simulated_side == "left":
-        found.append("URDF tells no side: import this left leg with --side left")
+        words = "URDF has no side: import this left leg with --side left"
+        yield Notice("side-left-out", words, subject="side", severity="note")
     if worn and scenario.orthosis.muscle:
-        names = ", ".join(scenario.orthosis.muscle)
-        found.append(f"URDF has no muscles: of {names} it holds the ends as points, not the pull or the air")
+        words = "URDF has no muscles: of {names} it holds the ends as points, not the pull or the air"
+        yield reading_note("muscles-left-out", words, scenario.orthosis.muscle)
     if scenario.leg.passive.scale > 0.0:
-        found.append("URDF has no passive tissue: the ankle's moment of Riener & Edrich is left out")
-    return found
+        words = "URDF has no passive tissue: the ankle's moment of Riener & Edrich is left out"
+        yield Notice("tissue-left-out", words, subject="leg.passive", severity="note")

@@ -41,7 +41,7 @@ def _ball() -> np.ndarray:
 
 
 def moved(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Points (n, 3) from the axes of a pose (4, 4) into those in which it is told [m]."""
+    """Points (n, 3) from the axes of a pose (4, 4) into those in which it is stated [m]."""
     return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
 
 

@@ -1,23 +1,23 @@
 """Shank, foot and ankle in a tree: which parts are meant, and which way is up and forward."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.description.places import Side
-from afo_sim.legs.candidates import Candidate, candidates, way
+from afo_sim.legs.candidates import Candidate, candidates, side_of, way
 from afo_sim.legs.extent import moved, outline, sole_slope
-from afo_sim.legs.names import listed
-from afo_sim.legs.tree import Part, Tree
-from afo_sim.legs.words import side_of
+from afo_sim.legs.tree import Part, Tree, listed
 
 STEEPEST = np.radians(35.0)  # of an ankle's axis; oblique ones of OpenSim's models have 10 to 20 deg
-OBLIQUE = np.radians(5.0)  # of an axis that a note tells of
+NOTED_TILT = np.radians(5.0)  # of an axis from which on a note says so
 STEEP_SOLE = np.radians(20.0)  # against forward: more than a shoe's heel gives
 NEAR_AXIS = np.radians(5.0)  # of a shank's own axis beside the line to its centre of mass
 KNEE = "knee"  # point of a shank
-LONGEST = 1.0  # [m] of a shank or a foot; above it lengths are no metres
+LONGEST_SEGMENT = 1.0  # [m] of a shank or a foot; above it lengths are no metres
 ASIDE = 0.02  # [m] of an ankle's centre beside the foot's, of a foot beside the midline
 
 
@@ -37,7 +37,7 @@ class Found:
     shank_length, foot_length : [m]; None where nothing tells
     how : {what was found: how it was found}, in words
     sole : slope of the sole against forward at angle zero, toe up [rad]; None where nothing tells
-    notes : remarks for the user
+    notes : notices for the user
     """
 
     shank: str
@@ -79,14 +79,16 @@ def find(
     Raises
     ------
     InputError
-        There is no such part or joint (the names that exist are told), the ankle is no hinge or its axis runs
-        along the shank, the foot hangs above the shank, nothing or more than one leg is found, the ankle's
-        stops leave out the coordinate 0, the leg is longer than any.
+        There is no such part or joint (the error names those that exist), the ankle is not a hinge or its
+        axis runs along the shank, the foot hangs above the shank, nothing or more than one leg is found, the
+        ankle's stops leave out the coordinate 0, the leg is longer than any.
     """
     if zero is not None and not (isinstance(zero, (int, float, np.number)) and abs(zero) <= 2.0 * np.pi):
-        raise InputError("is no angle", field="zero", value=zero, allowed="a number [rad], within a turn")
+        raise InputError(
+            "is not a valid angle", field="zero", value=zero, allowed="a number [rad], within a turn"
+        )
     if side not in (None, "right", "left"):
-        raise InputError("is no choice", field="side", value=side, allowed="right or left")
+        raise InputError("is not a valid choice", field="side", value=side, allowed="right or left")
     legs = candidates(tree, shank, foot, ankle)
     if len(legs) > 1:
         legs = _of_side(tree, legs, side)
@@ -126,9 +128,9 @@ def _check_lengths(tree: Tree, found: Found) -> None:
         ("shank", found.shank, found.shank_length),
         ("foot", found.foot, found.foot_length),
     ):
-        if length is not None and length > LONGEST:
+        if length is not None and length > LONGEST_SEGMENT:
             problem = f"is {length:.4g} m long: the file's lengths look like millimetres or centimetres"
-            allowed = f'at most {LONGEST:g} m; of meshes, scale="0.001 0.001 0.001" in the file'
+            allowed = f'at most {LONGEST_SEGMENT:g} m; of meshes, scale="0.001 0.001 0.001" in the file'
             raise InputError(problem, file=tree.file, field=field, value=name, allowed=allowed)
 
 
@@ -154,25 +156,25 @@ def _check_side(leg: Candidate, side: Side) -> None:
 def _of_side(tree: Tree, legs: list[Candidate], side: Side | None) -> list[Candidate]:
     """The one leg of a side, out of several."""
     sides = _other_side([_side(tree, leg)[0] for leg in legs])
-    told = "; ".join(
+    both = "; ".join(
         f"{leg.shank} and {leg.foot}" + (f" ({s})" if s else "") for leg, s in zip(legs, sides, strict=True)
     )
     chosen = [leg for leg, s in zip(legs, sides, strict=True) if side is not None and s == side]
     if len(chosen) == 1:
         return chosen
     if side is None and sorted(map(str, sides)) == ["left", "right"]:
-        raise InputError(f"there are two legs: {told}", field="side", allowed="right or left")
+        raise InputError(f"there are two legs: {both}", field="side", allowed="right or left")
     field = "shank" if side is None or len(chosen) > 1 else "side"
     value = side if field == "side" else None
-    problem = f"there are several legs: {told}"
+    problem = f"there are several legs: {both}"
     raise InputError(problem, field=field, value=value, allowed="name the shank, or the foot")
 
 
 def _other_side(sides: list[Side | None]) -> list[Side | None]:
-    """Sides of legs; of two legs, of which one tells its side, the other is the other one."""
+    """Sides of legs; of two legs, of which one has a side, the other is the other one."""
     other: dict[Side | None, Side | None] = {"right": "left", "left": "right", None: None}
     if len(sides) == 2 and sides.count(None) == 1:
-        return [other[sides[1 - k]] if told is None else told for k, told in enumerate(sides)]
+        return [other[sides[1 - k]] if known is None else known for k, known in enumerate(sides)]
     return sides
 
 
@@ -204,19 +206,24 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float) -> Fou
     found_side, how_side = _side(tree, leg, axes)
     if side is not None:
         if found_side not in (None, side):
-            notes.append(f"it seems to be the {found_side} leg ({how_side}), and {side} is given")
+            words = "it seems to be the {seen} leg ({how}), and {given} is given"
+            notes.append(
+                Notice(
+                    "side-contradicted", words, subject=leg.shank, seen=found_side, how=how_side, given=side
+                )
+            )
         found_side, how_side = side, "given"
     if found_side is None:
         found_side, how_side = "right", "assumed"
-        notes.append("nothing tells the side: right is assumed")
-    if tilt > OBLIQUE:
-        notes.append(_oblique(tilt, float(along @ left)))
-    if len(local) > 1 and np.ptp(local[:, 1]) > 1.2 * np.ptp(local[:, 0]):
-        notes.append(
-            f"the foot's shapes are {1000 * np.ptp(local[:, 1]):.0f} mm wide along the axis of {leg.ankle!r} "
-            f"and {1000 * np.ptp(local[:, 0]):.0f} mm long across it: is it the roll, or is the zero another?"
-        )
-    notes += _notes(leg, sole, zero, sign, weight, centre, left)
+        notes.append(Notice("side-assumed", "nothing tells the side: right is assumed", subject=leg.shank))
+    if tilt > NOTED_TILT:
+        notes.append(_oblique(leg.ankle, tilt, float(along @ left)))
+    if len(local) > 1:
+        notes += _wide(leg.ankle, float(np.ptp(local[:, 1])), float(np.ptp(local[:, 0])))
+    if sole is not None:
+        notes += _steep(leg.foot, sole, zero, sign)
+    if weight is not None:
+        notes += _aside(leg.ankle, float((weight - centre) @ left))
     return Found(
         shank=leg.shank,
         foot=leg.foot,
@@ -355,7 +362,7 @@ def _centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
 
 def _forward(
     along: np.ndarray, centre: np.ndarray, points: np.ndarray, weight: np.ndarray | None
-) -> tuple[np.ndarray, str, list[str]]:
+) -> tuple[np.ndarray, str, list[Notice]]:
     """The sense of forward along a line (3,), how it was found, and notes.
 
     A foot reaches farther ahead of its ankle than behind, and its centre of mass lies ahead.
@@ -375,12 +382,15 @@ def _forward(
     sense = np.sign(farther if by_shape else heavier)
     notes = []
     if by_shape and by_mass and farther * heavier < 0.0:
-        notes.append(
+        words = (
             "the foot's shapes reach farther to one side of the ankle, and its centre of mass lies on the "
             "other: forward is where the shapes reach"
         )
-    told = [w for w, tells in (("shapes reach farther", by_shape), ("centre of mass lies", by_mass)) if tells]
-    return sense * ahead, "where the foot's " + ", its ".join(told), notes
+        notes.append(Notice("forward-contradicted", words, subject="foot"))
+    reasons = [
+        w for w, tells in (("shapes reach farther", by_shape), ("centre of mass lies", by_mass)) if tells
+    ]
+    return sense * ahead, "where the foot's " + ", its ".join(reasons), notes
 
 
 def _side(tree: Tree, leg: Candidate, axes: np.ndarray | None = None) -> tuple[Side | None, str]:
@@ -410,38 +420,56 @@ def _side(tree: Tree, leg: Candidate, axes: np.ndarray | None = None) -> tuple[S
     return where, f"it stands {1000 * abs(aside):.0f} mm to the {where} of the body's centre of mass"
 
 
-def _notes(
-    leg: Candidate,
-    sole: float | None,
-    zero: float,
-    sign: float,
-    weight: np.ndarray | None,
-    centre: np.ndarray,
-    left: np.ndarray,
-) -> list[str]:
-    found = []
-    if sole is not None and abs(sole) > STEEP_SOLE:
-        flat = np.degrees(zero - sign * sole)
-        found.append(
+def _wide(ankle: str, width: float, length: float) -> Iterator[Notice]:
+    """Where a foot is wider along the ankle's axis than it is long across it [m]."""
+    if width > 1.2 * length:
+        yield Notice(
+            "foot-wide",
+            f"the foot's shapes are {1000 * width:.0f} mm wide along the axis of {{subject!r}} and "
+            f"{1000 * length:.0f} mm long across it: is it the roll, or is the zero another?",
+            subject=ankle,
+            width=width,
+            length=length,
+        )
+
+
+def _steep(foot: str, sole: float, zero: float, sign: float) -> Iterator[Notice]:
+    """Where the sole is steep at the ankle's zero [rad]."""
+    if abs(sole) > STEEP_SOLE:
+        flat = zero - sign * sole
+        yield Notice(
+            "sole-steep",
             f"at the file's {np.degrees(zero):g} deg the sole stands {np.degrees(sole):.0f} deg toe up "
-            f"against the perpendicular to the shank; a zero of {flat:.0f} deg would lay it flat"
+            f"against the perpendicular to the shank; a zero of {np.degrees(flat):.0f} deg would lay it flat",
+            subject=foot,
+            sole=sole,
+            flat=flat,
         )
-    if weight is not None and abs((weight - centre) @ left) > ASIDE:
-        aside = float((weight - centre) @ left)
-        found.append(
-            f"the joint {leg.ankle!r} sits {1000 * abs(aside):.0f} mm to the "
-            f"{'right' if aside > 0 else 'left'} of the foot's centre of mass: what is placed from the ankle "
-            "is placed from there"
-        )
-    return found
 
 
-def _oblique(tilt: float, aside: float) -> str:
+def _aside(ankle: str, aside: float) -> Iterator[Notice]:
+    """Where the ankle lies beside the foot's centre of mass, which is so far to its left [m]."""
+    if abs(aside) > ASIDE:
+        way = "right" if aside > 0 else "left"
+        yield Notice(
+            "ankle-aside",
+            f"the joint {{subject!r}} sits {1000 * abs(aside):.0f} mm to the {way} of the foot's centre of "
+            "mass: what is placed from the ankle is placed from there",
+            subject=ankle,
+            aside=aside,
+        )
+
+
+def _oblique(ankle: str, tilt: float, aside: float) -> Notice:
     lean, way = np.tan(tilt), "left" if aside > 0.0 else "right"
-    return (
+    return Notice(
+        "axis-oblique",
         f"the ankle's axis is oblique by {np.degrees(tilt):.0f} deg: in the leg's axes the shank leans "
-        f"to the {way} by {100.0 * lean:.0f} mm in every 100 mm, and so must the places of a cuff: 30 cm up "
-        f"its middle has y = {np.sign(aside) * 300.0 * lean:.0f} mm, not 0 as on a straight axis"
+        f"to the {way} by {100.0 * lean:.0f} mm in every 100 mm, and so must the attachment points of a "
+        f"cuff: 30 cm up its middle has y = {np.sign(aside) * 300.0 * lean:.0f} mm, not 0 as on a straight "
+        "axis",
+        subject=ankle,
+        tilt=tilt,
     )
 
 

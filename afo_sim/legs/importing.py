@@ -1,33 +1,33 @@
 """Somebody's body or leg → a folder with a leg that runs here."""
 
+import dataclasses
 import os
 import pathlib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import check_writable, together
 from afo_sim.description.places import Side
 from afo_sim.description.reader import load
-from afo_sim.legs.cutting import cut, left_behind
+from afo_sim.legs.cutting import cut, left_behind, with_sole
 from afo_sim.legs.finding import Found, find
-from afo_sim.legs.leg_doubts import doubtful_notes
-from afo_sim.legs.leg_file import MESHES, write_leg_file
-from afo_sim.legs.leg_numbers import LegNumbers
-from afo_sim.legs.leg_table import table
-from afo_sim.legs.leg_toml import leg_readme, leg_toml, person_notes, tissue_notes
-from afo_sim.legs.reading import read_tree
-from afo_sim.legs.second_opinion import second_opinion
-from afo_sim.legs.sole import with_sole
+from afo_sim.legs.leg_description import leg_readme, leg_toml, person_notes, table, tissue_notes
+from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes
+from afo_sim.legs.mjcf_out import MESHES, write_leg_file
+from afo_sim.legs.reading import read_tree, second_opinion
 from afo_sim.legs.tree import Tree
-from afo_sim.legs.urdf_meshes import Packages
+from afo_sim.legs.urdf_files import Packages
 
 OWN = ("leg.toml", "leg.xml", "README.md", "leg.png")
 
-SOLE_NOTE = (
+SOLE_NOTE = Notice(
+    "sole-derived",
     "heel, ball, pulp and tip are derived from the foot's shapes, and toe clearance in walking is that of "
-    "these points: measure them on the shoe, and give the file sites of these names"
+    "these points: measure them on the shoe, and give the file sites of these names",
+    subject="sole",
 )
 
 
@@ -43,7 +43,7 @@ class Imported:
     left_behind : {kind: names} of what the file holds beside the leg
     toes : name of the file's hinge that was kept
     opinion : differences to MuJoCo's own reading of a URDF; None of other files
-    notes : remarks for the user
+    notes : notices for the user
     folder : it was written to; None where it was not
     """
 
@@ -125,34 +125,38 @@ def import_leg(
     tree = read_tree(file, packages=packages)
     found = find(tree, shank=shank, foot=foot, ankle=ankle, side=side, zero=zero)
     leg, sole = with_sole(cut(tree, found, range=range, toes=toes))
-    numbers = LegNumbers.of(leg)
     imported = Imported(
         name=name or (folder.resolve().name if folder is not None else _plain(file.stem)),
         leg=leg,
         found=found,
-        numbers=numbers,
+        numbers=LegNumbers.of(leg),
         sole=sole,
         left_behind=left_behind(tree, found),
         toes=toes,
         opinion=second_opinion(tree) if file.suffix.lower() == ".urdf" else None,
-        notes=(
-            *tree.notes,
-            *found.notes,
-            *tissue_notes(leg),
-            *([SOLE_NOTE] if sole.startswith("derived") else []),
-            *person_notes(numbers, found, body_mass, body_height),
-            *doubtful_notes(leg, numbers),
-        ),
+        notes=tuple(_notes(tree, found, leg, sole, body_mass, body_height)),
     )
-    text = leg_toml(imported.name, leg, found, file.name, body_mass, body_height)
     if folder is None:
         return imported
+    text = leg_toml(imported.name, leg, found, file.name, body_mass, body_height)
     _write(imported, folder, text, file.name, picture)
-    return Imported(**{**vars(imported), "folder": folder})
+    return dataclasses.replace(imported, folder=folder)
+
+
+def _notes(
+    tree: Tree, found: Found, leg: Tree, sole: str, body_mass: float | None, body_height: float | None
+) -> Iterator[str]:
+    """Notices on the file, on the leg that was found in it, and on its numbers."""
+    numbers = LegNumbers.of(leg)
+    yield from (*tree.notes, *found.notes, *tissue_notes(leg))
+    if sole.startswith("derived"):
+        yield SOLE_NOTE
+    yield from person_notes(numbers, found, body_mass, body_height)
+    yield from doubtful_notes(leg, numbers)
 
 
 def default_folder(file: pathlib.Path, name: str | None, side: str | None) -> pathlib.Path:
-    """Where a leg is written that nobody told a folder for: legs/NAME."""
+    """Where a leg is written that no folder is given for: legs/NAME."""
     return pathlib.Path("legs") / (name or "_".join(filter(None, [_plain(file.stem), side])))
 
 

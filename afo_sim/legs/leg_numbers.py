@@ -1,13 +1,19 @@
-"""What a leg weighs and measures, from its tree."""
+"""What a leg weighs and measures, and remarks on numbers that no leg has: another unit, as a rule."""
 
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from afo_sim.common.notice import Notice
 from afo_sim.legs.cutting import ANKLE, FOOT, SHANK
-from afo_sim.legs.extent import moved
+from afo_sim.legs.extent import moved, outline
 from afo_sim.legs.tree import Part, Tree
+
+# Share of a segment's reach that its radius of gyration has at least; feet and shanks have 0.3 to 0.6.
+LEAST_GYRATION = 0.1
+WIDEST_GYRATION = 0.3  # [m] radius of gyration of a segment without shapes; the longest shank has 0.15
+NARROW_RANGE = np.radians(5.0)  # range of motion of an ankle
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,3 +64,44 @@ class LegNumbers:
         stops = leg.joints()[ANKLE][1].range
         assert stops is not None
         return cls(Segment.of(leg, shank), segment, float(segment.inertia[1, 1]), stops)
+
+
+def doubtful_notes(leg: Tree, numbers: LegNumbers) -> list[Notice]:
+    """Remarks on inertias that do not go with the shapes, and on stops that lie close together.
+
+    A body whose mass lies within its shapes has a radius of gyration √(I/m) about its centre of mass that is
+    no greater than the distance of the farthest point of its shapes.
+
+    Parameters
+    ----------
+    leg : as `cut` gives it
+    numbers : of the leg
+    """
+    found = []
+    foot = leg.below(FOOT)
+    names = {part.name for part in foot}
+    shank = [part for part in leg.below(SHANK) if part.name not in names]
+    ankle = leg.parts[SHANK].pose[:3, 3]
+    for name, parts, segment in (("shank", shank, numbers.shank), ("foot", foot, numbers.foot)):
+        points = outline(leg, parts, points=False) - ankle
+        at, shaped = segment.centre, len(points) > 1
+        reach = float(np.linalg.norm(points - at, axis=1).max()) if shaped else WIDEST_GYRATION
+        central = segment.inertia - segment.mass * (at @ at * np.eye(3) - np.outer(at, at))
+        gyration = float(np.sqrt(max(np.linalg.eigvalsh(central)[-1], 0.0) / segment.mass))
+        if gyration > reach or (shaped and gyration < LEAST_GYRATION * reach):
+            beside = (
+                f"its shapes reach {1000 * reach:.4g} mm from there"
+                if shaped
+                else "no shank or foot has that"
+            )
+            words = (
+                f"the {{subject}}'s inertia gives a radius of gyration of {1000 * gyration:.4g} mm about its "
+                f"centre of mass, and {beside}: is the inertia in kg m2, and about the centre of mass?"
+            )
+            found.append(Notice("inertia-doubtful", words, subject=name, gyration=gyration, reach=reach))
+    low, high = numbers.range
+    if high - low < NARROW_RANGE:
+        moves = f"the ankle moves by {np.degrees(high - low):.2g} deg only"
+        words = f"{moves}: are its stops radians, and read as degrees?"
+        found.append(Notice("range-narrow", words, subject="ankle", low=low, high=high))
+    return found

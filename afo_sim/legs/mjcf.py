@@ -10,18 +10,28 @@ import mujoco
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.legs.finite import check_finite
-from afo_sim.legs.names import listed, own_names
-from afo_sim.legs.pose import pose_of, turn_of
-from afo_sim.legs.tree import Joint, JointKind, Part, Shape, ShapeKind, Tree
+from afo_sim.common.notice import Notice
+from afo_sim.legs.tree import (
+    Joint,
+    JointKind,
+    Part,
+    Shape,
+    ShapeKind,
+    Tree,
+    check_finite,
+    own_names,
+    pose_of,
+    reading_note,
+    turn_of,
+)
 
-KINDS: dict[int, JointKind] = {
+JOINT_KINDS: dict[int, JointKind] = {
     mujoco.mjtJoint.mjJNT_HINGE: "hinge",
     mujoco.mjtJoint.mjJNT_SLIDE: "slide",
     mujoco.mjtJoint.mjJNT_BALL: "ball",
     mujoco.mjtJoint.mjJNT_FREE: "free",
 }
-SHAPES: dict[int, ShapeKind] = {
+SHAPE_KINDS: dict[int, ShapeKind] = {
     mujoco.mjtGeom.mjGEOM_BOX: "box",
     mujoco.mjtGeom.mjGEOM_SPHERE: "sphere",
     mujoco.mjtGeom.mjGEOM_CAPSULE: "capsule",
@@ -30,7 +40,7 @@ SHAPES: dict[int, ShapeKind] = {
     mujoco.mjtGeom.mjGEOM_MESH: "mesh",
 }
 # {what stands beside the tree: (MuJoCo's count of it, its kind of object, a word for one without a name)}
-BESIDE = {
+BESIDE_TREE = {
     "tendons": ("ntendon", mujoco.mjtObj.mjOBJ_TENDON, "tendon"),
     "actuators": ("nactuator", mujoco.mjtObj.mjOBJ_ACTUATOR, "actuator"),
     "sensors": ("nsensor", mujoco.mjtObj.mjOBJ_SENSOR, "sensor"),
@@ -50,14 +60,14 @@ MANY_LINES = (ValueError, RuntimeError, OSError, mujoco.FatalError)
 def read_mjcf(file: str | pathlib.Path) -> Tree:
     """Read a MuJoCo model file (MJCF)."""
     file = pathlib.Path(file)
-    model, warned = compiled(file)
+    model, warned = _compiled(file)
     found = tree_of(model)
     found = dataclasses.replace(found, file=file, notes=(*found.notes, *warned))
     check_finite(found)
     return found
 
 
-def compiled(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+def _compiled(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
     """A model file as MuJoCo compiles it, with every body that stands in it, and MuJoCo's warnings."""
     if not file.is_file():
         raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
@@ -71,7 +81,10 @@ def compiled(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
             model = spec.compile()
         except MANY_LINES as error:
             raise InputError(f"MuJoCo cannot read it: {one_line(error)}", file=file) from None
-    return model, tuple(f"MuJoCo says: {one_line(warning.message)}" for warning in caught)
+    return model, tuple(
+        Notice("mujoco-warning", "MuJoCo says: {subject}", subject=one_line(warning.message))
+        for warning in caught
+    )
 
 
 def _spec(file: pathlib.Path) -> mujoco.MjSpec:
@@ -144,7 +157,7 @@ def _joints(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Join
 
 
 def _joint(model: mujoco.MjModel, joint: int, name: str) -> Joint:
-    kind = KINDS[int(model.jnt_type[joint])]
+    kind = JOINT_KINDS[int(model.jnt_type[joint])]
     freedom, place = int(model.jnt_dofadr[joint]), int(model.jnt_qposadr[joint])
     scalar = kind in ("hinge", "slide")  # a ball's and a free joint's coordinate is a quaternion
     lower, upper = model.jnt_range[joint]
@@ -165,7 +178,7 @@ def _joint(model: mujoco.MjModel, joint: int, name: str) -> Joint:
 
 def _shapes(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Shape]]:
     geoms = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in parts]
-    geoms = [geom for geom in geoms if int(model.geom_type[geom]) in SHAPES]
+    geoms = [geom for geom in geoms if int(model.geom_type[geom]) in SHAPE_KINDS]
     fallback = [f"{parts[int(model.geom_bodyid[geom])]}_shape" for geom in geoms]
     names = own_names([model.geom(geom).name for geom in geoms], fallback)
     meshes: dict[int, tuple[np.ndarray, np.ndarray]] = {}
@@ -178,7 +191,7 @@ def _shapes(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Shap
 def _shape(
     model: mujoco.MjModel, geom: int, name: str, meshes: dict[int, tuple[np.ndarray, np.ndarray]]
 ) -> Shape:
-    kind = SHAPES[int(model.geom_type[geom])]
+    kind = SHAPE_KINDS[int(model.geom_type[geom])]
     pose = pose_of(model.geom_pos[geom], model.geom_quat[geom])
     red, green, blue, opacity = (float(part) for part in _rgba(model, geom))
     plain = Shape(
@@ -224,7 +237,7 @@ def _points(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, dict[str,
 
 def _beside(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
     found = {}
-    for word, (count, kind, fallback) in BESIDE.items():
+    for word, (count, kind, fallback) in BESIDE_TREE.items():
         numbers = range(int(getattr(model, count)))
         given = [mujoco.mj_id2name(model, kind, number) or "" for number in numbers]
         if names := own_names(given, [f"{fallback}_{number}" for number in numbers]):
@@ -232,20 +245,21 @@ def _beside(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
     return found
 
 
-def _notes(model: mujoco.MjModel, parts: dict[int, str]) -> Iterator[str]:
+def _notes(model: mujoco.MjModel, parts: dict[int, str]) -> Iterator[Notice]:
     """What a user would not expect of the tree."""
     if unnamed := [name for body, name in parts.items() if not model.body(body).name]:
-        yield f"parts without a name are called {listed(unnamed)}"
+        yield reading_note("unnamed-parts", "parts without a name are called {names}", unnamed)
     of_parts = [geom for geom in range(model.ngeom) if int(model.geom_bodyid[geom]) in parts]
-    if others := sorted({int(model.geom_type[geom]) for geom in of_parts} - set(SHAPES)):
+    if others := sorted({int(model.geom_type[geom]) for geom in of_parts} - set(SHAPE_KINDS)):
         words = [mujoco.mjtGeom(kind).name.removeprefix("mjGEOM_").lower() for kind in others]
-        yield f"geoms that are no shape of a part are left out: {listed(words)}"
+        yield reading_note("geoms-left-out", "geoms that are no shape of a part are left out: {names}", words)
     if floating := [name for body, name in parts.items() if model.body_gravcomp[body]]:
-        yield f"gravity compensation is left out: {listed(floating)}"
+        yield reading_note("gravity-compensation", "gravity compensation is left out: {names}", floating)
     curved = [
         model.joint(joint).name or parts[int(model.jnt_bodyid[joint])]
         for joint in range(model.njnt)
         if np.any(model.jnt_stiffnesspoly[joint]) or np.any(model.dof_dampingpoly[model.jnt_dofadr[joint]])
     ]
     if curved:
-        yield f"of polynomial springs and dampers only the linear part is read: {listed(curved)}"
+        text = "of polynomial springs and dampers only the linear part is read: {names}"
+        yield reading_note("polynomials-cut", text, curved)

@@ -1,13 +1,20 @@
-"""A tree of rigid parts and joints, whatever file it came from; SI, plain numbers."""
+"""A tree of rigid parts and joints, whatever file it came from, with poses and names; SI, plain numbers."""
 
 import pathlib
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
+import mujoco
 import numpy as np
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 
 JointKind = Literal["hinge", "slide", "ball", "free"]
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
+OF_A_PART = ("pose", "mass", "centre", "inertia")
+OF_A_JOINT = ("axis", "position", "damping", "friction", "armature", "stiffness", "spring_reference", "zero")
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,3 +116,103 @@ class Tree:
     def joints(self) -> dict[str, tuple[Part, Joint]]:
         """Every joint by name, with the part that it moves."""
         return {joint.name: (part, joint) for part in self.parts.values() for joint in part.joints}
+
+
+def pose_of(position: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
+    """A pose (4, 4).
+
+    Units: position [m] (3,), quaternion (4,).
+    """
+    found = np.eye(4)
+    found[:3, :3] = turn_of(quaternion)
+    found[:3, 3] = position
+    return found
+
+
+def turn_of(quaternion: np.ndarray) -> np.ndarray:
+    """A rotation (3, 3) of a quaternion w, x, y, z (4,)."""
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, np.asarray(quaternion, dtype=float))
+    return turn.reshape(3, 3)
+
+
+def shift(position: np.ndarray) -> np.ndarray:
+    """A pose without a turn (4, 4)."""
+    found = np.eye(4)
+    found[:3, 3] = position
+    return found
+
+
+def own_names(given: Iterable[str], fallback: Iterable[str]) -> list[str]:
+    """Each given name, or its fallback where it is empty; no two are the same.
+
+    A name that stands twice, and a fallback that is taken, gets a number: `foot`, `foot_2`.
+    """
+    given = list(given)
+    taken = set(filter(None, given))
+    used: set[str] = set()
+    found = []
+    for name, other in zip(given, fallback, strict=True):
+        chosen = name if name and name not in used else free_name(name or other, taken)
+        used.add(chosen)
+        taken.add(chosen)
+        found.append(chosen)
+    return found
+
+
+def free_name(wanted: str, taken: Iterable[str]) -> str:
+    """A name that is not taken: the wanted one, or that with a number."""
+    taken = set(taken)
+    number, name = 1, wanted
+    while name in taken:
+        number += 1
+        name = f"{wanted}_{number}"
+    return name
+
+
+def listed(names: Iterable[str], most: int = 8) -> str:
+    """Names in a sentence; of many the first ones and how many more there are."""
+    names = list(names)
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+
+
+def reading_note(code: str, text: str, names: Iterable[str], **data: Any) -> Notice:
+    """A notice of reading or writing a file; the text has {names} where the names stand."""
+    names = list(names)
+    return Notice(code, text, subject=listed(names), names=listed(names), all=names, severity="note", **data)
+
+
+def check_finite(tree: Tree) -> None:
+    """Refuse a tree with a number that is not finite."""
+    found = [
+        InputError("is not finite", file=tree.file, field=field)
+        for part in tree.parts.values()
+        for field in (
+            *_part_fields(part),
+            *(field for joint in part.joints for field in _joint_fields(joint)),
+        )
+    ]
+    if found:
+        found[0].others = tuple(found[1:])
+        raise found[0]
+
+
+def _part_fields(part: Part) -> Iterator[str]:
+    for name in OF_A_PART:
+        if not np.isfinite(getattr(part, name)).all():
+            yield f"part {part.name!r}: {name}"
+    for name, place in part.points.items():
+        if not np.isfinite(place).all():
+            yield f"part {part.name!r}: point {name!r}"
+    for shape in part.shapes:
+        if not all(np.isfinite(numbers).all() for numbers in (shape.pose, shape.size, shape.vertices)):
+            yield f"part {part.name!r}: shape {shape.name!r}"
+
+
+def _joint_fields(joint: Joint) -> Iterator[str]:
+    for name in OF_A_JOINT:
+        if not np.isfinite(getattr(joint, name)).all():
+            yield f"joint {joint.name!r}: {name}"
+    if joint.range is not None and not np.isfinite(joint.range).all():
+        yield f"joint {joint.name!r}: range"

@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.legs.names import free_name, listed, own_names
-from afo_sim.legs.tree import Joint, Part, Shape, Tree
-from afo_sim.legs.urdf_meshes import Packages, find_mesh, load_mesh, quiet
-from afo_sim.legs.urdf_xml import (
+from afo_sim.common.notice import Notice
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, own_names, reading_note
+from afo_sim.legs.urdf_files import (
+    Packages,
+    find_mesh,
+    load_mesh,
+    quiet,
     robot_element,
     split_commas,
     take_capsules,
@@ -31,8 +34,8 @@ def read_urdf(file: str | pathlib.Path, *, packages: Packages = ()) -> Tree:
     """Read a URDF file through yourdfpy.
 
     A link is a part, its frame the part's axes. A fixed joint is a part without joints. A link without
-    <inertial>, or of 0 kg, is a massless part; notes tell of it, of meshes that are not found, of joints that
-    follow others, and of revolute joints without a range.
+    <inertial>, or of 0 kg, is a massless part. Notices report these, meshes that are not found, joints that
+    follow others, and revolute joints without a range.
     """
     file = pathlib.Path(file)
     root = robot_element(file)
@@ -45,7 +48,7 @@ def read_urdf(file: str | pathlib.Path, *, packages: Packages = ()) -> Tree:
     _refuse(_problems(robot, file))
     reading = _Reading(file, packages, robot, capsules)
     parts = reading.parts()
-    notes = [f"left out: {why} ({listed(links)})" for why, links in odd.items()]
+    notes = [reading_note("shapes-left-out", "left out: {why} ({names})", odd[why], why=why) for why in odd]
     return Tree(
         file=file,
         parts=parts,
@@ -140,7 +143,9 @@ def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
             if name not in above:
                 place = f"joint {joint.name!r} <{end} link>"
                 near = nearest_name(name, links)
-                yield InputError("is no link of the file", file=file, field=place, value=name, nearest=near)
+                yield InputError(
+                    "is not a link of the file", file=file, field=place, value=name, nearest=near
+                )
                 meant.add(near)
         if joint.child in above:
             above[joint.child].append(joint)
@@ -346,23 +351,27 @@ class _Reading:
         red, green, blue, opacity = (*colour, 1.0)[:4]
         return red, green, blue, opacity
 
-    def remarks(self) -> Iterator[str]:
+    def remarks(self) -> Iterator[Notice]:
         """What a user would not expect of the parts."""
-        if self.massless:
-            yield f"links without mass: {listed(self.massless)}"
-        if self.missing:
-            several = listed(dict.fromkeys(self.missing))
-            way = "give their folder as `packages`, or in ROS_PACKAGE_PATH"
-            yield f"meshes that are not found, and not shown: {several}; {way}"
-        if self.broken:
-            yield f"meshes that cannot be read, and are not shown: {listed(dict.fromkeys(self.broken))}"
-        if self.endless:
-            yield f"joints whose range is not given are without stops: {listed(self.endless)}"
-        if self.planar:
-            yield f"a planar joint is read as two slides and a hinge: {listed(self.planar)}"
-        if self.large:
-            several = listed(dict.fromkeys(self.large))
-            yield f'meshes look like millimetres: {several}; give them scale="0.001 0.001 0.001"'
+        for code, text, names in (
+            ("massless-links", "links without mass: {names}", self.massless),
+            (
+                "meshes-missing",
+                "meshes that are not found, and not shown: {names}; give their folder as `packages`, or in "
+                "ROS_PACKAGE_PATH",
+                self.missing,
+            ),
+            ("meshes-broken", "meshes that cannot be read, and are not shown: {names}", self.broken),
+            ("joints-endless", "joints whose range is not given are without stops: {names}", self.endless),
+            ("joints-planar", "a planar joint is read as two slides and a hinge: {names}", self.planar),
+            (
+                "meshes-large",
+                'meshes look like millimetres: {names}; give them scale="0.001 0.001 0.001"',
+                self.large,
+            ),
+        ):
+            if names:
+                yield reading_note(code, text, dict.fromkeys(names))
 
 
 def _planar(name: str, axis: np.ndarray, same: dict[str, Any], taken: set[str]) -> tuple[Joint, ...]:
@@ -389,11 +398,12 @@ def _dynamics(joint: Any) -> dict[str, float]:
     return {"damping": float(damping or 0.0), "friction": float(friction or 0.0)}
 
 
-def _mimics(robot: Any) -> Iterator[str]:
+def _mimics(robot: Any) -> Iterator[Notice]:
     for joint in robot.joints:
         if joint.mimic is not None:
             rule = f"{joint.mimic.multiplier:g} × {joint.mimic.joint} + {joint.mimic.offset:g}"
-            yield f"joint {joint.name} follows another, {rule}; here it moves by itself"
+            words = "joint {subject} follows another, {rule}; here it moves by itself"
+            yield Notice("joint-mimics", words, subject=joint.name, rule=rule)
 
 
 def _beside(root: Any, robot: Any) -> dict[str, tuple[str, ...]]:

@@ -1,6 +1,7 @@
 """A tree as a URDF file, through yourdfpy's objects and its writer."""
 
 import pathlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -8,20 +9,20 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import together
-from afo_sim.legs.finite import check_finite
-from afo_sim.legs.names import free_name, listed
-from afo_sim.legs.pose import shift
-from afo_sim.legs.tree import Joint, Part, Tree
-from afo_sim.legs.urdf_meshes import quiet
-from afo_sim.legs.urdf_shapes import Shapes
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, reading_note, shift
+from afo_sim.legs.urdf_files import quiet
 
 UNLIMITED = 1e9  # URDF wants a largest effort and velocity of each joint; a tree knows none
 FAR = 1e3  # [m] where a slide without stops ends, since URDF's slides have ends
 SMALL = 1e-12  # [m] below which a root stands in the world's origin
 # With these MuJoCo keeps fixed links and their masses, shows the meshes, and finds them in their folder.
 MUJOCO = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
-KINDS = {"hinge": "revolute", "slide": "prismatic", "free": "floating"}
+JOINT_TYPE_OF = {"hinge": "revolute", "slide": "prismatic", "free": "floating"}
+CAPSULES = ("capsules are", "a cylinder with two spheres")
+ELLIPSOIDS = ("ellipsoids are", "meshes")
+ROUNDNESS = 3  # subdivisions of an icosahedron: 1280 faces, whose volume is 0.9 % below the ellipsoid's
 
 
 def write_urdf(
@@ -48,7 +49,9 @@ def write_urdf(
 
 def _check(tree: Tree, path: pathlib.Path) -> None:
     if path.suffix.lower() != ".urdf":
-        raise InputError("is no name of a URDF file", file=path, allowed="a name that ends with .urdf")
+        raise InputError(
+            "is not a valid name of a URDF file", file=path, allowed="a name that ends with .urdf"
+        )
     if not tree.parts:
         raise InputError("there is no part to write", file=tree.file)
     if balls := [name for name, (_, joint) in tree.joints().items() if joint.kind == "ball"]:
@@ -68,6 +71,89 @@ def _write(robot: Any, path: pathlib.Path) -> None:
         document = made.write_xml()
     etree.SubElement(etree.SubElement(document.getroot(), "mujoco"), "compiler", attrib=MUJOCO)
     document.write(str(path), xml_declaration=True, pretty_print=True, encoding="utf-8")
+
+
+@dataclass
+class Shapes:
+    """What is written for shapes.
+
+    folder : of the mesh files, relative to the robot's file
+    files : {mesh file: its content}
+    colours : {rgba: name of the material}
+    otherwise : {what is written as what: names of the shapes}
+    """
+
+    folder: str
+    files: dict[str, bytes] = field(default_factory=dict)
+    colours: dict[tuple[float, float, float, float], str] = field(default_factory=dict)
+    otherwise: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    meshes: dict[int, str] = field(default_factory=dict)
+
+    def of(self, part: Part, frame: np.ndarray) -> tuple[list[Any], list[Any]]:
+        """Visuals and collisions of a part, the same shapes twice.
+
+        Units: frame (4, 4).
+        """
+        from yourdfpy import Collision, Material, Visual
+
+        visuals, collisions = [], []
+        for shape in part.shapes:
+            material = self.colours.setdefault(shape.rgba, f"colour_{len(self.colours) + 1}")
+            for name, origin, geometry in self._geometries(shape):
+                place = frame @ shape.pose @ origin
+                visuals.append(
+                    Visual(name=name, origin=place, geometry=geometry, material=Material(material))
+                )
+                collisions.append(Collision(name=f"{name}_collision", origin=place, geometry=geometry))
+        return visuals, collisions
+
+    def materials(self) -> list[Any]:
+        """The colours of all shapes."""
+        from yourdfpy import Color, Material
+
+        return [Material(name=name, color=Color(np.array(rgba))) for rgba, name in self.colours.items()]
+
+    def _geometries(self, shape: Shape) -> list[tuple[str, np.ndarray, Any]]:
+        """(name, pose in the shape's axes, geometry) for each piece of a shape."""
+        from yourdfpy import Box, Cylinder, Geometry, Sphere
+
+        size = [float(number) for number in shape.size]
+        if shape.kind == "box":
+            return [(shape.name, np.eye(4), Geometry(box=Box(2 * np.asarray(shape.size))))]
+        if shape.kind == "sphere":
+            return [(shape.name, np.eye(4), Geometry(sphere=Sphere(size[0])))]
+        if shape.kind in ("cylinder", "capsule"):
+            found = [(shape.name, np.eye(4), Geometry(cylinder=Cylinder(size[0], 2 * size[1])))]
+            if shape.kind == "capsule":
+                self.otherwise.setdefault(CAPSULES, []).append(shape.name)
+                ball = Geometry(sphere=Sphere(size[0]))
+                for end, height in (("top", size[1]), ("bottom", -size[1])):
+                    found.append((f"{shape.name}_{end}", shift(np.array([0.0, 0.0, height])), ball))
+            return found
+        from yourdfpy import Mesh
+
+        return [(shape.name, np.eye(4), Geometry(mesh=Mesh(filename=self._mesh_file(shape))))]
+
+    def _mesh_file(self, shape: Shape) -> str:
+        """Name of the STL file of a mesh or an ellipsoid; shapes of the same mesh share theirs."""
+        import trimesh
+
+        if shape.kind == "mesh" and id(shape.vertices) in self.meshes:
+            return self.meshes[id(shape.vertices)]
+        if shape.kind == "mesh":
+            mesh = trimesh.Trimesh(shape.vertices, shape.faces, process=False)
+        else:
+            self.otherwise.setdefault(ELLIPSOIDS, []).append(shape.name)
+            mesh = trimesh.creation.icosphere(subdivisions=ROUNDNESS)
+            mesh.apply_scale(shape.size)
+        stem = re.sub(r"[^A-Za-z0-9._-]+", "_", shape.name).strip("._") or "mesh"
+        taken = {name.rsplit("/", 1)[-1].removesuffix(".stl").lower() for name in self.files}
+        lower = free_name(stem.lower(), taken)  # some systems take A.stl and a.stl for the same
+        name = f"{self.folder}/{stem}{lower[len(stem) :]}.stl"
+        self.files[name] = mesh.export(file_type="stl")
+        if shape.kind == "mesh":
+            self.meshes[id(shape.vertices)] = name
+        return name
 
 
 @dataclass
@@ -130,7 +216,7 @@ class _Robot:
         moving = bool(joint.damping or joint.friction)
         return yourdfpy.Joint(
             name=joint.name,
-            type="continuous" if joint.kind == "hinge" and joint.range is None else KINDS[joint.kind],
+            type="continuous" if joint.kind == "hinge" and joint.range is None else JOINT_TYPE_OF[joint.kind],
             parent=parent,
             child=child,
             origin=origin,
@@ -173,31 +259,52 @@ class _Robot:
     def _taken_joints(self) -> set[str]:
         return {*self.tree.joints(), *(joint.name for joint in self.joints)}
 
-    def remarks(self) -> Iterator[str]:
+    def remarks(self) -> Iterator[Notice]:
         """What URDF does not hold, or holds otherwise."""
         joints = [joint for _, joint in self.tree.joints().values()]
-        if self.between:
-            yield (
-                "URDF has one joint between two links, so that massless links stand between: "
-                f"{listed(self.between)}; MuJoCo's own importer does not move links without mass"
-            )
-        if moved := [joint.name for joint in joints if joint.zero]:
-            yield f"URDF's coordinates count from the posture of the tree: {listed(moved)} begin elsewhere"
-        if springs := [joint.name for joint in joints if joint.stiffness]:
-            yield f"URDF has no springs: that of {listed(springs)} is left out"
-        if rotors := [joint.name for joint in joints if joint.armature]:
-            yield f"URDF has no rotor inertia: that of {listed(rotors)} is left out"
-        if ends := [joint.name for joint in joints if joint.kind == "slide" and joint.range is None]:
-            yield f"URDF's slides have ends: {listed(ends)} without stops end {FAR:g} m away"
         roots = [part for part in self.tree.parts.values() if part.parent is None]
-        if _is_root(roots) and roots[0].joints:
-            yield f"URDF leaves it to the program that reads it how the root {roots[0].name} moves"
+        for code, text, names in (
+            (
+                "massless-links-between",
+                "URDF has one joint between two links, so that massless links stand between: {names}; "
+                "MuJoCo's own importer does not move links without mass",
+                self.between,
+            ),
+            (
+                "coordinates-shifted",
+                "URDF's coordinates count from the posture of the tree: {names} begin elsewhere",
+                [joint.name for joint in joints if joint.zero],
+            ),
+            (
+                "springs-left-out",
+                "URDF has no springs: that of {names} is left out",
+                [joint.name for joint in joints if joint.stiffness],
+            ),
+            (
+                "rotors-left-out",
+                "URDF has no rotor inertia: that of {names} is left out",
+                [joint.name for joint in joints if joint.armature],
+            ),
+            (
+                "slides-end",
+                f"URDF's slides have ends: {{names}} without stops end {FAR:g} m away",
+                [joint.name for joint in joints if joint.kind == "slide" and joint.range is None],
+            ),
+            (
+                "root-moves",
+                "URDF leaves it to the program that reads it how the root {names} moves",
+                [roots[0].name] if _is_root(roots) and roots[0].joints else [],
+            ),
+        ):
+            if names:
+                yield reading_note(code, text, names)
         if self.tree.beside:
-            yield f"left out: {listed(self.tree.beside, len(self.tree.beside))}"
-        yield from (
-            f"{what} written as {how}: {listed(names)}"
-            for (what, how), names in self.shapes.otherwise.items()
-        )
+            kinds = listed(self.tree.beside, len(self.tree.beside))
+            yield Notice("kinds-left-out", "left out: {subject}", subject=kinds, severity="note")
+        for (what, how), names in self.shapes.otherwise.items():
+            yield reading_note(
+                "shapes-replaced", "{what} written as {how}: {names}", names, what=what, how=how
+            )
 
 
 def _is_root(roots: list[Part]) -> bool:

@@ -1,31 +1,61 @@
-"""Description → MjSpec → MjModel: leg, orthosis, circuit and walking put together, without parameters."""
+"""Leg, orthosis, circuit and walking put together and compiled, without parameters.
+
+Cases share a compiled model that differ in no more than parameters. A case whose person is heavier or lighter
+shares it too: the masses are written into a copy, and MuJoCo computes what follows from them as it does when
+it compiles.
+"""
+
+import copy
+import functools
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
 
 import mujoco
+import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.scenario import Scenario
-from afo_sim.model.flags import unused
-from afo_sim.model.leg import attach_parts
+from afo_sim.description.orthosis import MuscleGroup
+from afo_sim.description.quantity import Described
+from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.model.foot import Foot, foot_of
+from afo_sim.model.inversion import SideArms
+from afo_sim.model.leg import attach_parts, check_leg, leg_spec, times_of_change, weighed_later
 from afo_sim.model.mirror import mirror_shapes, orthosis_mirrored
-from afo_sim.model.mounting import ANKLE
+from afo_sim.model.mounting import ANKLE, Index, add_motor, sweep_lengths
+from afo_sim.model.paths import add_tendons
 from afo_sim.model.person import Size
-from afo_sim.model.tendons import add_tendons
-from afo_sim.model.walk_bodies import add_walking
+from afo_sim.model.walk_bodies import SINK, add_walking, walking_actuators
 
 PASSIVE = "passive_ankle"
+SWEPT_ANGLES = 41  # of the range of motion at which a muscle's stretch is looked at
+# Not compiled: words, and what is written into the compiled model.
+NOT_COMPILED = ("name", "description", "provenance")
+LEG_NOT_COMPILED = (
+    *NOT_COMPILED,
+    "directions",
+    "passive",
+    "body_mass",
+    "body_height",
+)  # its size stands for the last two
+GROUP_NOT_COMPILED = (*NOT_COMPILED, "type", "link_length", "slack", "cable", "wrap_friction", "path")
+OF_A_BODY = ("body_mass", "body_inertia")
+OF_A_JOINT = ("jnt_stiffness",)
+OF_A_DOF = ("dof_damping", "dof_armature", "dof_frictionloss")
 
 
 def assemble(spec: mujoco.MjSpec, scenario: Scenario, circuit: native.Circuit, size: Size) -> mujoco.MjSpec:
-    """The orthosis on the leg, its circuit, and walking: everything that is compiled."""
+    """Put the orthosis on the leg, its circuit, and walking: everything that is compiled."""
     anchors = attach_parts(spec, scenario)
     add_tendons(spec, anchors, scenario.orthosis)
     if orthosis_mirrored(scenario):
         for body in anchors.values():
             mirror_shapes(body)
     native.add_muscles(spec, circuit)
-    _add_passive_ankle(spec)
+    add_motor(spec, PASSIVE, ANKLE, (0.0,), callback=True)
     native.add_chambers(spec, circuit)
     if scenario.walking:
         add_walking(spec, scenario, size)
@@ -58,13 +88,199 @@ def collides(model: mujoco.MjModel) -> bool:
     return bool(able.any()) or model.npair > 0
 
 
-def _add_passive_ankle(spec: mujoco.MjSpec) -> None:
-    spec.add_actuator(
-        name=PASSIVE,
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target=ANKLE,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        gainprm=[0.0] * 10,
-        biastype=mujoco.mjtBias.mjBIAS_USER,
-        userdata=[0.0] * native.N_USER,
+def unused(model: mujoco.MjModel) -> int:
+    """Bits of `disableflags` that change no number of a compiled model, which has nothing of their kind.
+
+    They belong to the compiled model alone. A spring that somebody adds to a saved model is to act.
+    """
+    bits = mujoco.mjtDisableBit
+    friction = (model.dof_frictionloss, model.tendon_frictionloss)
+    springs = (
+        model.jnt_stiffness,
+        model.jnt_stiffnesspoly,
+        model.tendon_stiffness,
+        model.tendon_stiffnesspoly,
+        model.flex_stiffness,
+        model.flex_edgestiffness,
+    )
+    parts = {
+        bits.mjDSBL_FRICTIONLOSS: friction,
+        bits.mjDSBL_SPRING: springs,
+        bits.mjDSBL_CLAMPCTRL: (model.actuator_ctrllimited,),
+    }
+    return sum(int(bit) for bit, arrays in parts.items() if not any(array.any() for array in arrays))
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """What goes with the person's mass in a compiled model: rows of its arrays, and their numbers there.
+
+    These are masses, inertias, and what joints do at the same angles and times (`leg._weigh`).
+    """
+
+    rows: tuple[tuple[str, np.ndarray, np.ndarray], ...]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel | None, bodies: Sequence[str], joints: Sequence[str]) -> Self:
+        """Of the bodies and joints of these names, in a model for a person as heavy as the leg's."""
+        if model is None or not bodies:
+            return cls(())
+        body = np.array([model.body(name).id for name in bodies])
+        joint = np.array([model.joint(name).id for name in joints])
+        dof = model.jnt_dofadr[joint]
+        at = [(OF_A_BODY, body), (OF_A_JOINT, joint), (OF_A_DOF, dof)]
+        return cls(
+            tuple((name, rows, getattr(model, name)[rows].copy()) for names, rows in at for name in names)
+        )
+
+    def put(self, model: mujoco.MjModel, heavier: float) -> None:
+        """Write a person's into a model, and what MuJoCo's compiler makes of them."""
+        if not self.rows:
+            return
+        for name, rows, numbers in self.rows:
+            getattr(model, name)[rows] = numbers * heavier
+        mujoco.mj_setConst(model, native.scratch(model))
+        # both means, one number after the other; MuJoCo computes them only where it compiles
+        model.stat.meanmass = np.cumsum(model.body_mass[1:])[-1] / (model.nbody - 1)
+        model.stat.meaninertia = np.cumsum(model.dof_M0)[-1] / model.nv
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """A leg with its orthosis, compiled without pictures and parameters. It is shared.
+
+    model : what is stepped
+    bare : the leg alone, of recorded walking; whose turn it is writes masses into it
+    index, circuit : actuators by name
+    angles : over the range of motion [rad] (n,)
+    lengths : of the muscles' paths at these angles [m] (n, n_muscle)
+    side_arms : lever arms of the muscles to the foot's sides; None where they have none
+    load, bare_load : what goes with the person's mass in them
+    """
+
+    model: mujoco.MjModel
+    bare: mujoco.MjModel | None
+    index: Index
+    circuit: native.CircuitIds
+    angles: np.ndarray
+    lengths: np.ndarray
+    load: Load
+    bare_load: Load
+    side_arms: SideArms | None
+    turn: threading.Lock = field(default_factory=threading.Lock)
+
+    def of(self, heavier: float) -> mujoco.MjModel:
+        """The model for a person whose mass is by a factor another, to be filled with parameters."""
+        own = copy.copy(self.model)
+        if heavier != 1.0:
+            self.load.put(own, heavier)
+        return own
+
+    def bare_foot(self, heavier: float, leg: Leg) -> Foot:
+        """The leg's foot, in its shoe and without orthosis, for that person."""
+        assert self.bare is not None
+        with self.turn:  # a copy of a model costs more than all else here
+            self.bare_load.put(self.bare, heavier)
+            return foot_of(self.bare, leg, ANKLE)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """All that is compiled of a scenario, and the scenario."""
+
+    compiled: tuple[Any, ...]
+    scenario: Scenario = field(compare=False)
+    circuit: native.Circuit = field(compare=False)
+    size: Size = field(compare=False)
+    own: bool = field(compare=False)
+
+
+def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geometry:
+    """The compiled model of a scenario, shared where it was compiled before."""
+    leg, orthosis = scenario.leg, scenario.orthosis
+    times = [times_of_change(file) for file in (leg.file, orthosis.cuff, orthosis.plate) if file is not None]
+    own = times[0] is not None and weighed_later(leg.file, times[0])
+    if own:
+        size = Size(taller=size.taller)
+    seen = (
+        *times,
+        size,
+        scenario.timestep,
+        (scenario.simulated_side, orthosis.side),
+        scenario.walking,
+        _values(scenario.ground) if scenario.contact and scenario.ground is not None else None,
+        _values(leg, LEG_NOT_COMPILED),
+        tuple(None if each is None else _values(each) for each in (scenario.shoe, orthosis.outsole)),
+        (orthosis.cuff, orthosis.plate, orthosis.range_of_motion, tuple(orthosis.anchor)),
+        tuple((name, *_path(group)) for name, group in orthosis.muscle.items()),
+        tuple((m.name, m.tendons, m.chamber, m.anchors, m.friction_states) for m in circuit.muscles),
+        tuple((c.name, c.joint, c.drive is not None) for c in circuit.chambers),
+        tuple(each.name for each in circuit.volumes),
+        tuple(each.name for each in circuit.stores),
+        tuple((r.name, r.law, r.valve is not None) for r in circuit.restrictions),
+    )
+    described = _Seen(seen, scenario, circuit, size, own)
+    return (_made if None in times else _kept)(described)
+
+
+def _values(described: Described, without: tuple[str, ...] = NOT_COMPILED) -> tuple[Any, ...]:
+    """The values of a description and of its parts."""
+    return tuple(
+        _values(value) if isinstance(value, Described) else value
+        for name, value in vars(described).items()
+        if name not in without
+    )
+
+
+def _path(group: MuscleGroup) -> tuple[Any, ...]:
+    """What is compiled of a muscle group; its length over a pulley only for pictures."""
+    muscle = group.type
+    drawn = muscle.end_length - group.series_length if group.pulley is not None else 0.0
+    places = tuple(_values(place) for place in group.path)
+    return (muscle.whole_mass, muscle.bore, drawn, places, *_values(group, GROUP_NOT_COMPILED))
+
+
+@functools.lru_cache(maxsize=8)
+def _kept(seen: _Seen) -> Geometry:
+    return _made(seen)
+
+
+def _made(seen: _Seen) -> Geometry:
+    scenario, circuit = seen.scenario, seen.circuit
+    leg = leg_spec(scenario, seen.size)
+    bodies = [body.name for body in leg.bodies[1:]] if seen.own else []
+    joints = [joint.name for joint in leg.joints] if seen.own else []
+    bare = leg.copy().compile() if scenario.walking else None
+    spec = assemble(leg, scenario, circuit, seen.size)
+    # MuJoCo would move each shape with its body in every step
+    spec.compiler.discardvisual = True
+    model = compiled(spec, scenario)
+    check_leg(model, scenario)
+    ids = native.circuit_ids(model, circuit)
+    joint = model.joint(ANKLE)
+    angles = np.linspace(*scenario.orthosis.range_of_motion, SWEPT_ANGLES)
+    return Geometry(
+        model=model,
+        bare=bare,
+        circuit=ids,
+        index=Index(
+            muscles=ids.muscles,
+            chambers=ids.chambers,
+            valves=ids.valves,
+            frictions=ids.frictions,
+            anchors=ids.anchors,
+            passive=model.actuator(PASSIVE).id,
+            walking=walking_actuators(model),
+            ankle_qpos=int(joint.qposadr[0]),
+            ankle_dof=int(joint.dofadr[0]),
+            drives=ids.drives,
+            volumes=ids.volumes,
+            stores=ids.stores,
+            restrictions=ids.restrictions,
+        ),
+        angles=angles,
+        lengths=sweep_lengths(model, list(ids.muscles.values()), int(joint.qposadr[0]), angles),
+        load=Load.of(model, bodies, [*joints, *([SINK] if seen.own and scenario.contact else [])]),
+        bare_load=Load.of(bare, bodies, joints),
+        side_arms=SideArms.of(spec, scenario, ids.muscles, seen.size.taller),
     )

@@ -1,42 +1,42 @@
-"""spec → MjSpec → MjModel, and the addresses by name that everything downstream uses."""
+"""Scenario → compiled model with its parameters, and what only the compiled model can show to be wrong."""
 
 import dataclasses
 import functools
-from collections.abc import Iterator
+import itertools
+import os
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.common.notice import Notice
+from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.gait.checks import STANCE_FORCE
-from afo_sim.model import mounting, stability
+from afo_sim.model import stability
 from afo_sim.model.air_checks import check_air_path
-from afo_sim.model.assemble import assemble, compiled
+from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
 from afo_sim.model.contact import Contact, check_sole, register
-from afo_sim.model.foot import Foot, foot_of
-from afo_sim.model.geometry import Geometry, geometry_of
-from afo_sim.model.guide_checks import check_guides
-from afo_sim.model.inversion import SideArms
+from afo_sim.model.foot import Foot, fill_hinge, foot_of
+from afo_sim.model.inversion import SideArms, check_stiffness, check_subtalar, free
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
-from afo_sim.model.pace import Pace
-from afo_sim.model.path_checks import check_paths
+from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
 from afo_sim.model.patient import Active, active
 from afo_sim.model.periodic import unseen_drift, why_walked
-from afo_sim.model.person import Person, Size, person_of
+from afo_sim.model.person import Person, Size, own_tissue, person_of
 from afo_sim.model.pneumatic_circuit import circuit_of
-from afo_sim.model.subtalar import check_stiffness, check_subtalar, free
-from afo_sim.model.tissue import own_tissue
-from afo_sim.model.toes import fill_hinge
-from afo_sim.model.walk import Walk, lay_out
+from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
+from afo_sim.physics.passive_ankle import KNEE_LIMIT
 
 
 @dataclass(frozen=True)
 class Built:
-    """A compiled scenario: the model that runs, and what was found while building.
+    """A compiled scenario: the model that runs, and the warnings of building it.
 
     `model` is without what only pictures need; `full_model` has all, the same parameters, and moves alike.
 
@@ -90,24 +90,44 @@ class Built:
         return self.person.body_mass
 
 
-def build(scenario: Scenario) -> Built:
-    """Put the orthosis on the leg, compile, and check what only the compiled model can tell.
+def build(
+    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any], sets: Mapping[str, Any] | None = None
+) -> Built:
+    """Compile a scenario: put the orthosis on the leg and check what only the compiled model can tell.
 
     Parameters
     ----------
-    scenario : frozen description
+    scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
+    sets : dotted keys and values laid over it, for example {"supply.pressure": "3 bar"}
 
     Returns
     -------
-    Built
+    Built: `model` (MuJoCo's MjModel, without shapes that only pictures need), `full_model`, `spec` and `xml`
+    (self-contained MJCF) with all of them, `scenario`, `warnings`. Its muscles pull only while this package's
+    callbacks are installed; `run` sees to that.
 
     Raises
     ------
     InputError
-        The leg lacks a body or joint, or is put together otherwise than assumed; a muscle passes through
-        the ankle, does not fit on its path, or its braid locks within the range of motion; air or braid
-        would be unstable at this time step (with the step that would do).
+        The description is wrong; the leg lacks a body or joint, or is put together otherwise than assumed; a
+        muscle passes through the ankle, does not fit on its path, or its braid locks within the range of
+        motion; air or braid would be unstable at this time step (with the step that would do).
+
+    Examples
+    --------
+    >>> built = build("seated", {"timestep": "0.5 ms"})
+    >>> built.model.opt.timestep, built.model.joint("ankle").name
+    (0.0005, 'ankle')
     """
+    if not isinstance(scenario, Scenario):
+        scenario = load("scenario", scenario, sets)
+    elif sets:
+        scenario = scenario.set(sets)
+    return _build(scenario)
+
+
+def _build(scenario: Scenario) -> Built:
+    """Compile, fill in the parameters, and check what only the compiled model can tell."""
     check_subtalar(scenario)
     circuit, size = _circuit(scenario), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
@@ -118,62 +138,16 @@ def build(scenario: Scenario) -> Built:
     check_stiffness(model, scenario)
     angles, lengths = geometry.angles, geometry.lengths
     check_paths(angles, lengths, index.muscles, scenario.orthosis)
-    stretch = mounting.check_stretch(model, angles, lengths, index.muscles, scenario.orthosis)
+    stretch = check_stretch(model, angles, lengths, index.muscles, scenario.orthosis)
     numbers, coarse = stability.check_stability(model, index, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
-    told = (*mounting.check_description(scenario), *check_air_path(scenario))
-    warnings = (*told, *stretch, *coarse, *guided, *_walked(scenario))
+    described = (*check_description(scenario), *check_air_path(scenario))
+    warnings = (*described, *stretch, *coarse, *guided, *_walked(scenario))
     built = Built(scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms)
     if foot is None:
         return built
     return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg))
-
-
-def _circuit(scenario: Scenario) -> native.Circuit:
-    return circuit_of(
-        scenario.orthosis, inverts=free(scenario), drives=scenario.drive, supply=scenario.supply
-    )
-
-
-def _walked(scenario: Scenario) -> Iterator[str]:
-    """Warnings where strides are walked since none repeats: though one was to be solved for, or too few."""
-    if scenario.gait is None:
-        return
-    if scenario.gait.settled == "solved" and (why := why_walked(scenario)):
-        yield f"the settled stride is walked to, not solved for: {why}"
-    if unseen := unseen_drift(scenario):
-        yield unseen
-
-
-def _paced(scenario: Scenario, walk: Walk) -> Iterator[str]:
-    """Warnings of changes of pace that come after the end, and of stops on the other leg alone."""
-    assert scenario.gait is not None
-    late = [at for at, _ in scenario.gait.pace if at >= scenario.duration]
-    if late:
-        end = scenario.duration
-        yield f"gait.pace: the change at {late[0]:g} s comes after the end of the run, at {end:g} s"
-    for begun, _ in Pace.of(scenario.gait).stands:
-        if begun < scenario.duration:
-            phase = float(np.interp(begun, walk.time, walk.phase)) % 1.0
-            if walk.cycle.ground(phase)[1] <= STANCE_FORCE:
-                yield (
-                    f"gait.pace: the walker stops at {begun:g} s with this foot in the air, at "
-                    f"{100.0 * phase:.0f} % of the stride"
-                )
-
-
-def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
-    """Lay the recorded walking out, and find what the patient's own ankle does in it."""
-    scenario = built.scenario
-    walk = lay_out(scenario, foot)
-    own = active(walk, bare, scenario, built.body_mass)
-    contact, warnings = None, (*built.warnings, *_paced(scenario, walk))
-    if scenario.contact:
-        check_sole(foot, scenario)
-        contact = register(walk, foot, built.model, scenario, built.body_mass)
-        warnings = (*warnings, *contact.warnings())
-    return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
 
 
 def _fill_parameters(
@@ -190,3 +164,94 @@ def _fill_parameters(
         load=scenario.load_moment,
         damping=0.5 * tissue.damping,
     )
+
+
+def _circuit(scenario: Scenario) -> native.Circuit:
+    return circuit_of(
+        scenario.orthosis, inverts=free(scenario), drives=scenario.drive, supply=scenario.supply
+    )
+
+
+def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
+    """Lay the recorded walking out, and compute what the patient's own ankle does in it."""
+    scenario = built.scenario
+    walk = lay_out(scenario, foot)
+    own = active(walk, bare, scenario, built.body_mass)
+    contact, warnings = None, (*built.warnings, *_paced(scenario, walk))
+    if scenario.contact:
+        check_sole(foot, scenario)
+        contact = register(walk, foot, built.model, scenario, built.body_mass)
+        warnings = (*warnings, *contact.warnings())
+    return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
+
+
+def check_description(scenario: Scenario) -> Iterator[Notice]:
+    """Warnings that follow from the description alone."""
+    knee = scenario.shank.knee_angle
+    if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:
+        yield Notice(
+            "passive-ankle-extrapolated",
+            "the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
+            f"here it is {np.degrees(knee):g} deg",
+            subject="shank.knee_angle",
+            knee_angle=knee,
+        )
+    for name, times in scenario.timer.chambers.items() if scenario.timer else ():
+        pairs = itertools.product(times.inlet, times.outlet)
+        overlaps = [(max(a, c), min(b, d)) for (a, b), (c, d) in pairs if max(a, c) < min(b, d)]
+        if overlaps:
+            yield Notice(
+                "valves-open-together",
+                "inlet and outlet of chamber {subject!r} are open together {spans}: the supply blows off",
+                subject=name,
+                spans=", ".join(f"from {start:g} s to {end:g} s" for start, end in overlaps),
+                overlaps=overlaps,
+            )
+    if scenario.walking and scenario.orthosis.plate is not None and scenario.orthosis.outsole is None:
+        yield Notice(
+            "plate-without-outsole",
+            "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it",
+            subject="orthosis.outsole",
+            on="in the shoe" if scenario.shoe is not None else "barefoot",
+        )
+
+
+def _walked(scenario: Scenario) -> Iterator[Notice]:
+    """Warnings where strides are walked since none repeats: though one was to be solved for, or too few."""
+    if scenario.gait is None:
+        return
+    if scenario.gait.settled == "solved" and (why := why_walked(scenario)):
+        yield Notice(
+            "stride-not-solved",
+            "the settled stride is walked to, not solved for: {why}",
+            subject="gait.settled",
+            why=why,
+        )
+    if (unseen := unseen_drift(scenario)) is not None:
+        yield unseen
+
+
+def _paced(scenario: Scenario, walk: Walk) -> Iterator[Notice]:
+    """Warnings of changes of cadence that come after the end, and of stops on the other leg alone."""
+    assert scenario.gait is not None
+    late = [at for at, _ in scenario.gait.pace if at >= scenario.duration]
+    if late:
+        yield Notice(
+            "cadence-change-after-end",
+            "{subject}: the change at {at:g} s comes after the end of the run, at {end:g} s",
+            subject="gait.pace",
+            at=late[0],
+            end=scenario.duration,
+        )
+    for begun, _ in Pace.of(scenario.gait).stands:
+        if begun < scenario.duration:
+            phase = float(np.interp(begun, walk.time, walk.phase)) % 1.0
+            if walk.cycle.ground(phase)[1] <= STANCE_FORCE:
+                yield Notice(
+                    "stop-in-the-air",
+                    f"gait.pace: the walker stops at {begun:g} s with this foot in the air, at "
+                    f"{100.0 * phase:.0f} % of the stride",
+                    subject=f"gait.pace at {begun:g} s",
+                    at=begun,
+                    phase=phase,
+                )

@@ -5,7 +5,7 @@ is laid, under each point of the sole and at every step, where the recorded foot
 whoever walks as recorded feels what was recorded, and whoever lands otherwise is caught by the pads. Where
 nothing is recorded to press, the floor is at zero, or as deep as the recorded point itself.
 
-What the pads do not tell of the recorded force acts as recorded, whatever the foot does: the moment of the
+What the pads do not carry of the recorded force acts as recorded, whatever the foot does: the moment of the
 horizontal force (the pads have no friction), of a centre of pressure that is not between two standing points
 (the rolling heel, the tip of the toe), and what plates hum while the foot is in the air.
 
@@ -26,6 +26,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.walking import Ground
 from afo_sim.model.foot import TOE_POINTS, Foot, turned
@@ -41,7 +42,7 @@ RAMP = 0.02  # time in which the floor passes from its own height to the recorde
 NEAR, FAR = 0.003, 0.010  # height from which on a pad bears less, and from which on nothing [m]
 NOTICED = 0.01  # lost force from which on a warning says so [body weights]
 FASTEST = 0.1  # least share that the recorded velocity may leave of a pad's force [-]
-STIFF = 1.0  # of (rate × time step)² of the pads under a foot whose toes are held
+PAD_LIMIT = 1.0  # of (rate × time step)² of the pads under a foot whose toes are held
 TOE_JOINT = 25.0  # of a leg without toes, as PredSim's [N·m/rad]
 
 
@@ -66,14 +67,23 @@ class Contact:
     loaded: float = LOADED
     flexors: np.ndarray | None = None
 
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[Notice, ...]:
         """Warnings of recorded force that the pads cannot reproduce even on the recorded path."""
         lost = self.lost
         if lost.most <= NOTICED:
             return ()
-        loss = f"the pads lose up to {100.0 * lost.most:.0f} % of the body weight of the recorded force"
-        place = f"at {100.0 * lost.phase:.0f} % of the stride, where the recorded foot leaves the floor fast"
-        return (f"{loss} {place}: lower ground.damping to {lost.damping:.2f} s/m",)
+        return (
+            Notice(
+                "ground-force-lost",
+                f"the pads lose up to {100.0 * lost.most:.0f} % of the body weight of the recorded force at "
+                f"{100.0 * lost.phase:.0f} % of the stride, where the recorded foot leaves the floor fast: "
+                "lower {subject} to {damping:.2f} s/m",
+                subject="ground.damping",
+                lost=lost.most,
+                phase=lost.phase,
+                damping=lost.damping,
+            ),
+        )
 
 
 @dataclass(frozen=True)
@@ -153,7 +163,7 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
         stiffness[name] * (np.hypot(*foot.points[name]) ** 2 / foot.inertia + 1.0 / foot.mass)
         for name in BEARING
     )
-    if number > STIFF:
+    if number > PAD_LIMIT:
         enough = 1e3 * scenario.timestep / np.sqrt(number)
         raise InputError(
             "the floor is too stiff for this time step",
@@ -177,7 +187,7 @@ def register(
     points = [sole[name] for name in padded(foot.toes)]
     ahead = np.stack([x for x, _ in points], axis=1)[1:-1]
     height = walk.pose[1:-1, 1, None] + np.stack([z for _, z in points], axis=1)[1:-1]
-    lever = toe_levers(foot, pitch[1:-1], ahead)
+    lever = _toe_levers(foot, pitch[1:-1], ahead)
     # as the integrator takes velocities: the step's before, through the pose it has reached
     velocity = np.diff(walk.pose[:, 1])[:-1, None] + ahead * np.diff(pitch)[:-1, None]
     if walk.toe is not None:
@@ -186,36 +196,36 @@ def register(
     forward, upward, place = walk.cycle.ground(walk.phase[1:-1])
     weight = body_mass * GRAVITY
     least = size.heavier * LOADED
-    told = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
-    above = np.maximum(height, 0.0) * (1.0 - standing(told > least, size.slower * RAMP / walk.timestep))
+    pressed = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
+    above = np.maximum(height, 0.0) * (1.0 - standing(pressed > least, size.slower * RAMP / walk.timestep))
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
     share = 1.0 - ground.damping * velocity
     give = np.maximum(share, FASTEST)
-    load = np.maximum(told - stiffness * give * above, 0.0)  # a pad in the air bears no hum of the plates
+    load = np.maximum(pressed - stiffness * give * above, 0.0)  # a pad in the air bears no hum of the plates
     carried = load * np.maximum(share, 0.0) / give
     lost = np.sum(load - carried, axis=1) / weight
-    fastest = float(np.max(velocity, where=told > least, initial=0.0)) / size.slower
+    fastest = float(np.max(velocity, where=pressed > least, initial=0.0)) / size.slower
     flexors = None
     if walk.toe is not None:
         assert scenario.patient is not None
         given = scenario.patient.plantarflexor_strength * np.sum(carried * lever, axis=1)
-        flexors = hinge_moment(walk, pitch, foot, model, scenario) - given
+        flexors = _hinge_moment(walk, pitch, foot, model, scenario) - given
     total, turning = load.sum(axis=1), np.sum(load * ahead, axis=1)
     shift = np.where(total > least, place - turning / np.maximum(total, least), 0.0)
     recorded = weight * (place * upward + walk.pose[1:-1, 1] * forward)
     return Contact(
-        floor=height - above + told / (stiffness * give),
+        floor=height - above + pressed / (stiffness * give),
         load=load,
         moment=recorded - turning,
         shift=shift,
-        support=leg_force(walk, pitch, foot, model, scenario.leg.shank) - total,
+        support=_leg_force(walk, pitch, foot, model, scenario.leg.shank) - total,
         lost=Lost.of(lost, walk.phase[1:-1], fastest),
         loaded=least,
         flexors=flexors,
     )
 
 
-def toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+def _toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     """How far the pads lie ahead of the toes' hinge [m] (n, n_pad), 0 of those that the toes do not turn.
 
     Units: pitch [rad] (n,), ahead [m] (n, n_pad).
@@ -227,7 +237,7 @@ def toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     return lever
 
 
-def hinge_moment(
+def _hinge_moment(
     walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, scenario: "Scenario"
 ) -> np.ndarray:
     """What weight and inertia of toes that stand at their rest extension need about the hinge [N·m] (n,).
@@ -287,7 +297,7 @@ def standing(loaded: np.ndarray, ramp: float) -> np.ndarray:
     return found
 
 
-def leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, shank: str) -> np.ndarray:
+def _leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, shank: str) -> np.ndarray:
     """Upward force that shank and foot need in the recorded motion: their weight and inertia [N] (n,)."""
     data = native.scratch(model)
     mujoco.mj_kinematics(model, data)

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from afo_sim.model.build import Built
-from afo_sim.model.clock import Clock, Intervals
+from afo_sim.model.foot import REST, rest_moment
 from afo_sim.model.patient import ground_moment
-from afo_sim.model.toes import REST, rest_moment
-from afo_sim.model.walk import JOINTS
+from afo_sim.model.walk import JOINTS, Clock, Intervals
 from afo_sim.model.walk_bodies import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
 
 OFF = -1.0  # input of a drive that leaves its valves to their own inputs

@@ -8,14 +8,15 @@ from typing import Any
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, unknown
+from afo_sim.common.notice import unique
 from afo_sim.common.units import LEAST_NUMBER, parse_quantity
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.build import Built, build
-from afo_sim.model.mounting import check_description
+from afo_sim.model.build import Built, build, check_description
+from afo_sim.model.leg_shapes import ThroughLeg, through_leg
 from afo_sim.model.path_facts import PathFacts, path_facts
-from afo_sim.model.through_limb import ThroughLimb, through_limb
+from afo_sim.model.torque_map import beyond_pressure
 
 Source = str | os.PathLike[str] | Orthosis | Scenario
 SITTING = "seated"  # scenario into which an orthosis is put that is given alone
@@ -27,34 +28,30 @@ class Design:
 
     built : the compiled scenario
     facts : of every group of alike muscles
-    through : muscles whose path passes through the limb
+    through : muscles whose path passes through the leg
     """
 
     built: Built
     facts: list[PathFacts]
-    through: list[ThroughLimb]
+    through: list[ThroughLeg]
 
     @property
     def warnings(self) -> list[str]:
-        """Everything that is wrong: paths through the limb, pressures beyond a limit, what building found."""
-        found = [entry.words for entry in deepest(self.through)]
+        """Everything that is wrong: paths through the leg, pressures beyond a limit, what building found."""
+        found: list[str] = [entry.notice for entry in _deepest(self.through)]
         for entry in self.facts:
-            limit, full = entry.group.type.limits.pressure, entry.pressures[-1]
-            if full > limit:
-                found.append(
-                    f"{entry.name}: {full * 1e-5:g} bar is beyond the muscle's limit of {limit * 1e-5:g} bar"
-                )
-        of_the_run = check_description(self.built.scenario)
+            found += beyond_pressure(entry.name, entry.group, float(entry.pressures[-1]))
+        of_the_run = list(check_description(self.built.scenario))
         found += [warning for warning in self.built.warnings if warning not in of_the_run]
-        return list(dict.fromkeys(found))
+        return unique(found)
 
 
-def deepest(through: list[ThroughLimb]) -> list[ThroughLimb]:
+def _deepest(through: list[ThroughLeg]) -> list[ThroughLeg]:
     """Of the muscles of a group, the one that lies deepest in each part."""
-    worst: dict[tuple[str, str, bool], ThroughLimb] = {}
+    worst: dict[tuple[str, str, bool], ThroughLeg] = {}
     for entry in through:
         key = entry.role, entry.part, entry.bone
-        sign = -1.0 if entry.bone else 1.0  # of bone the distance is told
+        sign = -1.0 if entry.bone else 1.0  # of bone the distance is given
         if key not in worst or sign * entry.depth > sign * worst[key].depth + 1e-9:
             worst[key] = entry
     return list(worst.values())
@@ -99,7 +96,7 @@ def gauge(pressure: float | str | None) -> float | None:
 
 def design_of(built: Built, pressure: float | None = None) -> Design:
     """The facts of a compiled scenario's muscles; parameters and errors as of `design`."""
-    return Design(built, path_facts(built, pressure), through_limb(built))
+    return Design(built, path_facts(built, pressure), through_leg(built))
 
 
 def scenario_of(source: Source, leg: str | None = None) -> Scenario:
@@ -108,11 +105,11 @@ def scenario_of(source: Source, leg: str | None = None) -> Scenario:
     if isinstance(source, Scenario):
         return source.set(sets) if sets else source
     if isinstance(source, Orthosis):
-        return around(source, source, sets)
+        return _around(source, source, sets)
     text = os.fspath(source)
     path = pathlib.Path(text)
     if text in assets.names("orthosis"):
-        return around(text, load("orthosis", text), sets, _home(text))
+        return _around(text, load("orthosis", text), sets, _home(text))
     if text in assets.names("scenario"):
         return load("scenario", text, sets)
     if not path.exists():
@@ -123,7 +120,7 @@ def scenario_of(source: Source, leg: str | None = None) -> Scenario:
     table = assets.read_toml(path)
     if "orthosis" in table or "duration" in table:
         return load("scenario", str(path), sets)
-    return around(str(path.resolve()), load("orthosis", str(path)), sets, _home(_shipped_as(path)))
+    return _around(str(path.resolve()), load("orthosis", str(path)), sets, _home(_shipped_as(path)))
 
 
 def _described_in(folder: pathlib.Path) -> pathlib.Path:
@@ -133,7 +130,7 @@ def _described_in(folder: pathlib.Path) -> pathlib.Path:
     return found[0]
 
 
-def around(
+def _around(
     value: str | Orthosis, orthosis: Orthosis, sets: Mapping[str, Any] = {}, home: str = SITTING
 ) -> Scenario:
     """A scenario with an orthosis that cannot run alone; every chamber is filled for 4 s of 8."""

@@ -1,27 +1,31 @@
-"""The leg's own spec, as big as the patient, with the orthosis's rigid parts on it."""
+"""The leg's own spec, checked, as big and heavy as the patient, with the orthosis' rigid parts on it."""
 
 import functools
+import math
 import pathlib
 import re
+import shlex
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 
+from afo_sim import native
 from afo_sim.common.errors import InputError, unknown
-from afo_sim.description.scenario import Scenario
+from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.model.foot import hinge_toes, spring_toes
+from afo_sim.model.inversion import add_subtalar, free
 from afo_sim.model.mirror import leg_mirrored, mirror, orthosis_mirrored
-from afo_sim.model.mounting import ANKLE, check_joints
-from afo_sim.model.outsole import add_outsole
+from afo_sim.model.mounting import ANKLE, SUBTALAR
+from afo_sim.model.outsole import add_outsole, add_shoe
 from afo_sim.model.person import Size
-from afo_sim.model.shoe_body import add_shoe
-from afo_sim.model.subtalar import add_subtalar, free
-from afo_sim.model.toes import hinge_toes, spring_toes
-from afo_sim.model.walk_bodies import lengthen, weigh
 
 REFERS = re.compile(
     rb"<(include|model)\s"
 )  # other files in a model file: a change of theirs is not seen in it
-STIFF = 0.9999  # the most that MuJoCo's constraint impedance can be
+IMPEDANCE = 0.9999  # the most that MuJoCo's constraint impedance can be
+MOST_JOINTS = 8  # that an error names
+RIGHTWARD = np.array([0.0, -1.0, 0.0])  # axis about which toe up is positive
 
 
 def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
@@ -59,12 +63,12 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     hinge_toes(spec, scenario, Size(taller=size.taller))
     if free(scenario):
         add_subtalar(spec, scenario, size.taller)
-    check_joints([joint.name for joint in spec.joints], leg, free(scenario))
+    _check_joints([joint.name for joint in spec.joints], leg, free(scenario))
     if scenario.walking:
         add_outsole(spec, scenario, size.taller)
         add_shoe(spec, scenario, size.taller)
     if size.heavier != 1.0:  # `Geometry` does the same to the compiled model
-        weigh(spec, size.heavier)
+        _weigh(spec, size.heavier)
     spring_toes(spec, scenario, size)
     return spec
 
@@ -89,8 +93,98 @@ def _keep_inertia_to_itself(spec: mujoco.MjSpec) -> None:
 def _rub(ankle: mujoco.MjsJoint, friction: float, timestep: float) -> None:
     """Coulomb friction [N·m] that holds: MuJoCo's own, by default, creeps at degrees a second."""
     ankle.frictionloss += friction
-    ankle.solimp_friction = [STIFF, STIFF, 0.001, 0.5, 2.0]
+    ankle.solimp_friction = [IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0]
     ankle.solref_friction = [2.0 * timestep, 1.0]  # stopped within a step
+
+
+def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
+    """Make a leg as long as another body, all lengths alike, with the same masses."""
+    springy, damped = taller, taller * math.sqrt(taller)
+    for mesh in spec.meshes:
+        mesh.scale = np.array(mesh.scale) * taller
+    for body in spec.bodies:
+        body.pos = np.array(body.pos) * taller
+        body.ipos = np.array(body.ipos) * taller
+        body.inertia = np.array(body.inertia) * taller**2
+        body.fullinertia = np.array(body.fullinertia) * taller**2
+        for element in (*body.geoms, *body.sites):
+            element.pos = np.array(element.pos) * taller
+            element.size = np.array(element.size) * taller
+            element.fromto = np.array(element.fromto) * taller
+        for joint in body.joints:
+            joint.pos = np.array(joint.pos) * taller
+            joint.stiffness = np.array(joint.stiffness) * springy
+            joint.damping = np.array(joint.damping) * damped
+            joint.frictionloss *= springy
+            joint.armature *= taller**2
+
+
+def _weigh(spec: mujoco.MjSpec, heavier: float) -> None:
+    """Make a leg as heavy as another body; moments at the same angles and times go with mass."""
+    for body in spec.bodies:
+        body.mass = body.mass * heavier
+        body.inertia = np.array(body.inertia) * heavier
+        body.fullinertia = np.array(body.fullinertia) * heavier
+        for joint in body.joints:
+            joint.stiffness = np.array(joint.stiffness) * heavier
+            joint.damping = np.array(joint.damping) * heavier
+            joint.frictionloss *= heavier
+            joint.armature *= heavier
+
+
+def _check_joints(names: Sequence[str], leg: Leg, subtalar: bool) -> None:
+    """Refuse a leg that has joints beside the ankle and the toes' hinge."""
+    own = (
+        {ANKLE} | ({SUBTALAR} if subtalar else set()) | ({leg.toes.joint} if leg.toes is not None else set())
+    )
+    found = [name or "one without a name" for name in names if name not in own]
+    if not found:
+        return
+    joints = f"{'is the joint' if len(found) == 1 else 'are the joints'} {', '.join(found[:MOST_JOINTS])}"
+    more = f" and {len(found) - MOST_JOINTS} more" if len(found) > MOST_JOINTS else ""
+    raise InputError(
+        f"beside the ankle there {joints}{more} in the leg's file; the toes' hinge is described by [toes] in "
+        "the leg's TOML file",
+        file=leg.file,
+        field="leg",
+        allowed=_cut_out(leg),
+    )
+
+
+def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
+    """Refuse a leg that is put together otherwise than everything here assumes."""
+    leg = scenario.leg
+    joint, toes = model.joint(ANKLE), leg.toes
+    hinges = [model.joint(toes.joint).id] if toes is not None and scenario.walking else []
+    foot, shank = model.body(leg.foot).id, model.body(leg.shank).id
+    data = native.scratch(model)
+    data.qpos[joint.qposadr[0]] = 0.0
+    mujoco.mj_kinematics(model, data)
+    turned = max(np.abs(data.xmat[body].reshape(3, 3) - np.eye(3)).max() for body in (foot, shank))
+    for wrong, problem in (
+        (joint.bodyid[0] != foot, f"the ankle is not the joint of the body {leg.foot!r}"),
+        (model.body_parentid[foot] != shank, f"{leg.foot!r} does not hang on {leg.shank!r} directly"),
+        (
+            any(np.abs(data.xaxis[k] - RIGHTWARD).max() > 1e-6 for k in hinges),
+            'the toes\' axis is not axis="0 -1 0", about which extension is positive',
+        ),
+        (turned > 1e-6, "shank or foot is turned against x forward, y left, z up at zero ankle angle"),
+        (
+            np.abs(data.xaxis[joint.id] - RIGHTWARD).max() > 1e-6,
+            'the ankle\'s axis is not axis="0 -1 0", about which dorsiflexion is positive',
+        ),
+        (
+            not model.jnt_limited[joint.id] or not np.isfinite(model.jnt_range[joint.id]).all(),
+            "the ankle has no range: it needs stops",
+        ),
+    ):
+        if wrong:
+            raise InputError(problem, file=leg.file, field="leg", allowed=_cut_out(leg))
+
+
+def _cut_out(leg: Leg) -> str:
+    """The command that mends a leg."""
+    return f"a leg cut out and turned by: afo-sim leg import {shlex.quote(str(leg.file))}"
 
 
 def attach_parts(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.MjsBody]:
@@ -155,7 +249,7 @@ def _read_spec(file: pathlib.Path) -> mujoco.MjSpec:
 
 
 def times_of_change(file: pathlib.Path) -> tuple[int, ...] | None:
-    """Of a model file and its meshes; None where they do not tell of every change that MuJoCo would see."""
+    """Of a model file and its meshes; None where they do not show every change that MuJoCo would see."""
     try:
         when = file.stat().st_mtime_ns
         return when, *(mesh.stat().st_mtime_ns for mesh in _meshes(file, when))

@@ -86,13 +86,13 @@ def _mirror_pose(element: Any) -> None:
 
 
 def _turn(element: Any, name: str, instead: str) -> None:
-    """Mirror an orientation, which may be told in another way than by a quaternion."""
-    told, quaternion = getattr(element, instead), np.array(getattr(element, name))
-    if told.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:
+    """Mirror an orientation, which may be stated in another way than by a quaternion."""
+    stated, quaternion = getattr(element, instead), np.array(getattr(element, name))
+    if stated.type != mujoco.mjtOrientation.mjORIENTATION_QUAT:
         compiler = element.compiler
         resolve = mujoco.MjSpec().resolve_orientation
-        quaternion = np.array(resolve(compiler.degree, compiler.eulerseq, told))
-        told.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+        quaternion = np.array(resolve(compiler.degree, compiler.eulerseq, stated))
+        stated.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
     setattr(element, name, _flipped(quaternion, QUATERNION))
 
 

@@ -1,15 +1,28 @@
-"""Refusals of muscles that are mounted so that they cannot work: inside out, or through the ankle."""
+"""Checks of the muscles' paths over the ankle's angle: size limits, side, stretch, and surfaces on the way.
+
+A muscle that cannot work is refused: one that is too long for its path, that passes through the ankle, whose
+braid locks, or whose path jumps through a surface. Of others that are doubtful a notice warns.
+"""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 
+from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description.rest_curves import at_rest
+from afo_sim.model.mounting import contractions, muscle_names
+from afo_sim.model.paths import Paths, paths_of, route_of
 
 LEAST_ARM = 1e-3  # moment arm on either side that counts as a change of its sign [m]
+APART = np.radians(0.5)  # between the angles that are looked at
+TOUCHING = 1e-9  # sine of a wrapped angle from which on a side is known
 
 
 def check_paths(angles: np.ndarray, lengths: np.ndarray, muscles: Iterable[str], orthosis: Orthosis) -> None:
@@ -41,7 +54,7 @@ def check_paths(angles: np.ndarray, lengths: np.ndarray, muscles: Iterable[str],
             continue
         if turns[column] or longest < body + (group.link_length or 0.0):
             _check_sign(name, angles, lengths[:, column], orthosis.name)
-            _check_room(name, angles, lengths[:, column], group, orthosis.name)
+            _check_length(name, angles, lengths[:, column], group, orthosis.name)
 
 
 def _body(muscle: Muscle) -> float:
@@ -68,7 +81,7 @@ def _check_sign(name: str, angles: np.ndarray, length: np.ndarray, file: str) ->
     )
 
 
-def _check_room(name: str, angles: np.ndarray, length: np.ndarray, group: MuscleGroup, file: str) -> None:
+def _check_length(name: str, angles: np.ndarray, length: np.ndarray, group: MuscleGroup, file: str) -> None:
     """Fittings, link and the muscle at its shortest must fit where the path is longest.
 
     Where it is shorter they hang through, which `check_stretch` warns of.
@@ -79,7 +92,7 @@ def _check_room(name: str, angles: np.ndarray, length: np.ndarray, group: Muscle
         return
     role, alone = f"orthosis.muscle.{name.rsplit('_', 1)[0]}", length[long] < body
     what = "fittings and muscle at its shortest" if alone else "fittings, link and muscle at its shortest"
-    room = math.floor(1e3 * (length[long] - body))
+    longest = math.floor(1e3 * (length[long] - body))
     raise InputError(
         f"{name} does not fit on its path: even where it is longest, at {np.degrees(angles[long]):.0f} deg, "
         f"the path is {1e3 * length[long]:.0f} mm long, and {what} take "
@@ -89,5 +102,312 @@ def _check_room(name: str, angles: np.ndarray, length: np.ndarray, group: Muscle
         value=None if alone else f"{1e3 * link:g} mm",
         allowed="anchors further apart, or a shorter muscle"
         if alone
-        else f"at most {room} mm, or a shorter muscle",
+        else f"at most {longest} mm, or a shorter muscle",
     )
+
+
+def check_stretch(
+    model: mujoco.MjModel,
+    angles: np.ndarray,
+    lengths: np.ndarray,
+    muscles: Mapping[str, int],
+    orthosis: Orthosis,
+) -> list[Notice]:
+    """Refuse a braid that locks in the range of motion; warn of one stretched or shortened beyond its limits.
+
+    Parameters
+    ----------
+    model : with its parameters
+    angles : of the ankle over the range of motion [rad] (n,)
+    lengths : of the muscles' paths at these angles [m] (n, n_muscle)
+    muscles : actuator ids by name
+    orthosis : whose muscles they are
+    """
+    contraction = contractions(model, list(muscles.values()), lengths)
+    known: dict[tuple[str, float], float] = {}  # parallel muscles are stretched alike
+    warnings: list[Notice] = []
+    groups = muscle_names(orthosis)
+    for column, name in enumerate(muscles):
+        group, worst = groups[name], int(np.argmin(contraction[:, column]))
+        path, angle = contraction[worst, column], np.degrees(angles[worst])
+        role = name.rsplit("_", 1)[0]
+        if (role, path) not in known:
+            known[role, path] = _own_contraction(group, orthosis, path)
+        least = known[role, path]
+        lock = group.type.braid.lock
+        if least <= lock:
+            problem = (
+                f"{name} is mounted too taut: at {angle:.0f} deg, within the range of motion, its braid "
+                f"would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} %"
+            )
+            would_do = path_contraction(group, orthosis, group.type.limits.contraction_min)
+            raise _too_taut(problem, orthosis.name, role, group, would_do - path)
+        if name.endswith("_1"):  # its neighbours say the same
+            warnings += _beyond_limits(role, group, least, float(contraction[:, column].max()), angle)
+    return warnings
+
+
+def _beyond_limits(
+    role: str, group: MuscleGroup, least: float, most: float, angle: float
+) -> Iterator[Notice]:
+    """Warnings of least and most contraction ratios beyond a muscle's limits; the least at an angle [deg]."""
+    limits, length = group.type.limits, group.type.nominal_length
+    if least < limits.contraction_min:
+        yield Notice(
+            "muscle-stretched",
+            "{subject} muscles are stretched to a contraction of {contraction:.3f} at {angle:.0f} deg, "
+            "beyond their limit of {limit:g}",
+            subject=role,
+            contraction=least,
+            angle=angle,
+            limit=limits.contraction_min,
+        )
+    if most <= limits.contraction_max:
+        return
+    travel, shortest = (most - least) * length, limits.contraction_max * length
+    if travel > shortest:
+        yield Notice(
+            "muscle-too-short",
+            "{subject} muscles cannot follow the whole range of motion: it takes up "
+            f"{100.0 * travel:.1f} cm, they shorten by {100.0 * shortest:.1f} cm at most; a longer muscle, a "
+            "shorter moment arm or a narrower range_of_motion would do",
+            subject=role,
+            travel=travel,
+            shortening=shortest,
+        )
+    else:
+        yield Notice(
+            "muscle-too-slack",
+            "{subject} muscles are mounted too slack to follow the whole range of motion: at its end they "
+            "would have to be shorter by a contraction of {contraction:.3f}, and their limit is {limit:g}; a "
+            "shorter link_length would do",
+            subject=role,
+            contraction=most,
+            limit=limits.contraction_max,
+        )
+
+
+def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: float) -> InputError:
+    """With what would do: `missing` is the contraction ratio of the path that the mounting lacks."""
+    if group.pulley is not None:
+        kappa = group.pulley.initial_contraction
+        field, value = "pulley.initial_contraction", f"{kappa:g}"
+        enough = f"at least {math.ceil(1000 * (kappa + missing)) / 1000:g}"
+    else:
+        field, value = "slack", f"{group.slack * 1000:g} mm"
+        length = group.slack + missing * group.type.nominal_length
+        enough = f"at least {math.ceil(1000 * length)} mm, or as much more link_length"
+    return InputError(
+        problem,
+        file=file,
+        field=f"orthosis.muscle.{role}.{field}",
+        value=value,
+        allowed=f"{enough}, or a narrower range_of_motion",
+    )
+
+
+def path_contraction(group: MuscleGroup, orthosis: Orthosis, kappa: float) -> float:
+    """Contraction ratio of the path [-] that stretches a muscle without air to its own `kappa` [-].
+
+    The difference is the compliance of its cable and, under the pull of the whole group, of cuff and plate.
+    """
+    return _path_contraction(group, orthosis)(kappa)
+
+
+def _path_contraction(group: MuscleGroup, orthosis: Orthosis) -> Callable[[float], float]:
+    """`path_contraction` as a function of the own contraction."""
+    anchors = tuple(orthosis.anchor.values()) if group.pulley is None else ()
+    bare, cable, length = at_rest(group.type), group.cable.stiffness, group.type.nominal_length
+
+    def of(kappa: float) -> float:
+        pull = bare.force(float(kappa), 0.0)
+        yielding = pull / cable + sum(a.displacement(group.count * pull) for a in anchors)
+        return kappa - yielding / length
+
+    return of
+
+
+def _own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> float:
+    """Contraction ratio of a muscle without air, where that of its path is `path` [-]."""
+    if path >= 0.0:
+        return path
+    of = _path_contraction(group, orthosis)
+
+    def too_long(kappa: float) -> float:
+        return of(kappa) - path
+
+    if too_long(path) >= 0.0:
+        return path
+    if too_long(0.0) <= 0.0:
+        return 0.0
+    from scipy.optimize import brentq  # large, and seldom needed
+
+    return float(brentq(too_long, path, 0.0))
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A surface of one muscle at one ankle angle.
+
+    inside : distance of the nearer neighbouring point from axis or centre where it is inside, or None [m]
+    normal : of the wrapped arc, in the surface's frame, its length the sine of the angle; zero where the path
+        passes it by
+    """
+
+    inside: float | None
+    normal: np.ndarray
+
+
+def check_guides(orthosis: Orthosis, stops: tuple[float, float]) -> list[Notice]:
+    """Refuse paths that MuJoCo would take through a surface within the range of motion; warn of others.
+
+    A path bends around a surface on the shorter side. Where the straight line comes to pass its axis, the
+    shorter side changes, and the path jumps through it. Where a neighbouring point comes to lie inside, the
+    path runs straight through. No cable does either.
+
+    Parameters
+    ----------
+    orthosis : described
+    stops : the lowest and the highest angle that the ankle reaches [rad]
+
+    Returns
+    -------
+    warnings
+
+    Raises
+    ------
+    InputError
+        Such a surface, with the angle; or a cable's offset that is not shorter than the path.
+    """
+    guided = {name: group for name, group in orthosis.anchored.items() if group.path}
+    if not guided:
+        return []
+    paths = paths_of(orthosis)
+    low, high = orthosis.range_of_motion
+    within = _angles(low, high)
+    # from the range of motion outwards, each way
+    beyond = [
+        _angles(end, stop)[1:] for end, stop in ((low, min(stops[0], low)), (high, max(stops[1], high)))
+    ]
+    found: list[Notice] = []
+    for name, group in guided.items():
+        _check_offset(orthosis, name, group, paths)
+        found += _muscle_that_bends(name, group, paths, within)
+        for number, point in enumerate(group.path):
+            if point.surface is not None:
+                found += _surface(orthosis, paths, name, number, within, beyond)
+    return found
+
+
+def _angles(first: float, last: float) -> np.ndarray:
+    """Angles from the first to the last [rad], at most APART."""
+    return np.linspace(first, last, int(abs(last - first) / APART) + 2)
+
+
+def _surface(
+    orthosis: Orthosis, paths: Paths, name: str, number: int, within: np.ndarray, beyond: list[np.ndarray]
+) -> Iterator[Notice]:
+    """Warnings of one surface of a group's path; refuses it as `check_guides`."""
+    touched = False
+    for k in range(1, orthosis.muscle[name].count + 1):
+        seen = _over(paths, f"{name}_{k}", number, within)
+        problem = _problem(within, seen)
+        if problem:
+            raise InputError(
+                f"{problem}, within the range of motion: no cable does that",
+                file=orthosis.name,
+                field=f"orthosis.muscle.{name}.path[{number}].surface",
+                allowed="a surface further to one side, a smaller radius, a point of the path before or "
+                "behind it, or a narrower range_of_motion",
+            )
+        touched = touched or any(np.linalg.norm(s.normal) > TOUCHING for s in seen)
+    for angles in beyond:
+        problem = _problem(angles, _over(paths, f"{name}_1", number, angles))
+        if problem:
+            yield Notice(
+                f"path-jumps-{'below' if angles[-1] < within[0] else 'above'}-range",
+                "{subject}: {problem}; forces beyond that angle are wrong",
+                subject=f"{name}, path[{number}]",
+                problem=problem,
+            )
+    if not touched:
+        yield Notice(
+            "surface-not-touched",
+            f"{name} touches the surface path[{number}] nowhere in the range of motion: it acts as if it "
+            "were not there",
+            subject=f"{name}, path[{number}]",
+        )
+
+
+def _problem(angles: np.ndarray, seen: list[_Seen]) -> str:
+    """What is wrong with a surface over successive angles, with the first angle; "" for nothing."""
+    last: np.ndarray | None = None
+    for angle, now in zip(np.degrees(angles), seen, strict=True):
+        if now.inside is not None:
+            return (
+                f"at {angle:.0f} deg a neighbouring point of the path is {100.0 * now.inside:.2g} cm from "
+                "its middle, inside it, and the path would run through it"
+            )
+        if np.linalg.norm(now.normal) > TOUCHING:
+            if last is not None and last @ now.normal < 0.0:
+                return f"at {angle:.0f} deg the path would jump through it to its other side"
+            last = now.normal
+    return ""
+
+
+def _over(paths: Paths, muscle: str, point: int, angles: np.ndarray) -> list[_Seen]:
+    """A surface of a single muscle's path over the ankle's angles."""
+    model, data, tendon = paths.model, native.scratch(paths.model), paths.tendons[muscle]
+    number = model.geom(f"{muscle}_path{point}").id
+    entries = slice(int(model.tendon_adr[tendon]), int(model.tendon_adr[tendon] + model.tendon_num[tendon]))
+    types, ids = model.wrap_type[entries], model.wrap_objid[entries]
+    at = next(k for k in range(len(ids)) if ids[k] == number and types[k] != mujoco.mjtWrap.mjWRAP_SITE)
+    found = []
+    for angle in angles:
+        data.qpos[0] = angle
+        mujoco.mj_fwdPosition(model, data)
+        centre, turn = data.geom_xpos[number], data.geom_xmat[number].reshape(3, 3)
+        cylinder = types[at] == mujoco.mjtWrap.mjWRAP_CYLINDER
+        flat = np.array([1.0, 1.0, 0.0 if cylinder else 1.0])  # across a cylinder's axis
+        away = [
+            float(np.linalg.norm((data.site_xpos[ids[k]] - centre) @ turn * flat)) for k in (at - 1, at + 1)
+        ]
+        route = route_of(model, data, tendon)
+        on = (route.points[route.surfaces == number] - centre) @ turn * flat / model.geom_size[number, 0]
+        inside = min(away) if min(away) <= model.geom_size[number, 0] else None
+        found.append(_Seen(inside, np.cross(*on) if len(on) == 2 else np.zeros(3)))
+    return found
+
+
+def _check_offset(orthosis: Orthosis, name: str, group: MuscleGroup, paths: Paths) -> None:
+    """Refuse a cable's offset that is not shorter than the path, which surfaces make longer than straight."""
+    columns = [list(paths.tendons).index(f"{name}_{k}") for k in range(1, group.count + 1)]
+    shortest = float(paths.lengths(np.zeros(1))[0, columns].min())
+    if group.cable.offset >= shortest:
+        raise InputError(
+            f"is not shorter than the path, {100.0 * shortest:.3g} cm at an angle of zero",
+            file=orthosis.name,
+            field=f"orthosis.muscle.{name}.cable.offset",
+            value=f"{100.0 * group.cable.offset:g} cm",
+            allowed=f"less than {100.0 * shortest:.3g} cm",
+        )
+
+
+def _muscle_that_bends(name: str, group: MuscleGroup, paths: Paths, angles: np.ndarray) -> Iterator[Notice]:
+    """A warning where the muscle itself, which hangs from its origin, would reach the first guide."""
+    data, straight = native.scratch(paths.model), np.inf
+    for angle in angles:
+        data.qpos[0] = angle
+        mujoco.mj_fwdPosition(paths.model, data)
+        points = route_of(paths.model, data, paths.tendons[f"{name}_1"]).points
+        straight = min(straight, float(np.linalg.norm(points[1] - points[0])))
+    if straight < group.type.total_length:
+        yield Notice(
+            "muscle-bends",
+            f"{{subject}}: the muscle, {100.0 * group.type.total_length:.3g} cm long, does not fit on the "
+            f"{100.0 * straight:.3g} cm between its origin and the first guide; it is computed as if only "
+            "its cable bent",
+            subject=name,
+            length=group.type.total_length,
+            straight=straight,
+        )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
@@ -17,16 +18,17 @@ from afo_sim.model.build import Built
 from afo_sim.model.mounting import (
     chamber_of,
     muscle_names,
-    path_contraction,
     sweep_ankle,
     sweep_lengths,
 )
-from afo_sim.model.path_spans import Span, spans_above
+from afo_sim.model.path_checks import path_contraction
 
-ANGLES = 161  # over the ankle's stops
+Span = tuple[float, float]  # from, to [rad]
+ANGLE_TOLERANCE = 1e-9  # of an angle [rad]
+ANGLE_COUNT = 161  # over the ankle's stops
 ALIKE = 1e-9  # difference of path lengths below which muscles are alike [m]
-SHARES = (0.0, 0.5, 1.0)  # of the pressure, at which force and torque are told
-NAMED = np.radians([-20.0, 0.0, 20.0])  # angles at which they are told in words [rad]
+PRESSURE_SHARES = (0.0, 0.5, 1.0)  # of the pressure, at which force and torque are given
+NAMED = np.radians([-20.0, 0.0, 20.0])  # angles at which the text gives them [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,52 +130,62 @@ def path_facts(built: Built, pressure: float | None = None) -> list[PathFacts]:
     if not 0.0 < full <= 2e6:
         shown = f"{full * 1e-5:g} bar"
         raise InputError("is out of range", field="pressure", value=shown, allowed="above 0 bar, to 20 bar")
-    angles = sweep_angles(built)
+    angles = _sweep_angles(built)
     contraction, arm, _ = sweep_ankle(built.model, index, angles)
-    pressures = full * np.array(SHARES)
+    pressures = full * np.array(PRESSURE_SHARES)
     own, force = _at_pressures(built, angles, pressures)
     groups = muscle_names(scenario.orthosis)
     columns = {name: k for k, name in enumerate(index.muscles)}
     found = []
     for muscles in _alike(list(groups), groups, contraction, columns):
-        k, group = columns[muscles[0]], groups[muscles[0]]
-        kind = group.type
-        natural = np.array([_natural(kind, float(p)) for p in pressures])
-        exact = _path_of(built, muscles[0])
-        hardware = kind.end_length if group.pulley is not None else group.series_length
-        path = contraction[:, k]
-
-        def where(sign: float, level: float, path: np.ndarray = path, exact: _Of = exact) -> tuple[Span, ...]:
-            return spans_above(angles, sign * (path - level), lambda angle: sign * (exact(angle) - level))
-
-        def stretch(kappa: float, group: MuscleGroup = group) -> float:
-            return path_contraction(group, scenario.orthosis, kappa)
-
-        found.append(
-            PathFacts(
-                muscles=muscles,
-                group=group,
-                chamber=chamber_of(muscles[0], group),
-                angles=angles,
-                range=scenario.orthosis.range_of_motion,
-                length=hardware + kind.nominal_length * (1.0 - path),
-                hardware=hardware,
-                path=path,
-                arm=arm[:, k],
-                pressures=pressures,
-                own=np.where(force[:, :, k] > 0.0, np.minimum(own[:, :, k], natural), natural),
-                force=force[:, :, k],
-                torque=len(muscles) * force[:, :, k] * arm[:, k][:, None],
-                slack=(where(1.0, float(natural[0])), where(1.0, float(natural[-1]))),
-                locked=where(-1.0, stretch(kind.braid.lock)),
-                stretched=where(-1.0, stretch(kind.limits.contraction_min)),
-                short=where(1.0, kind.limits.contraction_max),
-            )
-        )
+        k = columns[muscles[0]]
+        rows = contraction[:, k], arm[:, k], own[:, :, k], force[:, :, k]
+        found.append(_facts(built, muscles, groups[muscles[0]], angles, pressures, *rows))
     return found
 
 
-_Of = Callable[[float], float]
+def _facts(
+    built: Built,
+    muscles: tuple[str, ...],
+    group: MuscleGroup,
+    angles: np.ndarray,
+    pressures: np.ndarray,
+    path: np.ndarray,
+    arm: np.ndarray,
+    own: np.ndarray,
+    force: np.ndarray,
+) -> PathFacts:
+    """Facts of alike muscles; contraction of path and muscle, moment arm and force are those of one."""
+    kind, orthosis, exact = group.type, built.scenario.orthosis, _path_of(built, muscles[0])
+    natural = np.array([_natural(kind, float(p)) for p in pressures])
+    hardware = kind.end_length if group.pulley is not None else group.series_length
+
+    def above(level: float) -> tuple[Span, ...]:
+        return spans_above(angles, path - level, lambda angle: exact(angle) - level)
+
+    def below(kappa: float) -> tuple[Span, ...]:
+        level = path_contraction(group, orthosis, kappa)
+        return spans_above(angles, -(path - level), lambda angle: -(exact(angle) - level))
+
+    return PathFacts(
+        muscles=muscles,
+        group=group,
+        chamber=chamber_of(muscles[0], group),
+        angles=angles,
+        range=orthosis.range_of_motion,
+        length=hardware + kind.nominal_length * (1.0 - path),
+        hardware=hardware,
+        path=path,
+        arm=arm,
+        pressures=pressures,
+        own=np.where(force > 0.0, np.minimum(own, natural), natural),
+        force=force,
+        torque=len(muscles) * force * arm[:, None],
+        slack=(above(float(natural[0])), above(float(natural[-1]))),
+        locked=below(kind.braid.lock),
+        stretched=below(kind.limits.contraction_min),
+        short=above(kind.limits.contraction_max),
+    )
 
 
 def _natural(kind: Muscle, pressure: float) -> float:
@@ -181,15 +193,15 @@ def _natural(kind: Muscle, pressure: float) -> float:
     return float(kind.contraction(pressure, force=0.0)) if pressure > 0.0 else 0.0
 
 
-def sweep_angles(built: Built) -> np.ndarray:
+def _sweep_angles(built: Built) -> np.ndarray:
     """Angles over the ankle's stops, with the ends of the range of motion and those named in words [rad]."""
     lower, upper = map(float, built.model.joint("ankle").range)
     named = np.r_[NAMED, built.scenario.orthosis.range_of_motion]
     within = named[(named >= lower) & (named <= upper)]
-    return np.unique(np.r_[np.linspace(lower, upper, ANGLES), within])
+    return np.unique(np.r_[np.linspace(lower, upper, ANGLE_COUNT), within])
 
 
-def _path_of(built: Built, muscle: str) -> _Of:
+def _path_of(built: Built, muscle: str) -> Callable[[float], float]:
     """Contraction ratio of a muscle's path as a function of the ankle's angle [rad]."""
     model, index = built.model, built.index
     row = model.actuator_user[index.muscles[muscle]]
@@ -239,3 +251,25 @@ def _at_pressures(built: Built, angles: np.ndarray, pressures: np.ndarray) -> tu
                         own[row, column, k] = native.read_own(model, data.userdata, muscle).contraction
                         force[row, column, k] = -data.actuator_force[muscle]
     return own, force
+
+
+def spans_above(angles: np.ndarray, values: np.ndarray, of: Callable[[float], float]) -> tuple[Span, ...]:
+    """Ranges of angles in which a function is positive.
+
+    Units: angles [rad] (n,), values (n,).
+    """
+    above = np.r_[False, values > 0.0, False]
+    found = []
+    for start, stop in np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2):
+        low = float(angles[0]) if start == 0 else _root(of, angles[start - 1], angles[start])
+        high = float(angles[-1]) if stop == len(angles) else _root(of, angles[stop - 1], angles[stop])
+        found.append((low, high))
+    return tuple(found)
+
+
+def _root(of: Callable[[float], float], low: float, high: float) -> float:
+    if of(low) == 0.0:
+        return float(low)
+    if of(high) == 0.0:
+        return float(high)
+    return float(brentq(of, low, high, xtol=ANGLE_TOLERANCE))

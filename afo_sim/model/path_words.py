@@ -1,11 +1,10 @@
-"""The facts of a muscle's mounting in words: for the design picture's table and for `afo-sim check`."""
+"""The facts of a muscle's mounting as text: for the design picture's table and for `afo-sim check`."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.model.path_facts import NAMED, PathFacts
-from afo_sim.model.path_spans import Span, degrees, in_words
+from afo_sim.model.path_facts import NAMED, PathFacts, Span
 
 Row = tuple[str, str]  # what, and its words
 
@@ -72,24 +71,24 @@ def arm(facts: PathFacts) -> str:
 def torques(facts: PathFacts) -> str:
     """Torque at full pressure at the angles that are named, within the ankle's stops."""
     named = [angle for angle in NAMED if facts.angles[0] - 1e-9 <= angle <= facts.angles[-1] + 1e-9]
-    values = ", ".join(number(facts.torque[facts.at(angle), -1]) for angle in named)
+    values = ", ".join(_number(facts.torque[facts.at(angle), -1]) for angle in named)
     return f"{values} N·m at {', '.join(_minus(f'{np.degrees(angle):.0f}') for angle in named)} deg"
 
 
 def peak(facts: PathFacts) -> str:
     """Largest torque at full pressure within the range of motion, and where."""
     torque, angle = facts.peak()
-    return f"{number(torque)} N·m at {degrees(angle)} deg"
+    return f"{_number(torque)} N·m at {degrees(angle)} deg"
 
 
 def span(values: np.ndarray, facts: PathFacts, factor: float, digits: int = 0) -> str:
     """Lowest to highest over the range of motion."""
     within = factor * values[facts.inside]
-    low, high = (number(value, digits) for value in (within.min(), within.max()))
+    low, high = (_number(value, digits) for value in (within.min(), within.max()))
     return low if low == high else f"{low} to {high}"
 
 
-def number(value: float, digits: int = 1) -> str:
+def _number(value: float, digits: int = 1) -> str:
     """A number with so many decimals, without a negative zero."""
     shown = f"{value:.{digits}f}"
     return _minus(shown if float(shown) else f"{0.0:.{digits}f}")
@@ -102,3 +101,25 @@ def _limit(facts: PathFacts, key: str) -> str:
 
 def _minus(text: str) -> str:
     return text.replace("-", "−")
+
+
+def in_words(spans: tuple[Span, ...], angles: np.ndarray) -> str:
+    """Ranges as people say them: "below −15.5 deg", "above 3 deg", "nowhere", "everywhere"."""
+    if not spans:
+        return "nowhere"
+    return " and ".join(_words(span, float(angles[0]), float(angles[-1])) for span in spans)
+
+
+def _words(span: Span, first: float, last: float) -> str:
+    low, high = (f"{degrees(angle)} deg" for angle in span)
+    if span == (first, last):
+        return "everywhere"
+    if span[0] == first:
+        return f"below {high}"
+    return f"above {low}" if span[1] == last else f"{low} to {high}"
+
+
+def degrees(angle: float) -> str:
+    """An angle [rad] in degrees with at most one decimal, and a minus sign of the width of a plus."""
+    shown = f"{np.degrees(angle):.1f}".removesuffix(".0")
+    return ("0" if shown == "-0" else shown).replace("-", "−")

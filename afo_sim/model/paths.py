@@ -1,11 +1,12 @@
-"""Paths of an orthosis' muscles about a bare ankle: lengths, moment arms and straight pieces over its angle.
+"""The path of every muscle: between two anchors, through points and around surfaces, or over a pulley.
 
-The muscles' ends, points and surfaces alone, on two bodies and one hinge, as MuJoCo lays the paths. It needs
-no leg, and tells the same lengths as the compiled scenario.
+`add_tendons` puts the paths into any spec. `paths_of` has them about a bare ankle, on two bodies and one
+hinge: it needs no leg, and gives the same lengths as the compiled scenario.
 """
 
 import functools
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from statistics import fmean
@@ -15,16 +16,146 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.places import Segment
+from afo_sim.description.places import PathPoint, Segment
 from afo_sim.model.mounting import ANKLE, muscle_names
-from afo_sim.model.tendons import add_tendons
+
+LATERAL = np.array([0.0, 1.0, 0.0])
+GUIDE = [0.35, 0.5, 0.7, 1.0]  # colour of points and surfaces
+DRAWN_HALF = 0.02  # half of the drawn length of a cylinder that stands for an endless one [m]
+ARC = 9  # points of an arc
+
+
+def add_tendons(
+    spec: mujoco.MjSpec,
+    anchors: dict[str, mujoco.MjsBody],
+    orthosis: Orthosis,
+    *,
+    prefix: str = "",
+    default: mujoco.MjsDefault | None = None,
+) -> None:
+    """A tendon for every single muscle, of its name; `anchors` are the bodies that carry the ends.
+
+    `prefix` begins the names in the spec; `default` is the class of the tendons, by default the spec's own.
+    """
+    for name, group in muscle_names(orthosis).items():
+        tendon = spec.add_tendon(default, name=prefix + name, width=group.type.bore / 2.0)
+        add = _add_path if group.pulley is None else _add_pulley
+        add(tendon, anchors, prefix + name, group)
+
+
+def _add_path(
+    tendon: mujoco.MjsTendon,
+    anchors: dict[str, mujoco.MjsBody],
+    name: str,
+    group: MuscleGroup,
+) -> None:
+    """The path of one muscle from origin to insertion; half its mass stands at each end.
+
+    Points and surfaces between them weigh nothing. A surface is a geom that nothing collides with. The
+    path bends around it, outside, on the side where it is shorter, wherever the straight line between its
+    neighbouring points would pass through it.
+    """
+    assert group.origin is not None and group.insertion is not None
+    tendon.rgba = [0.75, 0.25, 0.2, 1.0]
+    for end, anchor in (("origin", group.origin), ("insertion", group.insertion)):
+        if end == "insertion":
+            for number, point in enumerate(group.path):
+                _add_point(anchors[point.segment], tendon, f"{name}_path{number}", name, group, point)
+        offset = side(name, group) * anchor.spacing
+        body = anchors[anchor.segment]
+        position = np.array(anchor.from_ankle) + np.array([0.0, offset, 0.0])
+        site = body.add_site(name=f"{name}_{end}", pos=position, size=[0.005] * 3)
+        body.add_geom(
+            name=f"{name}_{end}",
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            pos=position,
+            size=[0.006, 0.0, 0.0],
+            mass=group.type.whole_mass / 2.0,
+            contype=0,
+            conaffinity=0,
+            rgba=[0.8, 0.8, 0.82, 1.0],
+        )
+        tendon.wrap_site(site.name)
+
+
+def _add_point(
+    body: mujoco.MjsBody,
+    tendon: mujoco.MjsTendon,
+    label: str,
+    name: str,
+    group: MuscleGroup,
+    point: PathPoint,
+) -> None:
+    """A point or a surface of one muscle's path, on the body that carries the anchors of its segment."""
+    position = np.array(point.from_ankle) + side(name, group) * point.spacing * LATERAL
+    surface = point.surface
+    if surface is None:
+        body.add_site(name=label, pos=position, size=[0.004] * 3, rgba=GUIDE)
+        tendon.wrap_site(label)
+        return
+    turn, size = np.array([1.0, 0.0, 0.0, 0.0]), [surface.radius, 0.0, 0.0]
+    kind = mujoco.mjtGeom.mjGEOM_SPHERE
+    if surface.shape == "cylinder":
+        kind, size[1] = mujoco.mjtGeom.mjGEOM_CYLINDER, max(0.5 * point.spacing, DRAWN_HALF)
+        mujoco.mju_quatZ2Vec(turn, np.array(surface.axis) / np.linalg.norm(surface.axis))
+    body.add_geom(
+        name=label,
+        type=kind,
+        pos=position,
+        quat=turn,
+        size=size,
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        rgba=GUIDE,
+    )
+    tendon.wrap_geom(label, "")
+
+
+def side(name: str, group: MuscleGroup) -> float:
+    """Place of a single muscle beside its parallel ones, in spacings from their middle."""
+    return int(name.rsplit("_", 1)[1]) - 0.5 * (group.count + 1)
+
+
+def _add_pulley(
+    tendon: mujoco.MjsTendon,
+    anchors: dict[str, mujoco.MjsBody],
+    name: str,
+    group: MuscleGroup,
+) -> None:
+    """One muscle over a pulley: a fixed tendon of length −(moment arm) × angle.
+
+    The arm's stated inertia is taken to hold pulley and muscles, so that they add no mass. For
+    pictures only, the pulley is a disc, and the muscle hangs straight between two sites of the shank:
+    the point where its cable touches the pulley, and one a quarter turn of cable above the muscle.
+    """
+    assert group.pulley is not None
+    arm, muscle = group.pulley.moment_arm, group.type
+    tendon.wrap_joint(ANKLE, -arm)
+    offset = side(name, group) * group.pulley.spacing
+    length = muscle.end_length - group.series_length
+    height = length + 0.5 * math.pi * group.pulley.radius
+    for end, z in (("origin", height), ("insertion", 0.0)):
+        anchors["shank"].add_site(name=f"{name}_{end}", pos=[arm, offset, z], size=[0.005] * 3)
+    half_width = 0.004 + (0.5 * group.pulley.spacing if group.count > 1 else 0.0)
+    anchors["foot"].add_geom(
+        name=f"{name}_pulley",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        fromto=[0.0, offset - half_width, 0.0, 0.0, offset + half_width, 0.0],
+        size=[group.pulley.radius, 0.0, 0.0],
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        rgba=[0.55, 0.57, 0.6, 1.0],
+    )
+
 
 SEGMENTS: tuple[Segment, ...] = ("shank", "foot")
 
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """A path in one posture: where it is held, from origin to insertion, and on which body each place is.
+    """A path in one posture: where it is held, from origin to insertion, and on which body each point is.
 
     points : [m], in the world (n, 3)
     bodies : ids (n,)
@@ -135,3 +266,61 @@ def turns(route: Route) -> np.ndarray:
     for k, (a, b) in enumerate(itertools.pairwise(pieces), start=1):
         found[k] = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
     return found
+
+
+def path_points(model: mujoco.MjModel, data: mujoco.MjData, muscle: str) -> np.ndarray:
+    """Corners of a muscle's path from origin to insertion, with points along its arcs.
+
+    Parameters
+    ----------
+    model, data : after `mj_fwdPosition`
+    muscle : name of its tendon
+
+    Returns
+    -------
+    [m], world axes (n, 3); of a muscle over a pulley, which has no path in space, (0, 3)
+    """
+    tendon = model.tendon(muscle).id
+    start, count = int(data.ten_wrapadr[tendon]), int(data.ten_wrapnum[tendon])
+    corners = data.wrap_xpos.reshape(-1, 3)[start : start + count]
+    around = data.wrap_obj.reshape(-1)[start : start + count]
+    found: list[np.ndarray] = []
+    for k, point in enumerate(corners):
+        if k and around[k] >= 0 and around[k] == around[k - 1]:
+            found.extend(_arc(model, data, int(around[k]), corners[k - 1], point))
+        found.append(point)
+    return np.array(found).reshape(-1, 3)
+
+
+def _arc(
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int, start: np.ndarray, end: np.ndarray
+) -> list[np.ndarray]:
+    """Points between two on a sphere or cylinder, about its middle by the shorter way."""
+    centre, axis = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)[:, 2]
+    first, last = start - centre, end - centre
+    heights = np.zeros(2)
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        heights = np.array([first @ axis, last @ axis])
+        first, last = first - heights[0] * axis, last - heights[1] * axis
+    cosine = first @ last / (np.linalg.norm(first) * np.linalg.norm(last))
+    turn = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    if turn < 1e-6:
+        return []
+    shares = np.linspace(0.0, 1.0, ARC + 2)[1:-1]
+    return [
+        centre
+        + (np.sin((1.0 - s) * turn) * first + np.sin(s * turn) * last) / np.sin(turn)
+        + ((1.0 - s) * heights[0] + s * heights[1]) * axis
+        for s in shares
+    ]
+
+
+def along(points: np.ndarray) -> np.ndarray:
+    """Length of a path from its first point to each [m] (n,)."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def at_lengths(points: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Places on a path at lengths from its first point [m] (m, 3)."""
+    way = along(points)
+    return np.column_stack([np.interp(lengths, way, points[:, k]) for k in range(3)])

@@ -1,4 +1,4 @@
-"""The stride that walking settles to: whether there is one, and the scenario of two such strides.
+"""The periodic steady state of walking (the settled stride): whether there is one, and two such strides.
 
 A stride is seldom a whole number of steps. So the step is adjusted to stride/N, by less than half a step in a
 stride: then every stride takes the same inputs, and the state at its start maps to the state at its end.
@@ -6,6 +6,7 @@ stride: then every stride takes the same inputs, and the state at its start maps
 
 import math
 
+from afo_sim.common.notice import Notice
 from afo_sim.description.air.air_parts import AMBIENT, SUPPLY
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.walk import stride_time_of
@@ -57,17 +58,22 @@ def drift(scenario: Scenario) -> float:
     return off if off > SAME * periods else 0.0
 
 
-def unseen_drift(scenario: Scenario) -> str:
-    """A warning where a run ends before its timer has come round to the same phase of the stride; else ""."""
+def unseen_drift(scenario: Scenario) -> Notice | None:
+    """A warning where a run ends before its timer has come round to the same phase of the stride."""
     share = drift(scenario)
     stride = stride_time_of(scenario) if share else 0.0
     if scenario.duration * share >= stride * (1.0 - WHOLE):
-        return ""
+        return None
     seen = scenario.duration * share / stride
-    return (
-        f"the timer drifts by {100.0 * share:.2g} % of its period in each stride: this run sees "
+    return Notice(
+        "timer-drifts",
+        f"the {{subject}} drifts by {100.0 * share:.2g} % of its period in each stride: this run sees "
         f"{100.0 * seen:.2g} % of the way round, and verdict and numbers are of that part alone; "
-        f"a duration of {stride / share:.0f} s sees all of it"
+        "a duration of {enough:.0f} s sees all of it",
+        subject="timer",
+        drift=share,
+        seen=seen,
+        enough=stride / share,
     )
 
 

@@ -1,16 +1,20 @@
-"""Whose leg walks: the patient's mass and height, or the recorded walker's, or the leg's."""
+"""Whose leg walks: the patient's size, or the recorded walker's, or the leg's; the tissue of that size."""
 
 import functools
 import math
+import pathlib
 from dataclasses import dataclass
 from typing import Self
 
+from afo_sim.common import assets
 from afo_sim.description.quantity import Provenance
 from afo_sim.description.scenario import Scenario
+from afo_sim.description.walking import Gait
+from afo_sim.gait import family
+from afo_sim.gait import file as gait_file
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.hip_path import Chain
-from afo_sim.gait.variants import stepped
-from afo_sim.model.recorded import recorded_stride
+from afo_sim.gait.variants import scaled, stepped
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ class Size:
 
 
 def person_of(scenario: Scenario) -> Person:
-    """The patient's own mass and height; what is not told is the recorded walker's, else the leg's.
+    """The patient's own mass and height; what is not stated is the recorded walker's, else the leg's.
 
     Raises
     ------
@@ -73,6 +77,13 @@ def person_of(scenario: Scenario) -> Person:
         mass = walker.body_mass if mass is None else mass
         height = walker.body_height if height is None else height
     return Person(leg.body_mass if mass is None else mass, leg.body_height if height is None else height)
+
+
+def taller_than_recorded(scenario: Scenario) -> float:
+    """Factor by which the scenario's person is taller than the recorded walker [-]."""
+    assert scenario.gait is not None
+    trial = recorded_stride(scenario.gait).body_height or scenario.leg.body_height
+    return person_of(scenario).body_height / trial
 
 
 def persons_stride(scenario: Scenario) -> GaitCycle:
@@ -94,27 +105,52 @@ def _stepped(stride: GaitCycle, hip: float, knee: float, body_height: float) -> 
     return stepped(stride, hip, knee, Chain.of_height(body_height))
 
 
-def taller_than_recorded(scenario: Scenario) -> float:
-    """Factor by which the scenario's person is taller than the recorded walker [-]."""
-    assert scenario.gait is not None
-    trial = recorded_stride(scenario.gait).body_height or scenario.leg.body_height
-    return person_of(scenario).body_height / trial
+def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
+    """The recorded stride as a person walks it who is by a factor taller than the recorded walker.
+
+    Parameters
+    ----------
+    gait : names the cycle; its speed is the person's own
+    taller : than the recorded walker [-]
+
+    Returns
+    -------
+    GaitCycle, the same object for the same stride
+
+    Raises
+    ------
+    InputError
+        The gait cannot be found or read, or it has no such speed.
+    """
+    file = assets.find_gait(gait.cycle)
+    return _similar(file, file.stat().st_mtime_ns, gait.speed, taller)
+
+
+# Cases of a sweep share most of this; a changed file has another time of change.
+@functools.lru_cache(maxsize=8)
+def _read(file: pathlib.Path, when: int, speed: float | None, taller: float) -> GaitCycle:
+    return gait_file.read(file) if speed is None else family.at_speed(file, speed, taller)
+
+
+@functools.lru_cache(maxsize=8)
+def _similar(file: pathlib.Path, when: int, speed: float | None, taller: float) -> GaitCycle:
+    return scaled(_read(file, when, speed, 1.0 if speed is None else taller), taller)
 
 
 def with_person(scenario: Scenario) -> Scenario:
-    """The scenario with the person's mass and height told, so that whoever reads it sees what ran."""
+    """The scenario with the person's mass and height stated, so that whoever reads it sees what ran."""
     patient = scenario.patient
     if patient is None:
         return scenario
     person = person_of(scenario)
-    told: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}
-    told["provenance"] = patient.provenance | _sources(scenario)
+    stated: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}
+    stated["provenance"] = patient.provenance | _sources(scenario)
     # a copy is not checked again: a gait file's mass is checked where it is read
-    return scenario.model_copy(update={"patient": patient.model_copy(update=told)})
+    return scenario.model_copy(update={"patient": patient.model_copy(update=stated)})
 
 
 def _sources(scenario: Scenario) -> dict[str, Provenance]:
-    """Sources of the mass and height that the patient does not tell."""
+    """Sources of the mass and height that the patient does not state."""
     patient, gait = scenario.patient, scenario.gait
     assert patient is not None and gait is not None
     walker, found = f"of the recorded walker, gait {gait.cycle}", {}
@@ -126,3 +162,33 @@ def _sources(scenario: Scenario) -> dict[str, Provenance]:
         source = "of the leg's body: the recorded walker's is not known"
         found["body_height"] = Provenance(kind="assumed", source=source)
     return found
+
+
+@dataclass(frozen=True)
+class Tissue:
+    """scale of Riener & Edrich's healthy mean [-], offset of its zero [rad], damping [N·m·s/rad]."""
+
+    scale: float
+    offset: float
+    damping: float
+
+
+def healthy_tissue(scenario: Scenario) -> Tissue:
+    """The leg's, at the person's size, without what the patient's ails."""
+    leg, size = scenario.leg, Size.of(scenario)
+    return Tissue(leg.passive.scale * size.springy, leg.passive.offset, leg.damping * size.damped)
+
+
+def own_tissue(scenario: Scenario) -> Tissue:
+    """The patient's own; where there is none, the leg's."""
+    healthy, patient = healthy_tissue(scenario), scenario.patient
+    if patient is None:
+        return healthy
+    scale = healthy.scale * patient.passive_scale
+    return Tissue(scale, healthy.offset + patient.passive_offset, healthy.damping)
+
+
+def reflex_gain(scenario: Scenario) -> float:
+    """Gain of the spastic plantarflexors at the person's size [N·m·s/rad]."""
+    assert scenario.patient is not None
+    return scenario.patient.spasticity * Size.of(scenario).damped

@@ -5,6 +5,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
@@ -46,8 +47,8 @@ def check_stability(
     check_friction(friction, scenario.timestep)
     air, warnings = check_air(scenario.orthosis, scenario.timestep)
     warnings += check_volumes(circuit_of(scenario.orthosis, supply=scenario.supply), scenario.timestep)
-    drives, told = check_drives(scenario)
-    return {"air": air, "friction": friction} | drives, [*warnings, *told]
+    drives, of_drives = check_drives(scenario)
+    return {"air": air, "friction": friction} | drives, [*warnings, *of_drives]
 
 
 def check_longest(step: float) -> None:
@@ -63,26 +64,32 @@ def check_friction(friction: float, step: float) -> None:
         raise _too_long("friction falls too fast with speed", step, enough)
 
 
-def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[str]]:
+def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
     """Rate × time step [s] of the chambers' air, and warnings where it makes a run inaccurate.
 
     No step is too long: stiff air is solved in stages and parts (`native.air_step`).
     """
-    air, warnings = 0.0, []
+    air, warnings = 0.0, list[Notice]()
     for name in orthosis.chamber:
         rate = _air_rate(orthosis, name)
         air = max(air, step * rate)
         if step * rate > AIR_ACCURATE:
-            enough = in_unit(AIR_ACCURATE / rate, "s", "ms")
+            enough = AIR_ACCURATE / rate
             warnings.append(
-                f"the air of chamber {name!r} is coarse at this time step (number {step * rate:.3g}): while "
-                "it fills or vents, pressures may be off by 1 to 3 % of the supply's, moments by 1 to 5 %; "
-                f"{enough:.2g} ms would do"
+                Notice(
+                    "air-coarse",
+                    "the air of chamber {subject!r} is coarse at this time step (number {number:.3g}): while "
+                    "it fills or vents, pressures may be off by 1 to 3 % of the supply's, moments by 1 to "
+                    f"5 %; {in_unit(enough, 's', 'ms'):.2g} ms would do",
+                    subject=name,
+                    number=step * rate,
+                    enough=enough,
+                )
             )
     return air, warnings
 
 
-def check_volumes(circuit: native.Circuit, step: float) -> list[str]:
+def check_volumes(circuit: native.Circuit, step: float) -> list[Notice]:
     """Warnings of rigid volumes, ends of tubes among them, that are too small for what leads to them."""
     slopes = {volume.name: 0.0 for volume in circuit.volumes}
     steepest = [(r.origin, r.end, r.steepest) for r in circuit.restrictions]
@@ -99,12 +106,17 @@ def check_volumes(circuit: native.Circuit, step: float) -> list[str]:
     for volume in circuit.volumes:
         number = step * stiff * slopes[volume.name] / volume.volume
         if number > RIGID_ACCURATE:
-            least = 1e6 * volume.volume * number / RIGID_ACCURATE
+            least = volume.volume * number / RIGID_ACCURATE
             warnings.append(
-                f"the air of {volume.name!r}, {1e6 * volume.volume:.2g} ml, is too fast at this time step "
-                f"(number {number:.3g}): its pressure may be off by several per cent, its temperature by "
-                "tens of K; "
-                f"{least:.2g} ml would do, or a smaller valve"
+                Notice(
+                    "volume-too-fast",
+                    f"the air of {{subject!r}}, {1e6 * volume.volume:.2g} ml, is too fast at this time step "
+                    "(number {number:.3g}): its pressure may be off by several per cent, its temperature by "
+                    f"tens of K; {1e6 * least:.2g} ml would do, or a smaller valve",
+                    subject=volume.name,
+                    number=number,
+                    least=least,
+                )
             )
     return warnings
 

@@ -11,8 +11,8 @@ from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.build import Built
 from afo_sim.model.controls import controls
+from afo_sim.model.inversion import find_rest, free
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
-from afo_sim.model.subtalar import find_rest, free
 from afo_sim.model.walk import JOINTS
 from afo_sim.physics.content import gas_mass
 
@@ -54,7 +54,7 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     if imbalance(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
         _take_from_source(built, data)
         return get_state(model, data)
-    lower, upper = model.joint(index_joint(model, index.ankle_qpos)).range
+    lower, upper = model.joint(_index_joint(model, index.ankle_qpos)).range
     if imbalance(lower) * imbalance(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
     from scipy.optimize import brentq  # large; who only walks does without
@@ -82,8 +82,8 @@ def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -
     ----------
     built : compiled scenario with walking
     control : inputs at the first step (nu,)
-    air : gauge pressures of the chambers in that posture; by default what the scenario's [start] tells, and
-        ambient air where it tells nothing
+    air : gauge pressures of the chambers in that posture; by default what the scenario's [start] states, and
+        ambient air where it states nothing
 
     Returns
     -------
@@ -180,6 +180,6 @@ def get_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     return row
 
 
-def index_joint(model: mujoco.MjModel, qpos_address: int) -> int:
+def _index_joint(model: mujoco.MjModel, qpos_address: int) -> int:
     """The joint whose coordinate stands at an address of qpos."""
     return int(np.flatnonzero(model.jnt_qposadr == qpos_address)[0])

@@ -1,12 +1,19 @@
-"""Recorded walking laid out over the steps of a run: gait phase, the shank's pose, what drives it exactly.
+"""Recorded walking laid out over the steps of a run: gait phase, cadence, the shank's pose, what drives it.
 
 The shank's ankle point and angle are joints with an armature so large that nothing moves them but their own
 motors. The motors apply the second difference of the sampled pose, which the integrator sums to that pose:
 the foot feels the true acceleration, and the pose is kept to rounding.
+
+The cadence is the walker's own times a factor. A factor that jumped would jerk the shank. So it passes from
+one value f to the next g along a cubic, f + (g − f)(3 s² − 2 s³) with s from 0 to 1 over `change`. The
+phase φ, its rate and its second derivative are continuous, and so is the shank's acceleration
+φ̈ q′(φ) + φ̇² q″(φ).
 """
 
 import functools
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Self
 
 import numpy as np
 
@@ -15,16 +22,114 @@ from afo_sim.description.walking import Gait
 from afo_sim.gait.ankle_alignment import Placed, fit_to_leg
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.fourier import Wave
-from afo_sim.model.clock import Clock
-from afo_sim.model.foot import TOE_POINTS, Foot, Turn, turned_all
+from afo_sim.model.foot import TOE_POINTS, Foot, Resting, Turn, turned_all
 from afo_sim.model.outsole import Point, grown, worn
-from afo_sim.model.pace import Pace
 from afo_sim.model.person import Size, persons_stride, taller_than_recorded
-from afo_sim.model.toes import Resting
 
 ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]
 JOINTS = ("shank_x", "shank_z", "shank_angle")
 SIGNALS = ("shank_angle", "ankle_angle", "knee_angle")  # the same in every leg
+LEAST_STEP = 1e-9  # of a stride, below which a step goes nowhere: its share would be rounding [-]
+Intervals = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """The start and end of each step, as (whole periods, what is beyond them), and its duration (n,)."""
+
+    start: tuple[np.ndarray, np.ndarray]
+    end: tuple[np.ndarray, np.ndarray]
+    step: float | np.ndarray
+
+    @classmethod
+    def of(cls, time: np.ndarray, step: float | np.ndarray, period: float) -> Self:
+        """Of steps that start at times (n,)."""
+        return cls(np.divmod(time, period), np.divmod(time + step, period), step)
+
+    def share(self, intervals: Intervals) -> np.ndarray:
+        """The share of each step for which a valve is switched on."""
+        merged = _merged(intervals)
+        if not merged:
+            return np.zeros(len(self.start[0]))
+        moved = np.asarray(self.step) > LEAST_STEP
+        if not moved.all():  # who stands at a phase has a valve on there or not
+            return np.where(moved, self._moving(merged, np.where(moved, self.step, 1.0)), self._still(merged))
+        return self._moving(merged, self.step)
+
+    def _still(self, merged: list[tuple[float, float]]) -> np.ndarray:
+        beyond = self.start[1]
+        return np.any([(start <= beyond) & (beyond < end) for start, end in merged], axis=0).astype(float)
+
+    def _moving(self, merged: list[tuple[float, float]], step: float | np.ndarray) -> np.ndarray:
+        share = (_until(merged, *self.end) - _until(merged, *self.start)) / step
+        # to a billionth, so that an event on a step's edge is one
+        return np.round(np.minimum(np.maximum(share, 0.0), 1.0), 9)
+
+
+def _until(merged: list[tuple[float, float]], periods: np.ndarray, beyond: np.ndarray) -> np.ndarray:
+    """How long a valve has been switched on since time 0."""
+    inside = [np.minimum(np.maximum(beyond - start, 0.0), end - start) for start, end in merged]
+    total = sum(end - start for start, end in merged)
+    return periods * total + (inside[0] if len(inside) == 1 else np.sum(inside, axis=0))
+
+
+def _merged(intervals: Intervals) -> list[tuple[float, float]]:
+    """Overlapping events as one."""
+    merged: list[tuple[float, float]] = []
+    for start, end in sorted(intervals):
+        if merged and start <= merged[-1][1]:
+            merged[-1] = (merged[-1][0], max(end, merged[-1][1]))
+        else:
+            merged.append((start, end))
+    return merged
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Factors on the cadence: `factors[0]` first; from `times[k]` [s] on it becomes `factors[k + 1]`.
+
+    Each change takes `change` [s].
+    """
+
+    times: tuple[float, ...]
+    factors: tuple[float, ...]
+    change: float
+
+    @classmethod
+    def of(cls, gait: Gait) -> Self:
+        """What a gait describes; the walker's own cadence before the first described time."""
+        described = gait.pace
+        if not described or described[0][0] > 0.0:
+            described = ((0.0, 1.0), *described)
+        return cls(
+            tuple(at for at, _ in described[1:]), tuple(factor for _, factor in described), gait.pace_change
+        )
+
+    def walked(self, time: np.ndarray) -> np.ndarray:
+        """Time that the walk takes at the walker's own cadence to come as far: the integral of the factor.
+
+        Units: time [s] (n,), returns [s].
+        """
+        walked = self.factors[0] * np.minimum(time, self.times[0] if self.times else np.inf)
+        for k, (old, new) in enumerate(pairwise(self.factors)):
+            since = np.maximum(time - self.times[k], 0.0)
+            share = np.minimum(since / self.change, 1.0)
+            # ∫ (3 s² − 2 s³) ds = s³ − s⁴/2
+            walked += self.change * (old * share + (new - old) * (share**3 - 0.5 * share**4))
+            until = self.times[k + 1] if k + 1 < len(self.times) else np.inf
+            walked += new * np.maximum(np.minimum(time, until) - self.times[k] - self.change, 0.0)
+        return walked
+
+    @property
+    def stands(self) -> tuple[tuple[float, float], ...]:
+        """Stretches of time in which the walker stands: [from, to] [s]; who stays has no end."""
+        begun = (0.0, *(at + self.change for at in self.times))
+        ended = (*self.times, np.inf)
+        return tuple(
+            (start, end)
+            for start, end, factor in zip(begun, ended, self.factors, strict=True)
+            if factor == 0.0
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +140,7 @@ class Walk:
     ankle angle, as this outsole has it [rad]; knee the recorded knee angle [rad]; toe the toes' rest
     extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
     the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
-    upward positive [m]; resting tells the toes' rest extension at any phase.
+    upward positive [m]; resting gives the toes' rest extension at any phase.
     """
 
     cycle: GaitCycle
@@ -49,7 +154,7 @@ class Walk:
     offset: float = 0.0
     resting: Resting | None = None
 
-    # what every case of a sweep asks of it, computed once
+    # what every case of a sweep needs of it, computed once
 
     @functools.cached_property
     def time(self) -> np.ndarray:
@@ -122,7 +227,7 @@ class _Stands:
 
     @classmethod
     def of(cls, scenario: Scenario, foot: Foot, offset: float) -> "_Stands":
-        """Points that do not give way, as toes do; `offset` is added to the recorded ankle angle [rad]."""
+        """Points that are rigid, unlike toes; `offset` is added to the recorded ankle angle [rad]."""
         assert scenario.gait is not None
         names = [name for name in foot.points if foot.toes is None or name not in TOE_POINTS]
         turn = Turn.by(np.array(offset))

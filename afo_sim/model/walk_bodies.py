@@ -1,24 +1,20 @@
 """Additions to the model for walking: a driven shank, the ground's moment, the patient's own ankle."""
 
-import math
-
 import mujoco
 import numpy as np
 
 from afo_sim import native
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.contact import ground_of, pad_stiffness
-from afo_sim.model.foot import Foot
-from afo_sim.model.mounting import ANKLE
+from afo_sim.model.foot import REST, Foot, add_rest
+from afo_sim.model.mounting import ANKLE, add_motor
 from afo_sim.model.outsole import POINTS, SOLE, padded
-from afo_sim.model.person import Size
-from afo_sim.model.tissue import reflex_gain
-from afo_sim.model.toes import REST, add_rest
+from afo_sim.model.person import Size, reflex_gain
 from afo_sim.model.walk import ARMATURE, JOINTS
 
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
 GROUND, ACTIVE, STIFFNESS, SPASTIC = "ground", "active_moment", "active_stiffness", "spasticity"
-SINK, SUPPORT = "sink", "support"  # the joint by which the leg gives way, and its actuator
+SINK, SUPPORT = "sink", "support"  # the joint of the leg's compliance, and its actuator
 PADS, FLOORS = (tuple(f"{kind}_{point}" for point in POINTS) for kind in ("pad", "floor"))
 
 
@@ -36,46 +32,19 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
         if name == JOINTS[-1] and scenario.contact:  # before the shank turns: along the world's z
             _add_sink(shank, at, scenario, size)
         shank.add_joint(name=name, type=kind, axis=axis, pos=at, armature=ARMATURE)
-    blank = [0.0] * native.N_USER
-    joint, fixed = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtGain.mjGAIN_FIXED
-    for name, target, gain in (
-        *zip(DRIVES, JOINTS, [ARMATURE] * 3, strict=True),
-        (GROUND, ANKLE, 1.0),
-        (ACTIVE, ANKLE, 1.0),
-    ):
-        spec.add_actuator(
-            name=name,
-            trntype=joint,
-            target=target,
-            gaintype=fixed,
-            gainprm=[gain] + [0.0] * 9,
-            userdata=blank,
-        )
-    spec.add_actuator(  # −ctrl × angle
-        name=STIFFNESS,
-        trntype=joint,
-        target=ANKLE,
-        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
-        gainprm=[0.0, -1.0] + [0.0] * 8,
-        userdata=blank,
-    )
-    spec.add_actuator(
-        name=SPASTIC,
-        trntype=joint,
-        target=ANKLE,
-        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
-        gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
-        biastype=mujoco.mjtBias.mjBIAS_USER,
-        userdata=blank,
-    )
-
+    for drive, driven in zip(DRIVES, JOINTS, strict=True):
+        add_motor(spec, drive, driven, (ARMATURE,))
+    add_motor(spec, GROUND, ANKLE, (1.0,))
+    add_motor(spec, ACTIVE, ANKLE, (1.0,))
+    add_motor(spec, STIFFNESS, ANKLE, (0.0, -1.0))  # −ctrl × angle
+    add_motor(spec, SPASTIC, ANKLE, (0.0, 0.0, -1.0), callback=True)
     add_rest(spec, scenario)
     if scenario.contact:
         _add_contact(spec, padded(leg.toes))
 
 
 def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario, size: Size) -> None:
-    """The joint by which the leg gives way to the ground, upward positive."""
+    """The joint of the leg's compliance against the ground, upward positive."""
     ground = ground_of(scenario, Size(taller=size.taller))
     rest = [0.0, 0.0]  # of MuJoCo's polynomials
     shank.add_joint(
@@ -89,9 +58,7 @@ def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario, size: S
 
 
 def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
-    """A pad under each point of the sole, what tells the floor's height there, and the body's support."""
-    blank = [0.0] * native.N_USER
-    fixed = mujoco.mjtGain.mjGAIN_FIXED
+    """A pad under each point of the sole, the floor's height there, and the body's support."""
     spec.worldbody.add_site(name=GROUND)
     there = {site.name for site in spec.sites}
     for point in points:
@@ -106,18 +73,11 @@ def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
             gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
             gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
             biastype=mujoco.mjtBias.mjBIAS_USER,
-            userdata=blank,
+            userdata=[0.0] * native.N_USER,
         )
-    floors = ((f"floor_{point}", ANKLE, 0.0) for point in points)
-    for name, target, gain in (*floors, (SUPPORT, SINK, 1.0)):
-        spec.add_actuator(
-            name=name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            target=target,
-            gaintype=fixed,
-            gainprm=[gain] + [0.0] * 9,
-            userdata=blank,
-        )
+    for point in points:
+        add_motor(spec, f"floor_{point}", ANKLE, (0.0,))
+    add_motor(spec, SUPPORT, SINK, (1.0,))
 
 
 def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
@@ -142,38 +102,3 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
             model.actuator_user[actuators[f"pad_{point}"]] = native.pad_row(
                 stiffness=stiff, damping=ground.damping, floor=actuators[f"floor_{point}"]
             )
-
-
-def lengthen(spec: mujoco.MjSpec, taller: float) -> None:
-    """Make a leg as long as another body, all lengths alike, with the same masses."""
-    springy, damped = taller, taller * math.sqrt(taller)
-    for mesh in spec.meshes:
-        mesh.scale = np.array(mesh.scale) * taller
-    for body in spec.bodies:
-        body.pos = np.array(body.pos) * taller
-        body.ipos = np.array(body.ipos) * taller
-        body.inertia = np.array(body.inertia) * taller**2
-        body.fullinertia = np.array(body.fullinertia) * taller**2
-        for element in (*body.geoms, *body.sites):
-            element.pos = np.array(element.pos) * taller
-            element.size = np.array(element.size) * taller
-            element.fromto = np.array(element.fromto) * taller
-        for joint in body.joints:
-            joint.pos = np.array(joint.pos) * taller
-            joint.stiffness = np.array(joint.stiffness) * springy
-            joint.damping = np.array(joint.damping) * damped
-            joint.frictionloss *= springy
-            joint.armature *= taller**2
-
-
-def weigh(spec: mujoco.MjSpec, heavier: float) -> None:
-    """Make a leg as heavy as another body; moments at the same angles and times go with mass."""
-    for body in spec.bodies:
-        body.mass = body.mass * heavier
-        body.inertia = np.array(body.inertia) * heavier
-        body.fullinertia = np.array(body.fullinertia) * heavier
-        for joint in body.joints:
-            joint.stiffness = np.array(joint.stiffness) * heavier
-            joint.damping = np.array(joint.damping) * heavier
-            joint.frictionloss *= heavier
-            joint.armature *= heavier

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.described import build
+from afo_sim.model.build import build
 
 if TYPE_CHECKING:
     from afo_sim.rl.physics import ScenarioPhysics

@@ -15,8 +15,7 @@ from afo_sim.description.scenario import Leg
 from afo_sim.model.assemble import PASSIVE
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE
-from afo_sim.model.person import Size
-from afo_sim.model.tissue import own_tissue
+from afo_sim.model.person import Size, own_tissue
 from afo_sim.rl.dm import Present, composer
 from afo_sim.rl.pymjcf import Copied, new_model
 

@@ -11,12 +11,12 @@ import numpy as np
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.model.build import Built
 from afo_sim.model.design import Design
+from afo_sim.model.leg_shapes import support
 from afo_sim.model.limb_shapes import FLAT, limb_geoms
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.path_facts import PathFacts
-from afo_sim.model.path_points import along, at_lengths, path_points
-from afo_sim.model.path_spans import degrees
-from afo_sim.model.support import support
+from afo_sim.model.path_words import degrees
+from afo_sim.model.paths import along, at_lengths, path_points
 from afo_sim.show.style import COLOURS, plain
 
 _View = Literal["side", "front"]

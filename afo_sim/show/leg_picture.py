@@ -11,7 +11,7 @@ from afo_sim.legs.cutting import FOOT, SHANK
 from afo_sim.legs.extent import moved, surface
 from afo_sim.legs.leg_numbers import LegNumbers
 from afo_sim.legs.tree import Part, Shape, Tree
-from afo_sim.model.outsole import OLD, POINTS
+from afo_sim.model.outsole import OLD_TOE, POINTS
 from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
 
 _SKIN = {SHANK: "#d9b49a", FOOT: "#c99a7c"}  # of the two segments
@@ -104,7 +104,7 @@ def _sole(axis: Any, leg: Tree, columns: tuple[int, int]) -> None:
     """The points of the sole, with their names from the side."""
     for part in leg.below(FOOT):
         for name, at in part.points.items():
-            if name in (*POINTS, OLD):
+            if name in (*POINTS, OLD_TOE):
                 place = 1e3 * moved(_from_ankle(leg, part), at[None])[0][list(columns)]
                 axis.plot(*place, "v", color=BLUE, ms=4, zorder=4)
                 if columns[0] == 0:

@@ -12,8 +12,8 @@ from afo_sim.common.errors import unknown
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.control.controller import TOLD
 from afo_sim.metrics.strides import SOLVED
+from afo_sim.model.inversion import free
 from afo_sim.model.mounting import SUBTALAR
-from afo_sim.model.subtalar import free
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import SINK
 from afo_sim.simulation.frame import Column, Frame

@@ -11,9 +11,8 @@ from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.facts import Facts, MuscleLimits, Skin, Supply
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import chamber_of, muscle_names
-from afo_sim.model.paths import paths_of
+from afo_sim.model.paths import paths_of, side
 from afo_sim.model.start import content_at_start
-from afo_sim.model.tendons import side
 from afo_sim.physics.gas import AIR, Gas
 
 LEFT = 1  # place in forward, left, up

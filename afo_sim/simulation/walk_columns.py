@@ -14,7 +14,7 @@ from afo_sim.gait.fourier import Wave
 from afo_sim.model.foot import Foot, Turn
 from afo_sim.model.outsole import POINTS, padded
 from afo_sim.model.patient import Active, passive_along
-from afo_sim.model.tissue import own_tissue
+from afo_sim.model.person import own_tissue
 from afo_sim.model.walk import JOINTS, Walk
 from afo_sim.model.walk_bodies import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
 from afo_sim.simulation.frame import Column, Frame

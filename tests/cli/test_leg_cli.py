@@ -84,7 +84,7 @@ def test_a_leg_is_named_and_its_zero_and_stops_are_told(
         (["--side", "left", "--zero", "10"], "--zero"),
         (["--side", "left", "--zero", "nan deg"], "--zero"),
         (["--side", "left", "--range", "30 deg", "-50 deg"], "--range"),
-        (["--side", "left", "--toes", "left_knee"], "is no hinge below the foot"),
+        (["--side", "left", "--toes", "left_knee"], "is not a hinge below the foot"),
         (["--side", "left", "--body-mass", "5 kg"], "10 to 300 kg"),
         (["--side", "left", "--body-height", "175"], "--body-height"),
         (["--side", "left", "--out", "{body}"], "is a file"),

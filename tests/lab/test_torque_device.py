@@ -12,8 +12,7 @@ from afo_sim.description import reader
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.lab import validation_knee as pin_knee
 from afo_sim.lab.torque_device import Change, paths, statics
-from afo_sim.model.build import Built
-from afo_sim.model.described import build
+from afo_sim.model.build import Built, build
 from afo_sim.model.mounting import muscle_names, sweep_ankle
 from afo_sim.model.torque_map import chamber_torque
 

@@ -16,8 +16,8 @@ from afo_sim.common.units import GRAVITY
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Side
 from afo_sim.legs.attached import Attached
-from afo_sim.legs.attached_checks import masses
 from afo_sim.legs.attached_files import write_attached
+from afo_sim.legs.attaching import masses
 from afo_sim.model.controls import controls
 
 LEG = ROOT / "models" / "legs" / "adult_75kg" / "leg.xml"
@@ -575,7 +575,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], dict[str, Any], str]] = {
     "too much air": (PLAIN, {"supply": "400 bar"}, "20 bar"),
     "too long a step": (PLAIN, {"timestep": "40 ms"}, "at most.*ms"),
     "a step without a unit": (PLAIN, {"timestep": "1"}, "unit"),
-    "not a model": (lambda: 7, {}, "is no model"),
+    "not a model": (lambda: 7, {}, "is not a valid model"),
     "no file": (lambda: "nowhere.xml", {}, "there is no such file"),
     "a folder": (lambda: str(ROOT), {}, "is a folder"),
     "what no program reads": (lambda: str(ROOT / "README.md"), {}, "MuJoCo cannot read it"),
@@ -628,7 +628,7 @@ def test_wrong_calls_are_told() -> None:
     for call, words in (
         (lambda: leg.set_valves(data, dorsiflexer="inlet"), "did you mean 'dorsiflexor'"),
         (lambda: leg.set_valves(data, dorsiflexor="open"), "inlet"),  # type: ignore[arg-type]
-        (lambda: leg.fill(data, {"calf": "1 bar"}), "is no chamber"),
+        (lambda: leg.fill(data, {"calf": "1 bar"}), "is not a valid chamber"),
         (lambda: leg.data(np.array([np.nan])), "NaN"),
         (lambda: leg.data(np.zeros(3)), "shape"),
         (lambda: afo.attach(leg.spec, "s1", prefix="b_"), "asks for callbacks"),

@@ -9,10 +9,10 @@ from turned_leg import hinge, in_a_body, shipped, told_otherwise, turned_round, 
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.orthosis import Side
+from afo_sim.legs.candidates import side_of
 from afo_sim.legs.finding import find
 from afo_sim.legs.mjcf import read_mjcf
 from afo_sim.legs.tree import Joint, Part, Shape, Tree
-from afo_sim.legs.words import side_of
 
 
 def at(x: float, y: float, z: float) -> np.ndarray:
@@ -178,9 +178,9 @@ def test_refusals_name_what_there_is() -> None:
         ({"shank": "foot", "foot": "foot"}, ["is also given as the foot"]),
         ({"shank": "foot"}, ["no hinge hangs below the body 'foot'"]),
         ({"foot": "shank"}, ["hangs on no hinge"]),
-        ({"zero": float("nan")}, ["is no angle"]),
-        ({"zero": "10 deg"}, ["zero = '10 deg'", "is no angle", "[rad]"]),
-        ({"zero": 1e9}, ["is no angle", "within a turn"]),
+        ({"zero": float("nan")}, ["is not a valid angle"]),
+        ({"zero": "10 deg"}, ["zero = '10 deg'", "is not a valid angle", "[rad]"]),
+        ({"zero": 1e9}, ["is not a valid angle", "within a turn"]),
         ({"side": "both"}, ["side = 'both'", "right or left"]),
     ):
         with pytest.raises(InputError) as caught:

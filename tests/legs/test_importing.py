@@ -15,8 +15,8 @@ from afo_sim.common.assets import find as asset
 from afo_sim.common.errors import InputError
 from afo_sim.legs.exporting import export_leg
 from afo_sim.legs.importing import import_leg
-from afo_sim.legs.leg_file import write_leg_file
 from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.mjcf_out import write_leg_file
 from afo_sim.legs.reading import read_tree
 from afo_sim.model.build import build
 from afo_sim.physics.passive_ankle import riener_edrich_1999
@@ -192,7 +192,7 @@ def test_an_exported_leg_comes_back(tmp_path: pathlib.Path) -> None:
 def test_export_refuses_with_names(tmp_path: pathlib.Path) -> None:
     for arguments, words in (
         (("seatd", tmp_path / "a.urdf"), "did you mean 'seated'"),
-        (("seated", tmp_path / "a.stl"), "is no URDF file"),
+        (("seated", tmp_path / "a.stl"), "is not a URDF file"),
     ):
         with pytest.raises(InputError, match=words):
             export_leg(*arguments)

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from limb_models import OPTIONS, motion, random_mjcf
+from leg_models import OPTIONS, built, motion, random_mjcf, without_massless
 
 from afo_sim.common.errors import InputError
 from afo_sim.legs.mjcf import tree_of
@@ -283,3 +283,20 @@ def test_a_place_that_cannot_be_written_is_left_alone(tmp_path: pathlib.Path) ->
     with pytest.raises(InputError):
         write_urdf(tree, tmp_path / "leg.urdf")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "leg.urdf"]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_several_joints_survive_urdf(seed: int, tmp_path) -> None:
+    """Split into massless links for URDF and taken together again, a body moves like the model."""
+    model = mujoco.MjModel.from_xml_string(random_mjcf(seed, most_joints=3))
+    tree = tree_of(model)
+    notes = write_urdf(tree, tmp_path / "leg.urdf", points=False)
+    assert any("massless links" in note for note in notes)
+    again = without_massless(read_urdf(tmp_path / "leg.urdf"))
+    assert set(again.parts) == set(tree.parts)
+    joints = list(tree.joints())
+    position, speed = np.random.default_rng(seed).normal(size=(2, len(joints)))
+    for ours, theirs in zip(
+        motion(built(again), joints, position, speed), motion(model, joints, position, speed), strict=True
+    ):
+        assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import with_code
 from afo_sim.description.reader import load
-from afo_sim.model.assemble import collides
+from afo_sim.model.assemble import collides, unused
 from afo_sim.model.build import build
 from afo_sim.model.mounting import sweep_ankle
 from afo_sim.model.stability import AIR_ACCURATE
@@ -288,3 +289,64 @@ def test_contacts_are_sought_only_where_geoms_may_touch() -> None:
     for geom in spec.geoms:
         geom.contype = 0
     assert not collides(spec.compile())
+
+
+BITS = mujoco.mjtDisableBit
+PARTS = {
+    "joint spring": (BITS.mjDSBL_SPRING, 'stiffness="3" springref="20"', "", ""),
+    "polynomial spring": (BITS.mjDSBL_SPRING, 'stiffness="0 2" springref="20"', "", ""),
+    "tendon spring": (BITS.mjDSBL_SPRING, "", 'stiffness="300" springlength="0.1"', ""),
+    "joint friction": (BITS.mjDSBL_FRICTIONLOSS, 'frictionloss="0.2"', "", ""),
+    "tendon friction": (BITS.mjDSBL_FRICTIONLOSS, "", 'frictionloss="2"', ""),
+    "input limit": (BITS.mjDSBL_CLAMPCTRL, "", "", 'ctrllimited="true" ctrlrange="0 0.1"'),
+}
+
+
+def pendulum(joint: str = "", tendon: str = "", motor: str = "") -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_string(f"""<mujoco><option integrator="implicitfast"/><worldbody>
+        <site name="a" pos="0.1 0 0.1"/>
+        <body><joint name="j" axis="0 1 0" damping="0.01" {joint}/>
+        <geom size="0.02" pos="0 0 -0.2"/><site name="b" pos="0 0 -0.1"/></body></worldbody>
+        <tendon><spatial name="t" {tendon}><site site="a"/><site site="b"/></spatial></tendon>
+        <actuator><motor joint="j" {motor}/></actuator></mujoco>""")
+
+
+def states(model: mujoco.MjModel, flags: int) -> np.ndarray:
+    model.opt.disableflags = flags
+    data = mujoco.MjData(model)
+    data.ctrl[:], found = 0.3, []
+    for _ in range(200):
+        mujoco.mj_step(model, data)
+        found.append([*data.qpos, *data.qvel, *data.qfrc_actuator])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("part", [None, *PARTS])
+def test_what_a_model_has_acts_and_what_it_has_not_is_passed_over(part: str | None) -> None:
+    bit, *attributes = PARTS[part] if part else (0,)
+    model = pendulum(*attributes)
+    flags = unused(model)
+    everything = BITS.mjDSBL_SPRING | BITS.mjDSBL_FRICTIONLOSS | BITS.mjDSBL_CLAMPCTRL
+    assert flags == int(everything) & ~int(bit)
+    with_all = states(model, 0)
+    np.testing.assert_array_equal(states(model, flags), with_all)
+    if part:
+        assert not np.array_equal(states(model, int(bit)), with_all)  # there is something to switch off
+
+
+def test_the_model_that_runs_carries_the_flags_and_the_saved_one_does_not() -> None:
+    built = build(load("scenario", "seated"))
+    assert built.model.opt.disableflags & BITS.mjDSBL_SPRING
+    assert not mujoco.MjModel.from_xml_string(built.xml).opt.disableflags & BITS.mjDSBL_SPRING
+
+
+def test_warnings_of_building_have_a_code_a_subject_and_numbers() -> None:
+    chamber = {"inlet": [["0 s", "4 s"]], "outlet": [["3.5 s", "5 s"], ["1 s", "2 s"]]}
+    timer = {"period": "8 s", "dorsiflexor": chamber}
+    found = build(load("scenario", "seated", {"timer": timer, "orthosis.muscle.dorsiflexor.slack": "9 cm"}))
+    [open_together] = with_code(found.warnings, "valves-open-together")
+    assert open_together.subject == "dorsiflexor"
+    assert open_together.data["overlaps"] == [(3.5, 4.0), (1.0, 2.0)]
+    assert "open together from 3.5 s to 4 s, from 1 s to 2 s" in open_together
+    [slack] = with_code(found.warnings, "muscle-too-slack")
+    assert slack.data["contraction"] > slack.data["limit"]

@@ -13,12 +13,10 @@ from scipy.optimize import brentq
 import afo_sim as afo
 from afo_sim.common.errors import InputError
 from afo_sim.model.design import Design, design
-from afo_sim.model.limb_shapes import limb_shapes, winding_number
-from afo_sim.model.path_facts import PathFacts, path_facts
-from afo_sim.model.path_points import along, path_points
-from afo_sim.model.path_spans import in_words, spans_above
-from afo_sim.model.path_words import rows
-from afo_sim.model.through_limb import DEEP, through_limb
+from afo_sim.model.leg_shapes import DEEP, leg_shapes, through_leg, winding_number
+from afo_sim.model.path_facts import PathFacts, path_facts, spans_above
+from afo_sim.model.path_words import in_words, rows
+from afo_sim.model.paths import along, path_points
 from afo_sim.model.torque_map import torque_map
 
 FRONT, BACK = "orthosis.muscle.dorsiflexor", "orthosis.muscle.plantarflexor"
@@ -176,7 +174,7 @@ LEG = pathlib.Path(__file__).parents[2] / "models/legs/adult_75kg/leg.xml"
 
 
 def test_depths_are_the_analytic_distances() -> None:
-    shapes = limb_shapes(afo.build("seated"))
+    shapes = leg_shapes(afo.build("seated"))
     draw = np.random.default_rng(3)
     names = {shapes.model.geom(g).name: g for g in shapes.geoms}
     assert set(names) == {"shank", "knee", "heel", "malleoli", "midfoot", "forefoot", "toes"}
@@ -229,7 +227,7 @@ def box_leg(folder: pathlib.Path) -> dict[str, Any]:
 
 
 def test_a_mesh_is_asked_itself_and_not_its_hull(tmp_path: pathlib.Path) -> None:
-    shapes = limb_shapes(afo.build("seated", box_leg(tmp_path)))
+    shapes = leg_shapes(afo.build("seated", box_leg(tmp_path)))
     (geom,) = (g for g in shapes.geoms if shapes.model.geom(g).name == "shank")
     ankle = shapes.data.xanchor[0]
     points = np.array([[0.02, 0.0, 0.2], [-0.045, 0.0, 0.2], [-0.0435, 0.01, 0.2], [0.0, 0.043, 0.2]]) + ankle
@@ -253,7 +251,7 @@ def test_a_muscle_through_the_shin_is_found_with_depth_and_angle() -> None:
         f"{FRONT}.link_length": "12 cm",
     }
     built = afo.build("seated", sets)
-    (found,) = (entry for entry in through_limb(built) if entry.role == "dorsiflexor" and not entry.bone)
+    (found,) = (entry for entry in through_leg(built) if entry.role == "dorsiflexor" and not entry.bone)
     angles = np.linspace(*np.radians([-20.0, 20.0]), 21)
     worst = []
     for angle in angles:
@@ -269,23 +267,23 @@ def test_a_muscle_through_the_shin_is_found_with_depth_and_angle() -> None:
     assert found.depth == pytest.approx(max(worst), abs=6e-4)  # points stand 4 mm apart
     assert found.angle == pytest.approx(angles[int(np.argmax(worst))], abs=1e-9)
     assert (found.end, found.move > 0.0) == ("origin", True)
-    assert "14 mm under the skin of the shank at" in found.words
-    assert "move origin.from_ankle forward" in found.words
+    assert "14 mm under the skin of the shank at" in found.notice
+    assert "move origin.from_ankle forward" in found.notice
 
 
 def test_the_fix_that_is_told_takes_the_muscle_out() -> None:
     sets = {f"{FRONT}.count": 1, f"{FRONT}.origin.from_ankle": ["3 cm", "0 cm", "30 cm"]}
     sets |= {f"{FRONT}.link_length": "12 cm"}
-    (found,) = (entry for entry in through_limb(afo.build("seated", sets)) if entry.role == "dorsiflexor")
+    (found,) = (entry for entry in through_leg(afo.build("seated", sets)) if entry.role == "dorsiflexor")
     further = 3.0 + 100.0 * found.move
     mended = sets | {f"{FRONT}.origin.from_ankle": [f"{further} cm", "0 cm", "30 cm"]}
-    assert not [e for e in through_limb(afo.build("seated", mended)) if e.role == "dorsiflexor"]
+    assert not [e for e in through_leg(afo.build("seated", mended)) if e.role == "dorsiflexor"]
 
 
 def test_a_muscle_clear_of_the_limb_is_not_told() -> None:
     clear = {f"{BACK}.insertion.from_ankle": ["-9 cm", "0 cm", "-3 cm"], f"{BACK}.link_length": "12 cm"}
-    assert through_limb(afo.build("seated", clear)) == []
-    assert through_limb(afo.build("arm-s1")) == []
+    assert through_leg(afo.build("seated", clear)) == []
+    assert through_leg(afo.build("arm-s1")) == []
 
 
 def test_a_path_along_the_bone_is_told() -> None:
@@ -296,19 +294,17 @@ def test_a_path_along_the_bone_is_told() -> None:
         f"{FRONT}.insertion.from_ankle": ["9 cm", "0 cm", "-1 cm"],
         f"{FRONT}.link_length": "13 cm",
     }
-    found = [entry for entry in through_limb(afo.build("seated", across)) if entry.bone]
+    found = [entry for entry in through_leg(afo.build("seated", across)) if entry.bone]
     assert [entry.muscle for entry in found] == ["dorsiflexor_1"]
     assert found[0].depth < 0.0025  # between two points, 4 mm apart, on the line
-    assert "through bone" in found[0].words
+    assert "through bone" in found[0].notice
 
 
 def test_a_path_with_points_is_followed() -> None:
     """Its corners are the points that the file names; a point takes the muscle out of the shin."""
     inside = {f"{FRONT}.origin.from_ankle": ["4 cm", "0 cm", "30 cm"], f"{FRONT}.link_length": "12 cm"}
     told = [
-        e
-        for e in through_limb(afo.build("seated", inside | {f"{FRONT}.count": 1}))
-        if e.role == "dorsiflexor"
+        e for e in through_leg(afo.build("seated", inside | {f"{FRONT}.count": 1})) if e.role == "dorsiflexor"
     ]
     assert told == [] or told[0].depth < 0.007
     point = {"segment": "shank", "from_ankle": ["7 cm", "0 cm", "12 cm"]}

@@ -14,7 +14,7 @@ from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.words import body_height, body_mass
 from afo_sim.gait.file import read, write
-from afo_sim.model import geometry
+from afo_sim.model import assemble
 from afo_sim.model.build import build
 from afo_sim.model.person import Person, Size, person_of, persons_stride, with_person
 from afo_sim.model.walk import stride_time_of
@@ -125,10 +125,10 @@ def test_tissue_that_is_stiffer_and_shorter_is_missed_by_what_it_holds_back() ->
 
 def test_cases_by_mass_share_what_is_compiled() -> None:
     build(walk(duration="0.1 s"))
-    before = geometry._kept.cache_info().misses
+    before = assemble._kept.cache_info().misses
     for mass in (50.0, 60.0, 95.0):
         build(walk(duration="0.1 s", patient__body_mass=f"{mass} kg"))
-    assert geometry._kept.cache_info().misses == before
+    assert assemble._kept.cache_info().misses == before
 
 
 @pytest.mark.parametrize(

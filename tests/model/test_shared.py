@@ -17,13 +17,13 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import expand, load
 from afo_sim.description.scenario import Scenario
-from afo_sim.model import activation, controls, geometry, leg, patient, recorded, walk
+from afo_sim.model import assemble, controls, leg, patient, person, walk
 from afo_sim.model.build import build
 from afo_sim.simulation.simulate import simulate_together
 
 SHARED = [
     value
-    for module in (activation, controls, geometry, leg, patient, recorded, walk)
+    for module in (assemble, controls, leg, patient, person, walk)
     for value in vars(module).values()
     if hasattr(value, "cache_clear") and value.__module__ == module.__name__
 ]

@@ -8,7 +8,7 @@ import pytest
 
 import afo_sim as afo
 from afo_sim.common import assets
-from afo_sim.model.refit import fits
+from afo_sim.model.rescale import fits
 from afo_sim.study.search import plan
 from afo_sim.study.search.best import BestDesign
 from tests.command import call

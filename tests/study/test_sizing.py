@@ -10,7 +10,7 @@ import pytest
 import afo_sim as afo
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
-from afo_sim.model.refit import fits
+from afo_sim.model.rescale import fits
 from afo_sim.study.sizing.air_parts import one_coil, times_for, two_coils, why_not, within
 from afo_sim.study.sizing.muscles import link_for
 from afo_sim.study.sizing.requirement import Requirement, read_requirements, usual

@@ -11,8 +11,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.description.places import Side
 from afo_sim.legs.cutting import cut
 from afo_sim.legs.finding import find
-from afo_sim.legs.leg_doubts import doubtful_notes
-from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes
 from afo_sim.legs.reading import read_tree
 from afo_sim.legs.tree import Tree
 

@@ -18,7 +18,7 @@ from afo_sim.description.leaves import leaves
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.reader import split_key
 from afo_sim.description.scenario import Scenario
-from afo_sim.model.recorded import recorded_stride
+from afo_sim.model.person import recorded_stride
 from afo_sim.model.walk import stride_time_of
 from afo_sim.study.parameter import Joint, Parameter
 from afo_sim.study.parameter_table import is_free

@@ -11,8 +11,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from afo_sim.legs.names import free_name
-from afo_sim.legs.tree import Joint, Part, Shape, Tree
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name
 
 MESHES = "meshes"  # folder beside the file
 MOST_FACES = 200_000  # of an STL file that MuJoCo reads
@@ -22,7 +21,7 @@ NO_CONTROL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd]")  # what XML can hol
 
 def write_leg_file(tree: Tree, path: pathlib.Path, model: str, comment: str = "") -> list[pathlib.Path]:
     """Write a tree as MJCF, with its meshes in a folder beside it."""
-    names = mesh_files(tree)
+    names = _mesh_files(tree)
     files = [path]
     for file, shape in dict(names.values()).items():
         target = path.parent / MESHES / file
@@ -33,7 +32,7 @@ def write_leg_file(tree: Tree, path: pathlib.Path, model: str, comment: str = ""
     return files
 
 
-def mesh_files(tree: Tree) -> dict[int, tuple[str, Shape]]:
+def _mesh_files(tree: Tree) -> dict[int, tuple[str, Shape]]:
     """{id of a mesh's vertices: name of its file, a shape that has it}; shapes may share one."""
     found: dict[int, tuple[str, Shape]] = {}
     taken: set[str] = set()
@@ -60,12 +59,12 @@ def _write_mesh(shape: Shape, path: pathlib.Path) -> None:
 
 
 def leg_text(tree: Tree, model: str, comment: str = "") -> str:
-    """A tree as MJCF text; its meshes stand in files of `mesh_files`."""
+    """A tree as MJCF text; its meshes stand in files of `_mesh_files`."""
     root = ElementTree.Element("mujoco", model=_clean(model))
     if comment:
         root.append(ElementTree.Comment(f" {_clean(comment).replace('--', '- -')} "))
     compiler = {"angle": "radian", "autolimits": "true"}
-    meshes = mesh_files(tree)
+    meshes = _mesh_files(tree)
     if meshes:
         compiler["meshdir"] = MESHES
     ElementTree.SubElement(root, "compiler", compiler)
@@ -115,11 +114,11 @@ def _numbers(values: Iterable[float]) -> str:
 def _place(pose: np.ndarray) -> dict[str, str]:
     found = {"pos": _numbers(pose[:3, 3])}
     if not np.array_equal(pose[:3, :3], np.eye(3)):
-        found["quat"] = _numbers(quaternion(pose[:3, :3]))
+        found["quat"] = _numbers(_quaternion(pose[:3, :3]))
     return found
 
 
-def quaternion(turn: np.ndarray) -> np.ndarray:
+def _quaternion(turn: np.ndarray) -> np.ndarray:
     """w, x, y, z of a rotation (3, 3)."""
     found = np.empty(4)
     mujoco.mju_mat2Quat(found, np.ascontiguousarray(turn, dtype=float).ravel())
@@ -133,7 +132,7 @@ def _inertial(part: Part) -> dict[str, str]:
         return found | {"diaginertia": _numbers(_possible(np.diag(part.inertia)))}
     moments, axes = np.linalg.eigh(part.inertia)
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])  # right-handed
-    return found | {"quat": _numbers(quaternion(axes)), "diaginertia": _numbers(_possible(moments))}
+    return found | {"quat": _numbers(_quaternion(axes)), "diaginertia": _numbers(_possible(moments))}
 
 
 def _possible(moments: np.ndarray) -> np.ndarray:

@@ -11,8 +11,8 @@ from turned_leg import shipped, told_otherwise
 
 from afo_sim.legs.cutting import cut
 from afo_sim.legs.finding import find
-from afo_sim.legs.leg_file import write_leg_file
 from afo_sim.legs.mjcf import read_mjcf
+from afo_sim.legs.mjcf_out import write_leg_file
 from afo_sim.legs.tree import Shape, Tree
 
 

@@ -18,9 +18,9 @@ from afo_sim.description.reader import load
 from afo_sim.description.subtalar import Subtalar
 from afo_sim.model import controls
 from afo_sim.model.build import Built, build
+from afo_sim.model.inversion import axis_of
 from afo_sim.model.mounting import muscle_names
 from afo_sim.model.start import equilibrium, get_state
-from afo_sim.model.subtalar import axis_of
 from afo_sim.simulation.simulate import simulate
 
 STIFFNESS = 10.0  # [N·m/rad]

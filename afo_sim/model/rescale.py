@@ -4,19 +4,27 @@
     l' = l + L' − L  link, by what the path is longer at an ankle angle of zero
 
 The muscles stay what they are. With l' each has the contraction ratio at angle zero that it had. Over the
-angle it then changes with the moment arm, dκ/dθ = a/L0.
+angle it then changes with the moment arm, dκ/dθ = a/L0. As a folder it is the original's text with its
+comments, and the numbers that changed.
 """
 
 import math
+import os
+import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import tomlkit
 
+from afo_sim.common import assets
 from afo_sim.common.errors import InputError
+from afo_sim.common.writing import check_writable, together
+from afo_sim.description.new import reference
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.places import Anchor, PathPoint, Segment
+from afo_sim.description.portable import portable
 from afo_sim.description.quantity import Provenance
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Leg
@@ -25,11 +33,16 @@ from afo_sim.model.paths import mean_length, paths_of
 SHANK, FOOT = 0.246, 0.152  # lengths as shares of body height [-] (Winter 2009, after Drillis & Contini 1966)
 SMALLEST, LARGEST = 0.25, 4.0  # ratios of two people's segments: a newborn's to an adult's, and back
 WIDEST = math.pi / 3.0  # angle to either side up to which a taut muscle is looked for [rad]
+FILE_NAME = "orthosis.toml"
+COMMENT = (
+    'Other comments are of the original and its numbers; a number that the refit changed says "derived".'
+)
+RIGID_PARTS = ("cuff", "plate")
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """How much longer shank and foot are than those that it was made for [-]; `words` tell of whom."""
+    """How much longer shank and foot are than those that it was made for [-]; `words` say of whom."""
 
     shank: float = 1.0
     foot: float = 1.0
@@ -90,12 +103,12 @@ def refit(orthosis: Orthosis, shank: float = 1.0, foot: float = 1.0, *, words: s
     by = Ratio(shank, foot, words)
     if shank == foot == 1.0:
         return orthosis
-    groups = {name: _refitted(name, group, by) for name, group in orthosis.muscle.items()}
+    groups = {name: _rescaled(name, group, by) for name, group in orthosis.muscle.items()}
     changed = orthosis.model_copy(update={"muscle": groups})
     return load("orthosis", changed.model_dump(mode="json"))  # checked as a file is
 
 
-def _refitted(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
+def _rescaled(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
     """A group between two anchors; over a pulley it stays."""
     if group.origin is None or group.insertion is None or group.link_length is None:
         return group
@@ -112,13 +125,13 @@ def _refitted(name: str, group: MuscleGroup, by: Ratio) -> MuscleGroup:
             value=group.type.name,
             allowed="a shorter muscle",
         )
-    told = Provenance(kind="derived", source=link_source(by))
+    derived = Provenance(kind="derived", source=_link_source(by))
     return moved.model_copy(
-        update={"link_length": link, "provenance": group.provenance | {"link_length": told}}
+        update={"link_length": link, "provenance": group.provenance | {"link_length": derived}}
     )
 
 
-def link_source(by: Ratio) -> str:
+def _link_source(by: Ratio) -> str:
     """Where a refitted link's length comes from."""
     who = f" ({by.words})" if by.words else ""
     return f"so that the muscle's contraction at an ankle angle of zero is that before the refit{who}"
@@ -130,14 +143,14 @@ def _moved(place: Any, by: Ratio) -> Any:
     ratio = by.of(place.segment)
     if ratio == 1.0:
         return place
-    told = Provenance(kind="derived", source=by.source(place.segment))
+    derived = Provenance(kind="derived", source=by.source(place.segment))
     changed: dict[str, Any] = {
         "from_ankle": tuple(ratio * x for x in place.from_ankle),
-        "provenance": place.provenance | {"from_ankle": told},
+        "provenance": place.provenance | {"from_ankle": derived},
     }
     if isinstance(place, PathPoint) and place.surface is not None:
         surface = place.surface
-        update = {"radius": ratio * surface.radius, "provenance": surface.provenance | {"radius": told}}
+        update = {"radius": ratio * surface.radius, "provenance": surface.provenance | {"radius": derived}}
         changed["surface"] = surface.model_copy(update=update)
     return place.model_copy(update=changed)
 
@@ -185,3 +198,104 @@ def _crossing(angles: np.ndarray, values: np.ndarray) -> float:
     k = at[np.argmin(np.abs(angles[at]))]
     share = values[k] / (values[k] - values[k + 1])
     return float(angles[k] + share * (angles[k + 1] - angles[k]))
+
+
+def write_rescaled(
+    source: str | os.PathLike[str], by: Ratio, folder: pathlib.Path, *, force: bool = False
+) -> Orthosis:
+    """Write `folder/orthosis.toml`, an orthosis refitted, and copies of the files that it names.
+
+    Parameters
+    ----------
+    source : a shipped orthosis' name, or the path of its TOML file or folder
+    by : ratios of the segments' lengths
+    folder : made if need be
+    force : replace an orthosis that is there
+
+    Returns
+    -------
+    the refitted Orthosis
+
+    Raises
+    ------
+    InputError
+        There is no such orthosis, it does not fit the leg, or the folder is taken.
+    """
+    file = assets.find("orthosis", os.fspath(source)).resolve()
+    target = folder / FILE_NAME
+    if target.exists() and (not force or target.resolve() == file):
+        allowed = (
+            "another folder" if target.resolve() == file else "--force, which replaces it, or another folder"
+        )
+        raise InputError("holds an orthosis", field="out", value=str(folder), allowed=allowed)
+    found = refit(load("orthosis", file), by.shank, by.foot, words=by.words)
+    document = tomlkit.parse(file.read_text(encoding="utf-8"))
+    _write_numbers(document, found, by)
+    check_writable(folder)
+    with together(folder) as scratch:
+        _carry(document, file, folder, scratch)
+        text = tomlkit.dumps(document)
+        if found != load("orthosis", file):
+            text = f"# {file.parent.name}, refitted{f': {by.words}' if by.words else ''}. {COMMENT}\n" + text
+        (scratch / FILE_NAME).write_text(text, encoding="utf-8")
+    return found
+
+
+def _write_numbers(document: Any, orthosis: Orthosis, by: Ratio) -> None:
+    """Put the changed numbers into the text."""
+    if by.shank == by.foot == 1.0:
+        return
+    before = str(document.get("description", "")).strip()
+    document["description"] = f"{before}; refitted{f': {by.words}' if by.words else ''}".lstrip("; ")
+    for name, group in orthosis.anchored.items():
+        table = document["muscle"][name]
+        _write_group(table, group, by)
+
+
+def _write_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
+    assert group.origin is not None and group.insertion is not None and group.link_length is not None
+    places: list[tuple[Any, Anchor | PathPoint]] = [
+        (table["origin"], group.origin),
+        (table["insertion"], group.insertion),
+    ]
+    places += [(table["path"][k], place) for k, place in enumerate(group.path)]
+    for entry, place in places:
+        if by.of(place.segment) != 1.0:
+            entry["from_ankle"] = _derived([_cm(x) for x in place.from_ankle], by.source(place.segment))
+            surface = getattr(place, "surface", None)
+            if surface is not None:
+                entry["surface"]["radius"] = _derived(_cm(surface.radius), by.source(place.segment))
+    table["link_length"] = _derived(_cm(group.link_length), _link_source(by))
+
+
+def _derived(value: Any, source: str) -> Any:
+    entry = tomlkit.inline_table()
+    entry.update({"value": value, "kind": "derived", "source": source})
+    return entry
+
+
+def _cm(length: float) -> str:
+    return f"{100.0 * length + 0.0:.12g} cm"
+
+
+def _carry(document: Any, file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path) -> None:
+    """Let the text name its cuff and plate, muscles and valves from its new folder."""
+    models = {
+        key: str((file.parent / assets.file_beside(str(document[key]), file)).resolve())
+        for key in RIGID_PARTS
+        if key in document
+    }
+    for key, place in portable({"orthosis": models}, folder, scratch)["orthosis"].items():
+        document[key] = place
+    for group in document.get("muscle", {}).values():
+        _refer(group, "type", "muscle", file, folder)
+    for chamber in document.get("chamber", {}).values():
+        for key in ("inlet", "outlet"):
+            _refer(chamber, key, "valve", file, folder)
+
+
+def _refer(table: Any, key: str, kind: str, file: pathlib.Path, folder: pathlib.Path) -> None:
+    """A muscle or valve by its shipped name, or by its path from the new folder."""
+    name = table.get(key)
+    if isinstance(name, str) and name not in assets.names(kind):
+        table[key] = reference(kind, str(assets.find(kind, name, file)), folder)

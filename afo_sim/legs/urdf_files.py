@@ -1,15 +1,21 @@
-"""The text of a URDF file: is it XML, is it a robot, are its numbers numbers."""
+"""Files of a URDF model: the text with its numbers, checked, and the meshes that it names."""
 
+import contextlib
+import logging
+import os
 import pathlib
 import re
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 
-KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # {element: {attribute: how many numbers stand there}}, http://wiki.ros.org/urdf/XML
 NUMBERS: dict[str, dict[str, tuple[int, ...]]] = {
     "origin": {"xyz": (3,), "rpy": (3,)},
@@ -29,7 +35,7 @@ NUMBERS: dict[str, dict[str, tuple[int, ...]]] = {
 NEEDED = {"mass": ("value",), "inertia": ("ixx", "iyy", "izz")}  # yourdfpy would take 0 kg and 1 kg·m²
 UNUSED = ("safety_controller", "calibration")  # of a robot's own electronics
 ENDLESS = {"effort", "velocity"}  # a joint may be without such a limit
-SHAPES = {
+SHAPE_SIZES = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
     "sphere": ("radius",),
@@ -41,14 +47,19 @@ XACRO = (
     "the expanded file: `xacro FILE.xacro > FILE.urdf` of ROS, or, without ROS, `pip install xacrodoc` and "
     "`xacrodoc FILE.xacro -o FILE.urdf`"
 )
+SCHEMES = ("package://", "model://")
+LOUD = ("yourdfpy", "trimesh", "collada")
+Packages = Mapping[str, str | os.PathLike[str]] | Sequence[str | os.PathLike[str]] | str | os.PathLike[str]
 
 
 def robot_element(file: pathlib.Path) -> Any:
     """The <robot> of a file, as lxml's element without comments."""
-    root = root_element(file)
+    root = _root_element(file)
     if root.tag != "robot":
         raise InputError(
-            f"is no URDF: its root element is <{root.tag}>", file=file, allowed="<robot> as the root element"
+            f"is not a URDF file: its root element is <{root.tag}>",
+            file=file,
+            allowed="<robot> as the root element",
         )
     if any("xacro" in str(element.tag) for element in root.iter()) or _unexpanded(root):
         raise InputError("holds xacro macros", file=file, allowed=XACRO)
@@ -58,7 +69,7 @@ def robot_element(file: pathlib.Path) -> Any:
     return root
 
 
-def root_element(file: pathlib.Path) -> Any:
+def _root_element(file: pathlib.Path) -> Any:
     """The root of an XML file, as lxml's element without comments.
 
     A prefix that is not declared, as simulators' additions have it, is no fault, nor is -- in a comment.
@@ -75,7 +86,7 @@ def root_element(file: pathlib.Path) -> Any:
 def root_tag(file: pathlib.Path) -> str:
     """Name of the root element, also of a file that is faulty further on."""
     root, _ = _parsed(file)
-    return str(root.tag) if root is not None else str(root_element(file).tag)
+    return str(root.tag) if root is not None else str(_root_element(file).tag)
 
 
 def _parsed(file: pathlib.Path) -> tuple[Any, list[str]]:
@@ -143,14 +154,14 @@ def _joint_problems(joint: Any, file: pathlib.Path, place: str) -> Iterator[Inpu
         if element is None or not element.get("link"):
             yield InputError(f'has no <{end} link="…"/>', file=file, field=place)
     kind = joint.get("type")
-    if kind not in KINDS:
+    if kind not in JOINT_TYPES:
         yield InputError(
-            "is no type of joint" if kind else "has no type",
+            "is not a valid type of joint" if kind else "has no type",
             file=file,
             field=place,
             value=kind,
-            allowed=", ".join(KINDS),
-            nearest=nearest_name(kind, KINDS) if kind else None,
+            allowed=", ".join(JOINT_TYPES),
+            nearest=nearest_name(kind, JOINT_TYPES) if kind else None,
         )
     mimic = joint.find("mimic")
     if mimic is not None and not mimic.get("joint"):
@@ -203,17 +214,17 @@ def _shape_problem(geometry: Any) -> str:
     if geometry is None or not len(geometry):
         return "a shape without a geometry"
     kind = geometry[0].tag
-    if kind not in SHAPES:
+    if kind not in SHAPE_SIZES:
         return f"a shape <{kind}>, which is unknown"
-    if any(not geometry[0].get(attribute) for attribute in SHAPES[kind]):
-        return f"a <{kind}> without {' or '.join(SHAPES[kind])}"
-    if kind != "mesh" and not all(_positive(geometry[0].get(attribute)) for attribute in SHAPES[kind]):
+    if any(not geometry[0].get(attribute) for attribute in SHAPE_SIZES[kind]):
+        return f"a <{kind}> without {' or '.join(SHAPE_SIZES[kind])}"
+    if kind != "mesh" and not all(_positive(geometry[0].get(attribute)) for attribute in SHAPE_SIZES[kind]):
         return f"a <{kind}> without extent"
     return ""
 
 
 def _positive(text: str) -> bool:
-    """Whether numbers are positive; what is no number is told elsewhere."""
+    """Whether numbers are positive; what is not a number is reported elsewhere."""
     try:
         return all(float(word) > 0 for word in text.replace(",", " ").split())
     except ValueError:
@@ -241,3 +252,79 @@ def split_commas(root: Any) -> None:
         for attribute, counts in NUMBERS.get(element.tag, {}).items():
             if max(counts) > 1 and "," in (text := element.get(attribute, "")):
                 element.set(attribute, re.sub(r"\s*,\s*", " ", text))
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Without what yourdfpy, trimesh and pycollada log, and what they warn of in their own code."""
+    loggers = [logging.getLogger(name) for name in LOUD]
+    levels = [logger.level for logger in loggers]
+    try:
+        for logger in loggers:
+            logger.setLevel(logging.CRITICAL + 1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def find_mesh(name: str, file: pathlib.Path, packages: Packages) -> pathlib.Path | None:
+    """Where a mesh lies that a file names; None where it is nowhere.
+
+    `package://NAME/REST` and `model://NAME/REST` are sought in the folder given for that name, in the given
+    folders, beside the file and above it, and in ROS_PACKAGE_PATH: as FOLDER/NAME/REST, as FOLDER/REST where
+    the folder has that name, and last as FOLDER/REST. Other names are paths, relative to the file.
+    """
+    for candidate in _candidates(name.strip(), file, packages):
+        with contextlib.suppress(OSError):  # a name too long for the system
+            if candidate.is_file():
+                return candidate
+    return None
+
+
+def _candidates(name: str, file: pathlib.Path, packages: Packages) -> Iterator[pathlib.Path]:
+    if isinstance(packages, str | os.PathLike):
+        packages = (packages,)
+    named = dict(packages) if isinstance(packages, Mapping) else {}
+    given = map(pathlib.Path, named.values() if isinstance(packages, Mapping) else packages)
+    ros = filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
+    folders = [*given, *file.absolute().parents, *map(pathlib.Path, ros)]
+    scheme = next((scheme for scheme in SCHEMES if name.startswith(scheme)), "")
+    if not scheme:
+        path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
+        for text in dict.fromkeys((path, path.replace("\\", "/"))):
+            yield from (folder / text for folder in [file.absolute().parent, *folders])
+        return
+    package, _, rest = name.removeprefix(scheme).partition("/")
+    if package in named:
+        yield pathlib.Path(named[package]) / rest
+    for folder in folders:
+        yield folder / package / rest
+        if folder.name == package:
+            yield folder / rest
+    yield from (folder / rest for folder in folders)
+
+
+def load_mesh(path: pathlib.Path, scale: float | np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (n, 3) [m] and faces (m, 3) of a mesh file, through trimesh.
+
+    A file that states its unit, as COLLADA does, is turned into metres, as ROS does. STL and OBJ state none.
+    """
+    import trimesh
+
+    with quiet():
+        try:
+            mesh = trimesh.load(str(path), force="mesh", skip_materials=True)
+            unit = trimesh.units.unit_conversion(mesh.units, "meters") if mesh.units else 1.0
+        except Exception as error:  # each of trimesh's readers has errors of its own
+            raise ValueError(str(error) or type(error).__name__) from None
+    faces = np.asarray(getattr(mesh, "faces", ()), dtype=int).reshape(-1, 3)
+    factor = np.ones(3) * unit * (1.0 if scale is None else scale)
+    vertices = np.asarray(mesh.vertices, dtype=float).reshape(-1, 3) * factor
+    if not len(faces) or not np.isfinite(vertices).all():
+        raise ValueError("it holds no surface")
+    if np.prod(factor) < 0:  # a mirrored mesh would show its inside
+        faces = faces[:, ::-1]
+    return vertices, faces

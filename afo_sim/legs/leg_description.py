@@ -1,23 +1,137 @@
-"""Texts beside an imported leg: its description with the source of each number, and its README."""
+"""Texts beside an imported leg: its table, its TOML with the source of each number, its README."""
 
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
+from afo_sim.common.notice import Notice
 from afo_sim.common.toml_text import toml_text
 from afo_sim.common.units import format_quantity
 from afo_sim.legs.cutting import ANKLE, FOOT, SHANK, TOE, TOES
 from afo_sim.legs.finding import Found
-from afo_sim.legs.leg_numbers import LegNumbers
-from afo_sim.legs.tree import Joint, Tree
+from afo_sim.legs.leg_numbers import LegNumbers, Segment
+from afo_sim.legs.tree import Joint, Tree, listed
 
 SHANK_SHARE, FOOT_SHARE = 0.0465, 0.0145  # of the body's mass (Winter 2009, after Dempster)
 SHANK_LENGTH = 0.246  # of the body's height (Winter 2009, after Drillis & Contini)
-BODY_MASS, BODY_HEIGHT = 75.0, 1.75  # of the description, where nothing is told
+BODY_MASS, BODY_HEIGHT = 75.0, 1.75  # of the description, where nothing is given
 APART = 0.15  # relative: more than people of one mass differ in
 DAMPING = 0.5  # [N·m·s/rad] of a relaxed ankle
 RELAXED = 8.0, 40.0  # stiffness at zero of the tissue below, knee bent by 90 deg and straight [N·m/rad]
 RIENER = "Riener & Edrich 1999, healthy mean (n = 10)"
 PREDSIM = "as in the walking models of PredSim (Falisse et al. 2022)"
+Row = tuple[str, str, str]
+
+
+def table(
+    leg: Tree,
+    found: Found,
+    numbers: LegNumbers,
+    sole: str,
+    toes: str | None,
+    left: dict[str, tuple[str, ...]],
+    opinion: tuple[str, ...] | None,
+) -> list[Row]:
+    """Rows of what, how much, and how it was found."""
+    how = found.how
+    rows = [
+        ("shank", found.shank, how["shank"]),
+        ("foot", found.foot, how["foot"]),
+        ("ankle", found.ankle, how["ankle"]),
+        ("side", found.side, how["side"]),
+        ("up", _vector(found.axes[:, 2]), how["up"]),
+        ("forward", _vector(found.axes[:, 0]), how["forward"]),
+        *_axis(found),
+        *_segment("shank", numbers.shank),
+        *_segment("foot", numbers.foot),
+        (
+            "inertia of the foot about the ankle",
+            f"{numbers.about_ankle:.4g} kg·m²",
+            "with all that hangs on it",
+        ),
+        *_ankle(leg, found, numbers),
+        *_lengths(found),
+        ("points of the sole", ", ".join(_points(leg)) or "none", sole),
+    ]
+    kept = [name for name in found.welded if name != toes]
+    if kept:
+        rows.append(("welded", listed(kept, 6), "joints beside the ankle"))
+    if toes:
+        rows.append(("toes", toes, "kept as the hinge of the toes, its axis taken as transverse"))
+    for kind, names in left.items():
+        rows.append((f"left behind: {kind}", f"{len(names)}", listed(names, 6)))
+    if opinion is not None:
+        differences = "; ".join(opinion[:3]) + (f"; and {len(opinion) - 3} more" if len(opinion) > 3 else "")
+        rows.append(
+            ("MuJoCo's own URDF reader", "differs" if opinion else "agrees", differences or "to 1e-6")
+        )
+    return rows
+
+
+def _axis(found: Found) -> list[Row]:
+    turned = "as in the file" if found.sign > 0.0 else "turned round: the file's is plantarflexion positive"
+    before = -found.sign * found.axes[:, 1]
+    return [
+        ("ankle's axis in the file", _vector(before), turned),
+        ("ankle's axis here", "(0, −1, 0)", "dorsiflexion positive"),
+        ("its tilt", f"{np.degrees(found.tilt):.2f} deg", "against the perpendicular to the shank"),
+        (
+            "zero",
+            f"{np.degrees(found.zero):.4g} deg of the file's",
+            "where both have parallel axes",
+        ),
+        (
+            "sole at zero",
+            "unknown" if found.sole is None else f"{np.degrees(found.sole):+.1f} deg",
+            "toe up against the perpendicular to the shank, from the foot's shapes",
+        ),
+    ]
+
+
+def _segment(name: str, segment: Segment) -> list[Row]:
+    return [
+        (f"mass of the {name}", f"{segment.mass:.4g} kg", "with all that is fixed to it"),
+        ("its centre of mass", f"{_vector(1e3 * segment.centre, 1)} mm", "from the ankle: forward, left, up"),
+    ]
+
+
+def _ankle(leg: Tree, found: Found, numbers: LegNumbers) -> list[Row]:
+    joint = leg.joints()[ANKLE][1]
+    low, high = np.degrees(numbers.range)
+    rows = [("range", f"{low:.4g} to {high:.4g} deg", "plantarflexion negative")]
+    for word, value, unit in (
+        ("damping", joint.damping, "N·m·s/rad"),
+        ("friction", joint.friction, "N·m"),
+        ("armature", joint.armature, "kg·m²"),
+        ("spring", joint.stiffness, "N·m/rad"),
+    ):
+        if value:
+            rows.append((word, f"{value:.4g} {unit}", "of the file's ankle"))
+    if not joint.damping:
+        rows.append(("damping", "0.5 N·m·s/rad", "assumed: the file has none"))
+    if joint.stiffness:
+        rows.append(("passive tissue", "none", "the file's spring stays, and tissue would count twice"))
+    return rows
+
+
+def _lengths(found: Found) -> list[Row]:
+    rows = []
+    if found.shank_length is not None:
+        rows.append(("length of the shank", f"{found.shank_length:.4g} m", "from the ankle to the knee"))
+    if found.foot_length is not None:
+        rows.append(("length of the foot", f"{found.foot_length:.4g} m", "of its shapes, along forward"))
+    return rows
+
+
+def _points(leg: Tree) -> list[str]:
+    return [
+        name for part in leg.parts.values() for name in part.points if name in ("heel", "ball", "pulp", "tip")
+    ]
+
+
+def _vector(vector: np.ndarray, digits: int = 3) -> str:
+    return "(" + ", ".join(f"{value + 0.0:.{digits}f}" for value in np.round(vector, digits)) + ")"
 
 
 def leg_toml(
@@ -81,8 +195,8 @@ def _damping(ankle: Joint, source: str) -> dict[str, Any]:
 
 def _person(given: float | None, default: float, unit: str) -> dict[str, Any]:
     if given is not None:
-        return _number(given, unit, "user", "told at the import")
-    return _number(default, unit, "assumed", "nobody told it at the import")
+        return _number(given, unit, "user", "given at the import")
+    return _number(default, unit, "assumed", "not given at the import")
 
 
 def _passive(ankle: Joint, source: str) -> dict[str, Any]:
@@ -117,39 +231,44 @@ def _toes(joint: Joint, source: str) -> dict[str, Any]:
 
 def person_notes(
     numbers: LegNumbers, found: Found, body_mass: float | None, body_height: float | None
-) -> list[str]:
-    """What masses and lengths tell of the person, where that differs from what is told or assumed."""
+) -> list[Notice]:
+    """The person that masses and lengths belong to, where it differs from the given or assumed one."""
     said = []
     of_shank, of_foot = numbers.shank.mass / SHANK_SHARE, numbers.foot.mass / FOOT_SHARE
     mass = BODY_MASS if body_mass is None else body_mass
     if max(abs(of_shank / mass - 1.0), abs(of_foot / mass - 1.0)) > APART:
-        said.append(
+        words = (
             f"a shank of {numbers.shank.mass:.3g} kg is that of a person of {of_shank:.0f} kg, a foot of "
             f"{numbers.foot.mass:.3g} kg of one of {of_foot:.0f} kg (0.0465 and 0.0145 of the body, Winter); "
-            f"{'assumed' if body_mass is None else 'told'} are {mass:g} kg"
+            f"{'assumed' if body_mass is None else 'given'} are {mass:g} kg"
+        )
+        said.append(
+            Notice("mass-unlike", words, subject="body_mass", shank=of_shank, foot=of_foot, mass=mass)
         )
     height = BODY_HEIGHT if body_height is None else body_height
     if found.shank_length is not None:
         tall = found.shank_length / SHANK_LENGTH
         if abs(tall / height - 1.0) > APART:
-            said.append(
+            words = (
                 f"a shank of {found.shank_length:.3f} m is that of a person of {tall:.2f} m (0.246 of the "
-                f"height, Winter); {'assumed' if body_height is None else 'told'} are {height:g} m"
+                f"height, Winter); {'assumed' if body_height is None else 'given'} are {height:g} m"
             )
+            said.append(Notice("height-unlike", words, subject="body_height", shank=tall, height=height))
     return said
 
 
-def tissue_notes(leg: Tree) -> list[str]:
-    """What to know of a file's own spring, in whose place no tissue is added."""
+def tissue_notes(leg: Tree) -> list[Notice]:
+    """A notice on a file's own spring, beside which no tissue is added."""
     ankle = leg.joints()[ANKLE][1]
     if not ankle.stiffness > 0.0:
         return []
-    return [
-        f"the file's ankle has a spring of {ankle.stiffness:.3g} N*m/rad, and so no passive tissue is added; "
+    words = (
+        "the file's ankle has a spring of {stiffness:.3g} N*m/rad, and so no passive tissue is added; "
         f"a healthy ankle's has {RELAXED[0]:g} N*m/rad at zero with the knee bent, {RELAXED[1]:g} with it "
         "straight: is the spring a person's tissue, or there for a solver or a robot? "
         "--set leg.passive.scale=1 adds the tissue"
-    ]
+    )
+    return [Notice("ankle-spring", words, subject="leg.passive", stiffness=ankle.stiffness)]
 
 
 def leg_readme(

@@ -9,10 +9,9 @@ import pytest
 from afo_sim.common.errors import InputError
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.reader import load
+from afo_sim.model.leg import lengthen
 from afo_sim.model.paths import paths_of
-from afo_sim.model.refit import Ratio, fits, lengths_of, refit
-from afo_sim.model.refit_file import write_refit
-from afo_sim.model.walk_bodies import lengthen
+from afo_sim.model.rescale import Ratio, fits, lengths_of, refit, write_rescaled
 
 ROLLER = {"segment": "shank", "from_ankle": ["4.5 cm", "0 cm", "5 cm"], "surface": {"radius": "2 cm"}}
 
@@ -137,7 +136,7 @@ def test_taut_angle_is_where_the_muscle_has_its_own_length() -> None:
 
 def test_a_file_says_the_same_and_keeps_its_comments(tmp_path: pathlib.Path) -> None:
     by = Ratio(0.8, 0.9, "from one leg to another")
-    found = write_refit("s1", by, tmp_path / "mine")
+    found = write_rescaled("s1", by, tmp_path / "mine")
     text = (tmp_path / "mine/orthosis.toml").read_text(encoding="utf-8")
     assert "# S1: three in front of the shin" in text and 'kind = "derived"' in text
     read = load("orthosis", tmp_path / "mine")
@@ -149,9 +148,9 @@ def test_a_file_says_the_same_and_keeps_its_comments(tmp_path: pathlib.Path) -> 
             assert one.provenance == other.provenance
     assert read.cuff is not None and read.cuff.is_file()
     with pytest.raises(InputError, match="--force"):
-        write_refit("s1", by, tmp_path / "mine")
+        write_rescaled("s1", by, tmp_path / "mine")
     with pytest.raises(InputError, match="another folder"):
-        write_refit(tmp_path / "mine", by, tmp_path / "mine", force=True)
+        write_rescaled(tmp_path / "mine", by, tmp_path / "mine", force=True)
 
 
 def test_own_cuff_muscle_and_valve_are_found_from_the_new_folder(tmp_path: pathlib.Path) -> None:
@@ -166,13 +165,13 @@ def test_own_cuff_muscle_and_valve_are_found_from_the_new_folder(tmp_path: pathl
     (own / "orthosis.toml").write_text(
         text.replace('outlet = "mh1"', 'outlet = "./valves"'), encoding="utf-8"
     )
-    write_refit(own, Ratio(0.9, 0.9), tmp_path / "a/b/mine")
+    write_rescaled(own, Ratio(0.9, 0.9), tmp_path / "a/b/mine")
     read = load("orthosis", tmp_path / "a/b/mine")
     assert read.cuff is not None and read.cuff.is_relative_to((tmp_path / "a/b/mine").resolve())
     assert read.chamber["dorsiflexor"].outlet.conductance == load("valve", "mh1").conductance
 
 
 def test_the_same_leg_is_the_same_file(tmp_path: pathlib.Path) -> None:
-    write_refit("s1_short_links", Ratio(), tmp_path / "mine")
+    write_rescaled("s1_short_links", Ratio(), tmp_path / "mine")
     read, own = load("orthosis", tmp_path / "mine"), load("orthosis", "s1_short_links")
     assert read.model_copy(update={"name": own.name}) == own

@@ -1,0 +1,319 @@
+"""Shapes of the leg: how deep a muscle's path passes through them, at which angle, and what would mend it."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from afo_sim.common.notice import Notice
+from afo_sim.model.build import Built
+from afo_sim.model.mounting import ANKLE, muscle_names
+from afo_sim.model.outsole import SHOE
+from afo_sim.model.paths import along, at_lengths, path_points
+
+POINT_SPACING = 0.004  # between points of a path that are looked at [m]
+POSTURES = 21  # over the range of motion
+DEEP = 0.005  # depth below the skin from which on a muscle is said to pass through it [m]
+AT_END = 0.015  # of the path beside an end that itself lies in the leg: skin or plate there [m]
+BONE = 0.010  # distance from the line ankle–knee below which the path passes through bone [m]
+WORN = ("cuff_", "plate_", "shank_anchors", "foot_anchors", SHOE)  # how bodies begin that are no leg
+PROBE = "probe of depth"  # name of the point that is moved about
+PROBE_RADIUS = 1e-6  # its radius [m]
+REACH = 0.05  # distance beyond which the distance of a shape is not computed [m]
+FLAT = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+
+
+@dataclass(frozen=True, eq=False)
+class LegShapes:
+    """The leg's shapes in a model of their own, posed by `pose`.
+
+    model, data : with a probe beside the full model's shapes
+    geoms : those of the leg, with the name of the part that each belongs to
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    geoms: dict[int, str]
+    meshes: dict[int, Any] = field(default_factory=dict)
+
+    def pose(self, ankle: float) -> None:
+        """Turn the ankle to an angle [rad]."""
+        self.data.qpos[self.model.joint(ANKLE).qposadr[0]] = ankle
+        mujoco.mj_fwdPosition(self.model, self.data)
+
+    def depths(self, geom: int, points: np.ndarray) -> np.ndarray:
+        """Depth of points below a shape's surface [m] (n,); negative outside, −REACH or less far away.
+
+        Units: points [m] (n, 3).
+        """
+        found = np.full(len(points), -REACH)
+        offset = np.linalg.norm(points - self.data.geom_xpos[geom], axis=1)
+        near = np.flatnonzero(offset < self.model.geom_rbound[geom] + REACH)
+        if not len(near):
+            return found
+        if self.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+            found[near] = self._in_mesh(geom, points[near])
+            return found
+        probe = self.model.geom(PROBE).id
+        segment = np.zeros(6)
+        for k in near:
+            self.data.geom_xpos[probe] = points[k]
+            distance = mujoco.mj_geomDistance(self.model, self.data, probe, geom, REACH, segment)
+            found[k] = -distance - PROBE_RADIUS
+        return found
+
+    def _in_mesh(self, geom: int, points: np.ndarray) -> np.ndarray:
+        """To the mesh itself: MuJoCo's distances are to its convex hull."""
+        import trimesh  # large, and for meshes alone
+
+        turn = self.data.geom_xmat[geom].reshape(3, 3)
+        local = (points - self.data.geom_xpos[geom]) @ turn
+        if geom not in self.meshes:
+            self.meshes[geom] = _triangles(self.model, geom)
+        triangles = self.meshes[geom]
+        low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+        found = np.full(len(points), -REACH)
+        for k in np.flatnonzero(((local > low) & (local < high)).all(axis=1)):
+            if winding_number(triangles, local[k]) > 0.5:
+                nearest = trimesh.triangles.closest_point(triangles, np.tile(local[k], (len(triangles), 1)))
+                found[k] = np.linalg.norm(nearest - local[k], axis=1).min()
+        return found
+
+
+def leg_shapes(built: Built) -> LegShapes:
+    """The leg's shapes of a compiled scenario, at an ankle angle of zero."""
+    spec = built.spec.copy()
+    spec.worldbody.add_geom(
+        name=PROBE, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PROBE_RADIUS] * 3, contype=0, conaffinity=0
+    )
+    model = spec.compile()
+    shapes = LegShapes(model, mujoco.MjData(model), leg_geoms(model, built))
+    shapes.pose(0.0)
+    return shapes
+
+
+def leg_geoms(model: mujoco.MjModel, built: Built) -> dict[int, str]:
+    """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}."""
+    leg = built.scenario.leg
+    found = {}
+    for geom in range(model.ngeom):
+        body = model.body(model.geom_bodyid[geom]).name
+        worn = model.geom(geom).name.startswith(f"{SHOE}_") or body.startswith(WORN)
+        if worn or model.geom_type[geom] in FLAT:
+            continue
+        if body == leg.shank or body == leg.foot or _hangs_on(model, geom, leg.foot):
+            part = {leg.shank: "shank", leg.foot: "foot"}.get(body, body or "foot")
+            found[geom] = part
+    return found
+
+
+def _hangs_on(model: mujoco.MjModel, geom: int, foot: str) -> bool:
+    body, above = int(model.geom_bodyid[geom]), model.body(foot).id
+    while body > 0 and body != above:
+        body = int(model.body_parentid[body])
+    return body == above
+
+
+def _knee_height(shapes: LegShapes) -> float:
+    """Height of the topmost point of the shank's shapes above the ankle [m]; 0 of a shank without shapes."""
+    ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id][2]
+    shank = [geom for geom, part in shapes.geoms.items() if part == "shank"]
+    up = np.array([[0.0, 0.0, 1.0]])
+    tops = [support(shapes.model, shapes.data, geom, up)[0, 2] for geom in shank]
+    return float(max(tops, default=ankle) - ankle)
+
+
+def winding_number(triangles: np.ndarray, point: np.ndarray) -> float:
+    """How often a surface winds around a point [-]: 1 inside a closed mesh, 0 outside.
+
+    Σ Ω/4π over the triangles' solid angles, tan(Ω/2) = a·(b×c)/(abc + (a·b)c + (b·c)a + (c·a)b)
+    (van Oosterom and Strackee 1983).
+    """
+    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    top = np.einsum("ij,ij->i", a, np.cross(b, c))
+    pairs = [np.einsum("ij,ij->i", *pair) * size for *pair, size in ((a, b, lc), (b, c, la), (c, a, lb))]
+    return float(np.arctan2(top, la * lb * lc + sum(pairs)).sum() / (2.0 * np.pi))
+
+
+def _triangles(model: mujoco.MjModel, geom: int) -> np.ndarray:
+    """Corners of a mesh's triangles in the shape's own axes [m] (n, 3, 3)."""
+    mesh = model.geom_dataid[geom]
+    vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
+    faces = model.mesh_face[model.mesh_faceadr[mesh] :][: model.mesh_facenum[mesh]]
+    corners: np.ndarray = vertices[faces].astype(float)
+    return corners
+
+
+def support(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: np.ndarray) -> np.ndarray:
+    """Outermost points of a shape.
+
+    Parameters
+    ----------
+    model, data : after the kinematics
+    geom : sphere, capsule, cylinder, ellipsoid, box or mesh
+    directions : unit vectors, world axes (n, 3)
+
+    Returns
+    -------
+    world axes [m] (n, 3)
+    """
+    turn, size = data.geom_xmat[geom].reshape(3, 3), model.geom_size[geom]
+    d = directions @ turn
+    types, kind = mujoco.mjtGeom, model.geom_type[geom]
+    if kind == types.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]].astype(float)
+        local = vertices[np.argmax(d @ vertices.T, axis=1)]
+    elif kind == types.mjGEOM_BOX:
+        local = np.sign(d) * size
+    elif kind == types.mjGEOM_ELLIPSOID:
+        local = d * size**2 / np.linalg.norm(d * size, axis=1)[:, None]
+    elif kind == types.mjGEOM_CYLINDER:
+        radial = np.hypot(d[:, 0], d[:, 1]).clip(1e-12)
+        local = np.column_stack([size[0] * d[:, :2] / radial[:, None], np.sign(d[:, 2]) * size[1]])
+    elif kind == types.mjGEOM_CAPSULE:
+        local = size[0] * d
+        local[:, 2] += np.sign(d[:, 2]) * size[1]
+    else:
+        local = size[0] * d  # a sphere
+    return np.asarray(data.geom_xpos[geom] + local @ turn.T)
+
+
+@dataclass(frozen=True)
+class ThroughLeg:
+    """A muscle's path within the leg, where it is deepest.
+
+    muscle : its name
+    part : "shank", "foot", or the name of what hangs on the foot
+    angle : of the ankle [rad]
+    depth : below the skin [m]; through bone, the distance from the line ankle–knee
+    place : deepest point of the path, world axes at that angle [m] (3,)
+    bone : whether the path passes within BONE of the line ankle–knee
+    end : the end to be moved, "origin" or "insertion"
+    move : forward by so much, back where negative [m], about
+    """
+
+    muscle: str
+    part: str
+    angle: float
+    depth: float
+    place: tuple[float, float, float]
+    bone: bool
+    end: str
+    move: float
+
+    @property
+    def role(self) -> str:
+        """The muscle group."""
+        return self.muscle.rsplit("_", 1)[0]
+
+    @property
+    def notice(self) -> Notice:
+        """One sentence: muscle, angle, depth, part, and the fix."""
+        at = f"at {np.degrees(self.angle):.0f} deg"
+        if self.bone:
+            what = f"passes {1e3 * self.depth:.0f} mm from the line ankle–knee {at}: through bone"
+        else:
+            what = f"passes {1e3 * self.depth:.0f} mm under the skin of the {self.part} {at}"
+        way = "forward" if self.move > 0.0 else "back"
+        by = math.ceil(1e3 * abs(self.move))
+        return Notice(
+            "path-through-bone" if self.bone else "path-through-skin",
+            "{muscle} {what}; move {end}.from_ankle {way} by about {by} mm, or add a path point",
+            subject=f"{self.muscle}, {self.part}",
+            muscle=self.muscle,
+            what=what,
+            end=self.end,
+            way=way,
+            by=by,
+            depth=self.depth,
+            angle=self.angle,
+        )
+
+
+def through_leg(built: Built, shapes: LegShapes | None = None) -> list[ThroughLeg]:
+    """Every muscle whose path passes through the leg within the range of motion, at its deepest.
+
+    The paths are those of anchors at rest, without compliance. Muscles over a pulley have no path in space. A
+    mesh is taken as it is, not as its hull.
+    """
+    shapes = leg_shapes(built) if shapes is None else shapes
+    groups = muscle_names(built.scenario.orthosis)
+    worst: dict[tuple[str, str, bool], ThroughLeg] = {}
+    top = _knee_height(shapes)
+    for angle in np.linspace(*built.scenario.orthosis.range_of_motion, POSTURES):
+        shapes.pose(float(angle))
+        for muscle in (name for name, group in groups.items() if group.pulley is None):
+            corners = path_points(shapes.model, shapes.data, muscle)
+            length = along(corners)[-1]
+            way = np.linspace(0.0, length, max(int(length / POINT_SPACING), 2) + 1)
+            points = at_lengths(corners, way)
+            for found in [
+                *_in_parts(shapes, muscle, float(angle), points, way),
+                *_in_bone(shapes, muscle, float(angle), points, way, top),
+            ]:
+                key = found.muscle, found.part, found.bone
+                deeper = found.depth < worst[key].depth if found.bone and key in worst else True
+                if key not in worst or (deeper if found.bone else found.depth > worst[key].depth):
+                    worst[key] = found
+    return list(worst.values())
+
+
+def _in_parts(
+    shapes: LegShapes, muscle: str, angle: float, points: np.ndarray, way: np.ndarray
+) -> list[ThroughLeg]:
+    """The deepest point in each part, where it is deeper than DEEP."""
+    depth: dict[str, np.ndarray] = {}
+    for geom, part in shapes.geoms.items():
+        own = shapes.depths(geom, points)
+        for end, beside in ((0, way <= AT_END), (-1, way >= way[-1] - AT_END)):
+            if own[end] > 0.0:
+                own = np.where(beside, -1.0, own)
+        depth[part] = np.maximum(depth.get(part, own), own)
+    return [
+        _found(shapes, muscle, part, angle, float(own.max()), points, way, int(own.argmax()), False)
+        for part, own in depth.items()
+        if own.max() > DEEP
+    ]
+
+
+def _in_bone(
+    shapes: LegShapes, muscle: str, angle: float, points: np.ndarray, way: np.ndarray, top: float
+) -> list[ThroughLeg]:
+    """The point nearest to the line from the ankle up to the knee, where it is nearer than BONE."""
+    ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]
+    shank = shapes.model.jnt_bodyid[shapes.model.joint(ANKLE).id]
+    up = shapes.data.xmat[shapes.model.body_parentid[shank]].reshape(3, 3)[:, 2]
+    height = np.clip((points - ankle) @ up, 0.0, max(top, 0.0))
+    away = np.linalg.norm(points - ankle - height[:, None] * up, axis=1)
+    nearest = int(away.argmin())
+    if away[nearest] >= BONE:
+        return []
+    return [_found(shapes, muscle, "shank", angle, float(away[nearest]), points, way, nearest, True)]
+
+
+def _found(
+    shapes: LegShapes,
+    muscle: str,
+    part: str,
+    angle: float,
+    depth: float,
+    points: np.ndarray,
+    way: np.ndarray,
+    at: int,
+    bone: bool,
+) -> ThroughLeg:
+    """With the end that would take the path out by the shorter way: the nearer one.
+
+    A straight path moves at a share s from its insertion by s times what its origin moves.
+    """
+    share = 1.0 - way[at] / way[-1]
+    end, lever = ("origin", share) if share >= 0.5 else ("insertion", 1.0 - share)
+    ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]
+    forward = 1.0 if float(points[:, 0].mean() - ankle[0]) >= 0.0 else -1.0
+    out = BONE - depth if bone else depth
+    x, y, z = map(float, points[at])
+    return ThroughLeg(muscle, part, angle, depth, (x, y, z), bone, end, forward * out / lever)
