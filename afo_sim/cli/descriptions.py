@@ -191,14 +191,13 @@ def refit_command(
     with progress("reading"):
         from afo_sim.common import assets
         from afo_sim.description.reader import load
-        from afo_sim.model.refit_file import write_refit
-        from afo_sim.model.rescale import fits
+        from afo_sim.model.rescale import fits, write_rescaled
 
         by = _ratio(to, made_for, shank_length, foot_length)
         leg = load("leg", to) if to else None
         missing = [s for s in ("shank", "foot") if leg and getattr(leg, f"{s}_length") is None]
         before = load("orthosis", assets.find("orthosis", orthosis))
-        after = write_refit(orthosis, by, out, force=force)
+        after = write_rescaled(orthosis, by, out, force=force)
         rows = _rows(dict(fits(before)), dict(fits(after)))
     print(f"{before.name}: {by.words}")
     for segment in missing:

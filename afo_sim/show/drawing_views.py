@@ -12,7 +12,7 @@ from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.model.build import Built
 from afo_sim.model.design import Design
 from afo_sim.model.leg_shapes import support
-from afo_sim.model.limb_shapes import FLAT, limb_geoms
+from afo_sim.model.leg_shapes import FLAT, leg_geoms
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.path_facts import PathFacts
 from afo_sim.model.path_words import degrees
@@ -62,7 +62,7 @@ class Pose:
 
     def outlines(self) -> dict[str, list[np.ndarray]]:
         """Outlines of the shapes of limb, orthosis and foot alone: {"limb", "part", "foot": …}."""
-        limb = limb_geoms(self.model, self.built)
+        limb = leg_geoms(self.model, self.built)
         found: dict[str, list[np.ndarray]] = {"limb": [], "part": [], "foot": [], "shank": []}
         for geom in range(self.model.ngeom):
             name = self.model.geom(geom).name
@@ -425,7 +425,7 @@ def sole(design: Design, pose: Pose) -> tuple[str, float] | None:
 
 def _extreme(design: Design, parts: tuple[str, ...] | None, *, highest: bool) -> float | None:
     pose = Pose.at(design.built, 0.0)
-    limb = limb_geoms(pose.model, design.built)
+    limb = leg_geoms(pose.model, design.built)
     found = [
         pose.outline(g)[:, 1]
         for g, part in limb.items()
