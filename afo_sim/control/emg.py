@@ -8,8 +8,8 @@ from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
 from afo_sim.control.hysteresis import switched
 from afo_sim.control.observation import Observation
-from afo_sim.description.control.emg import Emg
-from afo_sim.description.control.threshold import in_si
+from afo_sim.description.control.controller import Emg
+from afo_sim.description.control.switching import in_si
 from afo_sim.description.scenario import Scenario
 
 

@@ -7,7 +7,7 @@ from afo_sim.control.command import Command
 from afo_sim.control.observation import Observation, Told
 from afo_sim.control.pair import apart
 from afo_sim.control.reference import asked
-from afo_sim.description.control.impedance import Impedance
+from afo_sim.description.control.feedback import Impedance
 from afo_sim.description.scenario import Scenario
 
 EPSILON = 1e-9  # by which flat stretches of the map rise [N·m]

@@ -7,7 +7,7 @@ from afo_sim.control.command import Command
 from afo_sim.control.observation import Observation, Told
 from afo_sim.control.pair import OpenPeriods, apart
 from afo_sim.control.reference import asked
-from afo_sim.description.control.pid import QUANTITIES, Pid
+from afo_sim.description.control.feedback import QUANTITIES, Pid
 from afo_sim.description.scenario import Scenario
 
 FILTER = 0.1  # of the derivative's time, where no filter is described

@@ -4,7 +4,7 @@ import bisect
 import math
 
 from afo_sim.control.observation import Observation
-from afo_sim.description.control.reference import MomentReference, PressureReference, Reference
+from afo_sim.description.control.feedback import MomentReference, PressureReference, Reference
 
 AnyReference = Reference | MomentReference | PressureReference
 

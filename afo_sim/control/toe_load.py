@@ -6,7 +6,7 @@ from afo_sim.control.asked import Asked
 from afo_sim.control.command import Command
 from afo_sim.control.hysteresis import switched
 from afo_sim.control.observation import Observation
-from afo_sim.description.control.toe_load import ToeLoad
+from afo_sim.description.control.controller import ToeLoad
 from afo_sim.description.scenario import Scenario
 
 

@@ -19,6 +19,7 @@ from afo_sim.description.air.switched import check_switched
 from afo_sim.description.control.controller import ControllerDescription
 from afo_sim.description.control.drive import Drive
 from afo_sim.description.control.sensor import Sensor
+from afo_sim.description.control.switching import Phases, PositiveTime, Timer
 from afo_sim.description.limits import Limits
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.places import Side
@@ -26,8 +27,7 @@ from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.shoe import Shoe
 from afo_sim.description.subtalar import Subtalar
 from afo_sim.description.toes import Toes
-from afo_sim.description.valve_timer import PositiveTime, Timer
-from afo_sim.description.walking import Gait, Ground, Patient, Phases, Start
+from afo_sim.description.walking import Gait, Ground, Patient, Start
 
 Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
 Word = Annotated[str, Field(pattern=r"^[a-z]+$")]

@@ -11,7 +11,7 @@ import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.control.foot_switch import FootSwitch
 from afo_sim.control.gait_phase import command_at
-from afo_sim.description.control.gait_phase import ChamberPhases
+from afo_sim.description.control.switching import ChamberPhases
 
 DT = 0.01
 

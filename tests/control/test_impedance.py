@@ -9,7 +9,7 @@ from control.samples import Sample
 
 import afo_sim
 from afo_sim.control.impedance import ImpedanceController
-from afo_sim.description.control.impedance import Impedance
+from afo_sim.description.control.feedback import Impedance
 from afo_sim.description.reader import load
 
 DRIVES = {name: {"kind": "bang_bang"} for name in ("dorsiflexor", "plantarflexor")}

@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.description.control.impedance import Impedance
-from afo_sim.description.control.pid import AngleLoop, MomentLoop, PairPressures, Pid, PressureLoop
-from afo_sim.description.control.reference import MomentReference, PressureReference, Reference
+from afo_sim.description.control.feedback import (
+    AngleLoop,
+    Impedance,
+    MomentLoop,
+    MomentReference,
+    PairPressures,
+    Pid,
+    PressureLoop,
+    PressureReference,
+    Reference,
+)
 from afo_sim.description.leaves import fields_of
 
 SINE = {"mean": "1 deg", "amplitude": "4 deg", "frequency": "1 Hz"}

@@ -5,10 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from afo_sim.common.errors import InputError
 from afo_sim.control.timer import SLIGHTLY
-from afo_sim.description.control.threshold import in_si
-from afo_sim.description.control.timer import ClockTimer
-from afo_sim.description.valve_timer import Timer
-from afo_sim.description.walking import Phases
+from afo_sim.description.control.switching import ClockTimer, Phases, Timer, in_si
 from afo_sim.export.electronics.board import (
     MICROSECOND,
     Clock,

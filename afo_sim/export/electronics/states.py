@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from afo_sim.common.errors import InputError
 from afo_sim.control.state_machine import DIGITS, Machine, Transition
-from afo_sim.description.control.state_machine import STATE_TIME
+from afo_sim.description.control.switching import STATE_TIME
 from afo_sim.export.electronics.board import MOST_NAMES, MOST_TICKS, Rule, States, check_names
 
 FIELD = "controller.state_machine"
