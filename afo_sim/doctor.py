@@ -17,16 +17,15 @@ from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.handmade import BraidFacts
 from afo_sim.description.leaves import fields_of
-from afo_sim.description.limits import Limits
+from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.places import Side
 from afo_sim.description.quantity import Described, amount
 from afo_sim.description.reader import SPECS, load
-from afo_sim.description.scenario import Leg, Scenario
-from afo_sim.description.shoe import Shoe
-from afo_sim.description.walking import Patient
-from afo_sim.description.words import reference
+from afo_sim.description.scenario import Scenario
+from afo_sim.description.scenario_text import reference
+from afo_sim.description.walking import Limits, Patient
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.gait.checks import findings

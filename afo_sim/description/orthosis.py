@@ -18,10 +18,10 @@ from afo_sim.description.air.chamber import Chamber as Chamber
 from afo_sim.description.air.network import Restriction, Volume
 from afo_sim.description.air.network_checks import check_network
 from afo_sim.description.air.valve import Valve as Valve
+from afo_sim.description.leg import Outsole
 from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength
 from afo_sim.description.places import ALIKE, Anchor, Coordinates, PathPoint, Segment, Side, difference
 from afo_sim.description.quantity import Described, Quantity, refusal
-from afo_sim.description.shoe import Outsole
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 Stiffness = Annotated[float, Quantity("N/m", above=0.0, at_most=1e9)]

@@ -1,4 +1,4 @@
-"""A scenario that may move with its folder: own files lie beside it, shipped ones keep their shipped name."""
+"""A scenario as a file that may move with its folder: its paths, and its text in TOML."""
 
 import copy
 import pathlib
@@ -6,6 +6,8 @@ import shutil
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from typing import Any
+
+import tomli_w
 
 from afo_sim.common import assets
 from afo_sim.description.tree import SCENARIO_FILES
@@ -85,3 +87,36 @@ def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pat
             return None
         found += more
     return found
+
+
+def toml_text(table: Mapping[str, Any]) -> str:
+    """A description as TOML.
+
+    Parameters
+    ----------
+    table : plain data, as `Scenario.resolved` gives it: what is None is left out, and a map
+        `provenance` goes back to the numbers that it is about, { value = …, kind = …, source = … }
+
+    Returns
+    -------
+    text, with a trailing newline
+    """
+    return tomli_w.dumps(_plain(table))
+
+
+def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A table without None, with the sources beside their values."""
+    sources = table.get("provenance", {})
+    found = {}
+    for key, value in table.items():
+        if value is not None and key != "provenance":
+            value = _value(value)
+            found[key] = {"value": value, **sources[key]} if key in sources else value
+    return found
+
+
+def _value(value: Any) -> Any:
+    """A value; a table, or tables in a list, as `_plain` has them."""
+    if isinstance(value, Mapping):
+        return _plain(value)
+    return [_value(item) for item in value] if isinstance(value, list | tuple) else value

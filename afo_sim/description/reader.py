@@ -15,17 +15,16 @@ from afo_sim.description.air.source import Source as GasSource
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.leaves import core, fields_of, is_table, leaves, marked, nearest_key, table_at
-from afo_sim.description.limits import Limits
+from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.meanings import meaning
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
 from afo_sim.description.ranges import allowed
-from afo_sim.description.scenario import Leg, Scenario
-from afo_sim.description.shoe import Shoe
+from afo_sim.description.scenario import Scenario
 from afo_sim.description.tree import Path, Tree, child_of, read_table, value_at
 from afo_sim.description.tree import split_key as split_key
-from afo_sim.description.walking import Patient
+from afo_sim.description.walking import Limits, Patient
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
 Sets = Mapping[str, Any] | None

@@ -8,8 +8,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.physics.at_rest import AtRest
-from afo_sim.physics.in_series import row, tension
+from afo_sim.physics.in_series import AtRest, row, tension
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import muscle_volume

@@ -10,8 +10,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.scenario import Leg
-from afo_sim.description.toes import Toes
+from afo_sim.description.leg import Leg, Toes
 from afo_sim.model.outsole import POINTS, SOLE
 
 TOE_POINTS = ("pulp", "tip")  # points of the outsole that turn with the toes

@@ -15,9 +15,10 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.description.leg import Leg
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.description.quantity import Described
-from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.description.scenario import Scenario
 from afo_sim.model.assemble import PASSIVE, assemble, compiled
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.inversion import SideArms

@@ -10,9 +10,10 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.description.leg import Leg
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
-from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.description.scenario import Scenario
 from afo_sim.physics.passive_ankle import KNEE_LIMIT
 
 ANKLE, SUBTALAR = "ankle", "subtalar"

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.description.leg import Leg
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.places import Anchor, PathPoint, Segment
 from afo_sim.description.quantity import Provenance
 from afo_sim.description.reader import load
-from afo_sim.description.scenario import Leg
 from afo_sim.model.paths import mean_length, paths_of
 
 SHANK, FOOT = 0.246, 0.152  # lengths as shares of body height [-] (Winter 2009, after Drillis & Contini 1966)

@@ -10,8 +10,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from afo_sim.description.leg import Outsole
 from afo_sim.description.scenario import Scenario
-from afo_sim.description.shoe import Outsole
 from afo_sim.model.outsole import places_of, worn
 
 SHOE = "shoe"  # name of the body

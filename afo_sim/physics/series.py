@@ -1,4 +1,5 @@
-"""Series elements of a muscle, which only pull: its cable, and the anchor on the limb that gives way."""
+"""Series elements of a muscle, which only pull: its cable, the guides that the cable slides over, and the
+anchor on the limb that gives way."""
 
 import math
 
@@ -93,3 +94,38 @@ def anchor_energy(displacement: float, stiffness: float, force: float, length: f
     if stiffness != 0.0:
         return 0.5 * stiffness * displacement * displacement
     return force * (length * math.expm1(displacement / length) - displacement)
+
+
+CREEP = 1e-4  # w0, over which friction turns; a cable that should stick creeps at about this speed [m/s]
+
+
+@register_jitable
+def turn(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> float:
+    """Angle between two directions [rad], from 0 to π."""
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return math.atan2(math.sqrt(x * x + y * y + z * z), ax * bx + ay * by + az * bz)
+
+
+@register_jitable
+def capstan(tension: float, friction: float, turned: float, lengthening: float) -> tuple[float, float]:
+    """Tension behind the guides, T' = T e^(μ β tanh(w/w0)), and how it rises with the speed, (T' − T)/w.
+
+    A path that shortens pulls less behind its guides than its muscle does, one that lengthens more:
+    T'/T = e^(∓μβ). Coulomb's jump at w = 0 is spread over w0.
+
+    Parameters
+    ----------
+    tension : T, of the muscle [N]
+    friction : μ [-]
+    turned : β, the angles by which the path turns at its guides, together [rad]
+    lengthening : w, speed at which the path grows longer [m/s]
+
+    Returns
+    -------
+    (tension behind the guides [N], its secant from w = 0 [N·s/m], never negative)
+    """
+    turning = friction * turned
+    more = tension * math.expm1(turning * math.tanh(lengthening / CREEP))
+    if abs(lengthening) < 1e-9 * CREEP:  # a quotient of roundings
+        return tension + more, tension * turning / CREEP
+    return tension + more, more / lengthening

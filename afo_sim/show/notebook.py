@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from html import escape
 
-from afo_sim.description.words import reference
+from afo_sim.description.scenario_text import reference
 from afo_sim.lab.fitting import law_report, run_scenario, torque_report
 from afo_sim.lab.fitting.law_result import StaticFit
 from afo_sim.lab.fitting.run_fit import FitRun

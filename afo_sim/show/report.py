@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, write_text
-from afo_sim.description.words import reference, worn
+from afo_sim.description.scenario_text import reference, worn
 from afo_sim.metrics.words import in_short
 from afo_sim.show import bands, effects, verdict
 from afo_sim.show.numbers import doubts, of_walker

@@ -7,7 +7,7 @@ import numpy as np
 
 from afo_sim.common.units import GRAVITY
 from afo_sim.description.reader import load
-from afo_sim.description.words import body_mass
+from afo_sim.description.scenario_text import body_mass
 from afo_sim.metrics.strides import loaded
 from afo_sim.model.mounting import muscle_names
 from afo_sim.show.carriage import Carriage

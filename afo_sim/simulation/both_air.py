@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.description.places import Side
 from afo_sim.description.reader import load
-from afo_sim.description.words import body_mass
+from afo_sim.description.scenario_text import body_mass
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.strides import progress, settled, strides
 from afo_sim.metrics.supply import FLOW

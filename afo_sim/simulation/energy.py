@@ -19,9 +19,8 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
 from afo_sim.model.build import Built
-from afo_sim.physics.hill import three_element_damping
 from afo_sim.physics.series import anchor_energy
-from afo_sim.physics.static_force import SLACK_BLEND
+from afo_sim.physics.static_force import SLACK_BLEND, three_element_damping
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)  # of a smooth piece of the bladder's force
 

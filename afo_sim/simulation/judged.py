@@ -2,8 +2,8 @@
 
 from typing import Any, Protocol
 
-from afo_sim.description.limits import Limits
 from afo_sim.description.reader import USUAL_LIMITS, load
+from afo_sim.description.walking import Limits
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.verdict import Answer, Feed, undecided, verdict, with_draws
 

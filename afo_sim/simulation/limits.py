@@ -9,9 +9,8 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.description.quantity import told_of
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
-from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import static_force
+from afo_sim.physics.static_force import braid_force, static_force
 from afo_sim.simulation.safety import skin_warnings
 
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter

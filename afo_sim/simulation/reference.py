@@ -10,7 +10,7 @@ from typing import Any
 from afo_sim.common.errors import InputError
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.description.words import reference as in_words
+from afo_sim.description.scenario_text import reference as in_words
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.reference import COMPARED, reference_metrics
 from afo_sim.model import controls as schedule

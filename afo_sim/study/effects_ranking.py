@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from afo_sim.common.units import in_unit
-from afo_sim.description.limits import Limits
+from afo_sim.description.walking import Limits
 from afo_sim.metrics.verdict import Status
 from afo_sim.study.effect import AIR, CLEARANCE, HEIGHTS, NOTICED, PITCH, TORQUE_PER_MASS, WORK, Effect
 

@@ -12,8 +12,7 @@ from typing import Any
 import pytest
 
 from afo_sim.common import assets
-from afo_sim.common.unit_factors import factor
-from afo_sim.common.units import EXAMPLES, _registry, parse_quantity
+from afo_sim.common.units import EXAMPLES, _registry, factor, parse_quantity
 
 # Units of one dimension that descriptions are written in.
 ALIKE = (
@@ -101,7 +100,7 @@ def test_products_quotients_and_powers_are_converted_as_pint_does() -> None:
 
 @pytest.mark.slow
 def test_every_unit_of_the_tables_is_pints() -> None:
-    from afo_sim.common.unit_factors import _MADE, BASES
+    from afo_sim.common.units import _MADE, BASES
 
     for unit in {*BASES, *_MADE} - {"π"}:
         base = _registry().Quantity(1.0, unit).to_base_units()

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.toml_text import toml_text
 from afo_sim.description.catalogue import product
 from afo_sim.description.keys import keys
 from afo_sim.description.new import new
-from afo_sim.description.portable import portable
+from afo_sim.description.portable import portable, toml_text
 from afo_sim.description.reader import load
 from afo_sim.doctor import check_file
 

@@ -11,15 +11,14 @@ from command import call
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.common.toml_text import toml_text
 from afo_sim.description.catalogue import product
 from afo_sim.description.field import field_at
 from afo_sim.description.keys import keys
 from afo_sim.description.new import new
-from afo_sim.description.portable import portable
+from afo_sim.description.portable import portable, toml_text
 from afo_sim.description.reader import load
+from afo_sim.description.scenario_text import facts
 from afo_sim.description.tree import dotted_key, split_key
-from afo_sim.description.words import facts
 
 PATH = "orthosis.muscle.dorsiflexor.path"
 FRICTION = "orthosis.muscle.dorsiflexor.wrap_friction"

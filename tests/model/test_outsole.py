@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from afo_sim.description.leg import Outsole
 from afo_sim.description.reader import load
-from afo_sim.description.shoe import Outsole
 from afo_sim.model.build import Built, build
 from afo_sim.model.foot import Foot
 from afo_sim.model.outsole import outsole_points

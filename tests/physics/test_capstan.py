@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from afo_sim.physics.capstan import CREEP, capstan, turn
+from afo_sim.physics.series import CREEP, capstan, turn
 
 FAST = 0.05  # [m/s]
 

@@ -4,8 +4,8 @@ import math
 import pathlib
 from typing import Any
 
-from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import write_json, write_text
+from afo_sim.description.portable import toml_text
 from afo_sim.lab.fitting.identifiability import rms
 from afo_sim.lab.fitting.law_covariance import doubt
 from afo_sim.lab.fitting.law_fit import LawFit

@@ -13,9 +13,9 @@ from afo_sim.lab.bench.measured import Measured, read_measured
 from afo_sim.lab.fitting.law_problem import select
 from afo_sim.lab.validation.row import Row, curve, implied, lost, number
 from afo_sim.physics.curves import forces
-from afo_sim.physics.hill import three_element_damping
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
+from afo_sim.physics.static_force import three_element_damping
 
 BAR, KPA = 1e5, 1e3  # [Pa]
 FLUIDIC = {10: "dmsp_10", 20: "dmsp_20"}  # bore [mm] → muscle with the maker's characteristic

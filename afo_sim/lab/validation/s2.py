@@ -7,7 +7,7 @@ from afo_sim.lab.fitting.law_fit import fit_law, held_out
 from afo_sim.lab.fitting.law_problem import pose, select
 from afo_sim.lab.validation.laws import BAR, FLUIDIC, MAKER, WHY_MAKER, characteristic, law_force, one_force
 from afo_sim.lab.validation.row import Row, compared, curve, lost, number
-from afo_sim.physics.hill import braid_force
+from afo_sim.physics.static_force import braid_force
 from afo_sim.simulation.run import run
 
 WHY_BOUND = "bound on the fit's RMS"

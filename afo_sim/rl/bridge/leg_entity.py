@@ -6,9 +6,9 @@ from typing import Any
 import mujoco
 
 from afo_sim import native
+from afo_sim.description.leg import Leg
 from afo_sim.description.places import Side
 from afo_sim.description.reader import load
-from afo_sim.description.scenario import Leg
 from afo_sim.model.assemble import PASSIVE
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE

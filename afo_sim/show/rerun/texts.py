@@ -6,7 +6,7 @@ from typing import Any
 import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
-from afo_sim.description.words import reference, worn
+from afo_sim.description.scenario_text import reference, worn
 from afo_sim.metrics.words import GROUPS, unit, words
 from afo_sim.show import bands, effects, verdict
 from afo_sim.show.numbers import readable
