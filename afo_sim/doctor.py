@@ -16,7 +16,6 @@ from afo_sim.description.air.source import Source
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.handmade import BraidFacts
-from afo_sim.description.leaves import fields_of
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
@@ -25,6 +24,7 @@ from afo_sim.description.quantity import Described, amount
 from afo_sim.description.reader import SPECS, load
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.scenario_text import reference
+from afo_sim.description.schema import fields_of
 from afo_sim.description.walking import Limits, Patient
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm

@@ -9,7 +9,7 @@ from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.phase_table import read_header
 from afo_sim.description.keys import keys
 from afo_sim.description.quantity import amount
-from afo_sim.description.reader import SPECS, split_key
+from afo_sim.description.schema import SPECS, split_key
 from afo_sim.description.tree import value_at
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS

@@ -11,7 +11,8 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
 from afo_sim.description.handmade import muscle_values
-from afo_sim.description.reader import SPECS, load
+from afo_sim.description.reader import load
+from afo_sim.description.schema import SPECS
 from afo_sim.description.template import Template
 from afo_sim.description.tree import FILES
 

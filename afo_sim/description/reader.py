@@ -14,36 +14,30 @@ from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
-from afo_sim.description.leaves import core, fields_of, is_table, leaves, marked, nearest_key, table_at
 from afo_sim.description.leg import Leg, Shoe
-from afo_sim.description.meanings import meaning
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
-from afo_sim.description.ranges import allowed
 from afo_sim.description.scenario import Scenario
-from afo_sim.description.tree import Path, Tree, child_of, read_table, value_at
-from afo_sim.description.tree import split_key as split_key
+from afo_sim.description.schema import (
+    KINDS,
+    SPECS,
+    Path,
+    allowed,
+    fields_of,
+    leaves,
+    nearest_key,
+    table_at,
+    tables,
+)
+from afo_sim.description.schema import split_key as split_key
+from afo_sim.description.tree import Tree, child_of, read_table, value_at
 from afo_sim.description.walking import Limits, Patient
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
 Sets = Mapping[str, Any] | None
 D = TypeVar("D", bound=Described)
 USUAL_LIMITS = "usual"
-SPECS: dict[str, type[BaseModel]] = {
-    "scenario": Scenario,
-    "leg": Leg,
-    "orthosis": Orthosis,
-    "muscle": Muscle,
-    "valve": Valve,
-    "tube": Tube,
-    "source": GasSource,
-    "regulator": Regulator,
-    "patient": Patient,
-    "shoe": Shoe,
-    "limits": Limits,
-    "sensor": SensorType,
-}
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
     "missing": "is missing",
@@ -163,7 +157,7 @@ def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
 def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     """A copy of a description with dotted keys set, checked as a file's are."""
     _require_table(sets)
-    kind = next(name for name, spec in SPECS.items() if spec is type(description))
+    kind = KINDS[type(description)]
     table = description.model_dump(mode="json", exclude_none=True)
     for key in sets:
         _say_who_set(table, *split_key(key)[0])
@@ -271,17 +265,17 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     name = next((part for part in reversed(path) if not part.isdigit()), "")
     told = facts.get("allowed", "") or facts.get("expected", "")
     table = table_at(SPECS[tree.kind], path[:-1])
-    info = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
-    if not told and not (info and is_table(core(info.annotation)[0])):  # a chamber's inlet is no list
+    leaf = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
+    if not told and not (leaf and tables(leaf.annotation)[1] == "one"):  # a chamber's inlet is no list
         told = FORMS.get(name, "")
     if entry["type"] == "dict_type":
         told = f"tables of their own, [{_place(tree, path)['field']}.NAME]"
     if not told and "min_length" in facts:
         told = f"at least {facts['min_length']}"
-    if not told and info and PROBLEMS.get(entry["type"]) == "is out of range":
-        told = allowed(marked(info))
-    if entry["type"] == "missing" and info and not told:
-        told = f"{allowed(marked(info))} ({' '.join(meaning(table, name).split()).rstrip('.')})"
+    if not told and leaf and PROBLEMS.get(entry["type"]) == "is out of range":
+        told = allowed(leaf.annotation)
+    if entry["type"] == "missing" and leaf and not told:
+        told = f"{allowed(leaf.annotation)} ({' '.join(leaf.meaning.split()).rstrip('.')})"
     return InputError(
         PROBLEMS.get(entry["type"], entry["msg"]),
         **_place(tree, path),

@@ -11,7 +11,7 @@ from pydantic import Field as Option
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
-from afo_sim.description.field import Field, field_at
+from afo_sim.description.keys import Field, field_at
 from afo_sim.description.quantity import refusal
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.words import OTHER, words

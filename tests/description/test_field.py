@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from afo_sim.description.field import field_at
+from afo_sim.description.keys import field_at
 from afo_sim.description.reader import load
 from afo_sim.lab.fitting.run_parameter import KINDS, find_parameters
 

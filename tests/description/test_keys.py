@@ -9,10 +9,9 @@ import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.catalogue import PLURALS, product
-from afo_sim.description.field import field_at
-from afo_sim.description.keys import keys
-from afo_sim.description.leaves import leaves, nearest_key
+from afo_sim.description.keys import field_at, keys
 from afo_sim.description.reader import SPECS, load, with_keys
+from afo_sim.description.schema import leaves, nearest_key
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 

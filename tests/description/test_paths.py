@@ -12,13 +12,12 @@ import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.catalogue import product
-from afo_sim.description.field import field_at
-from afo_sim.description.keys import keys
+from afo_sim.description.keys import field_at, keys
 from afo_sim.description.new import new
 from afo_sim.description.portable import portable, toml_text
 from afo_sim.description.reader import load
 from afo_sim.description.scenario_text import facts
-from afo_sim.description.tree import dotted_key, split_key
+from afo_sim.description.schema import dotted_key, split_key
 
 PATH = "orthosis.muscle.dorsiflexor.path"
 FRICTION = "orthosis.muscle.dorsiflexor.wrap_friction"

@@ -17,7 +17,7 @@ from afo_sim.description.control.feedback import (
     PressureReference,
     Reference,
 )
-from afo_sim.description.leaves import fields_of
+from afo_sim.description.schema import fields_of
 
 SINE = {"mean": "1 deg", "amplitude": "4 deg", "frequency": "1 Hz"}
 CHIRP = SINE | {"end_frequency": "3 Hz", "sweep_time": "1 s"}

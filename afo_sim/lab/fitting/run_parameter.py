@@ -7,7 +7,7 @@ from typing import Any
 
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import format_quantity, in_unit
-from afo_sim.description.field import field_at
+from afo_sim.description.keys import field_at
 from afo_sim.description.scenario import Scenario
 
 

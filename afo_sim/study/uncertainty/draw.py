@@ -10,7 +10,7 @@ from scipy.stats import qmc
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import format_quantity
-from afo_sim.description.field import field_at
+from afo_sim.description.keys import field_at
 from afo_sim.description.scenario import Scenario
 from afo_sim.study.uncertainty.held import Fit, Held, Unknown, fitted
 from afo_sim.study.uncertainty.spreads import SpreadTable
