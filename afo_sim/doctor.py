@@ -14,12 +14,12 @@ from afo_sim.description.air.nominal_flow import DENSITIES
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.tube import Tube
+from afo_sim.description.attachment import Side
 from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.handmade import BraidFacts
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
-from afo_sim.description.places import Side
 from afo_sim.description.quantity import Described, amount
 from afo_sim.description.reader import SPECS, load
 from afo_sim.description.scenario import Scenario

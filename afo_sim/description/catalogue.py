@@ -4,9 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from afo_sim.common import assets
-from afo_sim.common.csv_table import read_table
+from afo_sim.common.csv_table import read_header, read_table
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.phase_table import read_header
 from afo_sim.description.keys import keys
 from afo_sim.description.quantity import amount
 from afo_sim.description.schema import SPECS, split_key

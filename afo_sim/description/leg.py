@@ -5,7 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.description.quantity import Described, Quantity, refusal
 
 _Extension = Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.79)]

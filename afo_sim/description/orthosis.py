@@ -8,7 +8,7 @@ import math
 import pathlib
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Self, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -18,97 +18,26 @@ from afo_sim.description.air.chamber import Chamber as Chamber
 from afo_sim.description.air.network import Restriction, Volume
 from afo_sim.description.air.network_checks import check_network
 from afo_sim.description.air.valve import Valve as Valve
+from afo_sim.description.attachment import (
+    ALIKE,
+    Anchor,
+    Cable,
+    Coordinates,
+    Interface,
+    Mounting,
+    PathPoint,
+    Pulley,
+    Segment,
+    Side,
+    difference,
+)
 from afo_sim.description.leg import Outsole
-from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength
-from afo_sim.description.places import ALIKE, Anchor, Coordinates, PathPoint, Segment, Side, difference
+from afo_sim.description.muscle import Distance, Muscle
 from afo_sim.description.quantity import Described, Quantity, refusal
 
 Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
-Stiffness = Annotated[float, Quantity("N/m", above=0.0, at_most=1e9)]
 
 MOST_PLACES = 12  # on a muscle's path between its ends
-
-
-class Pulley(Described):
-    """A wheel on the joint's axis that a muscle's cable runs over: its moment arm is constant.
-
-    A `positive` muscle turns the joint to positive angles. `initial_contraction` is its contraction
-    ratio at angle zero, κ0 in κ = κ0 ± r φ/L0. `spacing` sets parallel muscles apart in pictures.
-    """
-
-    radius: PositiveLength
-    """Radius of the wheel, the muscle's moment arm."""
-    direction: Literal["positive", "negative"]
-    """Direction in which the muscle turns the joint."""
-    initial_contraction: Contraction = 0.0
-    """Contraction ratio of the muscle at angle zero."""
-    spacing: Distance = 0.0
-    """Distance between parallel muscles in pictures."""
-
-    @property
-    def moment_arm(self) -> float:
-        """−dL/dφ [m]: positive when tension turns the joint to positive angles."""
-        return self.radius if self.direction == "positive" else -self.radius
-
-
-class Stiffening(Described):
-    """A mounting that stiffens as it gives: F = a (e^(x/x0) − 1), of stiffness (F + a)/x0."""
-
-    force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)]
-    """Force a in F = a (e^(x/x0) − 1)."""
-    length: PositiveLength
-    """Length x0 over which F + a grows e-fold."""
-
-
-class Mounting(Described):
-    """How a cuff or plate gives along the muscles' pull: a stiffness, or a stiffening law instead."""
-
-    stiffness: Stiffness | None = None
-    """Force over displacement; this, or stiffening."""
-    stiffening: Stiffening | None = None
-    """Stiffening law, instead of a stiffness."""
-    damping: Annotated[float, Quantity("N*s/m", at_least=0.0, at_most=1e6)] = 0.0
-    """Viscous damping of the displacement."""
-
-    @model_validator(mode="after")
-    def _has_one_law(self) -> Self:
-        laws = 'stiffness = "4 kN/m", or stiffening = { force = "33 N", length = "17 mm" }'
-        if self.stiffness is not None and self.stiffening is not None:
-            raise refusal("stands beside a stiffening law: one of them gives the force", laws, "stiffness")
-        if self.stiffness is None and self.stiffening is None:
-            if self.damping > 0.0:
-                problem = "stands without a stiffness: nothing would bring it back"
-                raise refusal(problem, f"beside it {laws}", "damping")
-            problem = "is missing: a table of an anchor needs it; without a table the anchor is rigid"
-            raise refusal(problem, laws, "stiffness")
-        return self
-
-    def displacement(self, pull: float) -> float:
-        """Displacement [m] at rest under a pull [N]; none under a push."""
-        if pull <= 0.0:
-            return 0.0
-        if self.stiffening is not None:
-            return self.stiffening.length * math.log1p(pull / self.stiffening.force)
-        assert self.stiffness is not None
-        return pull / self.stiffness
-
-
-class Interface(Described):
-    """How a cuff or plate lies on the body: the area that carries, and how it holds by friction."""
-
-    area: Annotated[float, Quantity("m^2", above=0.0, at_most=1.0)]
-    """Area of skin over which the force is spread."""
-    friction: Annotated[float, Quantity("", above=0.0, at_most=2.0)]
-    """Coefficient of friction between the skin, or the clothes on it, and the cuff."""
-
-
-class Cable(Described):
-    """Cable or bracket in series with one muscle; it only pulls."""
-
-    stiffness: Stiffness = 1e6
-    """Stiffness of each muscle's own cable and brackets."""
-    offset: Distance = 0.0
-    """Length that it has gained, by bedding in or bending, before it carries anything."""
 
 
 class MuscleGroup(Described):

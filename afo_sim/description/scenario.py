@@ -15,13 +15,13 @@ from afo_sim.common.errors import nearest_name
 from afo_sim.description.air.supplied import check_supplied, check_three_way
 from afo_sim.description.air.supply import Supply
 from afo_sim.description.air.switched import check_switched
+from afo_sim.description.attachment import Side
 from afo_sim.description.control.controller import ControllerDescription
 from afo_sim.description.control.drive import Drive
 from afo_sim.description.control.sensor import Sensor
 from afo_sim.description.control.switching import Phases, PositiveTime, Timer
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Side
 from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.walking import Gait, Ground, Limits, Patient, Start
 

@@ -9,8 +9,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import in_unit
+from afo_sim.description.attachment import Segment
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Segment
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.hanging import KINDS, Place, hang
 from afo_sim.legs.names import listed

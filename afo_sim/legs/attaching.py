@@ -11,8 +11,8 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.errors import InputError
+from afo_sim.description.attachment import Segment, Side
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Segment, Side
 from afo_sim.description.reader import load
 from afo_sim.legs.attached import Attached, number_of, pressure_of
 from afo_sim.legs.attached_checks import check_added, check_muscles, check_spec, check_step, doubts

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.legs.candidates import Candidate, candidates, way
 from afo_sim.legs.extent import moved, outline, sole_slope
 from afo_sim.legs.names import listed

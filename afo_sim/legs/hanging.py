@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.description.attachment import Segment
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Segment
 from afo_sim.legs.attached_spec import place_files_whole
 from afo_sim.legs.finding import Found
 from afo_sim.model.leg import rigid_part

@@ -3,7 +3,7 @@
 import re
 
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.legs.names import listed
 
 SHANK = re.compile(r"shank|shin|calf|tibia|lower[ _-]?leg|leg[ _-]?lower|(?<![a-z])[rl][ _-]?lleg|crus|knee")

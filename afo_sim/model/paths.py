@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
+from afo_sim.description.attachment import Segment
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.places import Segment
 from afo_sim.model.mounting import ANKLE, muscle_names
 from afo_sim.model.tendons import add_tendons
 

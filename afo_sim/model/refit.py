@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError
+from afo_sim.description.attachment import Anchor, PathPoint, Segment
 from afo_sim.description.leg import Leg
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.places import Anchor, PathPoint, Segment
 from afo_sim.description.quantity import Provenance
 from afo_sim.description.reader import load
 from afo_sim.model.paths import mean_length, paths_of

@@ -12,8 +12,8 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import in_unit
+from afo_sim.description.attachment import Side
 from afo_sim.description.leg import Leg, Subtalar
-from afo_sim.description.places import Side
 from afo_sim.description.scenario import Scenario
 from afo_sim.model.mounting import ANKLE, SUBTALAR
 

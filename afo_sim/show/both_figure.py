@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import BLUE, GREY, RED, RUN_STYLES, ZERO, plain, write_figure
 from afo_sim.simulation.both_source import litres_a_minute

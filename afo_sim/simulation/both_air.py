@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from afo_sim.common.errors import InputError
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.description.reader import load
 from afo_sim.description.scenario_text import body_mass
 from afo_sim.metrics.metric import Metric

@@ -6,7 +6,7 @@ import numpy as np
 
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.supply import Supply
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.description.reader import load
 from afo_sim.metrics.bottle import compressor_metrics
 from afo_sim.metrics.metric import Metric

@@ -15,8 +15,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.description.attachment import Mounting
 from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
 from afo_sim.model.build import Built
 from afo_sim.physics.series import anchor_energy

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from afo_sim.description.attachment import Segment
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.places import Segment
 from afo_sim.model.mounting import muscle_names
 from afo_sim.model.paths import paths_of
 from afo_sim.model.tendons import side

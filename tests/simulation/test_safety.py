@@ -10,7 +10,7 @@ from yielding import rigid_run, yielding_run
 
 import afo_sim
 from afo_sim import load
-from afo_sim.description.places import Segment
+from afo_sim.description.attachment import Segment
 from afo_sim.doctor import check_file
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build

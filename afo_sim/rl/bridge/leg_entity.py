@@ -6,8 +6,8 @@ from typing import Any
 import mujoco
 
 from afo_sim import native
+from afo_sim.description.attachment import Side
 from afo_sim.description.leg import Leg
-from afo_sim.description.places import Side
 from afo_sim.description.reader import load
 from afo_sim.model.assemble import PASSIVE
 from afo_sim.model.leg import leg_spec

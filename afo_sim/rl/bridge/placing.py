@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.legs.finding import Found, find
 from afo_sim.legs.mjcf import tree_of
 
