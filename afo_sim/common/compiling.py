@@ -67,11 +67,11 @@ def only_called(context: Any) -> Iterator[None]:
         context._internal_codegen = own
 
 
-Raised = Callable[[Any, Any], None]  # (builder, arguments): writes what is done after an exception
+_Raised = Callable[[Any, Any], None]  # (builder, arguments): writes what is done after an exception
 
 
 @global_compiler_lock
-def compile_all(functions: Sequence[Callable[..., Any]], signature: Any, raised: Raised) -> Compiled:
+def compile_all(functions: Sequence[Callable[..., Any]], signature: Any, raised: _Raised) -> Compiled:
     """Compile functions of one signature.
 
     Parameters
@@ -98,7 +98,7 @@ def _nothing_collected() -> Iterator[None]:
             gc.enable()
 
 
-def _compile(function: Callable[..., Any], signature: Any, raised: Raised) -> tuple[str, Any]:
+def _compile(function: Callable[..., Any], signature: Any, raised: _Raised) -> tuple[str, Any]:
     """Symbol and library of a function as a C function."""
     flags = compiler.Flags()
     cpu_target.options.parse_as_flags(flags, {"nopython": True, "error_model": "numpy"})
@@ -123,7 +123,7 @@ def _compile(function: Callable[..., Any], signature: Any, raised: Raised) -> tu
     return found.fndesc.llvm_cfunc_wrapper_name, library
 
 
-def _c_function(context: Any, described: Any, raised: Raised) -> Any:
+def _c_function(context: Any, described: Any, raised: _Raised) -> Any:
     """A module with a C function that calls a compiled one."""
     module = context.create_module("callback")
     convention, signature = context.call_conv, (described.restype, described.argtypes)

@@ -206,13 +206,13 @@ def _finite(value: float) -> float:
 # Factors between the units that descriptions are written in, as pint computes them, to the last digit. pint
 # reads a file of a thousand units for most of a second before it converts the first number. What stands in
 # the tables below needs none of them; for any other text there is no factor here, and pint decides.
-Powers = dict[str, int]  # units and their exponents; the order tells in which order factors are multiplied
+_Powers = dict[str, int]  # units and their exponents; the order tells in which order factors are multiplied
 
-PREFIXES = {"u": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "h": 1e2, "k": 1e3, "M": 1e6}
+_PREFIXES = {"u": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "h": 1e2, "k": 1e3, "M": 1e6}
 BASES = ("m", "s", "g", "K", "rad")
 _PREFIXED = ("m", "s", "g", "N", "Pa", "bar", "J", "W", "Hz", "l")
 # {unit: (scale, units that it is made of)}, divided as pint divides them: this decides the last digit
-_MADE: dict[str, tuple[float, Powers]] = {
+_MADE: dict[str, tuple[float, _Powers]] = {
     "deg": (1.0 / 180.0, {"π": 1, "rad": 1}),
     "π": (pi, {}),
     "N": (1.0, {"kg": 1, "m": 1, "s": -2}),
@@ -229,7 +229,7 @@ _MADE: dict[str, tuple[float, Powers]] = {
 _MADE |= {
     mark + unit: (scale, {unit: 1})
     for unit in _PREFIXED
-    for mark, scale in PREFIXES.items()
+    for mark, scale in _PREFIXES.items()
     if mark + unit != "hbar"  # Planck's constant to pint
 }
 _FACTOR = re.compile(
@@ -257,9 +257,9 @@ def factor(unit: str, into: str) -> float | None:
     return _multiplied(above, below)
 
 
-def _units_of(text: str) -> Powers | None:
+def _units_of(text: str) -> _Powers | None:
     """The units of a text in their order; None where one is unknown or comes twice, or the form is odd."""
-    found: Powers = {}
+    found: _Powers = {}
     place, within = 0, 0  # sign of the brackets that are open, 0 where none are
     while place < len(text):
         part = _FACTOR.match(text, place)
@@ -283,7 +283,7 @@ def _units_of(text: str) -> Powers | None:
 
 
 def _take_apart(
-    units: Mapping[str, int], power: int, above: dict[float, int], below: dict[float, int], bases: Powers
+    units: Mapping[str, int], power: int, above: dict[float, int], below: dict[float, int], bases: _Powers
 ) -> None:
     """Add the scales of units, and of those that they are made of, to numerator and denominator."""
     for name, exponent in units.items():

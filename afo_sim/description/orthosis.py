@@ -35,9 +35,9 @@ from afo_sim.description.leg import Outsole
 from afo_sim.description.muscle import Distance, Muscle
 from afo_sim.description.quantity import Described, Quantity, refusal
 
-Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
+_Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 
-MOST_PLACES = 12  # on a muscle's path between its ends
+_MOST_PLACES = 12  # on a muscle's path between its ends
 
 
 class MuscleGroup(Described):
@@ -51,7 +51,7 @@ class MuscleGroup(Described):
     """Anchor of the upper end; with insertion and link_length, or else a pulley."""
     insertion: Anchor | None = None
     """Anchor of the lower end."""
-    path: tuple[PathPoint, ...] = Field(default=(), max_length=MOST_PLACES)
+    path: tuple[PathPoint, ...] = Field(default=(), max_length=_MOST_PLACES)
     """Points and surfaces between origin and insertion, in this order; a straight path by default."""
     wrap_friction: Annotated[float, Quantity("", at_least=0.0, at_most=1.0)] = 0.0
     """Coefficient of friction (capstan) at the path's points and surfaces on the origin's segment; none by
@@ -276,7 +276,7 @@ class Orthosis(Described):
     """MJCF file of the plate, which is fixed under the foot."""
     outsole: Outsole | None = None
     """Outsole of the plate, where it is one: worn instead of a shoe."""
-    range_of_motion: tuple[Angle, Angle]
+    range_of_motion: tuple[_Angle, _Angle]
     """Lowest and highest ankle angle that the device is built for; a muscle that locks within is
     refused."""
     anchor: dict[Segment, Mounting] = Field(default_factory=dict)

@@ -12,8 +12,8 @@ import tomli_w
 from afo_sim.common import assets
 from afo_sim.description.tree import SCENARIO_FILES
 
-BESIDE = "files"  # folder of what is copied
-ASSETS = {
+_BESIDE = "files"  # folder of what is copied
+_ASSETS = {
     "mesh": ("meshdir", "assetdir"),
     "hfield": ("assetdir",),
     "texture": ("texturedir", "assetdir"),
@@ -61,10 +61,10 @@ def _placed(file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path, nam
     if parts is None:
         return str(file)
     for part in parts:
-        copied = scratch / BESIDE / name / part.relative_to(file.parent)
+        copied = scratch / _BESIDE / name / part.relative_to(file.parent)
         copied.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(part, copied)
-    return f"{BESIDE}/{name}/{file.name}"
+    return f"{_BESIDE}/{name}/{file.name}"
 
 
 def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pathlib.Path] | None:
@@ -78,7 +78,7 @@ def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pat
         named = node.get("file") or node.get("filename")
         if not named:
             continue
-        place = next((compiler[d] for d in ASSETS.get(node.tag, ()) if d in compiler), "")
+        place = next((compiler[d] for d in _ASSETS.get(node.tag, ()) if d in compiler), "")
         part = (file.parent / place / named).resolve()
         if not part.is_file() or not part.is_relative_to(file.parent):
             return None

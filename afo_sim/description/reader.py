@@ -34,8 +34,8 @@ from afo_sim.description.schema import split_key as split_key
 from afo_sim.description.tree import Tree, child_of, read_table, value_at
 from afo_sim.description.walking import Limits, Patient
 
-Source = str | os.PathLike[str] | Mapping[str, Any]
-Sets = Mapping[str, Any] | None
+_Source = str | os.PathLike[str] | Mapping[str, Any]
+_Sets = Mapping[str, Any] | None
 D = TypeVar("D", bound=Described)
 USUAL_LIMITS = "usual"
 # pydantic's kinds of error in our words, and what lists look like
@@ -57,7 +57,7 @@ PROBLEMS = {
     "less_than_equal": "is out of range",
     "less_than": "is out of range",
 }
-FORMS = {
+_FORMS = {
     "from_ankle": '["6 cm", "0 cm", "30 cm"]',
     "axis": "[0.0, 1.0, 0.0]",
     "path": '[{ segment = "shank", from_ankle = ["6 cm", "0 cm", "5 cm"] }]',
@@ -80,32 +80,32 @@ class Reading(Generic[D]):
 
 
 @overload
-def load(kind: Literal["scenario"], source: Source, sets: Sets = None) -> Scenario: ...
+def load(kind: Literal["scenario"], source: _Source, sets: _Sets = None) -> Scenario: ...
 @overload
-def load(kind: Literal["leg"], source: Source, sets: Sets = None) -> Leg: ...
+def load(kind: Literal["leg"], source: _Source, sets: _Sets = None) -> Leg: ...
 @overload
-def load(kind: Literal["orthosis"], source: Source, sets: Sets = None) -> Orthosis: ...
+def load(kind: Literal["orthosis"], source: _Source, sets: _Sets = None) -> Orthosis: ...
 @overload
-def load(kind: Literal["muscle"], source: Source, sets: Sets = None) -> Muscle: ...
+def load(kind: Literal["muscle"], source: _Source, sets: _Sets = None) -> Muscle: ...
 @overload
-def load(kind: Literal["valve"], source: Source, sets: Sets = None) -> Valve: ...
+def load(kind: Literal["valve"], source: _Source, sets: _Sets = None) -> Valve: ...
 @overload
-def load(kind: Literal["tube"], source: Source, sets: Sets = None) -> Tube: ...
+def load(kind: Literal["tube"], source: _Source, sets: _Sets = None) -> Tube: ...
 @overload
-def load(kind: Literal["source"], source: Source, sets: Sets = None) -> GasSource: ...
+def load(kind: Literal["source"], source: _Source, sets: _Sets = None) -> GasSource: ...
 @overload
-def load(kind: Literal["regulator"], source: Source, sets: Sets = None) -> Regulator: ...
+def load(kind: Literal["regulator"], source: _Source, sets: _Sets = None) -> Regulator: ...
 @overload
-def load(kind: Literal["patient"], source: Source, sets: Sets = None) -> Patient: ...
+def load(kind: Literal["patient"], source: _Source, sets: _Sets = None) -> Patient: ...
 @overload
-def load(kind: Literal["shoe"], source: Source, sets: Sets = None) -> Shoe: ...
+def load(kind: Literal["shoe"], source: _Source, sets: _Sets = None) -> Shoe: ...
 @overload
-def load(kind: Literal["limits"], source: Source, sets: Sets = None) -> Limits: ...
+def load(kind: Literal["limits"], source: _Source, sets: _Sets = None) -> Limits: ...
 @overload
-def load(kind: Literal["sensor"], source: Source, sets: Sets = None) -> SensorType: ...
+def load(kind: Literal["sensor"], source: _Source, sets: _Sets = None) -> SensorType: ...
 @overload
-def load(kind: str, source: Source, sets: Sets = None) -> Described: ...
-def load(kind: str, source: Source, sets: Sets = None) -> Described:
+def load(kind: str, source: _Source, sets: _Sets = None) -> Described: ...
+def load(kind: str, source: _Source, sets: _Sets = None) -> Described:
     """Read a description.
 
     Parameters
@@ -137,7 +137,7 @@ def load(kind: str, source: Source, sets: Sets = None) -> Described:
     return read(kind, source, sets).description
 
 
-def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
+def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
     """A description with its sources; parameters and errors as of `load`."""
     _require_table(sets)
     tree = _tree(kind, source)
@@ -165,7 +165,7 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     return found
 
 
-def expand(kind: str, source: Source) -> dict[str, Any]:
+def expand(kind: str, source: _Source) -> dict[str, Any]:
     """A description as one dict with every name followed, which `load` takes without reading a file."""
     tree = _tree(kind, source)
     tree.follow_all()
@@ -267,7 +267,7 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     table = table_at(SPECS[tree.kind], path[:-1])
     leaf = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
     if not told and not (leaf and tables(leaf.annotation)[1] == "one"):  # a chamber's inlet is no list
-        told = FORMS.get(name, "")
+        told = _FORMS.get(name, "")
     if entry["type"] == "dict_type":
         told = f"tables of their own, [{_place(tree, path)['field']}.NAME]"
     if not told and "min_length" in facts:

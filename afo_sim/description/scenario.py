@@ -25,10 +25,10 @@ from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.walking import Gait, Ground, Limits, Patient, Start
 
-Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
+_Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
 
-DEFAULT_RATE = 1000.0  # rows of a recording a second, where the step allows it [Hz]
-SLIGHTLY = 0.01  # by which the highest rate may be exceeded: a step may be adjusted to a stride [-]
+_DEFAULT_RATE = 1000.0  # rows of a recording a second, where the step allows it [Hz]
+_SLIGHTLY = 0.01  # by which the highest rate may be exceeded: a step may be adjusted to a stride [-]
 MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
 
 
@@ -85,7 +85,7 @@ class Scenario(Described):
     """Compressed air."""
     shank: Shank
     """Fixation of the shank."""
-    load_moment: Moment = 0.0
+    load_moment: _Moment = 0.0
     """Constant moment about the joint, against positive angles."""
     timer: Timer | None = None
     """Valves switched by a clock; or phases."""
@@ -244,7 +244,7 @@ class Scenario(Described):
     def record_stride(self) -> int:
         """Steps per recorded row."""
         if self.record_rate is None:
-            return max(1, math.ceil(1.0 / (DEFAULT_RATE * self.timestep) - SLIGHTLY))
+            return max(1, math.ceil(1.0 / (_DEFAULT_RATE * self.timestep) - _SLIGHTLY))
         return round(1.0 / (self.record_rate * self.timestep))
 
     def resolved(self) -> dict[str, Any]:

@@ -52,7 +52,7 @@ SPECS: dict[str, type[BaseModel]] = {
 }
 KINDS = {spec: kind for kind, spec in SPECS.items()}
 SETS: dict[Any, Mapping[str, Any]] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # tables of a law's parameters
-RANGES = ("pressure_range", "contraction_range")  # of a law's table, beside its parameters
+_RANGES = ("pressure_range", "contraction_range")  # of a law's table, beside its parameters
 _MISSPELT = 0.6  # likeness from which on a name counts as a misspelt one
 
 
@@ -78,10 +78,10 @@ class Leaf:
     @property
     def meaning(self) -> str:
         """What it means."""
-        return self.about if isinstance(self.about, str) else meaning(self.about, self.path[-1])
+        return self.about if isinstance(self.about, str) else _meaning(self.about, self.path[-1])
 
 
-def meaning(kind: type, name: str) -> str:
+def _meaning(kind: type, name: str) -> str:
     """The text below a field of a class, or of the class that has the field first; "" where there is none."""
     return next((texts[name] for base in kind.__mro__ if name in (texts := _texts(base))), "")
 
@@ -165,7 +165,7 @@ def fields_of(kind: Any, name: str = "") -> dict[str, Leaf]:
     entry = SETS[kind].get(name) if kind in SETS else None
     found = {each.name: _parameter(each) for each in (entry.parameters if entry else ())}
     for key, info in kind.model_fields.items():
-        if key == "provenance" or (kind in SETS and key not in RANGES):
+        if key == "provenance" or (kind in SETS and key not in _RANGES):
             continue
         marked = Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation
         default = None if info.is_required() else info.default

@@ -22,9 +22,9 @@ from afo_sim.description.schema import (
     unit_of,
 )
 
-WIDTH = 100  # columns of a comment
-Table = Mapping[str, Any]
-HEAD = (
+_WIDTH = 100  # columns of a comment
+_Table = Mapping[str, Any]
+_HEAD = (
     "Each key: what it means, [SI unit], what is allowed, its default. A quantity is a text with a unit; "
     "any unit of its dimension will do. A number may say where it comes from: { value = …, kind = …, "
     'source = … }, with the kind "published", "fitted", "derived", "assumed" or "user". '
@@ -42,15 +42,15 @@ class Template:
     chambers: tuple[str, ...] = ()
     explained: set[tuple[str, str]] = field(default_factory=set)
 
-    def text(self, kind: Any, values: Table, examples: Table, title: str) -> str:
+    def text(self, kind: Any, values: _Table, examples: _Table, title: str) -> str:
         """The whole file."""
-        lines = [*_comment(title), *_comment(HEAD), ""]
+        lines = [*_comment(title), *_comment(_HEAD), ""]
         lines += self._table(kind, values, examples, ())
         text = "\n".join(lines).strip("\n") + "\n"
         return re.sub(r"\n{3,}", "\n\n", text)
 
     def _table(
-        self, kind: Any, values: Table | None, examples: Table, path: tuple[str, ...], name: str = ""
+        self, kind: Any, values: _Table | None, examples: _Table, path: tuple[str, ...], name: str = ""
     ) -> Iterator[str]:
         """A table: its own keys, then the tables in it. Without values all of it is a comment."""
         live, given = values is not None, values or {}
@@ -75,17 +75,17 @@ class Template:
             yield from self._table(inner, written, examples.get(chamber) or {}, (*path, chamber))
 
     def _entries(
-        self, kind: Any, key: str, given: Table, examples: Table, path: tuple[str, ...]
+        self, kind: Any, key: str, given: _Table, examples: _Table, path: tuple[str, ...]
     ) -> Iterator[str]:
         """Tables with names of their own, such as muscle groups and laws."""
-        example: Table = next(iter((examples.get(key) or {}).values()), {})
+        example: _Table = next(iter((examples.get(key) or {}).values()), {})
         for name, entry in (given.get(key) or {}).items():
             yield from self._table(kind, entry, example, (*path, name), name)
         if not given.get(key):
             for name, entry in (examples.get(key) or {}).items():
                 yield from self._table(kind, None, entry, (*path, name), name)
 
-    def _keys(self, kind: Any, given: Table, examples: Table, live: bool, name: str) -> Iterator[str]:
+    def _keys(self, kind: Any, given: _Table, examples: _Table, live: bool, name: str) -> Iterator[str]:
         """The plain keys of a table, each with its comment."""
         for key, leaf in fields_of(kind, name).items():
             inner, many = tables(leaf.annotation)
@@ -99,16 +99,16 @@ class Template:
                 yield from _comment(leaf.meaning)
                 yield from _comment(_facts(leaf))
             if value is not None:
-                yield f"{key} = {toml_value(value)}"
+                yield f"{key} = {_toml_value(value)}"
             elif not known:
                 example = _plain_value(examples.get(key, _default_value(leaf)))
-                yield f"# {key} = {toml_value(example)}"
+                yield f"# {key} = {_toml_value(example)}"
 
     def _known(self, kind: Any) -> bool:
         return (kind.__name__, "") in self.explained
 
 
-def _empty(kind: Any) -> Table | None:
+def _empty(kind: Any) -> _Table | None:
     """A table without keys; None where the description needs one at least."""
     try:
         kind.model_validate({})
@@ -154,15 +154,15 @@ def _first_line(kind: Any) -> str:
 
 
 def _comment(text: str) -> Iterable[str]:
-    return [f"# {line}" for line in textwrap.wrap(" ".join(text.split()), WIDTH - 2)]
+    return [f"# {line}" for line in textwrap.wrap(" ".join(text.split()), _WIDTH - 2)]
 
 
-def toml_value(value: Any) -> str:
+def _toml_value(value: Any) -> str:
     """Plain data as TOML, on one line."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {toml_value(v)}" for key, v in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {_toml_value(v)}" for key, v in value.items()) + " }"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(toml_value, value)) + "]"
+        return "[" + ", ".join(map(_toml_value, value)) + "]"
     if isinstance(value, float):
         return repr(value)
     return json.dumps(value, ensure_ascii=False)  # JSON's strings, whole numbers and truths are TOML's

@@ -10,8 +10,8 @@ from afo_sim.description.quantity import Described, Quantity, refusal
 
 Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
 Phase = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
-PaceTime = Annotated[float, Quantity("s", at_least=0.0)]
-PaceFactor = Annotated[float, Quantity("", at_least=0.0, at_most=3.0)]
+_PaceTime = Annotated[float, Quantity("s", at_least=0.0)]
+_PaceFactor = Annotated[float, Quantity("", at_least=0.0, at_most=3.0)]
 
 
 class Gait(Described):
@@ -25,7 +25,7 @@ class Gait(Described):
     """Standard deviation of the stride time, as a share of it."""
     seed: int = Field(default=0, ge=0)
     """Seed of the stride times, where they vary."""
-    pace: tuple[tuple[PaceTime, PaceFactor], ...] = ()
+    pace: tuple[tuple[_PaceTime, _PaceFactor], ...] = ()
     """Changes of the cadence: [time from which on, factor on it]; 0 is a stop, 1 the walker's own cadence."""
     pace_change: Annotated[float, Quantity("s", at_least=0.1, at_most=10.0)] = 0.5
     """Time that each change of the cadence takes; the half second is assumed."""
@@ -151,21 +151,21 @@ class Start(Described):
         return dict(self.__pydantic_extra__ or {})
 
 
-Clearance = Annotated[float, Quantity("m", at_least=-0.1, at_most=0.2)]
-Pitch = Annotated[float, Quantity("rad", at_least=-0.8, at_most=0.8)]
-Torque = Annotated[float, Quantity("N*m/kg", at_least=0.0, at_most=10.0)]
-Work = Annotated[float, Quantity("J/kg", at_least=0.0, at_most=10.0)]
-SkinPressure = Annotated[float, Quantity("Pa", above=0.0, at_most=1e6)]
-Life = Annotated[float, Quantity("", above=0.0, at_most=1e12)]
-Count = Annotated[float, Quantity("", at_least=0.0, at_most=1e9)]
+_Clearance = Annotated[float, Quantity("m", at_least=-0.1, at_most=0.2)]
+_Pitch = Annotated[float, Quantity("rad", at_least=-0.8, at_most=0.8)]
+_Torque = Annotated[float, Quantity("N*m/kg", at_least=0.0, at_most=10.0)]
+_Work = Annotated[float, Quantity("J/kg", at_least=0.0, at_most=10.0)]
+_SkinPressure = Annotated[float, Quantity("Pa", above=0.0, at_most=1e6)]
+_Life = Annotated[float, Quantity("", above=0.0, at_most=1e12)]
+_Count = Annotated[float, Quantity("", at_least=0.0, at_most=1e9)]
 
-PAIRS = (
+_PAIRS = (
     "drawn_trips",
     "torque_against_push_off",
     "work_against_push_off",
     "skin_pressure",
 )  # good up to, bad beyond
-FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from, bad below
+_FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from, bad below
 
 
 class Limits(Described):
@@ -179,40 +179,40 @@ class Limits(Described):
     """Name; the folder's by default."""
     description: str = ""
     """One line that says what it is."""
-    toe_clearance: tuple[Clearance, Clearance]
+    toe_clearance: tuple[_Clearance, _Clearance]
     """Toe clearance of every stride: wanted at least, and the height below which the toe trips."""
     drawn_trips: tuple[Share, Share]
     """Share of strides, drawn over what is not known, that touch the floor: wanted at most, bad beyond the
     second."""
-    contact_pitch: tuple[Pitch, Pitch]
+    contact_pitch: tuple[_Pitch, _Pitch]
     """Pitch of the sole at initial contact, toes up: the heel comes first from the first on, the forefoot
     below the second."""
-    torque_against_push_off: tuple[Torque, Torque]
+    torque_against_push_off: tuple[_Torque, _Torque]
     """Dorsiflexion torque of the orthosis in push-off by body mass: hardly felt up to the first, too much
     beyond the second."""
-    work_against_push_off: tuple[Work, Work]
+    work_against_push_off: tuple[_Work, _Work]
     """Work that it takes from push-off by body mass: hardly felt up to the first, too much beyond the
     second."""
-    strides_per_bottle: tuple[Count, Count]
+    strides_per_bottle: tuple[_Count, _Count]
     """Strides of one bottle of air: wanted at least, too few below the second."""
     bottle_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
     """Volume of the bottle."""
     bottle_pressure: Annotated[float, Quantity("Pa", above=0.0, at_most=1e8)]
     """Gauge pressure of the full bottle."""
-    skin_pressure: tuple[SkinPressure, SkinPressure]
+    skin_pressure: tuple[_SkinPressure, _SkinPressure]
     """Pressure on the skin under cuff or strap: discomfort from the first on, pain beyond the second."""
-    blood_flow_pressure: SkinPressure
+    blood_flow_pressure: _SkinPressure
     """Pressure that a wide cuff may keep up all the time without hindering the flow of blood."""
     strides_per_day: Annotated[float, Quantity("", above=0.0, at_most=1e6)]
     """Strides of one leg on a day, by which a life in strides is told in days."""
-    muscle_life: Life
+    muscle_life: _Life
     """Cycles of filling and venting that a muscle is to last."""
 
     @model_validator(mode="after")
     def _are_in_order(self) -> Self:
-        for key in (*PAIRS, *FALLING):
+        for key in (*_PAIRS, *_FALLING):
             first, second = getattr(self, key)
-            if (second < first) is (key in PAIRS) and first != second:
-                order = "not below the first" if key in PAIRS else "not above the first"
+            if (second < first) is (key in _PAIRS) and first != second:
+                order = "not below the first" if key in _PAIRS else "not above the first"
                 raise refusal("the second value is on the wrong side of the first", f"one {order}", key)
         return self

@@ -5,7 +5,7 @@ import math
 
 from afo_sim.physics.jitable import register_jitable
 
-ANCHOR_ITERATIONS = 60  # of Newton's method on a convex function; it takes three to five
+_ANCHOR_ITERATIONS = 60  # of Newton's method on a convex function; it takes three to five
 
 
 @register_jitable
@@ -70,7 +70,7 @@ def anchor_displacement(
         return known / per_length, 0.5 / per_length
     z, slope = last, 1.0
     highest = length * math.log1p(2.0 * max(known, 0.0) / force)  # as if its damper held nothing
-    for _ in range(ANCHOR_ITERATIONS):
+    for _ in range(_ANCHOR_ITERATIONS):
         z = min(z, highest)
         grown = math.exp(z / length)
         slope = 0.5 * force / length * grown + damping / step

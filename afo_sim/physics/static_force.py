@@ -90,12 +90,12 @@ def three_element_damping(
 
 
 SLACK_BLEND = 5e-4  # stretch over which a bladder that pushes leaves the braid [-]
-RETURN_PRESSURE = 1e5  # gauge pressure from which no return force acts [Pa]
+_RETURN_PRESSURE = 1e5  # gauge pressure from which no return force acts [Pa]
 
-StaticForce = Callable[[float, float, float, Any, int], float]
+_StaticForce = Callable[[float, float, float, Any, int], float]
 
 
-def over(laws: Iterable[Law]) -> StaticForce:
+def over(laws: Iterable[Law]) -> _StaticForce:
     """A function over laws: (native id, κ [-], p gauge [Pa], u, c) → signed force [N].
 
     The coefficients of the law start at u[c]. The force of an unknown id is not a number.
@@ -112,7 +112,7 @@ def over(laws: Iterable[Law]) -> StaticForce:
     )
 
 
-def check(function: StaticForce, laws: Mapping[str, Law]) -> None:
+def check(function: _StaticForce, laws: Mapping[str, Law]) -> None:
     """Refuse a `static_force` without a branch for one of the laws (ValueError)."""
 
     def asked(law: Law) -> float:
@@ -124,7 +124,7 @@ def check(function: StaticForce, laws: Mapping[str, Law]) -> None:
     check_branches(laws, asked, own, "static_force")
 
 
-static_force: StaticForce = over(LAWS.values())
+static_force: _StaticForce = over(LAWS.values())
 check(static_force, LAWS)
 
 
@@ -218,6 +218,6 @@ def signed_force(
         area = math.pi * nominal_radius * nominal_radius
         force += braids * pressure * area * 3.0 * (b - 1.0) * (x * x - 1.0)
         force += braid_force(contraction, braid_stiffness)
-    if pressure < RETURN_PRESSURE:
-        force -= return_stiffness * contraction * (1.0 - pressure / RETURN_PRESSURE)
+    if pressure < _RETURN_PRESSURE:
+        force -= return_stiffness * contraction * (1.0 - pressure / _RETURN_PRESSURE)
     return force

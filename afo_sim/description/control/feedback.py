@@ -7,15 +7,15 @@ from pydantic import Field, model_validator
 
 from afo_sim.description.quantity import Described, Quantity, refusal
 
-ANGLE = Quantity("rad", at_least=-1.6, at_most=1.6)
-MOMENT = Quantity("N*m", at_least=-1e3, at_most=1e3)
-PRESSURE = Quantity("Pa", at_least=0.0, at_most=2e6)
-Angle = Annotated[float, ANGLE]
-Moment = Annotated[float, MOMENT]
-Pressure = Annotated[float, PRESSURE]
-Frequency = Annotated[float, Quantity("Hz", above=0.0, at_most=100.0)]
-Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
-PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
+_ANGLE = Quantity("rad", at_least=-1.6, at_most=1.6)
+_MOMENT = Quantity("N*m", at_least=-1e3, at_most=1e3)
+_PRESSURE = Quantity("Pa", at_least=0.0, at_most=2e6)
+_Angle = Annotated[float, _ANGLE]
+_Moment = Annotated[float, _MOMENT]
+_Pressure = Annotated[float, _PRESSURE]
+_Frequency = Annotated[float, Quantity("Hz", above=0.0, at_most=100.0)]
+_Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
+_PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 
 
 class Signal(Described):
@@ -25,11 +25,11 @@ class Signal(Described):
     as a geometric chirp over `sweep_time`, and stays there.
     """
 
-    frequency: Frequency = 0.5
+    frequency: _Frequency = 0.5
     """Frequency of the sine; of a chirp the first one."""
-    end_frequency: Frequency | None = None
+    end_frequency: _Frequency | None = None
     """Last frequency of a chirp; a sine of one frequency by default."""
-    sweep_time: PositiveTime | None = None
+    sweep_time: _PositiveTime | None = None
     """Time over which a chirp goes from frequency to end_frequency."""
     between: Literal["hold", "line"] = "hold"
     """Between the rows of a table: the last value is held, or a straight line."""
@@ -61,40 +61,40 @@ class Signal(Described):
 class Reference(Signal):
     """An angle over time, dorsiflexion positive."""
 
-    mean: Angle = 0.0
+    mean: _Angle = 0.0
     """Mean angle."""
     amplitude: Annotated[float, Quantity("rad", at_least=0.0, at_most=1.6)] = 0.0
     """Amplitude of the sine, half of its peak to peak."""
-    table: tuple[tuple[Time, Angle], ...] = ()
+    table: tuple[tuple[_Time, _Angle], ...] = ()
     """Rows [time, angle], instead of a sine; before the first its angle holds, after the last that one."""
 
 
 class MomentReference(Signal):
     """A moment over time, dorsiflexion positive."""
 
-    mean: Moment = 0.0
+    mean: _Moment = 0.0
     """Mean moment."""
     amplitude: Annotated[float, Quantity("N*m", at_least=0.0, at_most=1e3)] = 0.0
     """Amplitude of the sine, half of its peak to peak."""
-    table: tuple[tuple[Time, Moment], ...] = ()
+    table: tuple[tuple[_Time, _Moment], ...] = ()
     """Rows [time, moment], instead of a sine; before the first its moment holds, after the last that one."""
 
 
 class PressureReference(Signal):
     """A gauge pressure over time."""
 
-    mean: Pressure = 0.0
+    mean: _Pressure = 0.0
     """Mean gauge pressure."""
     amplitude: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)] = 0.0
     """Amplitude of the sine, half of its peak to peak."""
-    table: tuple[tuple[Time, Pressure], ...] = ()
+    table: tuple[tuple[_Time, _Pressure], ...] = ()
     """Rows [time, pressure], instead of a sine; before the first its pressure holds, after the last that
     one."""
 
 
 QUANTITIES = {"angle": "rad", "moment": "N*m", "pressure": "Pa"}  # table → unit of the column that it is of
-GainTime = Annotated[float, Quantity("s", above=0.0, at_most=1e3)]
-Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
+_GainTime = Annotated[float, Quantity("s", above=0.0, at_most=1e3)]
+_Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
 
 
 class AngleLoop(Described):
@@ -165,7 +165,7 @@ class Pid(Described):
     """Chamber that is filled for a positive output and vented for a negative one."""
     lowers: str | None = None
     """Chamber that is vented for a positive output and filled for a negative one; none by default."""
-    integral_time: GainTime | None = None
+    integral_time: _GainTime | None = None
     """Time in which the integral of a constant error grows by as much as the proportional part; no integral
     by default."""
     derivative_time: Annotated[float, Quantity("s", at_least=0.0, at_most=1e3)] = 0.0
@@ -174,7 +174,7 @@ class Pid(Described):
     """Time constant of the derivative's first-order low-pass; a tenth of derivative_time by default."""
     output_limit: Annotated[float, Quantity("", above=0.0, at_most=1.0)] = 1.0
     """Greatest output, to either side; there the integral waits."""
-    least_output: Share = 0.0
+    least_output: _Share = 0.0
     """Output below which the valves stay shut; of no effect on pressures."""
     pressures: PairPressures | None = None
     """Pressures that the chambers' drives are asked for; without it the valves are switched directly."""
@@ -223,7 +223,7 @@ class Pid(Described):
         return self
 
 
-Difference = Annotated[float, Quantity("Pa", at_least=-2e6, at_most=2e6)]
+_Difference = Annotated[float, Quantity("Pa", at_least=-2e6, at_most=2e6)]
 
 
 class Impedance(Described):
@@ -245,7 +245,7 @@ class Impedance(Described):
     """Moment by the angle's distance from the reference."""
     damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e4)] = 0.0
     """Moment against the velocity."""
-    feed_forward: Moment = 0.0
+    feed_forward: _Moment = 0.0
     """Moment that is added, for example what holds the foot's weight."""
     reference: Reference = Reference()
     """Angle about which spring and damper act."""
@@ -253,7 +253,7 @@ class Impedance(Described):
     """Gauge pressure about which the two chambers are moved apart."""
     half_range: Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
     """Greatest departure from the mean, to either side."""
-    torque_map: tuple[tuple[Angle, Difference, Moment], ...] = Field(min_length=2)
+    torque_map: tuple[tuple[_Angle, _Difference, _Moment], ...] = Field(min_length=2)
     """Rows [angle, d, moment]: the orthosis' moment with mean_pressure + d and mean_pressure − d, at the same
     several d at every angle. afo_sim.pressure_map computes them."""
 

@@ -98,25 +98,25 @@ def _coils(value: Sequence[object]) -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
-ChamberCommand = Annotated[str | tuple[float, float] | float, _Command()]
+_ChamberCommand = Annotated[str | tuple[float, float] | float, _Command()]
 
-Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
+_Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
 PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 
 
 class ValveTimes(Described):
     """Intervals in which a chamber's two valves are open, [from, to] within the timer's period."""
 
-    inlet: tuple[tuple[Time, Time], ...] = ()
+    inlet: tuple[tuple[_Time, _Time], ...] = ()
     """Intervals [from, to] in which the inlet valve's coil has current."""
-    outlet: tuple[tuple[Time, Time], ...] = ()
+    outlet: tuple[tuple[_Time, _Time], ...] = ()
     """Intervals [from, to] in which the outlet valve's coil has current."""
 
 
 class SwitchTimes(ValveTimes):
     """The same, or those of a valve between other nodes."""
 
-    open: tuple[tuple[Time, Time], ...] = ()
+    open: tuple[tuple[_Time, _Time], ...] = ()
     """Intervals [from, to] in which the coil of a valve between other nodes has current."""
 
 
@@ -303,7 +303,7 @@ class MachineState(Described):
     """Commands of a state; every key is a chamber, and one that is not named keeps its command."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, ChamberCommand] = Field(init=False)
+    __pydantic_extra__: dict[str, _ChamberCommand] = Field(init=False)
 
     @property
     def chambers(self) -> dict[str, str | tuple[float, float] | float]:
