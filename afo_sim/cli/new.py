@@ -78,10 +78,10 @@ def new(
             file = write(kind, name, out, like=like, uses=uses, braid=braid)
     print(f"written to {file}")
     if braid:
-        from afo_sim.description.handmade import told_facts
+        from afo_sim.description.handmade import new_braid_facts
         from afo_sim.description.reader import load
 
-        for fact, value in told_facts(load("muscle", file)):
+        for fact, value in new_braid_facts(load("muscle", file)):
             print(f"{fact}: {value}")
     print(f"next: {_next(kind, name, file)}")
 

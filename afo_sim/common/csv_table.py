@@ -195,7 +195,7 @@ def _cells(file: pathlib.Path, number: int, line: str) -> tuple[str, ...]:
     try:
         return tuple(cell.strip() for cell in next(csv.reader([line], skipinitialspace=True)))
     except csv.Error as error:
-        raise InputError(f"line {number} is no line of a CSV: {error}", file=file) from None
+        raise InputError(f"line {number} is not a line of a CSV: {error}", file=file) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +220,7 @@ class PhaseTable:
             return float(self.text(key))
         except ValueError:
             value = self.header[key]
-            raise InputError("is no number", file=self.file, field=key, value=value) from None
+            raise InputError("is not a number", file=self.file, field=key, value=value) from None
 
 
 def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
@@ -245,7 +245,7 @@ def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
             try:
                 values[k, column] = float(cell) if cell else np.nan
             except ValueError:
-                problem = f"is no number (line {line})"
+                problem = f"is not a number (line {line})"
                 raise InputError(problem, file=path, field=names[column], value=cell) from None
     return PhaseTable(path, text.facts, {name: values[:, names.index(name)] for name in columns})
 

@@ -8,7 +8,7 @@ from math import pi
 from typing import Any
 
 GRAVITY = 9.80665  # standard gravity [m/s²]
-LEAST_NUMBER = 1e3  # of a gauge pressure told as a bare number [Pa]: a smaller one was meant in bar
+LEAST_NUMBER = 1e3  # of a gauge pressure given as a bare number [Pa]: a smaller one was meant in bar
 AMBIENT_PRESSURE = 101_325.0  # [Pa], absolute
 AMBIENT_TEMPERATURE = 293.15  # [K]
 GAS_CONSTANT = 287.05  # of dry air [J/(kg·K)]
@@ -206,7 +206,7 @@ def _finite(value: float) -> float:
 # Factors between the units that descriptions are written in, as pint computes them, to the last digit. pint
 # reads a file of a thousand units for most of a second before it converts the first number. What stands in
 # the tables below needs none of them; for any other text there is no factor here, and pint decides.
-_Powers = dict[str, int]  # units and their exponents; the order tells in which order factors are multiplied
+_Powers = dict[str, int]  # units and their exponents; their order is that in which factors are multiplied
 
 _PREFIXES = {"u": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "h": 1e2, "k": 1e3, "M": 1e6}
 BASES = ("m", "s", "g", "K", "rad")

@@ -87,7 +87,7 @@ def _is_own(key: str, kind: str, name: str) -> bool:
 
 
 def _plain(kind: str, name: str) -> _TableOf:
-    """A sweep or search as its file tells it."""
+    """A sweep or search as its file states it."""
     file = assets.find(kind, name)
     rows = list(_flat(assets.read_toml(file), ""))
     return f"{kind} {name}: {file.relative_to(assets.folder('models').parent)}", ("key", "value"), rows

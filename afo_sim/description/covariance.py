@@ -23,8 +23,8 @@ _Correlation = Annotated[float, Quantity("", at_least=-1.0, at_most=1.0)]
 class FitCovariance(Described):
     """Covariance of the numbers that were fitted together: standard errors and correlations.
 
-    The covariance of parameters i and j is s_i s_j r_ij. It tells what the scatter of the measured points
-    leaves open, to first order about the fitted values. It tells nothing of an error of the law itself, nor
+    The covariance of parameters i and j is s_i s_j r_ij. It says what the scatter of the measured points
+    leaves open, to first order about the fitted values. It says nothing of an error of the law itself, nor
     of one that all points share, such as a gauge that reads high.
     """
 
@@ -54,7 +54,7 @@ class FitCovariance(Described):
         law = info.data["law"]
         known = _keys_of(law)
         problems = [
-            refusal(f"{name!r} is no number that a fit of {law} tells", ", ".join(known), nearest=near)
+            refusal(f"{name!r} is not a number that a fit of {law} gives", ", ".join(known), nearest=near)
             for name in names
             if name not in known
             for near in (_nearest(name, known),)
@@ -69,7 +69,7 @@ class FitCovariance(Described):
     def _are_quantities(cls, texts: Any, info: ValidationInfo) -> Any:
         names = info.data.get("parameters")
         if names is None:
-            return ()  # the parameters are refused, and that is told
+            return ()  # the parameters are refused, and that is reported
         if not isinstance(texts, list | tuple) or len(texts) != len(names):
             count = len(names)
             raise refusal(
@@ -228,7 +228,7 @@ class Draws:
 
 
 def _keys_of(law: str) -> tuple[str, ...]:
-    """Dotted keys, below a muscle, of the numbers that a law's fit can tell."""
+    """Dotted keys, below a muscle, of the numbers that a law's fit can give."""
     return (*_GEOMETRY, *(f"laws.{law}.{parameter.name}" for parameter in LAWS[law].parameters))
 
 

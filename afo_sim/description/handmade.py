@@ -187,7 +187,7 @@ class BraidFacts:
         yield f"air of one filling {bar}", f"{1e3 * self.free_air:.3g} l (ANR)"
 
 
-def told_facts(muscle: Muscle) -> list[tuple[str, str]]:
+def new_braid_facts(muscle: Muscle) -> list[tuple[str, str]]:
     """Facts of a new hand-made braid at its highest pressure, and what a rubber bladder leaves of them."""
     facts = BraidFacts.of(muscle)
     wall = muscle.law_set.parameters.get("wall_thickness", 0.0)

@@ -44,7 +44,7 @@ class Key:
     """A settable key. `value` is as it is written, `unit` the SI unit, "" of bare numbers and words.
 
     `source` is the file that the value stands in, "default", or "set"; `kind` and `reference` are of the
-    number's provenance, "" where the file tells none.
+    number's provenance, "" where the file states none.
     """
 
     key: str

@@ -15,7 +15,7 @@ class Toes(Described):
     """The metatarsophalangeal hinge: the toes' body and joint in the leg's file, their spring and rest angle.
 
     The spring rests at the extension that healthy toes have over the gait cycle (`gait/toe_extension.py`),
-    which is shifted in swing to `swing_extension`. `damping` is of the departure from it. All of it is told
+    which is shifted in swing to `swing_extension`. `damping` is of the departure from it. All of it is
     for the leg's own body, and goes with the patient's size.
 
     Source
@@ -36,7 +36,7 @@ class Toes(Described):
     swing_extension: _Extension = 0.192
     """Rest angle at the least toe clearance in swing, relative to the flat foot."""
     swing_extension_range: tuple[_Extension, _Extension] = (0.105, 0.279)
-    """Least and greatest rest angle in swing that clearance is told for, beside the one that is walked."""
+    """Least and greatest rest angle in swing for which clearance is reported, beside the walked one."""
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
@@ -54,8 +54,8 @@ class Subtalar(Described):
 
     The axis runs from behind, outside and below to ahead, inside and above. `inclination` is its angle above
     the sole, `deviation` its angle to the inside of the foot's long axis. Inversion, which turns the sole to
-    the inside, is positive. It is free where the shank is fixed. In recorded walking, which tells nothing of
-    it, it is welded, and the moment about it is told.
+    the inside, is positive. It is free where the shank is fixed. In recorded walking, which says nothing of
+    it, it is welded, and the moment about it is reported.
 
     Source
     ------

@@ -183,7 +183,7 @@ class Muscle(Described, RestCurves, Draws):
     lengths: Lengths | None = None
     """Lengths that are made, and what follows from the length; laws and mass hold as they are by default."""
     covariance: FitCovariance | None = None
-    """Joint uncertainty of the numbers that were fitted together, where a fit told it."""
+    """Joint uncertainty of the numbers that were fitted together, where a fit reported it."""
 
     @model_validator(mode="before")
     @classmethod
@@ -426,7 +426,7 @@ def _read_parameters(owner: Any, values: Any, info: ValidationInfo) -> Any:
     for key in values:
         if key not in names:
             nearest = nearest_name(key, names) or ""
-            problems.append(refusal(f"is no parameter of {owner.name}", allowed, key, nearest))
+            problems.append(refusal(f"is not a parameter of {owner.name}", allowed, key, nearest))
     refuse_all(problems)
     return read
 

@@ -99,13 +99,13 @@ class MuscleGroup(Described):
         for number in range(1, len(self.path)):
             if self.path[number].surface and self.path[number - 1].surface:
                 raise refusal(
-                    "is a surface next to a surface: nothing tells where the path runs between them",
+                    "is a surface next to a surface: where the path runs between them is not defined",
                     "a point without surface before it",
                     f"path.{number}.surface",
                 )
         for number, k in itertools.product(range(len(self.path)), range(self.count)):
-            if complaint := self._inside(number, k):
-                raise complaint
+            if refused := self._inside(number, k):
+                raise refused
         return self
 
     @model_validator(mode="after")
@@ -160,7 +160,7 @@ class MuscleGroup(Described):
         """Length of each parallel muscle's path at an angle of zero [m]; none of a pulley.
 
         It runs straight from point to point. Where it bends around surfaces it is longer: then this is a
-        lower bound, and the compiled model tells the length (`model.paths`).
+        lower bound, and the compiled model has the length (`model.paths`).
         """
         if self.origin is None or self.insertion is None:
             return ()
@@ -198,7 +198,7 @@ class MuscleGroup(Described):
         return x, y + (number - 0.5 * (self.count - 1)) * place.spacing, z
 
     def _inside(self, number: int, muscle: int) -> PydanticCustomError | None:
-        """A complaint where a neighbouring point lies inside the surface number `number`: it would not act.
+        """The refusal where a neighbouring point lies inside the surface number `number`: it would not act.
 
         Points of the other segment move against it; they are looked at in the compiled model.
         """
@@ -283,7 +283,7 @@ class Orthosis(Described):
     """How the cuff on the shank and the plate under the foot give; without a table they are rigid."""
     interface: dict[Segment, Interface] = Field(default_factory=dict)
     """How the cuff on the shank and the plate under the foot lie on the skin; without a table no pressure on
-    it is told."""
+    it is reported."""
     muscle: dict[str, MuscleGroup] = Field(default_factory=dict)
     """Muscle groups by name."""
     chamber: dict[str, Chamber] = Field(default_factory=dict)
@@ -326,7 +326,9 @@ class Orthosis(Described):
         for kind in ("muscle", "chamber", "volume", "restriction"):
             for name in getattr(self, kind):
                 if not re.fullmatch(r"[A-Za-z][\w-]*", name):
-                    raise refusal(f"{name!r} is no name", "letters, digits, - and _, a letter first", kind)
+                    raise refusal(
+                        f"{name!r} is not a valid name", "letters, digits, - and _, a letter first", kind
+                    )
         for name, group in self.muscle.items():
             if (group.chamber or name) not in self.chamber:
                 raise refusal(
@@ -337,13 +339,13 @@ class Orthosis(Described):
                 )
         for name in self.chamber:
             if not self.muscles_of(name):
-                raise refusal("no muscle hangs on this chamber", "", f"chamber.{name}")
+                raise refusal("no muscle belongs to this chamber", "", f"chamber.{name}")
         if not self.range_of_motion[0] < self.range_of_motion[1]:
             raise refusal("the first angle is not below the second", "", "range_of_motion")
         return self
 
     @model_validator(mode="after")
-    def _air_hangs_together(self) -> Self:
+    def _air_is_connected(self) -> Self:
         check_network(self)
         return self
 
@@ -358,5 +360,5 @@ class Orthosis(Described):
         return {name: group for name, group in self.muscle.items() if group.pulley is None}
 
     def muscles_of(self, chamber: str) -> dict[str, MuscleGroup]:
-        """The muscle groups that hang on a chamber."""
+        """The muscle groups of a chamber."""
         return {n: g for n, g in self.muscle.items() if (g.chamber or n) == chamber}

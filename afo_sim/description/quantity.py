@@ -105,8 +105,8 @@ def refusal(
     return PydanticCustomError("refused", "{problem}", facts)
 
 
-def told_of(described: "Described", key: str) -> str:
-    """Kind and source of a number in brackets, " (published: data sheet)"; "" where none is told."""
+def provenance_note(described: "Described", key: str) -> str:
+    """Kind and source of a number in brackets, " (published: data sheet)"; "" where none is stated."""
     origin = described.provenance.get(key)
     return "" if origin is None else f" ({origin.kind}: {origin.source})"
 

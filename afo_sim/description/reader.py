@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
 from afo_sim.description.air.tube import Tube
@@ -178,27 +178,24 @@ def _require_table(sets: Any) -> None:
     if sets is not None and not isinstance(sets, Mapping):
         example = '{"supply.pressure": "3 bar"}'
         raise InputError(
-            "is no dict of keys and values", field="sets", value=sets, allowed="as in " + example
+            "is not a dict of keys and values", field="sets", value=sets, allowed="as in " + example
         )
 
 
 def _tree(kind: str, source: Any) -> Tree:
     """A description as it is written."""
     if kind not in SPECS:
-        nearest = nearest_name(str(kind), SPECS)
-        raise InputError(
-            "is no kind of description", field="kind", value=kind, allowed=", ".join(SPECS), nearest=nearest
-        )
+        raise unknown(str(kind), SPECS, field="kind", problem="is not a kind of description")
     if isinstance(source, Mapping):
         return _limited(Tree(kind, None, _copied(dict(source))))
     if not isinstance(source, str | os.PathLike):
-        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
+        raise InputError("is not a description", field=kind, value=source, allowed="a name, a path or a dict")
     file = assets.find(kind, os.fspath(source))
     return _limited(Tree(kind, file, read_table(kind, file)))
 
 
 def _limited(tree: Tree) -> Tree:
-    """A scenario that names no limits is held against the usual ones."""
+    """A scenario that names no limits is judged by the usual ones."""
     if tree.kind == "scenario":
         tree.root.setdefault("limits", USUAL_LIMITS)
     return tree
@@ -212,7 +209,7 @@ def _copied(value: Any) -> Any:
 
 
 def _first(problems: list[InputError]) -> InputError:
-    """The first of several problems, which tells of the others."""
+    """The first of several problems, which holds the others."""
     first = problems[0]
     first.others = tuple(problems[1:])
     return first
@@ -263,23 +260,23 @@ def _place(tree: Tree, path: Path) -> dict[str, Any]:
 def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     facts = entry.get("ctx", {})
     name = next((part for part in reversed(path) if not part.isdigit()), "")
-    told = facts.get("allowed", "") or facts.get("expected", "")
+    expected = facts.get("allowed", "") or facts.get("expected", "")
     table = table_at(SPECS[tree.kind], path[:-1])
     leaf = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
-    if not told and not (leaf and tables(leaf.annotation)[1] == "one"):  # a chamber's inlet is no list
-        told = _FORMS.get(name, "")
+    if not expected and not (leaf and tables(leaf.annotation)[1] == "one"):  # a chamber's inlet is no list
+        expected = _FORMS.get(name, "")
     if entry["type"] == "dict_type":
-        told = f"tables of their own, [{_place(tree, path)['field']}.NAME]"
-    if not told and "min_length" in facts:
-        told = f"at least {facts['min_length']}"
-    if not told and leaf and PROBLEMS.get(entry["type"]) == "is out of range":
-        told = allowed(leaf.annotation)
-    if entry["type"] == "missing" and leaf and not told:
-        told = f"{allowed(leaf.annotation)} ({' '.join(leaf.meaning.split()).rstrip('.')})"
+        expected = f"tables of their own, [{_place(tree, path)['field']}.NAME]"
+    if not expected and "min_length" in facts:
+        expected = f"at least {facts['min_length']}"
+    if not expected and leaf and PROBLEMS.get(entry["type"]) == "is out of range":
+        expected = allowed(leaf.annotation)
+    if entry["type"] == "missing" and leaf and not expected:
+        expected = f"{allowed(leaf.annotation)} ({' '.join(leaf.meaning.split()).rstrip('.')})"
     return InputError(
         PROBLEMS.get(entry["type"], entry["msg"]),
         **_place(tree, path),
-        allowed=str(told),
+        allowed=str(expected),
         nearest=facts.get("nearest") or None,
     )
 

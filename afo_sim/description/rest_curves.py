@@ -13,9 +13,7 @@ from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import muscle_volume
 
-_Amount = (
-    float | str | Sequence[Any] | np.ndarray
-)  # an SI number, a text as "3 bar", an array of them
+_Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
 _Found = Any  # a float of plain numbers, an array of arrays
 
 
@@ -203,5 +201,5 @@ def _si(name: str, amount: Any, unit: str) -> np.ndarray:
     try:
         return np.asarray(parse_quantity(text, unit) if isinstance(text, str) else text, dtype=float)
     except (TypeError, ValueError) as error:
-        problem = str(error) if isinstance(text, str) else "is no number"
+        problem = str(error) if isinstance(text, str) else "is not a number"
         raise InputError(problem, field=name, value=amount) from None

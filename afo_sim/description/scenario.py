@@ -45,7 +45,7 @@ class Shank(Described):
         if self.pose == "fixed" and self.knee_angle is None:
             raise refusal("is missing; a fixed shank needs it", 'such as "90 deg"', "knee_angle")
         if self.pose == "driven" and self.knee_angle is not None:
-            raise refusal("is told by the gait, where the shank is driven", "nothing", "knee_angle")
+            raise refusal("follows from the gait where the shank is driven", "nothing", "knee_angle")
         return self
 
 
@@ -186,8 +186,8 @@ class Scenario(Described):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        told = [(kind, getattr(self, kind)) for kind in ("timer", "phases", "start")]
-        named = [(kind, switched.chambers) for kind, switched in told if switched]
+        tables = [(kind, getattr(self, kind)) for kind in ("timer", "phases", "start")]
+        named = [(kind, switched.chambers) for kind, switched in tables if switched]
         check_switched(self.orthosis, named)
         for kind, chambers in (*named, ("drive", self.drive)):
             switched = self.orthosis.switched if kind in ("timer", "phases") else tuple(self.orthosis.chamber)
@@ -217,7 +217,7 @@ class Scenario(Described):
                     f"start.{name}.pressure",
                 )
         if self.name and not re.fullmatch(r"\w[\w .-]*", self.name):
-            raise refusal("is no name for a folder", "letters, digits, space, . - and _", "name")
+            raise refusal("is not a valid name for a folder", "letters, digits, space, . - and _", "name")
         if self.n_step < 1:
             raise refusal("is shorter than one time step", f"at least {self.timestep:g} s", "duration")
         if self.n_step > MAX_STEPS:

@@ -37,7 +37,7 @@ def worn(scenario: _Scenario) -> str:
 
 
 def reference(scenario: _Scenario) -> str:
-    """What a scenario's run is compared with, as it goes into a sentence; "" where nothing is told."""
+    """What a scenario's run is compared with, as it goes into a sentence; "" where nothing is stated."""
     kind, shoe = scenario.get("reference"), scenario.get("shoe") or {}
     name = shoe.get("name") or ""
     return _REFERENCES[kind].format(shoe=f"shoe {name}" if name else "same shoe") if kind else ""
@@ -99,8 +99,8 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
 
 
 def _pace(pace: Sequence[Sequence[Any]]) -> str:
-    told = (f"{float(factor):g} from {_in(at, 's'):g} s on" for at, factor in pace)
-    return f"cadence times {', '.join(told)} (0 stands)"
+    changes = (f"{float(factor):g} from {_in(at, 's'):g} s on" for at, factor in pace)
+    return f"cadence times {', '.join(changes)} (0 stands)"
 
 
 def _device(scenario: _Scenario) -> Iterator[tuple[str, str]]:

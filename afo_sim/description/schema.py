@@ -1,4 +1,4 @@
-"""Fields of descriptions as their classes tell them: type, bounds, unit, meaning, default, and tables.
+"""Fields of descriptions as their classes define them: type, bounds, unit, meaning, default, and tables.
 
 pydantic keeps the texts below fields, too, but only where it parses every class as it is made, a quarter of a
 second of each start. Here they are read when somebody asks what a field means.
@@ -307,7 +307,7 @@ def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
         found = re.fullmatch(r"([^\[\]]*)((?:\[[0-9]{1,6}\])*)", part)
         if found is None:
             raise InputError(
-                "is no key: an item of a list is its number in brackets, behind the list's name",
+                "is not a valid key: an item of a list is its number in brackets, behind the list's name",
                 field=dotted,
                 allowed="as in insertion.from_ankle[0], path[1].surface.radius or "
                 "phases.dorsiflexor.inlet[0][1]",

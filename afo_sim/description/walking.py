@@ -48,7 +48,7 @@ class Gait(Described):
     @model_validator(mode="after")
     def _has_one_pace(self) -> Self:
         if self.speed is not None and self.stride_time is not None:
-            raise refusal("stands beside gait.speed, which tells the pace", "one of the two", "stride_time")
+            raise refusal("stands beside gait.speed, which sets the pace", "one of the two", "stride_time")
         return self
 
     @model_validator(mode="after")
@@ -140,14 +140,14 @@ class ChamberStart(Described):
 
 
 class Start(Described):
-    """Air before the first step; every key is a chamber, and one that is not told is empty."""
+    """Air before the first step; every key is a chamber, and one that is not named is empty."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
     __pydantic_extra__: dict[str, ChamberStart] = Field(init=False)
 
     @property
     def chambers(self) -> dict[str, ChamberStart]:
-        """What is told of each chamber."""
+        """The description of each chamber."""
         return dict(self.__pydantic_extra__ or {})
 
 
@@ -169,10 +169,10 @@ _FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from
 
 
 class Limits(Described):
-    """What a walk and a device are held against; of a pair the first is what is wanted, beyond the second it
+    """Limits of a walk and a device; of a pair the first is what is wanted, beyond the second it
     is bad.
 
-    `load("limits", "usual")` are the shipped ones. A scenario without `limits` is held against these.
+    `load("limits", "usual")` are the shipped ones. A scenario without `limits` is judged by these.
     """
 
     name: str = ""
@@ -204,7 +204,7 @@ class Limits(Described):
     blood_flow_pressure: _SkinPressure
     """Pressure that a wide cuff may keep up all the time without hindering the flow of blood."""
     strides_per_day: Annotated[float, Quantity("", above=0.0, at_most=1e6)]
-    """Strides of one leg on a day, by which a life in strides is told in days."""
+    """Strides of one leg on a day, by which a life in strides is given in days."""
     muscle_life: _Life
     """Cycles of filling and venting that a muscle is to last."""
 

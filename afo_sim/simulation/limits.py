@@ -6,7 +6,7 @@ import numpy as np
 
 from afo_sim.common.units import LEAST_NUMBER
 from afo_sim.description.muscle import Muscle
-from afo_sim.description.quantity import told_of
+from afo_sim.description.quantity import provenance_note
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
 from afo_sim.physics.laws import LAWS
@@ -44,7 +44,7 @@ def limit_warnings(
             if values[worst] > limit:
                 yield (
                     f"{name}: {word} reaches {values[worst]:.3g}{unit} at {time[worst]:.3f} s, "
-                    f"beyond its limit of {limit:.3g}{unit}{told_of(limits, key)}"
+                    f"beyond its limit of {limit:.3g}{unit}{provenance_note(limits, key)}"
                 )
         if name.endswith("_1"):  # its neighbours say the same
             given = (static or {}).get(name, force)

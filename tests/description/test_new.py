@@ -144,7 +144,7 @@ def test_nothing_is_overwritten(tmp_path: pathlib.Path) -> None:
     ("kind", "name", "uses", "like", "expected"),
     [
         ("muscle", "s1_215mm", {}, "", "shipped muscle"),
-        ("muscle", "../up", {}, "", "is no name"),
+        ("muscle", "../up", {}, "", "is not a valid name"),
         ("muscle", "mine", {"leg": "arm"}, "", "does not go with a new muscle"),
         ("scenario", "mine", {"patient": "healthy"}, "", "scenario that walks"),
         ("scenario", "mine", {"orthosis": "s"}, "", "no such orthosis"),

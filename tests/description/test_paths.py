@@ -92,7 +92,7 @@ def test_a_key_goes_through_lists_of_tables(key: str, path: tuple[str, ...], ite
 
 @pytest.mark.parametrize("key", ["a[", "a]b", "a[x].b", "a[0]b.c", "a[0", "a[1234567].b"])
 def test_no_key_is_refused(key: str) -> None:
-    with pytest.raises(InputError, match="is no key"):
+    with pytest.raises(InputError, match="is not a valid key"):
         split_key(key)
 
 

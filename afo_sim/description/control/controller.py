@@ -53,8 +53,8 @@ class ToeLoad(Described):
     @property
     def named(self) -> dict[str, str]:
         """Chambers by the key that names them."""
-        told = {"lifts": self.lifts, "pushes": self.pushes}
-        return {key: chamber for key, chamber in told.items() if chamber is not None}
+        pair = {"lifts": self.lifts, "pushes": self.pushes}
+        return {key: chamber for key, chamber in pair.items() if chamber is not None}
 
     @property
     def pressed(self) -> dict[str, str]:
@@ -124,7 +124,7 @@ class Emg(Described):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if in_si(self.full) <= 0.0:
-            raise refusal("is not positive", "a value above 0; side tells the sign", "full")
+            raise refusal("is not positive", "a value above 0; side gives the sign", "full")
         if self.vent_below > self.fill_above:
             raise refusal("is above fill_above", f"at most {self.fill_above:g}", "vent_below")
         return self

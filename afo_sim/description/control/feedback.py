@@ -234,9 +234,9 @@ class Impedance(Described):
     """
 
     angle: str = "ankle/angle"
-    """What tells the angle: a column, or "sensor/<name>"."""
+    """Source of the angle: a column, or "sensor/<name>"."""
     velocity: str = "ankle/velocity"
-    """What tells the velocity: a column, or "sensor/<name>"."""
+    """Source of the velocity: a column, or "sensor/<name>"."""
     raises: str = "dorsiflexor"
     """Chamber that is filled for a positive moment."""
     lowers: str | None = None
@@ -282,7 +282,7 @@ class Impedance(Described):
         grid = [(angle, difference) for angle in angles for difference in differences]
         if len(differences) < 2 or sorted(row[:2] for row in rows) != grid:
             allowed = "[[angle, d, moment], …]: two d at least, and the same ones at every angle, each once"
-            raise refusal("is no whole grid of angles and pressures", allowed, "torque_map")
+            raise refusal("is not a whole grid of angles and pressures", allowed, "torque_map")
         moments = {row[:2]: row[2] for row in rows}
         if any(moments[a, differences[-1]] <= moments[a, differences[0]] for a in angles):
             problem = "has an angle at which the moment does not rise with d"

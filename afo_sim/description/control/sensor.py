@@ -113,9 +113,9 @@ class SensorFields(Described):
     noise: str | None = None
     """Standard deviation of each sample's noise, in the column's unit or in V; none by default."""
     minimum: str | None = None
-    """Lowest value that it can tell, in the column's unit or in V; lower ones are clipped."""
+    """Lowest value that it can report, in the column's unit or in V; lower ones are clipped."""
     maximum: str | None = None
-    """Highest value that it can tell, in the column's unit or in V; higher ones are clipped."""
+    """Highest value that it can report, in the column's unit or in V; higher ones are clipped."""
     resolution: str | None = None
     """Step of the reading in the column's unit, or of the converter in V; none by default."""
     delay: _SensorTime | None = None
@@ -191,7 +191,7 @@ class SensorType(SensorFields):
         try:
             dimension(self.unit or "m/m")
         except Exception:  # pint's many
-            raise refusal("is no unit", 'an SI unit such as "Pa", "N", "m", "rad"', "unit") from None
+            raise refusal("is not a valid unit", 'an SI unit such as "Pa", "N", "m", "rad"', "unit") from None
         try:
             numbers(self, self.unit)
         except FieldError as error:

@@ -29,7 +29,7 @@ class _Threshold:
         if isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value):
             return repr(float(value))
         if not isinstance(value, str):
-            raise refusal("is no threshold", 'a text in the column\'s unit, such as "20 N"')
+            raise refusal("is not a valid threshold", 'a text in the column\'s unit, such as "20 N"')
         try:
             found = in_si(value)
         except ValueError as error:
@@ -75,7 +75,7 @@ class _Command:
         try:
             pressure = parse_quantity(plain, "Pa")
         except ValueError:
-            raise refusal("is no command", _COMMANDS) from None
+            raise refusal("is not a valid command", _COMMANDS) from None
         if not 0.0 <= pressure <= _HIGHEST_PRESSURE:
             raise refusal("is out of range", f"a gauge pressure from 0 to {1e-5 * _HIGHEST_PRESSURE:g} bar")
         return pressure
@@ -94,7 +94,7 @@ class _Command:
 def _coils(value: Sequence[object]) -> tuple[float, float]:
     numbers = [float(x) for x in value if isinstance(x, Real) and not isinstance(x, bool)]
     if not len(value) == len(numbers) == 2 or not all(0.0 <= x <= 1.0 for x in numbers):
-        raise refusal("is no command", _COMMANDS)
+        raise refusal("is not a valid command", _COMMANDS)
     return numbers[0], numbers[1]
 
 
@@ -264,7 +264,7 @@ class GaitPhase(Described):
 
     @property
     def chambers(self) -> dict[str, ChamberPhases]:
-        """What is told of each chamber."""
+        """The description of each chamber."""
         return dict(self.__pydantic_extra__ or {})
 
     @property
@@ -275,7 +275,7 @@ class GaitPhase(Described):
     @property
     def pressed(self) -> dict[str, str]:
         """Those of them whose drive is asked for a pressure."""
-        return {chamber: chamber for chamber, told in self.chambers.items() if told.pressure}
+        return {chamber: chamber for chamber, phases in self.chambers.items() if phases.pressure}
 
     @property
     def angle(self) -> str:
@@ -350,27 +350,27 @@ class StateMachine(Described):
     def named(self) -> dict[str, str]:
         """Chambers by the key that names them."""
         return {
-            f"state.{state}.{chamber}": chamber
-            for state, told in self.state.items()
-            for chamber in told.chambers
+            f"state.{name}.{chamber}": chamber
+            for name, state in self.state.items()
+            for chamber in state.chambers
         }
 
     @property
     def pressed(self) -> dict[str, str]:
         """Those of them whose drive is asked for a pressure."""
         return {
-            f"state.{state}.{chamber}": chamber
-            for state, told in self.state.items()
-            for chamber, command in told.chambers.items()
+            f"state.{name}.{chamber}": chamber
+            for name, state in self.state.items()
+            for chamber, command in state.chambers.items()
             if isinstance(command, float)
         }
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
-        told = {"start": self.start}
+    def _is_connected(self) -> Self:
+        named = {"start": self.start}
         for number, transition in enumerate(self.transition):
-            told |= {f"transition.{number}.{end}": getattr(transition, end) for end in ("state", "to")}
-        for key, name in told.items():
+            named |= {f"transition.{number}.{end}": getattr(transition, end) for end in ("state", "to")}
+        for key, name in named.items():
             if name not in self.state:
                 known = ", ".join(self.state)
                 raise refusal("there is no such state", known, key, nearest_name(name, self.state) or "")

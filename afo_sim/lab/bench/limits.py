@@ -7,7 +7,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.description.muscle import Muscle
-from afo_sim.description.quantity import told_of
+from afo_sim.description.quantity import provenance_note
 from afo_sim.lab.bench.rest import force_at, lifting, slack
 
 LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
@@ -48,7 +48,7 @@ def check_loads(
 
 def check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
     """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
-    top, told = muscle.limits.pressure, told_of(muscle.limits, "pressure")
+    top, told = muscle.limits.pressure, provenance_note(muscle.limits, "pressure")
     whose = f"the muscle's limit{told}"
     if supply is not None and supply > top:
         raise _pressure_refusal(f"is more than the muscle bears{told}", "supply", supply, 0.0, top)

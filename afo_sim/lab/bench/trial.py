@@ -17,7 +17,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.description.muscle import Muscle
-from afo_sim.description.quantity import told_of
+from afo_sim.description.quantity import provenance_note
 from afo_sim.description.reader import load as load_description
 from afo_sim.lab.bench.measures import measures
 from afo_sim.lab.bench.plan import (
@@ -261,7 +261,7 @@ def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[str]:
     )
     least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
     low, high = law.pressure_range
-    strong, stretched = (told_of(limits, key) for key in ("force", "contraction_min"))
+    strong, stretched = (provenance_note(limits, key) for key in ("force", "contraction_min"))
     compared = (  # text, values, excess over the limit, tolerated excess, limit
         (
             "force reaches {:.4g} N",

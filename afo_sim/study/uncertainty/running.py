@@ -108,7 +108,7 @@ def uncertainty(
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_asked(scenario, draws, spreads), scenario, draws, seed)
     found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads or processors())))
-    return {"spreads": spreads} | told_of(found, recording)
+    return {"spreads": spreads} | provenance_note(found, recording)
 
 
 def _run(
@@ -127,7 +127,7 @@ def _run(
     return in_order(scenario, cases, asked, threads, CHUNK, told)
 
 
-def told_of(found: Found, recording: Recording) -> dict[str, Any]:
+def provenance_note(found: Found, recording: Recording) -> dict[str, Any]:
     """What draws that have run say, as `uncertainty` returns it."""
     draws, ok = found.draws, found.ok
     told: dict[str, Any] = {
