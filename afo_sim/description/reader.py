@@ -185,7 +185,7 @@ def _require_table(sets: Any) -> None:
 def _tree(kind: str, source: Any) -> Tree:
     """A description as it is written."""
     if kind not in SPECS:
-        raise unknown(str(kind), SPECS, field="kind", problem="is not a kind of description")
+        raise unknown(kind, SPECS, field="kind", problem="is not a kind of description")
     if isinstance(source, Mapping):
         return _limited(Tree(kind, None, _copied(dict(source))))
     if not isinstance(source, str | os.PathLike):
