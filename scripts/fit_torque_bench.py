@@ -15,9 +15,9 @@ from PIL import Image
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.common.toml_text import toml_text
 from afo_sim.description import reader
 from afo_sim.description.orthosis import Orthosis
+from afo_sim.description.portable import toml_text
 from afo_sim.lab import torque_report
 from afo_sim.lab.torque_device import Change, paths, statics
 from afo_sim.lab.torque_fit import TorqueFit

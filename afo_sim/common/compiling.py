@@ -2,6 +2,10 @@
 
 numba's own C callbacks print what a function raises, and go on; for that they call functions of numba, and
 code that calls them cannot be loaded without it. Here a function says itself what becomes of an exception.
+
+By itself numba optimises each function and makes machine code of it, and does both again in every function
+that calls it. Here a called function stays what numba wrote of it, until all that calls it is linked: it is
+optimised with its last caller alone.
 """
 
 import gc
@@ -12,17 +16,62 @@ from typing import Any
 import llvmlite.binding as llvm
 from llvmlite import ir
 from numba.core import compiler
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
-from afo_sim.common.link_time import only_called
 from afo_sim.common.machine_code import Code, Compiled, start_numba
 
-Raised = Callable[[Any, Any], None]  # (builder, arguments): writes what is done after an exception
+
+class CalledLibrary(JITCodeLibrary):
+    """LLVM's code of a function that only compiled functions call."""
+
+    def add_linking_library(self, library: Any) -> None:
+        """Note a called function's library; it is linked when this one is, and not optimised before."""
+        self._linking_libraries.append(library)
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """0: no machine code."""
+        return 0
+
+    def _optimize_functions(self, module: Any) -> None:
+        module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_specific(self) -> None:
+        pass
+
+
+class CalledCodegen(JITCPUCodegen):
+    """The maker of `CalledLibrary`."""
+
+    _library_class = CalledLibrary
+
+    def _add_module(self, module: Any) -> None:
+        pass
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        """Nothing: it would be written into machine code."""
+
+
+@contextmanager
+def only_called(context: Any) -> Iterator[None]:
+    """A block in which numba compiles called functions alone; who calls them brings a library."""
+    own = context._internal_codegen
+    context._internal_codegen = CalledCodegen("called functions")
+    try:
+        yield
+    finally:
+        context._internal_codegen = own
+
+
+_Raised = Callable[[Any, Any], None]  # (builder, arguments): writes what is done after an exception
 
 
 @global_compiler_lock
-def compile_all(functions: Sequence[Callable[..., Any]], signature: Any, raised: Raised) -> Compiled:
+def compile_all(functions: Sequence[Callable[..., Any]], signature: Any, raised: _Raised) -> Compiled:
     """Compile functions of one signature.
 
     Parameters
@@ -49,7 +98,7 @@ def _nothing_collected() -> Iterator[None]:
             gc.enable()
 
 
-def _compile(function: Callable[..., Any], signature: Any, raised: Raised) -> tuple[str, Any]:
+def _compile(function: Callable[..., Any], signature: Any, raised: _Raised) -> tuple[str, Any]:
     """Symbol and library of a function as a C function."""
     flags = compiler.Flags()
     cpu_target.options.parse_as_flags(flags, {"nopython": True, "error_model": "numpy"})
@@ -74,7 +123,7 @@ def _compile(function: Callable[..., Any], signature: Any, raised: Raised) -> tu
     return found.fndesc.llvm_cfunc_wrapper_name, library
 
 
-def _c_function(context: Any, described: Any, raised: Raised) -> Any:
+def _c_function(context: Any, described: Any, raised: _Raised) -> Any:
     """A module with a C function that calls a compiled one."""
     module = context.create_module("callback")
     convention, signature = context.call_conv, (described.restype, described.argtypes)

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import llvmlite
 import llvmlite.binding as llvm
 
-from afo_sim.common import sources, user_cache
+from afo_sim.common import user_cache
 
 
 class Code(NamedTuple):
@@ -77,11 +77,11 @@ def address(library: ctypes.CDLL, function: str) -> int:
 
 def fingerprint(*follows: Any) -> str | None:
     """SHA-256 of everything that machine code follows from; None where that is unknown."""
-    if sources.checksum() is None:
+    if user_cache.checksum() is None:
         return None
     settings = sorted((name, value) for name, value in os.environ.items() if name.startswith("NUMBA_"))
     versions = (platform.python_version(), importlib.metadata.version("numba"), llvmlite.__version__)
-    known = (sources.checksum(), versions, _processor(), follows, settings)
+    known = (user_cache.checksum(), versions, _processor(), follows, settings)
     return hashlib.sha256(repr(known).encode()).hexdigest()
 
 

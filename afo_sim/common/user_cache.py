@@ -1,6 +1,10 @@
-"""Files in the user's cache folder: found whole or not at all, and never needed."""
+"""Files in the user's cache folder: found whole or not at all, and never needed.
+
+And the checksum of the sources that cached machine code follows from.
+"""
 
 import contextlib
+import functools
 import hashlib
 import os
 import pathlib
@@ -8,6 +12,25 @@ import sys
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import keeping
+
+ROOMS = ("common", "physics", "native")  # whose code is compiled, or makes what is
+_PACKAGE = pathlib.Path(__file__).resolve().parents[1]
+
+
+@functools.cache
+def checksum(package: pathlib.Path = _PACKAGE) -> str | None:
+    """SHA-256 of the rooms' files; None where they are not there to be read."""
+    found, files = hashlib.sha256(), sorted(p for room in ROOMS for p in (package / room).rglob("*.py"))
+    try:
+        for path in files:
+            content = path.read_bytes()
+            found.update(f"{path.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
+    except OSError:
+        return None
+    return found.hexdigest() if files else None
+
+
+checksum()  # now, with the import: a file that is edited later is not the code that runs
 
 VARIABLE = "AFO_SIM_CACHE"  # environment: the folder, or "off"
 _NEWEST = 8  # files of one kind that stay

@@ -24,10 +24,10 @@ from typing import Any
 from afo_sim.common.errors import InputError
 
 NEW, READY = "new", "ready"  # marks of a hidden name: being written, complete but not yet in place
-GONE = ".gone"  # file in a complete group: names of the old group that the new one lacks
-FULL = (errno.ENOSPC, errno.EDQUOT)
-REASONS = {
-    **dict.fromkeys(FULL, "the disk is full"),
+_GONE = ".gone"  # file in a complete group: names of the old group that the new one lacks
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_REASONS = {
+    **dict.fromkeys(_FULL, "the disk is full"),
     errno.EFBIG: "the file grows beyond what the system allows",
     errno.EACCES: "you have no permission to write here",
     errno.EPERM: "you have no permission to write here",
@@ -144,8 +144,8 @@ def _move_in(scratch: pathlib.Path, folder: pathlib.Path, group: Iterable[str]) 
     for name in files:
         if (folder / name).is_dir():
             raise InputError("is a folder, and a file of that name is to be written", file=folder / name)
-    (scratch / GONE).write_text(json.dumps(sorted(set(group) - files)), encoding="utf-8")
-    _flush(scratch / GONE)
+    (scratch / _GONE).write_text(json.dumps(sorted(set(group) - files)), encoding="utf-8")
+    _flush(scratch / _GONE)
     settle(folder)
     _take_places(scratch.rename(folder / _hidden("", READY)), folder)
 
@@ -153,9 +153,9 @@ def _move_in(scratch: pathlib.Path, folder: pathlib.Path, group: Iterable[str]) 
 def _take_places(ready: pathlib.Path, folder: pathlib.Path) -> None:
     """Move the files of a complete group; another process may do the same at the same time."""
     with contextlib.suppress(FileNotFoundError):
-        gone = json.loads((ready / GONE).read_text(encoding="utf-8"))
+        gone = json.loads((ready / _GONE).read_text(encoding="utf-8"))
         for file in _files(ready):
-            if file.name != GONE:
+            if file.name != _GONE:
                 place = folder / file.relative_to(ready)
                 place.parent.mkdir(parents=True, exist_ok=True)
                 with contextlib.suppress(FileNotFoundError):
@@ -268,13 +268,13 @@ def disk(folder: pathlib.Path, again: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        problem = reason(error) if error.errno in FULL else f"cannot be written to: {reason(error)}"
+        problem = reason(error) if error.errno in _FULL else f"cannot be written to: {reason(error)}"
         raise InputError(problem, field="out", value=str(folder), allowed=again) from None
 
 
 def reason(error: OSError) -> str:
     """A system's error as a short sentence."""
-    return REASONS.get(error.errno or 0) or error.strerror or str(error)
+    return _REASONS.get(error.errno or 0) or error.strerror or str(error)
 
 
 @contextmanager

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from afo_sim.control.command import Command, switched
 from afo_sim.control.controller import Observation
 from afo_sim.control.required_inputs import RequiredInput
-from afo_sim.description.control.emg import Emg
-from afo_sim.description.control.threshold import in_si
+from afo_sim.description.control.controller import Emg
+from afo_sim.description.control.switching import in_si
 from afo_sim.description.scenario import Scenario
 
 

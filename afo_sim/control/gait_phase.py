@@ -9,7 +9,7 @@ from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation
 from afo_sim.control.phase_estimate import PhaseEstimate
 from afo_sim.control.required_inputs import RequiredInput
-from afo_sim.description.control.gait_phase import ChamberPhases, GaitPhase
+from afo_sim.description.control.switching import ChamberPhases, GaitPhase
 from afo_sim.description.scenario import Scenario
 
 OPENS = 0.5  # share of the threshold below which the switch opens again [-]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import parse_quantity
-from afo_sim.description.control.state_machine import STATE_TIME
+from afo_sim.description.control.switching import STATE_TIME
 
 
 @dataclass(frozen=True)

@@ -4,19 +4,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from afo_sim.common import assets
-from afo_sim.common.csv_table import read_table
+from afo_sim.common.csv_table import read_header, read_table
 from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.phase_table import read_header
 from afo_sim.description.keys import keys
 from afo_sim.description.quantity import amount
-from afo_sim.description.reader import SPECS, split_key
+from afo_sim.description.schema import SPECS, split_key
 from afo_sim.description.tree import value_at
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 
 PLURALS = {plural: kind for kind, plural in assets.KINDS.items()}
-Rows = Sequence[Sequence[str]]
-TableOf = tuple[str, Sequence[str], Rows]  # title, header, rows
+_Rows = Sequence[Sequence[str]]
+_TableOf = tuple[str, Sequence[str], _Rows]  # title, header, rows
 
 
 def entries(kind: str) -> list[tuple[str, str]]:
@@ -32,7 +31,7 @@ def entries(kind: str) -> list[tuple[str, str]]:
     return [(name, _line(table)) for name, table in tables.items()]
 
 
-def product(name: str) -> list[TableOf]:
+def product(name: str) -> list[_TableOf]:
     """Everything of this name that is shipped, with each of its numbers.
 
     Parameters
@@ -59,7 +58,7 @@ def product(name: str) -> list[TableOf]:
     return found
 
 
-def _found(name: str) -> Iterator[TableOf]:
+def _found(name: str) -> Iterator[_TableOf]:
     for kind in assets.KINDS:
         if name in assets.names(kind):
             yield _described(kind, name) if kind in SPECS else _plain(kind, name)
@@ -70,7 +69,7 @@ def _found(name: str) -> Iterator[TableOf]:
         yield from _gait(name)
 
 
-def _described(kind: str, name: str) -> TableOf:
+def _described(kind: str, name: str) -> _TableOf:
     """The product's own keys; what it refers to by name is a product of its own."""
     own = str(assets.find(kind, name).relative_to(assets.folder("models").parent))
     rows = [
@@ -87,8 +86,8 @@ def _is_own(key: str, kind: str, name: str) -> bool:
     return isinstance(value_at(table, split_key(key)[0][:-1]), Mapping)
 
 
-def _plain(kind: str, name: str) -> TableOf:
-    """A sweep or search as its file tells it."""
+def _plain(kind: str, name: str) -> _TableOf:
+    """A sweep or search as its file states it."""
     file = assets.find(kind, name)
     rows = list(_flat(assets.read_toml(file), ""))
     return f"{kind} {name}: {file.relative_to(assets.folder('models').parent)}", ("key", "value"), rows
@@ -105,7 +104,7 @@ def _flat(node: Any, at: str) -> Iterator[tuple[str, str]]:
         yield at, ", ".join(map(str, node)) if isinstance(node, list) else str(node)
 
 
-def _law(kind: str, law: Any) -> Iterator[TableOf]:
+def _law(kind: str, law: Any) -> Iterator[_TableOf]:
     facts = [("formula", law.formula), ("holds", law.validity), ("source", law.source)]
     if kind == "law":
         low, high = (amount(p, "Pa") for p in law.pressure_range)
@@ -114,7 +113,7 @@ def _law(kind: str, law: Any) -> Iterator[TableOf]:
     else:
         facts += [("gives", "a force [N]" if law.unit == "N" else "a pressure [Pa]")]
     yield f"{kind} {law.name}", ("", ""), facts
-    rows: Rows = [
+    rows: _Rows = [
         (
             parameter.name,
             parameter.symbol,
@@ -128,7 +127,7 @@ def _law(kind: str, law: Any) -> Iterator[TableOf]:
     yield "parameters", ("name", "symbol", "unit", "allowed [unit]", "default", "meaning"), rows
 
 
-def _gait(name: str) -> Iterator[TableOf]:
+def _gait(name: str) -> Iterator[_TableOf]:
     """A gait's header, and the range of each of its columns; names end in their units."""
     file = assets.find_gait(name)
     yield f"gait {name}: gait_data/{file.name}", ("", ""), list(read_header(file).items())

@@ -13,18 +13,18 @@ from afo_sim.common.units import format_quantity
 from afo_sim.description.quantity import Described, Quantity, Whole, refusal, refuse_all
 from afo_sim.physics.laws import LAWS
 
-GEOMETRY = {"braid_angle": "rad", "end_length": "m"}  # of the muscle, fitted together with a law: SI unit
-SAME = 1e-9  # two numbers that differ by less are one
-ROUNDING = 1e-3  # an eigenvalue may lie below zero by this much: correlations written with three decimals
+_GEOMETRY = {"braid_angle": "rad", "end_length": "m"}  # of the muscle, fitted together with a law: SI unit
+_SAME = 1e-9  # two numbers that differ by less are one
+_ROUNDING = 1e-3  # an eigenvalue may lie below zero by this much: correlations written with three decimals
 
-Correlation = Annotated[float, Quantity("", at_least=-1.0, at_most=1.0)]
+_Correlation = Annotated[float, Quantity("", at_least=-1.0, at_most=1.0)]
 
 
 class FitCovariance(Described):
     """Covariance of the numbers that were fitted together: standard errors and correlations.
 
-    The covariance of parameters i and j is s_i s_j r_ij. It tells what the scatter of the measured points
-    leaves open, to first order about the fitted values. It tells nothing of an error of the law itself, nor
+    The covariance of parameters i and j is s_i s_j r_ij. It says what the scatter of the measured points
+    leaves open, to first order about the fitted values. It says nothing of an error of the law itself, nor
     of one that all points share, such as a gauge that reads high.
     """
 
@@ -34,7 +34,7 @@ class FitCovariance(Described):
     """Parameters that were fitted together: "laws.LAW.NAME" of that law, "braid_angle", "end_length"."""
     standard_errors: Annotated[tuple[float, ...], Whole()]
     """Standard error of each parameter, a text with the parameter's unit."""
-    correlation: Annotated[tuple[tuple[Correlation, ...], ...], Whole()]
+    correlation: Annotated[tuple[tuple[_Correlation, ...], ...], Whole()]
     """Correlations of the parameters, row by row: symmetric, ones on the diagonal."""
     freedom: Annotated[int, Field(ge=1)]
     """Degrees of freedom: points that were fitted less parameters."""
@@ -52,9 +52,9 @@ class FitCovariance(Described):
         if "law" not in info.data:
             return names
         law = info.data["law"]
-        known = keys_of(law)
+        known = _keys_of(law)
         problems = [
-            refusal(f"{name!r} is no number that a fit of {law} tells", ", ".join(known), nearest=near)
+            refusal(f"{name!r} is not a number that a fit of {law} gives", ", ".join(known), nearest=near)
             for name in names
             if name not in known
             for near in (_nearest(name, known),)
@@ -69,7 +69,7 @@ class FitCovariance(Described):
     def _are_quantities(cls, texts: Any, info: ValidationInfo) -> Any:
         names = info.data.get("parameters")
         if names is None:
-            return ()  # the parameters are refused, and that is told
+            return ()  # the parameters are refused, and that is reported
         if not isinstance(texts, list | tuple) or len(texts) != len(names):
             count = len(names)
             raise refusal(
@@ -95,13 +95,13 @@ class FitCovariance(Described):
         if len(rows) != count or any(len(row) != count for row in rows):
             raise refusal("does not go with the parameters", form)
         found = np.array(rows)
-        if np.abs(np.diag(found) - 1.0).max() > SAME:
+        if np.abs(np.diag(found) - 1.0).max() > _SAME:
             raise refusal("holds another number than 1 on the diagonal", form)
-        if np.abs(found - found.T).max() > SAME:
+        if np.abs(found - found.T).max() > _SAME:
             i, j = np.unravel_index(np.abs(found - found.T).argmax(), found.shape)
             raise refusal(f"is not symmetric: [{i}][{j}] differs from [{j}][{i}]", form)
         least = float(np.linalg.eigvalsh(found).min())
-        if least < -ROUNDING:
+        if least < -_ROUNDING:
             raise refusal(
                 f"no numbers can be correlated like this: the smallest eigenvalue is {least:.2g}",
                 "a positive semidefinite matrix; correlations near ±1 need more decimals",
@@ -213,37 +213,37 @@ class Draws:
         """
         if self.covariance is None or self.without_draws:
             return {}
-        about = {key: own_value(self, key) for key in self.covariance.parameters}
+        about = {key: _own_value(self, key) for key in self.covariance.parameters}
         return self.covariance.draws(normals, about)
 
     def legal(self: _Muscle, drawn: Mapping[str, np.ndarray]) -> np.ndarray:
         """Which draws are muscles: within the bounds of every parameter, the ends shorter than the whole."""
         masks = []
         for key, values in drawn.items():
-            lower, upper = bounds_of(type(self), key)
+            lower, upper = _bounds_of(type(self), key)
             masks.append((values >= lower) & (values <= upper))
             if key == "end_length":
                 masks.append(values < self.total_length)
         return np.all(masks, axis=0)
 
 
-def keys_of(law: str) -> tuple[str, ...]:
-    """Dotted keys, below a muscle, of the numbers that a law's fit can tell."""
-    return (*GEOMETRY, *(f"laws.{law}.{parameter.name}" for parameter in LAWS[law].parameters))
+def _keys_of(law: str) -> tuple[str, ...]:
+    """Dotted keys, below a muscle, of the numbers that a law's fit can give."""
+    return (*_GEOMETRY, *(f"laws.{law}.{parameter.name}" for parameter in LAWS[law].parameters))
 
 
 def key_of(law: str, name: str) -> str:
     """Dotted key, below a muscle, of a law's parameter or of the braid's geometry."""
-    return name if name in GEOMETRY else f"laws.{law}.{name}"
+    return name if name in _GEOMETRY else f"laws.{law}.{name}"
 
 
-def own_value(muscle: _Muscle, key: str) -> float:
+def _own_value(muscle: _Muscle, key: str) -> float:
     """A muscle's own value at such a key [SI]."""
     _, law, name = _split(key)
     return float(muscle.laws[law].parameters[name] if law else getattr(muscle, name))
 
 
-def bounds_of(kind: Any, key: str) -> tuple[float, float]:
+def _bounds_of(kind: Any, key: str) -> tuple[float, float]:
     """Least and greatest value that a number of a muscle may have [SI]; `kind` is the class of muscles."""
     _, law, name = _split(key)
     if law:
@@ -256,7 +256,7 @@ def bounds_of(kind: Any, key: str) -> tuple[float, float]:
 @functools.cache
 def _split(key: str) -> tuple[str, str, str]:
     """("laws", law, parameter) of a key, or ("", "", name) of the geometry."""
-    if key in GEOMETRY:
+    if key in _GEOMETRY:
         return "", "", key
     table, law, name = key.split(".")
     return table, law, name
@@ -264,7 +264,7 @@ def _split(key: str) -> tuple[str, str, str]:
 
 def _unit(key: str) -> str:
     _, law, name = _split(key)
-    return LAWS[law].parameter(name).unit if law else GEOMETRY[name]
+    return LAWS[law].parameter(name).unit if law else _GEOMETRY[name]
 
 
 def _standard_error(text: Any, unit: str, info: ValidationInfo) -> float:

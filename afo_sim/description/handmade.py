@@ -17,24 +17,27 @@ from afo_sim.description.muscle import Muscle
 from afo_sim.physics.law import Braid
 
 # argument: (unit, text of its range, lowest, highest, whether the lowest itself is allowed)
-RANGES: dict[str, tuple[str, str, float, float, bool]] = {
+_RANGES: dict[str, tuple[str, str, float, float, bool]] = {
     "bore": ("m", "above 0 mm, to 200 mm", 0.0, 0.2, False),
     "braid_angle": ("rad", "5 deg to 49.9 deg", math.radians(5.01), math.radians(49.95), True),
     "length": ("m", "above 0 cm, to 1000 cm", 0.0, 10.0, False),
     "end_length": ("m", "at least 0 cm, and less than the length", 0.0, 2.0, True),
     "wall_thickness": ("m", "0 mm to 5 mm", 0.0, 5e-3, True),
 }
-NEEDED = ("bore", "braid_angle", "length")
-NEUTRAL = math.acos(1.0 / math.sqrt(3.0))  # 54.74°: such a braid encloses the most volume, and does not pull
-PRESSURE = 4e5  # assumed limit of a clamped silicone tube, gauge [Pa]
-STRONGEST = 15e3  # force at that pressure of a braid that is still taken for a hand-made one [N]
-S1 = Braid(1.0, 5.75e-3, math.radians(22.0))  # the muscle whose bladder, damping and braid are scaled
-S1_BLADDER = (136.0, 153.0)  # its F0 and K_b [N], fitted to S1's tables I and II, see models/muscles/s1_215mm
-YOURS = ("user", "given to afo-sim new")
+_NEEDED = ("bore", "braid_angle", "length")
+_NEUTRAL = math.acos(1.0 / math.sqrt(3.0))  # 54.74°: such a braid encloses the most volume, and does not pull
+_PRESSURE = 4e5  # assumed limit of a clamped silicone tube, gauge [Pa]
+_STRONGEST = 15e3  # force at that pressure of a braid that is still taken for a hand-made one [N]
+_S1 = Braid(1.0, 5.75e-3, math.radians(22.0))  # the muscle whose bladder, damping and braid are scaled
+_S1_BLADDER = (
+    136.0,
+    153.0,
+)  # its F0 and K_b [N], fitted to its tables I and II, see models/muscles/s1_215mm
+_YOURS = ("user", "given to afo-sim new")
 
 
 def muscle_values(
-    given: Mapping[str, str], base: Mapping[str, Any], *, told: tuple[str, str] = YOURS
+    given: Mapping[str, str], base: Mapping[str, Any], *, told: tuple[str, str] = _YOURS
 ) -> dict[str, Any]:
     """Table of a hand-made muscle, as a TOML file holds it; each number says where it comes from.
 
@@ -44,7 +47,7 @@ def muscle_values(
     q = _read(given)
     bore, end, total = q["bore"], q["end_length"], q["length"]
     braid = Braid(total - end, bore / 2.0, q["braid_angle"])
-    area = (bore / 2.0 / S1.nominal_radius) ** 2  # relative to S1's muscle
+    area = (bore / 2.0 / _S1.nominal_radius) ** 2  # relative to S1's muscle
     most = maximum_contraction(braid.braid_angle)
     scaled = "s1_215mm's, fitted to S1's tables I and II, scaled by"
 
@@ -53,7 +56,7 @@ def muscle_values(
             return _marked(given[key], *told)
         return _marked(f"{_number(q[key], unit)}", "assumed", otherwise)
 
-    pressure_range = ["1 bar", f"{PRESSURE * 1e-5:g} bar"]
+    pressure_range = ["1 bar", f"{_PRESSURE * 1e-5:g} bar"]
     ranges = {"contraction_range": [0.0, round(most, 4)]}
     straight = {"pressure_range": pressure_range, **ranges}
     cylinder = _marked(1.0, "assumed", "cylinder; tapered ends 1.25 to 1.35, from memory, not verified")
@@ -92,12 +95,12 @@ def muscle_values(
             "tondu_lopez_2000_bladder": {
                 "k": cylinder,
                 "bladder_force": _marked(
-                    f"{S1_BLADDER[0] * blocked_force(braid, 1.0) / blocked_force(S1, 1.0):.4g} N",
+                    f"{_S1_BLADDER[0] * blocked_force(braid, 1.0) / blocked_force(_S1, 1.0):.4g} N",
                     "assumed",
                     f"{scaled} the braid's force: about 1.2 bar",
                 ),
                 "bladder_stiffness": _marked(
-                    f"{S1_BLADDER[1] * area:.4g} N", "assumed", f"{scaled} the area of the bore"
+                    f"{_S1_BLADDER[1] * area:.4g} N", "assumed", f"{scaled} the area of the bore"
                 ),
                 "pressure_range": ["1.2 bar", pressure_range[1]],
                 **ranges,
@@ -110,7 +113,7 @@ def muscle_values(
         "limits": {
             "pressure": _marked(pressure_range[1], "assumed", "clamped silicone tube, as S1's"),
             "force": _marked(
-                f"{blocked_force(braid, PRESSURE):.4g} N",
+                f"{blocked_force(braid, _PRESSURE):.4g} N",
                 "derived",
                 "the ideal braid's at the highest pressure and no contraction; clamps may bear less",
             ),
@@ -184,7 +187,7 @@ class BraidFacts:
         yield f"air of one filling {bar}", f"{1e3 * self.free_air:.3g} l (ANR)"
 
 
-def told_facts(muscle: Muscle) -> list[tuple[str, str]]:
+def new_braid_facts(muscle: Muscle) -> list[tuple[str, str]]:
     """Facts of a new hand-made braid at its highest pressure, and what a rubber bladder leaves of them."""
     facts = BraidFacts.of(muscle)
     wall = muscle.law_set.parameters.get("wall_thickness", 0.0)
@@ -200,15 +203,15 @@ def told_facts(muscle: Muscle) -> list[tuple[str, str]]:
 def _read(given: Mapping[str, str]) -> dict[str, float]:
     """The given quantities in SI, each within its range, and those that are assumed."""
     for name in given:
-        if name not in RANGES:
-            allowed = ", ".join(RANGES)
+        if name not in _RANGES:
+            allowed = ", ".join(_RANGES)
             raise InputError(
-                "is unknown", field=name, allowed=allowed, nearest=nearest_name(name, RANGES) or ""
+                "is unknown", field=name, allowed=allowed, nearest=nearest_name(name, _RANGES) or ""
             )
-    for name in NEEDED:
+    for name in _NEEDED:
         if name not in given:
             needs = "a braid needs `bore`, `braid_angle` and `length`"
-            raise InputError("is missing", field=name, allowed=f"{RANGES[name][1]}; {needs}")
+            raise InputError("is missing", field=name, allowed=f"{_RANGES[name][1]}; {needs}")
     q = {name: _quantity(name, text) for name, text in given.items()}
     q.setdefault("end_length", 2.0 * q["bore"])
     q.setdefault("wall_thickness", 0.0)
@@ -228,26 +231,26 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
             value=given["length"],
             allowed=longer,
         )
-    strength = blocked_force(Braid(active, q["bore"] / 2.0, q["braid_angle"]), PRESSURE)
-    if strength > STRONGEST:
+    strength = blocked_force(Braid(active, q["bore"] / 2.0, q["braid_angle"]), _PRESSURE)
+    if strength > _STRONGEST:
         raise InputError(
-            f"would pull with {1e-3 * strength:.3g} kN at {1e-5 * PRESSURE:g} bar: no clamps made by hand "
+            f"would pull with {1e-3 * strength:.3g} kN at {1e-5 * _PRESSURE:g} bar: no clamps made by hand "
             "hold that",
             field="bore",
             value=given["bore"],
-            allowed=f"up to {1e-3 * STRONGEST:g} kN: a smaller bore or a larger braid angle",
+            allowed=f"up to {1e-3 * _STRONGEST:g} kN: a smaller bore or a larger braid angle",
         )
     return q
 
 
 def _quantity(name: str, text: str) -> float:
-    unit, allowed, low, high, closed = RANGES[name]
+    unit, allowed, low, high, closed = _RANGES[name]
     try:
         number = parse_quantity(text, unit)
     except ValueError as error:
         raise InputError(str(error), field=name, value=text, allowed=allowed) from None
-    if name == "braid_angle" and number >= NEUTRAL:
-        problem = f"a braid of {math.degrees(NEUTRAL):.1f} deg or more does not shorten when it is filled"
+    if name == "braid_angle" and number >= _NEUTRAL:
+        problem = f"a braid of {math.degrees(_NEUTRAL):.1f} deg or more does not shorten when it is filled"
         raise InputError(problem, field=name, value=text, allowed=allowed)
     if not (low <= number if closed else low < number) or not number <= high:
         raise InputError("is out of range", field=name, value=text, allowed=allowed)

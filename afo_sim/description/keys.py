@@ -1,18 +1,41 @@
-"""Every key of a description that can be set: value, unit, range, meaning, and where the value comes from."""
+"""Keys that can be set: all of a description with value, unit, range and source, and the field at one."""
 
+import math
 import os
 import pathlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from afo_sim.common import assets
-from afo_sim.description.leaves import Leaf, Path, core, leaves
+from afo_sim.common.errors import InputError, nearest_name, unknown
+from afo_sim.common.units import EXAMPLES
+from afo_sim.description.muscle import FrictionSet, LawSet
 from afo_sim.description.quantity import Provenance, Whole
-from afo_sim.description.ranges import allowed, shown, unit_of
-from afo_sim.description.reader import SPECS, Reading, read
+from afo_sim.description.reader import Reading, load, read
+from afo_sim.description.scenario import Scenario
+from afo_sim.description.schema import (
+    KINDS,
+    SPECS,
+    Leaf,
+    Path,
+    allowed,
+    core,
+    dotted_key,
+    fields_of,
+    item_type,
+    leaves,
+    of_chambers,
+    quantity_of,
+    shown,
+    split_key,
+    table_names,
+    tables,
+    type_below,
+    unit_of,
+)
 from afo_sim.description.tree import child_of, value_at
 
 
@@ -21,7 +44,7 @@ class Key:
     """A settable key. `value` is as it is written, `unit` the SI unit, "" of bare numbers and words.
 
     `source` is the file that the value stands in, "default", or "set"; `kind` and `reference` are of the
-    number's provenance, "" where the file tells none.
+    number's provenance, "" where the file states none.
     """
 
     key: str
@@ -86,7 +109,7 @@ def holder(description: BaseModel, path: Path) -> Any:
     """The table that a field stands in; None where it is not there."""
     node: Any = description
     for name in path[:-1]:
-        node = getattr(node, name, None) if isinstance(node, BaseModel) else child_of(node, name)
+        node = child_of(node, name)
     return node
 
 
@@ -95,10 +118,10 @@ def _keys_of(reading: Reading[Any], leaf: Leaf) -> Iterator[Key]:
     written = value_at(reading.tree.root, leaf.path)
     source, provenance = _source(reading, leaf, written)
     origin = (provenance.kind, provenance.source) if provenance else ("", "")
-    default = leaf.default if written is None else written
-    if default is None and isinstance(holder(reading.description, leaf.path), BaseModel):
-        default = getattr(holder(reading.description, leaf.path), leaf.path[-1], None)
-    for name, value, annotation in _items(leaf.key, default, leaf.annotation):
+    present = leaf.default if written is None else written
+    if present is None:
+        present = child_of(holder(reading.description, leaf.path), leaf.path[-1])
+    for name, value, annotation in _items(leaf.key, present, leaf.annotation):
         facts = (shown(value, annotation), unit_of(annotation), allowed(annotation))
         yield Key(name, *facts, leaf.meaning, source, *origin)
 
@@ -119,9 +142,8 @@ def _items(key: str, value: Any, annotation: Any) -> Iterator[tuple[str, Any, An
     ):
         yield key, value, annotation
         return
-    kinds = get_args(inner)
     for k, item in enumerate(value):
-        yield from _items(f"{key}[{k}]", item, kinds[0] if kinds[-1] is Ellipsis else kinds[k])
+        yield from _items(f"{key}[{k}]", item, item_type(annotation, k))
 
 
 def _source(reading: Reading[Any], leaf: Leaf, written: Any) -> tuple[str, Provenance | None]:
@@ -142,3 +164,173 @@ def _short(file: pathlib.Path) -> str:
     """A shipped file from models/ on, another as it is."""
     models = assets.folder("models")
     return str(file.relative_to(models.parent)) if file.is_relative_to(models) else str(file)
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field that a dotted key leads to.
+
+    `unit` is the SI unit, "" for bare numbers and words. `annotation` is its type with bounds;
+    `description` the kind of description that a word names here ("patient"), "" where it names none.
+    `value` is what the scenario has there [SI], None where nothing.
+    """
+
+    key: str
+    kind: Literal["number", "integer", "word"]
+    unit: str
+    annotation: Any
+    description: str = ""
+    value: Any = None
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Least and greatest number allowed [SI]; infinite where the description sets no bound."""
+        quantity = quantity_of(self.annotation)
+        if quantity is None:
+            return -math.inf, math.inf
+        lower = quantity.at_least if quantity.at_least is not None else quantity.above
+        upper = quantity.at_most
+        return -math.inf if lower is None else lower, math.inf if upper is None else upper
+
+    @property
+    def form(self) -> str:
+        """The form of a value, in words."""
+        if self.kind == "word":
+            return f"the name of a {self.description}" if self.description else "a text"
+        return "a whole number" if self.kind == "integer" else f'such as "{EXAMPLES.get(self.unit, "")}"'
+
+    def read(self, value: Any, beside: pathlib.Path) -> float | str:
+        """A value as the scenario would read it: SI number, whole number as float, or word.
+
+        Parameters
+        ----------
+        value : as TOML has it
+        beside : file in which it was found, for words that are paths
+
+        Raises
+        ------
+        InputError
+            No unit, another dimension, out of range, no whole number, no such name.
+        """
+        if self.kind == "word":
+            return self._word(value, beside)
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if self.kind == "integer" and (not whole or abs(value) > 2**53):
+            raise InputError("is not a whole number", value=value, allowed="up to 2^53")
+        try:
+            return float(TypeAdapter(self.annotation).validate_python(value))
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            allowed = str(first.get("ctx", {}).get("allowed", ""))
+            raise InputError(first["msg"], value=value, allowed=allowed) from None
+
+    def _word(self, value: Any, beside: pathlib.Path) -> str:
+        if not isinstance(value, str):
+            raise InputError("is not a text", value=value, allowed=self.form)
+        if self.description:
+            load(self.description, self.resolved(value, beside))
+            return value
+        if self.key == "gait.cycle":
+            assets.find_gait(self.resolved(value, beside))
+        if (
+            core(self.annotation)[0] is pathlib.Path
+            and not pathlib.Path(self.resolved(value, beside)).is_file()
+        ):
+            raise InputError("there is no such file", value=value)
+        try:
+            TypeAdapter(self.annotation).validate_python(value)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            choices = [c for c in get_args(core(self.annotation)[0]) if isinstance(c, str)]
+            problem = "is no choice" if choices else first["msg"]
+            raise unknown(value, choices, problem=problem) from None
+        return value
+
+    def resolved(self, word: str, beside: pathlib.Path) -> str:
+        """A word that is the path of a file beside `beside` as its whole path; else the word itself."""
+        path = beside.parent / word
+        shipped = assets.names(self.description) if self.description else []
+        names_a_file = (
+            self.description or self.key == "gait.cycle" or core(self.annotation)[0] is pathlib.Path
+        )
+        return str(path.resolve()) if names_a_file and word not in shipped and path.exists() else word
+
+
+def field_at(key: str, scenario: Scenario) -> Field:
+    """The field that a dotted key leads to.
+
+    Parameters
+    ----------
+    key : as `--set` takes it; "key[0]" is an item of a list
+    scenario : tells which muscles, chambers and laws there are
+
+    Raises
+    ------
+    InputError
+        There is no such field, or it is a table, or a list whose items are not named.
+    """
+    path, items = split_key(key)
+    annotation: Any = Scenario
+    value: Any = scenario
+    for depth, name in enumerate(path):
+        if tables(annotation)[1] == "list" and name.isdigit():
+            annotation, value = _item(annotation, value, int(name), key)
+        else:
+            annotation, value = _below(annotation, value, name, dotted_key(path[:depth]), scenario)
+    for item in items:
+        annotation, value = _item(annotation, value, item, key)
+    kind = core(annotation)[0]
+    if get_origin(kind) is tuple:
+        raise InputError("is a list: name one of its items", field=key, allowed=f"{key}[0]")
+    quantity = quantity_of(annotation)
+    if quantity is not None:
+        return Field(key, "number", quantity.unit, annotation, value=value)
+    if kind is int:
+        return Field(key, "integer", "", annotation, value=value)
+    if kind is str or kind is pathlib.Path or get_origin(kind) is Literal:
+        return Field(key, "word", "", annotation, value=value)
+    if kind in KINDS:
+        return Field(key, "word", "", annotation, KINDS[kind])
+    allowed = ", ".join(f"{key}.{name}" for name in _names(annotation, value, scenario))
+    raise InputError("is a table: name one of its fields", field=key, allowed=allowed)
+
+
+def _below(annotation: Any, value: Any, name: str, at: str, scenario: Scenario) -> tuple[Any, Any]:
+    """(type, value where there is one) of a field of a table."""
+    names = _names(annotation, value, scenario)
+    if name not in names:
+        whole = f"{at}.{name}" if at else name
+        if not names:
+            raise InputError(f"{at} is a value, not a table", field=whole)
+        nearest = nearest_name(name, names)
+        raise InputError("is an unknown key", field=whole, allowed=", ".join(names), nearest=nearest)
+    return type_below(annotation, name, _law_of(value)), child_of(value, name)
+
+
+def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:
+    """(type, value where there is one) of an item of a list."""
+    if get_origin(core(annotation)[0]) is not tuple:
+        raise InputError("is not a list, so it has no items", field=key)
+    count = len(value) if isinstance(value, tuple) else 0
+    if item >= count:
+        allowed = f"[0] to [{count - 1}]" if count else "none: the list is empty here"
+        raise InputError(f"there is no item [{item}]", field=key, allowed=allowed)
+    return item_type(annotation, item), value[item]
+
+
+def _names(annotation: Any, value: Any, scenario: Scenario) -> list[str]:
+    """The fields of a table."""
+    kind, many = tables(annotation)
+    if many == "named":
+        return table_names(annotation, value or ())
+    if many != "one":
+        return []
+    chambers: Iterable[str] = () if of_chambers(kind) is None else scenario.orthosis.chamber
+    return [*fields_of(kind, _law_of(value)), *chambers]
+
+
+def _law_of(table: Any) -> str:
+    """The law or friction whose parameters a table holds; "" of any other table."""
+    if isinstance(table, LawSet):
+        return table.law
+    return table.friction if isinstance(table, FrictionSet) else ""

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import model_validator
 
-from afo_sim.description.quantity import Described, Quantity, refusal, told_of
+from afo_sim.description.quantity import Described, Quantity, provenance_note, refusal
 
 BraidLength = Annotated[float, Quantity("m", above=0.0, at_most=10.0)]
 
@@ -78,7 +78,7 @@ class Lengths(Described):
             if beyond:
                 yield (
                     f"a braid of {amounts(length)} is {word} than any that is made, "
-                    f"{amounts(getattr(self, key))}{told_of(self, key)}"
+                    f"{amounts(getattr(self, key))}{provenance_note(self, key)}"
                 )
 
     def factor(self, length: float) -> float:
@@ -93,7 +93,7 @@ class Lengths(Described):
         return (
             f"a braid of {amounts(length)} is outside the {amounts(force.shortest)} to "
             f"{amounts(force.longest)} at which the effect of length on force was measured"
-            f"{told_of(force, 'slope')}"
+            f"{provenance_note(force, 'slope')}"
         )
 
 

@@ -22,8 +22,8 @@ Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]
 Pressure = Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
 GaugePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
 Contraction = Annotated[float, Quantity("", at_least=-0.5, at_most=0.9)]
-Damping = Annotated[float, Quantity("N*s/m", at_least=-1e6, at_most=1e6)]
-DampingSlope = Annotated[float, Quantity("N*s/(m*Pa)", at_least=-1.0, at_most=1.0)]
+_Damping = Annotated[float, Quantity("N*s/m", at_least=-1e6, at_most=1e6)]
+_DampingSlope = Annotated[float, Quantity("N*s/(m*Pa)", at_least=-1.0, at_most=1.0)]
 
 
 class Limits(Described):
@@ -113,13 +113,13 @@ class FrictionSet(Described):
 class ThreeElementDamper(Described):
     """Damping of the three-element model, B = b0 + b1 p, another while contracting than while relaxing."""
 
-    contracting: tuple[Damping, DampingSlope]
+    contracting: tuple[_Damping, _DampingSlope]
     """b0 and b1 of B = b0 + b1 p while the muscle contracts."""
-    relaxing: tuple[Damping, DampingSlope]
+    relaxing: tuple[_Damping, _DampingSlope]
     """b0 and b1 while it relaxes."""
     switch_pressure: GaugePressure = 0.0
     """Gauge pressure from which relaxing_above replaces relaxing."""
-    relaxing_above: tuple[Damping, DampingSlope] | None = None
+    relaxing_above: tuple[_Damping, _DampingSlope] | None = None
     """b0 and b1 while it relaxes above switch_pressure; those of relaxing by default."""
 
     @property
@@ -183,7 +183,7 @@ class Muscle(Described, RestCurves, Draws):
     lengths: Lengths | None = None
     """Lengths that are made, and what follows from the length; laws and mass hold as they are by default."""
     covariance: FitCovariance | None = None
-    """Joint uncertainty of the numbers that were fitted together, where a fit told it."""
+    """Joint uncertainty of the numbers that were fitted together, where a fit reported it."""
 
     @model_validator(mode="before")
     @classmethod
@@ -426,7 +426,7 @@ def _read_parameters(owner: Any, values: Any, info: ValidationInfo) -> Any:
     for key in values:
         if key not in names:
             nearest = nearest_name(key, names) or ""
-            problems.append(refusal(f"is no parameter of {owner.name}", allowed, key, nearest))
+            problems.append(refusal(f"is not a parameter of {owner.name}", allowed, key, nearest))
     refuse_all(problems)
     return read
 

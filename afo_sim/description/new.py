@@ -11,12 +11,13 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, replacing
 from afo_sim.description.handmade import muscle_values
-from afo_sim.description.reader import SPECS, load
+from afo_sim.description.reader import load
+from afo_sim.description.schema import SPECS
 from afo_sim.description.template import Template
 from afo_sim.description.tree import FILES
 
 # The shipped product whose numbers a new file has, and those that show what else it may hold.
-LIKE = {
+_LIKE = {
     "muscle": "s1_215mm",
     "orthosis": "s1",
     "valve": "mh1",
@@ -30,10 +31,10 @@ LIKE = {
     "sensor": "gp2y0a41",
     "scenario": "seated",
 }
-SHOWN = {"muscle": ("serres_2009",), "orthosis": ("arm",), "scenario": ("walk-dropfoot-afo", "seated")}
-OWN = {"muscle": ("covariance",)}  # what a product has of its own measurements, and one like it has not
+_SHOWN = {"muscle": ("serres_2009",), "orthosis": ("arm",), "scenario": ("walk-dropfoot-afo", "seated")}
+_OWN = {"muscle": ("covariance",)}  # what a product has of its own measurements, and one like it has not
 # Examples of keys that no shipped product sets, or that are a product's own.
-EXAMPLES: dict[str, dict[str, Any]] = {
+_EXAMPLES: dict[str, dict[str, Any]] = {
     "muscle": {
         "covariance": {
             "law": "tondu_lopez_2000_bladder",
@@ -194,11 +195,11 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     },
 }
 # Keys under which a file names other descriptions.
-PLACES: dict[str, dict[str, tuple[str, ...]]] = {
+_PLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "orthosis": {"muscle": ("muscle", "type"), "valve": ("chamber", "inlet", "outlet")},
     "scenario": {"leg": (), "orthosis": (), "patient": (), "shoe": (), "limits": ()},
 }
-NAME = r"[A-Za-z0-9][\w.-]*"
+_NAME = r"[A-Za-z0-9][\w.-]*"
 
 
 def new(
@@ -232,9 +233,9 @@ def new(
         The file is there, the name is taken, or what it refers to does not fit.
     """
     target = target_of(kind, name, pathlib.Path(out))
-    base = base_of(kind, like or LIKE[kind])
+    base = base_of(kind, like or _LIKE[kind])
     values, examples = assets.read_toml(base), _examples(kind)
-    for key in OWN.get(kind, ()):
+    for key in _OWN.get(kind, ()):
         values.pop(key, None)
     if braid:
         _check_braid(kind, like, braid)
@@ -242,7 +243,7 @@ def new(
     for used, where in (uses or {}).items():
         _use(values, kind, used, reference(used, where, target.parent))
     files = _beside(kind, values, base)
-    begun = f"begun from {like or LIKE[kind]}"
+    begun = f"begun from {like or _LIKE[kind]}"
     if braid:
         begun = f"hand-made braid of {braid['bore']}, {braid['braid_angle']}, {braid['length']}: not measured"
     values["description"] = f"{name}, {begun}"
@@ -283,8 +284,10 @@ def base_of(kind: str, like: str) -> pathlib.Path:
 
 def target_of(kind: str, name: str, out: pathlib.Path) -> pathlib.Path:
     """The file of a new product; refuses a name that is none, or taken."""
-    if not re.fullmatch(NAME, name):
-        raise InputError("is no name", field="name", value=name, allowed="letters, digits, . - and _")
+    if not re.fullmatch(_NAME, name):
+        raise InputError(
+            "is not a valid name", field="name", value=name, allowed="letters, digits, . - and _"
+        )
     if name in assets.names(kind):
         raise InputError(f"is the name of a shipped {kind}", field="name", value=name, allowed="another name")
     target = out / f"{name}.toml" if kind in assets.FLAT else out / name / f"{kind}.toml"
@@ -306,8 +309,8 @@ def reference(kind: str, where: str, folder: pathlib.Path) -> str:
 def _examples(kind: str) -> dict[str, Any]:
     """Values of commented keys: of several products, those of the first that has the key."""
     found: dict[str, Any] = {}
-    shipped = [assets.read_toml(assets.find(kind, name)) for name in SHOWN.get(kind, ())]
-    for table in (EXAMPLES.get(kind, {}), *shipped):
+    shipped = [assets.read_toml(assets.find(kind, name)) for name in _SHOWN.get(kind, ())]
+    for table in (_EXAMPLES.get(kind, {}), *shipped):
         found = _merged(table, found)
     return found
 
@@ -323,7 +326,7 @@ def _merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any
 
 def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
     """Let a table refer to another product."""
-    places = PLACES.get(kind, {})
+    places = _PLACES.get(kind, {})
     if used not in places:
         allowed = ", ".join(f"`{place}`" for place in places) or "none of these options"
         raise InputError(f"does not go with a new {kind}", field=used, value=name, allowed=allowed)

@@ -8,7 +8,7 @@ import math
 import pathlib
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Self, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -18,97 +18,26 @@ from afo_sim.description.air.air_parts import Restriction, Volume
 from afo_sim.description.air.chamber import Chamber as Chamber
 from afo_sim.description.air.network_checks import check_network
 from afo_sim.description.air.valve import Valve as Valve
-from afo_sim.description.muscle import Contraction, Distance, Muscle, PositiveLength
-from afo_sim.description.places import ALIKE, Anchor, Coordinates, PathPoint, Segment, Side, difference
+from afo_sim.description.attachment import (
+    ALIKE,
+    Anchor,
+    Cable,
+    Coordinates,
+    Interface,
+    Mounting,
+    PathPoint,
+    Pulley,
+    Segment,
+    Side,
+    difference,
+)
+from afo_sim.description.leg import Outsole
+from afo_sim.description.muscle import Distance, Muscle
 from afo_sim.description.quantity import Described, Quantity, refusal
-from afo_sim.description.shoe import Outsole
 
-Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
-Stiffness = Annotated[float, Quantity("N/m", above=0.0, at_most=1e9)]
+_Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 
-MOST_PLACES = 12  # on a muscle's path between its ends
-
-
-class Pulley(Described):
-    """A wheel on the joint's axis that a muscle's cable runs over: its moment arm is constant.
-
-    A `positive` muscle turns the joint to positive angles. `initial_contraction` is its contraction
-    ratio at angle zero, κ0 in κ = κ0 ± r φ/L0. `spacing` sets parallel muscles apart in pictures.
-    """
-
-    radius: PositiveLength
-    """Radius of the wheel, the muscle's moment arm."""
-    direction: Literal["positive", "negative"]
-    """Direction in which the muscle turns the joint."""
-    initial_contraction: Contraction = 0.0
-    """Contraction ratio of the muscle at angle zero."""
-    spacing: Distance = 0.0
-    """Distance between parallel muscles in pictures."""
-
-    @property
-    def moment_arm(self) -> float:
-        """−dL/dφ [m]: positive when tension turns the joint to positive angles."""
-        return self.radius if self.direction == "positive" else -self.radius
-
-
-class Stiffening(Described):
-    """A mounting that stiffens as it gives: F = a (e^(x/x0) − 1), of stiffness (F + a)/x0."""
-
-    force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)]
-    """Force a in F = a (e^(x/x0) − 1)."""
-    length: PositiveLength
-    """Length x0 over which F + a grows e-fold."""
-
-
-class Mounting(Described):
-    """How a cuff or plate gives along the muscles' pull: a stiffness, or a stiffening law instead."""
-
-    stiffness: Stiffness | None = None
-    """Force over displacement; this, or stiffening."""
-    stiffening: Stiffening | None = None
-    """Stiffening law, instead of a stiffness."""
-    damping: Annotated[float, Quantity("N*s/m", at_least=0.0, at_most=1e6)] = 0.0
-    """Viscous damping of the displacement."""
-
-    @model_validator(mode="after")
-    def _has_one_law(self) -> Self:
-        laws = 'stiffness = "4 kN/m", or stiffening = { force = "33 N", length = "17 mm" }'
-        if self.stiffness is not None and self.stiffening is not None:
-            raise refusal("stands beside a stiffening law: one of them gives the force", laws, "stiffness")
-        if self.stiffness is None and self.stiffening is None:
-            if self.damping > 0.0:
-                problem = "stands without a stiffness: nothing would bring it back"
-                raise refusal(problem, f"beside it {laws}", "damping")
-            problem = "is missing: a table of an anchor needs it; without a table the anchor is rigid"
-            raise refusal(problem, laws, "stiffness")
-        return self
-
-    def displacement(self, pull: float) -> float:
-        """Displacement [m] at rest under a pull [N]; none under a push."""
-        if pull <= 0.0:
-            return 0.0
-        if self.stiffening is not None:
-            return self.stiffening.length * math.log1p(pull / self.stiffening.force)
-        assert self.stiffness is not None
-        return pull / self.stiffness
-
-
-class Interface(Described):
-    """How a cuff or plate lies on the body: the area that carries, and how it holds by friction."""
-
-    area: Annotated[float, Quantity("m^2", above=0.0, at_most=1.0)]
-    """Area of skin over which the force is spread."""
-    friction: Annotated[float, Quantity("", above=0.0, at_most=2.0)]
-    """Coefficient of friction between the skin, or the clothes on it, and the cuff."""
-
-
-class Cable(Described):
-    """Cable or bracket in series with one muscle; it only pulls."""
-
-    stiffness: Stiffness = 1e6
-    """Stiffness of each muscle's own cable and brackets."""
-    offset: Distance = 0.0
-    """Length that it has gained, by bedding in or bending, before it carries anything."""
+_MOST_PLACES = 12  # on a muscle's path between its ends
 
 
 class MuscleGroup(Described):
@@ -122,7 +51,7 @@ class MuscleGroup(Described):
     """Anchor of the upper end; with insertion and link_length, or else a pulley."""
     insertion: Anchor | None = None
     """Anchor of the lower end."""
-    path: tuple[PathPoint, ...] = Field(default=(), max_length=MOST_PLACES)
+    path: tuple[PathPoint, ...] = Field(default=(), max_length=_MOST_PLACES)
     """Points and surfaces between origin and insertion, in this order; a straight path by default."""
     wrap_friction: Annotated[float, Quantity("", at_least=0.0, at_most=1.0)] = 0.0
     """Coefficient of friction (capstan) at the path's points and surfaces on the origin's segment; none by
@@ -170,13 +99,13 @@ class MuscleGroup(Described):
         for number in range(1, len(self.path)):
             if self.path[number].surface and self.path[number - 1].surface:
                 raise refusal(
-                    "is a surface next to a surface: nothing tells where the path runs between them",
+                    "is a surface next to a surface: where the path runs between them is not defined",
                     "a point without surface before it",
                     f"path.{number}.surface",
                 )
         for number, k in itertools.product(range(len(self.path)), range(self.count)):
-            if complaint := self._inside(number, k):
-                raise complaint
+            if refused := self._inside(number, k):
+                raise refused
         return self
 
     @model_validator(mode="after")
@@ -231,7 +160,7 @@ class MuscleGroup(Described):
         """Length of each parallel muscle's path at an angle of zero [m]; none of a pulley.
 
         It runs straight from point to point. Where it bends around surfaces it is longer: then this is a
-        lower bound, and the compiled model tells the length (`model.paths`).
+        lower bound, and the compiled model has the length (`model.paths`).
         """
         if self.origin is None or self.insertion is None:
             return ()
@@ -269,7 +198,7 @@ class MuscleGroup(Described):
         return x, y + (number - 0.5 * (self.count - 1)) * place.spacing, z
 
     def _inside(self, number: int, muscle: int) -> PydanticCustomError | None:
-        """A complaint where a neighbouring point lies inside the surface number `number`: it would not act.
+        """The refusal where a neighbouring point lies inside the surface number `number`: it would not act.
 
         Points of the other segment move against it; they are looked at in the compiled model.
         """
@@ -347,14 +276,14 @@ class Orthosis(Described):
     """MJCF file of the plate, which is fixed under the foot."""
     outsole: Outsole | None = None
     """Outsole of the plate, where it is one: worn instead of a shoe."""
-    range_of_motion: tuple[Angle, Angle]
+    range_of_motion: tuple[_Angle, _Angle]
     """Lowest and highest ankle angle that the device is built for; a muscle that locks within is
     refused."""
     anchor: dict[Segment, Mounting] = Field(default_factory=dict)
     """How the cuff on the shank and the plate under the foot give; without a table they are rigid."""
     interface: dict[Segment, Interface] = Field(default_factory=dict)
     """How the cuff on the shank and the plate under the foot lie on the skin; without a table no pressure on
-    it is told."""
+    it is reported."""
     muscle: dict[str, MuscleGroup] = Field(default_factory=dict)
     """Muscle groups by name."""
     chamber: dict[str, Chamber] = Field(default_factory=dict)
@@ -397,7 +326,9 @@ class Orthosis(Described):
         for kind in ("muscle", "chamber", "volume", "restriction"):
             for name in getattr(self, kind):
                 if not re.fullmatch(r"[A-Za-z][\w-]*", name):
-                    raise refusal(f"{name!r} is no name", "letters, digits, - and _, a letter first", kind)
+                    raise refusal(
+                        f"{name!r} is not a valid name", "letters, digits, - and _, a letter first", kind
+                    )
         for name, group in self.muscle.items():
             if (group.chamber or name) not in self.chamber:
                 raise refusal(
@@ -408,13 +339,13 @@ class Orthosis(Described):
                 )
         for name in self.chamber:
             if not self.muscles_of(name):
-                raise refusal("no muscle hangs on this chamber", "", f"chamber.{name}")
+                raise refusal("no muscle belongs to this chamber", "", f"chamber.{name}")
         if not self.range_of_motion[0] < self.range_of_motion[1]:
             raise refusal("the first angle is not below the second", "", "range_of_motion")
         return self
 
     @model_validator(mode="after")
-    def _air_hangs_together(self) -> Self:
+    def _air_is_connected(self) -> Self:
         check_network(self)
         return self
 
@@ -429,5 +360,5 @@ class Orthosis(Described):
         return {name: group for name, group in self.muscle.items() if group.pulley is None}
 
     def muscles_of(self, chamber: str) -> dict[str, MuscleGroup]:
-        """The muscle groups that hang on a chamber."""
+        """The muscle groups of a chamber."""
         return {n: g for n, g in self.muscle.items() if (g.chamber or n) == chamber}

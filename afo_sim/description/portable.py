@@ -1,4 +1,4 @@
-"""A scenario that may move with its folder: own files lie beside it, shipped ones keep their shipped name."""
+"""A scenario as a file that may move with its folder: its paths, and its text in TOML."""
 
 import copy
 import pathlib
@@ -7,11 +7,13 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from typing import Any
 
+import tomli_w
+
 from afo_sim.common import assets
 from afo_sim.description.tree import SCENARIO_FILES
 
-BESIDE = "files"  # folder of what is copied
-ASSETS = {
+_BESIDE = "files"  # folder of what is copied
+_ASSETS = {
     "mesh": ("meshdir", "assetdir"),
     "hfield": ("assetdir",),
     "texture": ("texturedir", "assetdir"),
@@ -59,10 +61,10 @@ def _placed(file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path, nam
     if parts is None:
         return str(file)
     for part in parts:
-        copied = scratch / BESIDE / name / part.relative_to(file.parent)
+        copied = scratch / _BESIDE / name / part.relative_to(file.parent)
         copied.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(part, copied)
-    return f"{BESIDE}/{name}/{file.name}"
+    return f"{_BESIDE}/{name}/{file.name}"
 
 
 def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pathlib.Path] | None:
@@ -76,7 +78,7 @@ def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pat
         named = node.get("file") or node.get("filename")
         if not named:
             continue
-        place = next((compiler[d] for d in ASSETS.get(node.tag, ()) if d in compiler), "")
+        place = next((compiler[d] for d in _ASSETS.get(node.tag, ()) if d in compiler), "")
         part = (file.parent / place / named).resolve()
         if not part.is_file() or not part.is_relative_to(file.parent):
             return None
@@ -85,3 +87,36 @@ def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pat
             return None
         found += more
     return found
+
+
+def toml_text(table: Mapping[str, Any]) -> str:
+    """A description as TOML.
+
+    Parameters
+    ----------
+    table : plain data, as `Scenario.resolved` gives it: what is None is left out, and a map
+        `provenance` goes back to the numbers that it is about, { value = …, kind = …, source = … }
+
+    Returns
+    -------
+    text, with a trailing newline
+    """
+    return tomli_w.dumps(_plain(table))
+
+
+def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A table without None, with the sources beside their values."""
+    sources = table.get("provenance", {})
+    found = {}
+    for key, value in table.items():
+        if value is not None and key != "provenance":
+            value = _value(value)
+            found[key] = {"value": value, **sources[key]} if key in sources else value
+    return found
+
+
+def _value(value: Any) -> Any:
+    """A value; a table, or tables in a list, as `_plain` has them."""
+    if isinstance(value, Mapping):
+        return _plain(value)
+    return [_value(item) for item in value] if isinstance(value, list | tuple) else value

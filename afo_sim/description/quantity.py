@@ -12,8 +12,8 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import EXAMPLES, format_quantity, in_unit, parse_quantity
 
-ROUNDING = 1e-14  # of a number that is converted between units, relative
-VALUE_TABLE = "{ value = …, source = …, kind = … }"
+_ROUNDING = 1e-14  # of a number that is converted between units, relative
+_VALUE_TABLE = "{ value = …, source = …, kind = … }"
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Quantity:
         for bound, beyond in ((self.at_least, -1.0), (self.at_most, 1.0)):
             if bound is None or not beyond * (number - bound) > 0.0:
                 continue
-            if math.isclose(number, bound, rel_tol=ROUNDING):  # beyond it by rounding in another unit
+            if math.isclose(number, bound, rel_tol=_ROUNDING):  # beyond it by rounding in another unit
                 number = bound
         low = self.above is not None and number <= self.above
         lower = self.at_least is not None and number < self.at_least
@@ -105,8 +105,8 @@ def refusal(
     return PydanticCustomError("refused", "{problem}", facts)
 
 
-def told_of(described: "Described", key: str) -> str:
-    """Kind and source of a number in brackets, " (published: data sheet)"; "" where none is told."""
+def provenance_note(described: "Described", key: str) -> str:
+    """Kind and source of a number in brackets, " (published: data sheet)"; "" where none is stated."""
     origin = described.provenance.get(key)
     return "" if origin is None else f" ({origin.kind}: {origin.source})"
 
@@ -195,7 +195,7 @@ def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
             values[key] = value["value"]
             sources[key] = {k: v for k, v in value.items() if k != "value"}
         elif isinstance(value, Mapping) and value and value.keys() <= {"source", "kind"}:
-            raise refusal("is missing: its table says only where it comes from", VALUE_TABLE, key)
+            raise refusal("is missing: its table says only where it comes from", _VALUE_TABLE, key)
         else:
             values[key] = value
     return values, sources

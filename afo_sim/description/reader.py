@@ -9,42 +9,35 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError, unknown
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
-from afo_sim.description.leaves import core, fields_of, is_table, leaves, marked, nearest_key, table_at
-from afo_sim.description.limits import Limits
-from afo_sim.description.meanings import meaning
+from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
-from afo_sim.description.ranges import allowed
-from afo_sim.description.scenario import Leg, Scenario
-from afo_sim.description.shoe import Shoe
-from afo_sim.description.tree import Path, Tree, child_of, read_table, value_at
-from afo_sim.description.tree import split_key as split_key
-from afo_sim.description.walking import Patient
+from afo_sim.description.scenario import Scenario
+from afo_sim.description.schema import (
+    KINDS,
+    SPECS,
+    Path,
+    allowed,
+    fields_of,
+    leaves,
+    nearest_key,
+    table_at,
+    tables,
+)
+from afo_sim.description.schema import split_key as split_key
+from afo_sim.description.tree import Tree, child_of, read_table, value_at
+from afo_sim.description.walking import Limits, Patient
 
-Source = str | os.PathLike[str] | Mapping[str, Any]
-Sets = Mapping[str, Any] | None
+_Source = str | os.PathLike[str] | Mapping[str, Any]
+_Sets = Mapping[str, Any] | None
 D = TypeVar("D", bound=Described)
 USUAL_LIMITS = "usual"
-SPECS: dict[str, type[BaseModel]] = {
-    "scenario": Scenario,
-    "leg": Leg,
-    "orthosis": Orthosis,
-    "muscle": Muscle,
-    "valve": Valve,
-    "tube": Tube,
-    "source": GasSource,
-    "regulator": Regulator,
-    "patient": Patient,
-    "shoe": Shoe,
-    "limits": Limits,
-    "sensor": SensorType,
-}
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
     "missing": "is missing",
@@ -64,7 +57,7 @@ PROBLEMS = {
     "less_than_equal": "is out of range",
     "less_than": "is out of range",
 }
-FORMS = {
+_FORMS = {
     "from_ankle": '["6 cm", "0 cm", "30 cm"]',
     "axis": "[0.0, 1.0, 0.0]",
     "path": '[{ segment = "shank", from_ankle = ["6 cm", "0 cm", "5 cm"] }]',
@@ -87,32 +80,32 @@ class Reading(Generic[D]):
 
 
 @overload
-def load(kind: Literal["scenario"], source: Source, sets: Sets = None) -> Scenario: ...
+def load(kind: Literal["scenario"], source: _Source, sets: _Sets = None) -> Scenario: ...
 @overload
-def load(kind: Literal["leg"], source: Source, sets: Sets = None) -> Leg: ...
+def load(kind: Literal["leg"], source: _Source, sets: _Sets = None) -> Leg: ...
 @overload
-def load(kind: Literal["orthosis"], source: Source, sets: Sets = None) -> Orthosis: ...
+def load(kind: Literal["orthosis"], source: _Source, sets: _Sets = None) -> Orthosis: ...
 @overload
-def load(kind: Literal["muscle"], source: Source, sets: Sets = None) -> Muscle: ...
+def load(kind: Literal["muscle"], source: _Source, sets: _Sets = None) -> Muscle: ...
 @overload
-def load(kind: Literal["valve"], source: Source, sets: Sets = None) -> Valve: ...
+def load(kind: Literal["valve"], source: _Source, sets: _Sets = None) -> Valve: ...
 @overload
-def load(kind: Literal["tube"], source: Source, sets: Sets = None) -> Tube: ...
+def load(kind: Literal["tube"], source: _Source, sets: _Sets = None) -> Tube: ...
 @overload
-def load(kind: Literal["source"], source: Source, sets: Sets = None) -> GasSource: ...
+def load(kind: Literal["source"], source: _Source, sets: _Sets = None) -> GasSource: ...
 @overload
-def load(kind: Literal["regulator"], source: Source, sets: Sets = None) -> Regulator: ...
+def load(kind: Literal["regulator"], source: _Source, sets: _Sets = None) -> Regulator: ...
 @overload
-def load(kind: Literal["patient"], source: Source, sets: Sets = None) -> Patient: ...
+def load(kind: Literal["patient"], source: _Source, sets: _Sets = None) -> Patient: ...
 @overload
-def load(kind: Literal["shoe"], source: Source, sets: Sets = None) -> Shoe: ...
+def load(kind: Literal["shoe"], source: _Source, sets: _Sets = None) -> Shoe: ...
 @overload
-def load(kind: Literal["limits"], source: Source, sets: Sets = None) -> Limits: ...
+def load(kind: Literal["limits"], source: _Source, sets: _Sets = None) -> Limits: ...
 @overload
-def load(kind: Literal["sensor"], source: Source, sets: Sets = None) -> SensorType: ...
+def load(kind: Literal["sensor"], source: _Source, sets: _Sets = None) -> SensorType: ...
 @overload
-def load(kind: str, source: Source, sets: Sets = None) -> Described: ...
-def load(kind: str, source: Source, sets: Sets = None) -> Described:
+def load(kind: str, source: _Source, sets: _Sets = None) -> Described: ...
+def load(kind: str, source: _Source, sets: _Sets = None) -> Described:
     """Read a description.
 
     Parameters
@@ -144,7 +137,7 @@ def load(kind: str, source: Source, sets: Sets = None) -> Described:
     return read(kind, source, sets).description
 
 
-def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
+def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
     """A description with its sources; parameters and errors as of `load`."""
     _require_table(sets)
     tree = _tree(kind, source)
@@ -164,7 +157,7 @@ def read(kind: str, source: Source, sets: Sets = None) -> Reading[Any]:
 def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     """A copy of a description with dotted keys set, checked as a file's are."""
     _require_table(sets)
-    kind = next(name for name, spec in SPECS.items() if spec is type(description))
+    kind = KINDS[type(description)]
     table = description.model_dump(mode="json", exclude_none=True)
     for key in sets:
         _say_who_set(table, *split_key(key)[0])
@@ -172,7 +165,7 @@ def with_keys(description: D, sets: Mapping[str, Any]) -> D:
     return found
 
 
-def expand(kind: str, source: Source) -> dict[str, Any]:
+def expand(kind: str, source: _Source) -> dict[str, Any]:
     """A description as one dict with every name followed, which `load` takes without reading a file."""
     tree = _tree(kind, source)
     tree.follow_all()
@@ -185,27 +178,24 @@ def _require_table(sets: Any) -> None:
     if sets is not None and not isinstance(sets, Mapping):
         example = '{"supply.pressure": "3 bar"}'
         raise InputError(
-            "is no dict of keys and values", field="sets", value=sets, allowed="as in " + example
+            "is not a dict of keys and values", field="sets", value=sets, allowed="as in " + example
         )
 
 
 def _tree(kind: str, source: Any) -> Tree:
     """A description as it is written."""
     if kind not in SPECS:
-        nearest = nearest_name(str(kind), SPECS)
-        raise InputError(
-            "is no kind of description", field="kind", value=kind, allowed=", ".join(SPECS), nearest=nearest
-        )
+        raise unknown(kind, SPECS, field="kind", problem="is not a kind of description")
     if isinstance(source, Mapping):
         return _limited(Tree(kind, None, _copied(dict(source))))
     if not isinstance(source, str | os.PathLike):
-        raise InputError("is no description", field=kind, value=source, allowed="a name, a path or a dict")
+        raise InputError("is not a description", field=kind, value=source, allowed="a name, a path or a dict")
     file = assets.find(kind, os.fspath(source))
     return _limited(Tree(kind, file, read_table(kind, file)))
 
 
 def _limited(tree: Tree) -> Tree:
-    """A scenario that names no limits is held against the usual ones."""
+    """A scenario that names no limits is judged by the usual ones."""
     if tree.kind == "scenario":
         tree.root.setdefault("limits", USUAL_LIMITS)
     return tree
@@ -219,7 +209,7 @@ def _copied(value: Any) -> Any:
 
 
 def _first(problems: list[InputError]) -> InputError:
-    """The first of several problems, which tells of the others."""
+    """The first of several problems, which holds the others."""
     first = problems[0]
     first.others = tuple(problems[1:])
     return first
@@ -270,23 +260,23 @@ def _place(tree: Tree, path: Path) -> dict[str, Any]:
 def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     facts = entry.get("ctx", {})
     name = next((part for part in reversed(path) if not part.isdigit()), "")
-    told = facts.get("allowed", "") or facts.get("expected", "")
+    expected = facts.get("allowed", "") or facts.get("expected", "")
     table = table_at(SPECS[tree.kind], path[:-1])
-    info = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
-    if not told and not (info and is_table(core(info.annotation)[0])):  # a chamber's inlet is no list
-        told = FORMS.get(name, "")
+    leaf = fields_of(table).get(name) if table else None  # none of a { value, source, kind } table
+    if not expected and not (leaf and tables(leaf.annotation)[1] == "one"):  # a chamber's inlet is no list
+        expected = _FORMS.get(name, "")
     if entry["type"] == "dict_type":
-        told = f"tables of their own, [{_place(tree, path)['field']}.NAME]"
-    if not told and "min_length" in facts:
-        told = f"at least {facts['min_length']}"
-    if not told and info and PROBLEMS.get(entry["type"]) == "is out of range":
-        told = allowed(marked(info))
-    if entry["type"] == "missing" and info and not told:
-        told = f"{allowed(marked(info))} ({' '.join(meaning(table, name).split()).rstrip('.')})"
+        expected = f"tables of their own, [{_place(tree, path)['field']}.NAME]"
+    if not expected and "min_length" in facts:
+        expected = f"at least {facts['min_length']}"
+    if not expected and leaf and PROBLEMS.get(entry["type"]) == "is out of range":
+        expected = allowed(leaf.annotation)
+    if entry["type"] == "missing" and leaf and not expected:
+        expected = f"{allowed(leaf.annotation)} ({' '.join(leaf.meaning.split()).rstrip('.')})"
     return InputError(
         PROBLEMS.get(entry["type"], entry["msg"]),
         **_place(tree, path),
-        allowed=str(told),
+        allowed=str(expected),
         nearest=facts.get("nearest") or None,
     )
 

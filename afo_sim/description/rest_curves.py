@@ -8,14 +8,13 @@ import numpy as np
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import parse_quantity
-from afo_sim.physics.at_rest import AtRest
-from afo_sim.physics.in_series import row, tension
+from afo_sim.physics.in_series import AtRest, row, tension
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.pneumatics import muscle_volume
 
-Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text such as "3 bar", or an array of them
-Found = Any  # a float of plain numbers, an array of arrays
+_Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
+_Found = Any  # a float of plain numbers, an array of arrays
 
 
 class _Muscle(Protocol):
@@ -52,13 +51,13 @@ class RestCurves:
 
     def force(
         self: _Muscle,
-        pressure: Amount,
+        pressure: _Amount,
         *,
-        contraction: Amount | None = None,
-        length: Amount | None = None,
-        series_stiffness: Amount = math.inf,
-        offset: Amount = 0.0,
-    ) -> Found:
+        contraction: _Amount | None = None,
+        length: _Amount | None = None,
+        series_stiffness: _Amount = math.inf,
+        offset: _Amount = 0.0,
+    ) -> _Found:
         """Tension at rest, as the simulated muscle pulls when nothing moves or rubs.
 
         With a series element (cable, bracket, cuff) `contraction` or `length` is of the whole path: muscle
@@ -92,7 +91,7 @@ class RestCurves:
 
         return _over(pull, kappa, _si("pressure", pressure, "Pa"), stiffness, gained)
 
-    def contraction(self: _Muscle, pressure: Amount, *, force: Amount) -> Found:
+    def contraction(self: _Muscle, pressure: _Amount, *, force: _Amount) -> _Found:
         """Contraction ratio at which a force is carried: where a hung weight comes to rest.
 
         Examples
@@ -110,8 +109,8 @@ class RestCurves:
         )
 
     def pressure(
-        self: _Muscle, force: Amount, *, contraction: Amount | None = None, length: Amount | None = None
-    ) -> Found:
+        self: _Muscle, force: _Amount, *, contraction: _Amount | None = None, length: _Amount | None = None
+    ) -> _Found:
         """Lowest pressure that carries a force.
 
         Examples
@@ -128,7 +127,7 @@ class RestCurves:
             _contraction(self, contraction, length),
         )
 
-    def volume(self: _Muscle, *, contraction: Amount | None = None, length: Amount | None = None) -> Found:
+    def volume(self: _Muscle, *, contraction: _Amount | None = None, length: _Amount | None = None) -> _Found:
         """Volume of air in the muscle: the ideal braid's, never less than the dead volume.
 
         Source
@@ -163,7 +162,7 @@ def at_rest(muscle: _Muscle) -> AtRest:
     )
 
 
-def _over(function: Callable[..., float], *arguments: np.ndarray) -> Found:
+def _over(function: Callable[..., float], *arguments: np.ndarray) -> _Found:
     """A scalar function over broadcast arrays; of plain numbers a float."""
     try:
         together = np.broadcast_arrays(*arguments)
@@ -177,7 +176,7 @@ def _over(function: Callable[..., float], *arguments: np.ndarray) -> Found:
     return np.array(flat).reshape(together[0].shape) if together[0].ndim else flat[0]
 
 
-def _contraction(muscle: _Muscle, contraction: Amount | None, length: Amount | None) -> np.ndarray:
+def _contraction(muscle: _Muscle, contraction: _Amount | None, length: _Amount | None) -> np.ndarray:
     if (contraction is None) == (length is None):
         given = "neither is given" if length is None else "both are given"
         raise InputError(given, field="contraction, length", allowed="one of them")
@@ -202,5 +201,5 @@ def _si(name: str, amount: Any, unit: str) -> np.ndarray:
     try:
         return np.asarray(parse_quantity(text, unit) if isinstance(text, str) else text, dtype=float)
     except (TypeError, ValueError) as error:
-        problem = str(error) if isinstance(text, str) else "is no number"
+        problem = str(error) if isinstance(text, str) else "is not a number"
         raise InputError(problem, field=name, value=amount) from None

@@ -5,7 +5,6 @@ dorsiflexion positive, pressures gauge.
 """
 
 import math
-import pathlib
 import re
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -15,81 +14,21 @@ from pydantic import Field, model_validator
 from afo_sim.common.errors import nearest_name
 from afo_sim.description.air.supplied import check_supplied, check_switched, check_three_way
 from afo_sim.description.air.supply import Supply
+from afo_sim.description.attachment import Side
 from afo_sim.description.control.controller import ControllerDescription
 from afo_sim.description.control.drive import Drive
 from afo_sim.description.control.sensor import Sensor
-from afo_sim.description.limits import Limits
+from afo_sim.description.control.switching import Phases, PositiveTime, Timer
+from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Side
 from afo_sim.description.quantity import Described, Quantity, refusal
-from afo_sim.description.shoe import Shoe
-from afo_sim.description.subtalar import Subtalar
-from afo_sim.description.toes import Toes
-from afo_sim.description.valve_timer import PositiveTime, Timer
-from afo_sim.description.walking import Gait, Ground, Patient, Phases, Start
+from afo_sim.description.walking import Gait, Ground, Limits, Patient, Start
 
-Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
-Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
+_Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
 
-DEFAULT_RATE = 1000.0  # rows of a recording a second, where the step allows it [Hz]
-SLIGHTLY = 0.01  # by which the highest rate may be exceeded: a step may be adjusted to a stride [-]
+_DEFAULT_RATE = 1000.0  # rows of a recording a second, where the step allows it [Hz]
+_SLIGHTLY = 0.01  # by which the highest rate may be exceeded: a step may be adjusted to a stride [-]
 MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
-
-
-class PassiveAnkle(Described):
-    """The relaxed ankle, as a factor and a shift of Riener & Edrich's healthy mean."""
-
-    scale: Annotated[float, Quantity("", at_least=0.0, at_most=20.0)] = 1.0
-    """Factor on the healthy mean's moment; 0 is no tissue."""
-    offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
-    """Shift of the angle at which the tissue is slack."""
-
-
-class Leg(Described):
-    """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle.
-
-    `friction` (Coulomb's, about the ankle) and `inertia` (about the ankle; what else turns with the foot)
-    come on top of what the file has.
-    Any two bodies with one hinge will do, such as an arm on a stand; `directions` is what turning
-    the joint to positive and to negative angles is called.
-    """
-
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
-    file: pathlib.Path
-    """MJCF or URDF file of the leg."""
-    shank: str = "shank"
-    """Name of the shank's body in the file."""
-    foot: str = "foot"
-    """Name of the foot's body in the file."""
-    ankle: str = "ankle"
-    """Name of the ankle's hinge in the file."""
-    side: Side = "right"
-    """Leg that the file is; on the other side it is mirrored."""
-    shank_length: Annotated[float, Quantity("m", above=0.0, at_most=1.0)] | None = None
-    """Length from knee to ankle; 0.246 of the body's height by default (Winter)."""
-    foot_length: Annotated[float, Quantity("m", above=0.0, at_most=0.6)] | None = None
-    """Length from heel to toe; 0.152 of the body's height by default (Winter)."""
-    directions: tuple[Word, Word] = ("dorsiflexion", "plantarflexion")
-    """Names of turning the joint to positive and to negative angles."""
-    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
-    """Viscous damping of the joint."""
-    body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] = 75.0
-    """Mass of the whole body that the leg belongs to."""
-    body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] = 1.75
-    """Height of the body that the leg belongs to."""
-    friction: Annotated[float, Quantity("N*m", at_least=0.0, at_most=100.0)] = 0.0
-    """Coulomb friction about the joint, on top of the file's."""
-    inertia: Annotated[float, Quantity("kg*m^2", at_least=0.0, at_most=10.0)] = 0.0
-    """Inertia about the joint of what else turns with the foot, on top of the file's."""
-    passive: PassiveAnkle = PassiveAnkle()
-    """Moment of the relaxed ankle's tissue."""
-    toes: Toes | None = None
-    """Hinge of the toes; a rigid foot without it."""
-    subtalar: Subtalar | None = None
-    """Hinge for inversion and eversion under the ankle; none without it."""
 
 
 class Shank(Described):
@@ -105,7 +44,7 @@ class Shank(Described):
         if self.pose == "fixed" and self.knee_angle is None:
             raise refusal("is missing; a fixed shank needs it", 'such as "90 deg"', "knee_angle")
         if self.pose == "driven" and self.knee_angle is not None:
-            raise refusal("is told by the gait, where the shank is driven", "nothing", "knee_angle")
+            raise refusal("follows from the gait where the shank is driven", "nothing", "knee_angle")
         return self
 
 
@@ -145,7 +84,7 @@ class Scenario(Described):
     """Compressed air."""
     shank: Shank
     """Fixation of the shank."""
-    load_moment: Moment = 0.0
+    load_moment: _Moment = 0.0
     """Constant moment about the joint, against positive angles."""
     timer: Timer | None = None
     """Valves switched by a clock; or phases."""
@@ -246,8 +185,8 @@ class Scenario(Described):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        told = [(kind, getattr(self, kind)) for kind in ("timer", "phases", "start")]
-        named = [(kind, switched.chambers) for kind, switched in told if switched]
+        tables = [(kind, getattr(self, kind)) for kind in ("timer", "phases", "start")]
+        named = [(kind, switched.chambers) for kind, switched in tables if switched]
         check_switched(self.orthosis, named)
         for kind, chambers in (*named, ("drive", self.drive)):
             switched = self.orthosis.switched if kind in ("timer", "phases") else tuple(self.orthosis.chamber)
@@ -277,7 +216,7 @@ class Scenario(Described):
                     f"start.{name}.pressure",
                 )
         if self.name and not re.fullmatch(r"\w[\w .-]*", self.name):
-            raise refusal("is no name for a folder", "letters, digits, space, . - and _", "name")
+            raise refusal("is not a valid name for a folder", "letters, digits, space, . - and _", "name")
         if self.n_step < 1:
             raise refusal("is shorter than one time step", f"at least {self.timestep:g} s", "duration")
         if self.n_step > MAX_STEPS:
@@ -304,7 +243,7 @@ class Scenario(Described):
     def record_stride(self) -> int:
         """Steps per recorded row."""
         if self.record_rate is None:
-            return max(1, math.ceil(1.0 / (DEFAULT_RATE * self.timestep) - SLIGHTLY))
+            return max(1, math.ceil(1.0 / (_DEFAULT_RATE * self.timestep) - _SLIGHTLY))
         return round(1.0 / (self.record_rate * self.timestep))
 
     def resolved(self) -> dict[str, Any]:

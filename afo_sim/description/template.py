@@ -5,17 +5,26 @@ import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, get_args, get_origin
+from typing import Any
 
 from pydantic import ValidationError
 
-from afo_sim.description.leaves import RANGES, SETS, core, fields_of, is_table, marked, parameter_leaf
-from afo_sim.description.meanings import meaning
-from afo_sim.description.ranges import allowed, shown, unit_of
+from afo_sim.description.schema import (
+    KINDS,
+    SETS,
+    Leaf,
+    allowed,
+    fields_of,
+    is_table,
+    of_chambers,
+    shown,
+    tables,
+    unit_of,
+)
 
-WIDTH = 100  # columns of a comment
-Table = Mapping[str, Any]
-HEAD = (
+_WIDTH = 100  # columns of a comment
+_Table = Mapping[str, Any]
+_HEAD = (
     "Each key: what it means, [SI unit], what is allowed, its default. A quantity is a text with a unit; "
     "any unit of its dimension will do. A number may say where it comes from: { value = …, kind = …, "
     'source = … }, with the kind "published", "fitted", "derived", "assumed" or "user". '
@@ -33,70 +42,73 @@ class Template:
     chambers: tuple[str, ...] = ()
     explained: set[tuple[str, str]] = field(default_factory=set)
 
-    def text(self, kind: Any, values: Table, examples: Table, title: str) -> str:
+    def text(self, kind: Any, values: _Table, examples: _Table, title: str) -> str:
         """The whole file."""
-        lines = [*_comment(title), *_comment(HEAD), ""]
+        lines = [*_comment(title), *_comment(_HEAD), ""]
         lines += self._table(kind, values, examples, ())
         text = "\n".join(lines).strip("\n") + "\n"
         return re.sub(r"\n{3,}", "\n\n", text)
 
     def _table(
-        self, kind: Any, values: Table | None, examples: Table, path: tuple[str, ...], name: str = ""
+        self, kind: Any, values: _Table | None, examples: _Table, path: tuple[str, ...], name: str = ""
     ) -> Iterator[str]:
         """A table: its own keys, then the tables in it. Without values all of it is a comment."""
         live, given = values is not None, values or {}
         if path:
             yield ""
-            yield from () if (type_name(kind), "") in self.explained else _comment(_first_line(kind))
-            self.explained.add((type_name(kind), ""))
+            yield from () if (kind.__name__, "") in self.explained else _comment(_first_line(kind))
+            self.explained.add((kind.__name__, ""))
             yield ("" if live else "# ") + f"[{'.'.join(path)}]"
         yield from self._keys(kind, given, examples, live, name)
-        for key, info in fields_of(kind).items():
-            inner = core(info.annotation)[0]
-            if get_origin(inner) is dict and is_table(get_args(inner)[1]):
-                yield from self._entries(get_args(inner)[1], key, given, examples, (*path, key))
-            elif is_table(inner) and not _is_reference(inner, given.get(key)):
-                written = given.get(key)
-                if written is not None or not self._known(inner) or info.is_required():
-                    yield from self._table(inner, written, examples.get(key) or {}, (*path, key))
-        if kind.model_config.get("extra") == "allow":
-            inner = get_args(kind.__annotations__["__pydantic_extra__"])[1]
-            for chamber in self.chambers if is_table(inner) else ():
-                written = given.get(chamber, _empty(inner)) if live else None
-                yield from self._table(inner, written, examples.get(chamber) or {}, (*path, chamber))
+        for key, leaf in fields_of(kind).items():
+            inner, many = tables(leaf.annotation)
+            written = given.get(key)
+            if many == "named":
+                yield from self._entries(inner, key, given, examples, (*path, key))
+            elif many != "one" or _is_reference(inner, written):
+                continue
+            elif written is not None or not self._known(inner) or leaf.required:
+                yield from self._table(inner, written, examples.get(key) or {}, (*path, key))
+        inner = of_chambers(kind)
+        for chamber in self.chambers if is_table(inner) else ():
+            written = given.get(chamber, _empty(inner)) if live else None
+            yield from self._table(inner, written, examples.get(chamber) or {}, (*path, chamber))
 
     def _entries(
-        self, kind: Any, key: str, given: Table, examples: Table, path: tuple[str, ...]
+        self, kind: Any, key: str, given: _Table, examples: _Table, path: tuple[str, ...]
     ) -> Iterator[str]:
         """Tables with names of their own, such as muscle groups and laws."""
-        example: Table = next(iter((examples.get(key) or {}).values()), {})
+        example: _Table = next(iter((examples.get(key) or {}).values()), {})
         for name, entry in (given.get(key) or {}).items():
             yield from self._table(kind, entry, example, (*path, name), name)
         if not given.get(key):
             for name, entry in (examples.get(key) or {}).items():
                 yield from self._table(kind, None, entry, (*path, name), name)
 
-    def _keys(self, kind: Any, given: Table, examples: Table, live: bool, name: str) -> Iterator[str]:
+    def _keys(self, kind: Any, given: _Table, examples: _Table, live: bool, name: str) -> Iterator[str]:
         """The plain keys of a table, each with its comment."""
-        for key, text, annotation, required, default in _plain(kind, name, given):
-            entry = (f"{type_name(kind)} {name}" if kind in SETS else type_name(kind), key)
+        for key, leaf in fields_of(kind, name).items():
+            inner, many = tables(leaf.annotation)
+            if many == "named" or (many == "one" and not _is_reference(inner, given.get(key))):
+                continue
+            entry = (f"{kind.__name__} {name}" if kind in SETS else kind.__name__, key)
             value, known = given.get(key), entry in self.explained
             self.explained.add(entry)
             if not known:
                 yield ""
-                yield from _comment(text)
-                yield from _comment(_facts(annotation, required, default))
+                yield from _comment(leaf.meaning)
+                yield from _comment(_facts(leaf))
             if value is not None:
-                yield f"{key} = {toml_value(value)}"
+                yield f"{key} = {_toml_value(value)}"
             elif not known:
-                example = _plain_value(examples.get(key, _default_value(annotation, default)))
-                yield f"# {key} = {toml_value(example)}"
+                example = _plain_value(examples.get(key, _default_value(leaf)))
+                yield f"# {key} = {_toml_value(example)}"
 
     def _known(self, kind: Any) -> bool:
-        return (type_name(kind), "") in self.explained
+        return (kind.__name__, "") in self.explained
 
 
-def _empty(kind: Any) -> Table | None:
+def _empty(kind: Any) -> _Table | None:
     """A table without keys; None where the description needs one at least."""
     try:
         kind.model_validate({})
@@ -105,39 +117,15 @@ def _empty(kind: Any) -> Table | None:
     return {}
 
 
-def type_name(kind: Any) -> str:
-    """The name of a description's class."""
-    return str(kind.__name__)
-
-
-def _plain(kind: Any, name: str, given: Table) -> Iterator[tuple[str, str, Any, bool, Any]]:
-    """(key, meaning, type, whether it is needed, default) of the keys that are no tables."""
-    if kind in SETS:
-        for parameter in SETS[kind][name].parameters:
-            leaf = parameter_leaf(parameter)
-            yield leaf.key, leaf.meaning, leaf.annotation, leaf.required, leaf.default
-    for key, info in fields_of(kind).items():
-        if kind in SETS and key not in RANGES:
-            continue
-        inner = core(info.annotation)[0]
-        many = get_origin(inner) is dict and is_table(get_args(inner)[1])
-        if many or (is_table(inner) and not _is_reference(inner, given.get(key))):
-            continue
-        required = info.is_required() and kind not in SETS
-        default = None if info.is_required() else info.get_default(call_default_factory=True)
-        yield key, meaning(kind, key), marked(info), required, default
-
-
 def _is_reference(kind: Any, value: Any) -> bool:
     """Whether a field is the name of another description."""
-    return "name" in kind.model_fields and not isinstance(value, Mapping)
+    return kind in KINDS and not isinstance(value, Mapping)
 
 
-def _facts(annotation: Any, required: bool, default: Any) -> str:
-    unit = unit_of(annotation)
-    parts = [f"[{unit}] " if unit else "", allowed(annotation)]
-    parts.append("; needed" if required else f"; default {_shown_default(default, annotation)}")
-    return "".join(parts)
+def _facts(leaf: Leaf) -> str:
+    unit = unit_of(leaf.annotation)
+    default = "; needed" if leaf.required else f"; default {_shown_default(leaf)}"
+    return f"{f'[{unit}] ' if unit else ''}{allowed(leaf.annotation)}{default}"
 
 
 def _plain_value(value: Any) -> Any:
@@ -146,17 +134,18 @@ def _plain_value(value: Any) -> Any:
     return "" if value is None else value
 
 
-def _shown_default(default: Any, annotation: Any) -> str:
-    if default is None or default in ("", ()):
+def _shown_default(leaf: Leaf) -> str:
+    if leaf.default is None or leaf.default in ("", ()):
         return "none"
-    text = shown(default, annotation)
-    return f'"{text}"' if isinstance(default, str) or unit_of(annotation) else text
+    text = shown(leaf.default, leaf.annotation)
+    return f'"{text}"' if isinstance(leaf.default, str) or unit_of(leaf.annotation) else text
 
 
-def _default_value(annotation: Any, default: Any) -> Any:
+def _default_value(leaf: Leaf) -> Any:
     """A default as a file would write it."""
+    default = leaf.default
     if isinstance(default, float):
-        return shown(default, annotation) if unit_of(annotation) else default
+        return shown(default, leaf.annotation) if unit_of(leaf.annotation) else default
     return default if default is None or isinstance(default, str | int | list) else list(default)
 
 
@@ -165,15 +154,15 @@ def _first_line(kind: Any) -> str:
 
 
 def _comment(text: str) -> Iterable[str]:
-    return [f"# {line}" for line in textwrap.wrap(" ".join(text.split()), WIDTH - 2)]
+    return [f"# {line}" for line in textwrap.wrap(" ".join(text.split()), _WIDTH - 2)]
 
 
-def toml_value(value: Any) -> str:
+def _toml_value(value: Any) -> str:
     """Plain data as TOML, on one line."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {toml_value(v)}" for key, v in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {_toml_value(v)}" for key, v in value.items()) + " }"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(toml_value, value)) + "]"
+        return "[" + ", ".join(map(_toml_value, value)) + "]"
     if isinstance(value, float):
         return repr(value)
     return json.dumps(value, ensure_ascii=False)  # JSON's strings, whole numbers and truths are TOML's

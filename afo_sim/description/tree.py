@@ -2,45 +2,18 @@
 
 import functools
 import pathlib
-import re
 from collections.abc import Mapping
 from typing import Any
+
+from pydantic import BaseModel
 
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.air.ratings import CONDUCTANCE, make_room
+from afo_sim.description.muscle import FrictionSet, LawSet
+from afo_sim.description.schema import SPECS, Path, dotted_key, files_of, references, split_key
 
-Path = tuple[str, ...]
-AIR: dict[Path, str] = {  # of an orthosis
-    ("chamber", "*", "tube"): "tube",
-    ("restriction", "*", "tube"): "tube",
-    ("restriction", "*", "valve"): "valve",
-    ("restriction", "*", "regulator"): "regulator",
-}
-# A string at such a place is the name of another description; "*" is any key.
-REFERENCES: dict[str, dict[Path, str]] = {
-    "scenario": {
-        ("leg",): "leg",
-        ("orthosis",): "orthosis",
-        ("patient",): "patient",
-        ("shoe",): "shoe",
-        ("limits",): "limits",
-        ("orthosis", "muscle", "*", "type"): "muscle",
-        ("orthosis", "chamber", "*", "inlet"): "valve",
-        ("orthosis", "chamber", "*", "outlet"): "valve",
-        ("sensor", "*", "type"): "sensor",
-        ("supply", "source"): "source",
-        ("supply", "regulator"): "regulator",
-        **{("orthosis", *place): kind for place, kind in AIR.items()},
-    },
-    "orthosis": {
-        ("muscle", "*", "type"): "muscle",
-        ("chamber", "*", "inlet"): "valve",
-        ("chamber", "*", "outlet"): "valve",
-        **AIR,
-    },
-}
-FILES = {"leg": ("file",), "orthosis": ("cuff", "plate")}  # fields that are files beside the TOML
+FILES = {kind: names for kind in SPECS if (names := files_of(kind))}  # fields that are files beside the TOML
 SCENARIO_FILES = (*((table, key) for table, keys in FILES.items() for key in keys), ("gait", "cycle"))
 
 
@@ -141,49 +114,25 @@ def _may_hold_references(kind: str, path: Path) -> bool:
     """Whether a reference can stand below `path`."""
     return any(
         len(pattern) > len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
-        for pattern in REFERENCES.get(kind, {})
+        for pattern in references(kind)
     )
 
 
 @functools.lru_cache(maxsize=1024)
 def _reference(kind: str, path: Path) -> str | None:
     """The kind of what a name at `path` refers to, if it is a reference."""
-    for pattern, referred in REFERENCES.get(kind, {}).items():
+    for pattern, referred in references(kind).items():
         if len(pattern) == len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=True)):
             return referred
     return None
 
 
-def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
-    """The names of a dotted key, and the item of a list at its end.
-
-    "gait.seed" → (("gait", "seed"), ()) and "phases.dorsiflexor.inlet[0][1]" →
-    (("phases", "dorsiflexor", "inlet"), (0, 1)). A table in a list is a name that is a number:
-    "path[1].surface.radius" → (("path", "1", "surface", "radius"), ()).
-    """
-    path: list[str] = []
-    items: tuple[int, ...] = ()
-    for part in dotted.split("."):
-        found = re.fullmatch(r"([^\[\]]*)((?:\[[0-9]{1,6}\])*)", part)
-        if found is None:
-            raise InputError(
-                "is no key: an item of a list is its number in brackets, behind the list's name",
-                field=dotted,
-                allowed="as in insertion.from_ankle[0], path[1].surface.radius or "
-                "phases.dorsiflexor.inlet[0][1]",
-            )
-        path += [*map(str, items), found[1]]
-        items = tuple(int(item) for item in re.findall("[0-9]+", found[2]))
-    return tuple(path), items
-
-
-def dotted_key(path: Path) -> str:
-    """The dotted key of a path, as `split_key` reads it: a number is an item of a list."""
-    return "".join(f"[{part}]" if part.isdigit() else f".{part}" for part in path).removeprefix(".")
-
-
 def child_of(node: Any, name: str) -> Any:
-    """What stands below a name in a table, or a number in a list; None where nothing does."""
+    """What stands below a name in a table or description, or a number in a list; None where nothing does."""
+    if isinstance(node, LawSet | FrictionSet) and name in node.parameters:
+        return node.parameters[name]
+    if isinstance(node, BaseModel):
+        return dict(node).get(name)  # its fields, and chambers
     if isinstance(node, Mapping):
         return node.get(name)
     if isinstance(node, list | tuple) and name.isdigit() and int(name) < len(node):

@@ -1,4 +1,4 @@
-"""Walking as it is described: the recorded gait, the patient, valves by gait phase."""
+"""Walking as it is described: the recorded gait, the patient, the ground, and the limits of a verdict."""
 
 from itertools import pairwise
 from typing import Annotated, Literal, Self
@@ -10,8 +10,8 @@ from afo_sim.description.quantity import Described, Quantity, refusal
 
 Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
 Phase = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
-PaceTime = Annotated[float, Quantity("s", at_least=0.0)]
-PaceFactor = Annotated[float, Quantity("", at_least=0.0, at_most=3.0)]
+_PaceTime = Annotated[float, Quantity("s", at_least=0.0)]
+_PaceFactor = Annotated[float, Quantity("", at_least=0.0, at_most=3.0)]
 
 
 class Gait(Described):
@@ -25,7 +25,7 @@ class Gait(Described):
     """Standard deviation of the stride time, as a share of it."""
     seed: int = Field(default=0, ge=0)
     """Seed of the stride times, where they vary."""
-    pace: tuple[tuple[PaceTime, PaceFactor], ...] = ()
+    pace: tuple[tuple[_PaceTime, _PaceFactor], ...] = ()
     """Changes of the cadence: [time from which on, factor on it]; 0 is a stop, 1 the walker's own cadence."""
     pace_change: Annotated[float, Quantity("s", at_least=0.1, at_most=10.0)] = 0.5
     """Time that each change of the cadence takes; the half second is assumed."""
@@ -48,7 +48,7 @@ class Gait(Described):
     @model_validator(mode="after")
     def _has_one_pace(self) -> Self:
         if self.speed is not None and self.stride_time is not None:
-            raise refusal("stands beside gait.speed, which tells the pace", "one of the two", "stride_time")
+            raise refusal("stands beside gait.speed, which sets the pace", "one of the two", "stride_time")
         return self
 
     @model_validator(mode="after")
@@ -140,52 +140,79 @@ class ChamberStart(Described):
 
 
 class Start(Described):
-    """Air before the first step; every key is a chamber, and one that is not told is empty."""
+    """Air before the first step; every key is a chamber, and one that is not named is empty."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
     __pydantic_extra__: dict[str, ChamberStart] = Field(init=False)
 
     @property
     def chambers(self) -> dict[str, ChamberStart]:
-        """What is told of each chamber."""
+        """The description of each chamber."""
         return dict(self.__pydantic_extra__ or {})
 
 
-class ValvePhases(Described):
-    """Intervals of gait phase in which a chamber's two valves are open; from > to runs over heel strike."""
+_Clearance = Annotated[float, Quantity("m", at_least=-0.1, at_most=0.2)]
+_Pitch = Annotated[float, Quantity("rad", at_least=-0.8, at_most=0.8)]
+_Torque = Annotated[float, Quantity("N*m/kg", at_least=0.0, at_most=10.0)]
+_Work = Annotated[float, Quantity("J/kg", at_least=0.0, at_most=10.0)]
+_SkinPressure = Annotated[float, Quantity("Pa", above=0.0, at_most=1e6)]
+_Life = Annotated[float, Quantity("", above=0.0, at_most=1e12)]
+_Count = Annotated[float, Quantity("", at_least=0.0, at_most=1e9)]
 
-    inlet: tuple[tuple[Phase, Phase], ...] = ()
-    """Intervals [from, to] of gait phase in which the inlet valve's coil has current."""
-    outlet: tuple[tuple[Phase, Phase], ...] = ()
-    """Intervals [from, to] of gait phase in which the outlet valve's coil has current."""
+_PAIRS = (
+    "drawn_trips",
+    "torque_against_push_off",
+    "work_against_push_off",
+    "skin_pressure",
+)  # good up to, bad beyond
+_FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from, bad below
+
+
+class Limits(Described):
+    """Limits of a walk and a device; of a pair the first is what is wanted, beyond the second it
+    is bad.
+
+    `load("limits", "usual")` are the shipped ones. A scenario without `limits` is judged by these.
+    """
+
+    name: str = ""
+    """Name; the folder's by default."""
+    description: str = ""
+    """One line that says what it is."""
+    toe_clearance: tuple[_Clearance, _Clearance]
+    """Toe clearance of every stride: wanted at least, and the height below which the toe trips."""
+    drawn_trips: tuple[Share, Share]
+    """Share of strides, drawn over what is not known, that touch the floor: wanted at most, bad beyond the
+    second."""
+    contact_pitch: tuple[_Pitch, _Pitch]
+    """Pitch of the sole at initial contact, toes up: the heel comes first from the first on, the forefoot
+    below the second."""
+    torque_against_push_off: tuple[_Torque, _Torque]
+    """Dorsiflexion torque of the orthosis in push-off by body mass: hardly felt up to the first, too much
+    beyond the second."""
+    work_against_push_off: tuple[_Work, _Work]
+    """Work that it takes from push-off by body mass: hardly felt up to the first, too much beyond the
+    second."""
+    strides_per_bottle: tuple[_Count, _Count]
+    """Strides of one bottle of air: wanted at least, too few below the second."""
+    bottle_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
+    """Volume of the bottle."""
+    bottle_pressure: Annotated[float, Quantity("Pa", above=0.0, at_most=1e8)]
+    """Gauge pressure of the full bottle."""
+    skin_pressure: tuple[_SkinPressure, _SkinPressure]
+    """Pressure on the skin under cuff or strap: discomfort from the first on, pain beyond the second."""
+    blood_flow_pressure: _SkinPressure
+    """Pressure that a wide cuff may keep up all the time without hindering the flow of blood."""
+    strides_per_day: Annotated[float, Quantity("", above=0.0, at_most=1e6)]
+    """Strides of one leg on a day, by which a life in strides is given in days."""
+    muscle_life: _Life
+    """Cycles of filling and venting that a muscle is to last."""
 
     @model_validator(mode="after")
-    def _are_intervals(self) -> Self:
-        for valve in ("inlet", "outlet", "open"):
-            for start, end in getattr(self, valve, ()):
-                if start == end:
-                    raise refusal(
-                        f"the event [{start:g}, {end:g}] is empty",
-                        "two different gait phases from 0 to 1",
-                        valve,
-                    )
+    def _are_in_order(self) -> Self:
+        for key in (*_PAIRS, *_FALLING):
+            first, second = getattr(self, key)
+            if (second < first) is (key in _PAIRS) and first != second:
+                order = "not below the first" if key in _PAIRS else "not above the first"
+                raise refusal("the second value is on the wrong side of the first", f"one {order}", key)
         return self
-
-
-class SwitchPhases(ValvePhases):
-    """The same, or those of a valve between other nodes."""
-
-    open: tuple[tuple[Phase, Phase], ...] = ()
-    """Intervals [from, to] of gait phase in which the coil of a valve between other nodes has current."""
-
-
-class Phases(Described):
-    """Valves switched by gait phase; every key is a chamber, or a valve between other nodes."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, SwitchPhases] = Field(init=False)
-
-    @property
-    def chambers(self) -> dict[str, SwitchPhases]:
-        """The valves' intervals of gait phase by chamber."""
-        return dict(self.__pydantic_extra__ or {})

@@ -3,8 +3,9 @@
 import pathlib
 from typing import Any
 
+from afo_sim.common.csv_table import read_header, read_table
 from afo_sim.common.errors import InputError
-from afo_sim.common.phase_table import read_header, read_table, write_table
+from afo_sim.common.phase_table import write_table
 from afo_sim.gait.checks import examine
 from afo_sim.gait.cycle import COLUMNS, GaitCycle
 

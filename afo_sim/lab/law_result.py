@@ -16,11 +16,11 @@ import numpy as np
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.notice import Notice
-from afo_sim.common.toml_text import toml_text
 from afo_sim.common.units import parse_quantity
 from afo_sim.common.writing import write_json, write_text
 from afo_sim.description.covariance import FitCovariance
 from afo_sim.description.muscle import Muscle
+from afo_sim.description.portable import toml_text
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.law_fit import LawFit, doubt, fit_law, held_out
 from afo_sim.lab.law_muscle import (

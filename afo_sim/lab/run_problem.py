@@ -14,7 +14,7 @@ import numpy as np
 from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_title, table_of
 from afo_sim.common.errors import InputError, nearest_name, unknown
 from afo_sim.common.units import AMBIENT_PRESSURE, format_quantity, in_unit, parse_quantity
-from afo_sim.description.field import field_at
+from afo_sim.description.keys import field_at
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule

@@ -13,8 +13,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import AMBIENT_PRESSURE, LEAST_NUMBER, parse_quantity
+from afo_sim.description.attachment import Segment
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Segment
 from afo_sim.legs.finding import Found
 from afo_sim.native.install import Hold
 

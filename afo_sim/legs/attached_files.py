@@ -17,10 +17,9 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.common.toml_text import toml_text
 from afo_sim.common.writing import together
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.portable import portable
+from afo_sim.description.portable import portable, toml_text
 from afo_sim.description.reader import load
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.attached_spec import compiled, files_of, own_spec

@@ -15,8 +15,8 @@ from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.common.units import in_unit
+from afo_sim.description.attachment import Segment
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Segment
 from afo_sim.description.reader import load
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.finding import Found

@@ -13,8 +13,8 @@ from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.common.units import in_unit
+from afo_sim.description.attachment import Segment, Side
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Segment, Side
 from afo_sim.description.reader import load
 from afo_sim.legs.attached import Attached, number_of, pressure_of
 from afo_sim.legs.attached_spec import (

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.common.writing import check_writable, together
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.description.reader import load
 from afo_sim.legs.cutting import cut, left_behind, with_sole
 from afo_sim.legs.finding import Found, find

@@ -22,10 +22,10 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import in_unit
+from afo_sim.description.attachment import Side
+from afo_sim.description.leg import Subtalar
 from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.places import Side
 from afo_sim.description.scenario import Leg, Scenario
-from afo_sim.description.subtalar import Subtalar
 from afo_sim.model.mounting import ANKLE, SUBTALAR
 
 INVERSION = "inversion"

@@ -21,9 +21,9 @@ import tomlkit
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, together
+from afo_sim.description.attachment import Anchor, PathPoint, Segment
 from afo_sim.description.new import reference
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.places import Anchor, PathPoint, Segment
 from afo_sim.description.portable import portable
 from afo_sim.description.quantity import Provenance
 from afo_sim.description.reader import load

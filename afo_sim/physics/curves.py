@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-import afo_sim.common.sources  # noqa: F401  # of the code that runs, before a file is edited
+import afo_sim.common.user_cache  # noqa: F401  # of the code that runs, before a file is edited
 from afo_sim.physics.jitable import register_all, register_jitable
 from afo_sim.physics.law import MAX_COEFFICIENTS
 from afo_sim.physics.static_force import static_force

@@ -4,7 +4,7 @@ import math
 
 from afo_sim.physics.jitable import register_jitable
 
-INSTANT = 1e-9  # times that differ by less are one: what rounding leaves of a sum of steps [s]
+_INSTANT = 1e-9  # times that differ by less are one: what rounding leaves of a sum of steps [s]
 
 
 @register_jitable
@@ -97,10 +97,10 @@ def two_point(
     least_on, least_off : times for which a side, or none, stays [s]
     """
     if side > 0.5:
-        return 1.0 if error > release or held + INSTANT < least_on else 0.0
+        return 1.0 if error > release or held + _INSTANT < least_on else 0.0
     if side < -0.5:
-        return -1.0 if error < -release or held + INSTANT < least_on else 0.0
-    if held + INSTANT < least_off:
+        return -1.0 if error < -release or held + _INSTANT < least_on else 0.0
+    if held + _INSTANT < least_off:
         return 0.0
     if error > dead_band:
         return 1.0
@@ -114,9 +114,9 @@ def pulse_width(output: float, period: float, least_on: float, least_off: float)
     A pulse below the least is not given; a gap below the least is none, and the coil stays on.
     """
     width = abs(output) * period
-    if width <= 0.0 or width + INSTANT < least_on:
+    if width <= 0.0 or width + _INSTANT < least_on:
         return 0.0
-    if period - width + INSTANT < least_off:
+    if period - width + _INSTANT < least_off:
         width = period
     return width if output > 0.0 else -width
 
@@ -142,7 +142,7 @@ def pulses(
     (inlet [-], outlet [-], clock [s], width [s])
     """
     inlet, outlet = 0.0, 0.0
-    if clock + INSTANT > period:
+    if clock + _INSTANT > period:
         clock, width = 0.0, coming
     present = min(period - clock, step)
     on = min(max(abs(width) - clock, 0.0), present)
@@ -152,7 +152,7 @@ def pulses(
         outlet += on
     clock += step
     rest = step - present
-    if rest > INSTANT:
+    if rest > _INSTANT:
         clock, width = rest, coming
         on = min(abs(width), rest)
         if width > 0.0:
@@ -173,8 +173,8 @@ def pulse_edges(before: float, width: float, clock: float, anew: bool, period: f
     anew : whether it began in this step
     period : [s]; a pulse as wide goes over into the next without a gap
     """
-    rises = anew and width > 0.0 and before + INSTANT < period
-    return rises, width > 0.0 and (width > clock + INSTANT or width + INSTANT > period)
+    rises = anew and width > 0.0 and before + _INSTANT < period
+    return rises, width > 0.0 and (width > clock + _INSTANT or width + _INSTANT > period)
 
 
 @register_jitable
@@ -194,6 +194,6 @@ def proportional_rate(asked: float, opening: float, bandwidth: float, step: floa
         asked = 0.0
     elif asked > 1.0:
         asked = 1.0
-    if abs(asked - opening) < INSTANT:
+    if abs(asked - opening) < _INSTANT:
         return (asked - opening) / step
     return -math.expm1(-2.0 * math.pi * bandwidth * step) * (asked - opening) / step

@@ -11,17 +11,17 @@ from afo_sim.physics.jitable import register_jitable
 
 BAR = 1e5  # [Pa]
 SMALLEST_SINE = 0.05  # of the braid angle in the terms of a wall: 2.9°, flatter than any braid
-LARGEST_EXPONENT = 3.0  # an exponential continues along its tangent from there
+_LARGEST_EXPONENT = 3.0  # an exponential continues along its tangent from there
 SPAN = 0.5  # contraction ratio up to which a polynomial is followed; constant beyond
-CELLS = 16  # of the search for the first minimum over the span
+_CELLS = 16  # of the search for the first minimum over the span
 
 
 @register_jitable
 def bounded_exp(x: float) -> float:
     """e^x up to x = 3, and its tangent beyond: finite and smooth for every finite x."""
-    if x <= LARGEST_EXPONENT:
+    if x <= _LARGEST_EXPONENT:
         return math.exp(x)
-    return math.exp(LARGEST_EXPONENT) * (1.0 + x - LARGEST_EXPONENT)  # a NaN comes out here
+    return math.exp(_LARGEST_EXPONENT) * (1.0 + x - _LARGEST_EXPONENT)  # a NaN comes out here
 
 
 @register_jitable
@@ -62,7 +62,7 @@ def descending(
         return value
     least, low, slope = q0, 0.0, q1
     while low < x:
-        high = low + span / CELLS
+        high = low + span / _CELLS
         if high > x:
             high = x
         next_slope = _quintic_slope(high, q1, q2, q3, q4, q5)

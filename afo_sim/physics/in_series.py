@@ -1,4 +1,4 @@
-"""A muscle at rest behind what gives way: its own contraction, and the tension that it then carries.
+"""A muscle at rest: its force and what inverts it, and its tension behind what gives way.
 
     κ = κ_path + [F/k + Σ z(n F)]/L0,    F = max(F_static(κ, p), 0)
 
@@ -11,21 +11,79 @@ import ctypes
 import functools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-import afo_sim.common.sources  # noqa: F401  # of the code that runs, before a file is edited
-from afo_sim.physics.at_rest import AtRest
-from afo_sim.physics.curves import HALVINGS, crossing
+import afo_sim.common.user_cache  # noqa: F401  # of the code that runs, before a file is edited
+from afo_sim.physics.curves import CONTRACTED, HALVINGS, crossing
 from afo_sim.physics.jitable import register_all, register_jitable
-from afo_sim.physics.law import MAX_COEFFICIENTS
+from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.series import anchor_displacement
 from afo_sim.physics.static_force import signed_force
 
-COEFFICIENTS = 16  # place of a row's first coefficient of the law
-SHORTEST = 0.9  # contraction ratio that no muscle reaches
-RIGID = (math.inf, 0.0, 0.0)  # stiffness, force and length of an anchor that does not give
+
+@dataclass(frozen=True)
+class AtRest:
+    """Force law, braid stiffness and return force as the compiled muscle computes them, in tension only.
+
+    `law` is the native id, whose `coefficients` follow; `lowest_pressure` [Pa] is that of the law's range,
+    `braid_stiffness` [N] acts when the braid is stretched, `return_stiffness` [N] without air.
+    """
+
+    law: float
+    coefficients: Sequence[float]
+    lowest_pressure: float
+    braid_stiffness: float
+    return_stiffness: float
+    braid: Braid
+    braids: float
+
+    def force(self, contraction: float, pressure: float) -> float:
+        """Tension [N], ≥ 0, at a contraction ratio [-] and a gauge pressure [Pa]."""
+        signed = self.signed(contraction, pressure)
+        return 0.0 if signed < 0.0 else signed  # a NaN comes out here
+
+    def signed(self, contraction: float, pressure: float) -> float:
+        """Force [N], negative where the muscle is slack, at a contraction ratio and a gauge pressure [Pa]."""
+        return signed_force(
+            self.law,
+            contraction,
+            pressure,
+            self.lowest_pressure,
+            self.return_stiffness,
+            self.braid_stiffness,
+            self.braid.nominal_radius,
+            self.braid.b,
+            self.braids,
+            self.coefficients,
+            0,
+        )
+
+    def contraction(self, pressure: float, force: float, most_stretched: float) -> float:
+        """Contraction ratio [-] at which a force [N] is carried at a gauge pressure [Pa].
+
+        Between `most_stretched` and 0.7; of no force, where the muscle goes slack; NaN when none carries it.
+        """
+        if not (0.0 <= force <= self.force(most_stretched, pressure)):
+            return float("nan")
+        return crossing(
+            lambda kappa: self.force(kappa, pressure) - force, (), most_stretched, CONTRACTED, HALVINGS
+        )
+
+    def pressure(self, force: float, contraction: float, highest: float) -> float:
+        """Lowest gauge pressure [Pa], up to `highest`, that carries a force [N]; NaN when none does."""
+        if not (0.0 <= force <= self.force(contraction, highest)):
+            return float("nan")
+        if self.force(contraction, 0.0) >= force:
+            return 0.0
+        return crossing(lambda gauge: force - self.force(contraction, gauge), (), 0.0, highest, HALVINGS)
+
+
+_COEFFICIENTS = 16  # place of a row's first coefficient of the law
+_SHORTEST = 0.9  # contraction ratio that no muscle reaches
+_RIGID = (math.inf, 0.0, 0.0)  # stiffness, force and length of an anchor that does not give
 
 
 def row(
@@ -45,7 +103,7 @@ def row(
     (COEFFICIENTS + MAX_COEFFICIENTS,) [SI]: law, lowest pressure, return and braid stiffness, radius, b and
     braids of the muscle; nominal length, k, n; three numbers of each anchor; the law's coefficients
     """
-    found = np.zeros(COEFFICIENTS + MAX_COEFFICIENTS)
+    found = np.zeros(_COEFFICIENTS + MAX_COEFFICIENTS)
     found[:7] = (
         bare.law,
         bare.lowest_pressure,
@@ -56,29 +114,29 @@ def row(
         bare.braids,
     )
     found[7:10] = bare.braid.nominal_length, cable, count
-    found[10:16] = np.ravel([*anchors, RIGID, RIGID][:2])
-    found[COEFFICIENTS : COEFFICIENTS + len(bare.coefficients)] = bare.coefficients
+    found[10:16] = np.ravel([*anchors, _RIGID, _RIGID][:2])
+    found[_COEFFICIENTS : _COEFFICIENTS + len(bare.coefficients)] = bare.coefficients
     return found
 
 
 def on_anchors(u: np.ndarray, anchors: Sequence[tuple[float, ...]]) -> np.ndarray:
     """A copy of a row whose muscle pulls on other anchors, as `row` takes them."""
     found = u.copy()
-    found[10:16] = np.ravel([*anchors, RIGID, RIGID][:2])
+    found[10:16] = np.ravel([*anchors, _RIGID, _RIGID][:2])
     return found
 
 
 @register_jitable
-def tension_at(kappa: float, pressure: float, u: Any) -> float:
+def _tension_at(kappa: float, pressure: float, u: Any) -> float:
     """Tension of the muscle of a row at its own contraction ratio and a gauge pressure [Pa], ≥ 0 [N]."""
-    force = signed_force(u[0], kappa, pressure, u[1], u[2], u[3], u[4], u[5], u[6], u, COEFFICIENTS)
+    force = signed_force(u[0], kappa, pressure, u[1], u[2], u[3], u[4], u[5], u[6], u, _COEFFICIENTS)
     return 0.0 if force < 0.0 else force  # a NaN comes out here
 
 
 @register_jitable
-def excess(kappa: float, path: float, pressure: float, u: Any) -> float:
+def _excess(kappa: float, path: float, pressure: float, u: Any) -> float:
     """κ_path + [F/k + Σ z(n F)]/L0 − κ at an own contraction ratio κ [-]; it falls as κ rises."""
-    force = tension_at(kappa, pressure, u)
+    force = _tension_at(kappa, pressure, u)
     pull, given = u[9] * force, force / u[8]
     given += anchor_displacement(pull, u[10], u[11], u[12], 0.0, 0.0, 0.0, 1.0)[0]
     given += anchor_displacement(pull, u[13], u[14], u[15], 0.0, 0.0, 0.0, 1.0)[0]
@@ -86,16 +144,16 @@ def excess(kappa: float, path: float, pressure: float, u: Any) -> float:
 
 
 @register_jitable
-def balanced(path: float, pressure: float, u: Any) -> float:
+def _balanced(path: float, pressure: float, u: Any) -> float:
     """Own contraction ratio [-] of the muscle of a row, from that of its path and a gauge pressure [Pa]."""
-    if not path < SHORTEST:
+    if not path < _SHORTEST:
         return path  # slack, or not a number
-    return crossing(excess, (path, pressure, u), path, SHORTEST, HALVINGS)
+    return crossing(_excess, (path, pressure, u), path, _SHORTEST, HALVINGS)
 
 
 def tension(path: float, pressure: float, u: np.ndarray) -> float:
     """Tension [N] at rest of the muscle of a row; uncompiled, for a few points."""
-    return tension_at(balanced(path, pressure, u), pressure, u)
+    return _tension_at(_balanced(path, pressure, u), pressure, u)
 
 
 def tensions(path: np.ndarray, pressure: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -134,7 +192,7 @@ def _compile() -> Any:
 
     def over(unused: float, u: Any, path: Any, pressure: Any, out: Any, size: int) -> float:
         for k in range(size):
-            out[k] = tension_at(balanced(path[k], pressure[k], u), pressure[k], u)
+            out[k] = _tension_at(_balanced(path[k], pressure[k], u), pressure[k], u)
         return unused
 
     register_all()

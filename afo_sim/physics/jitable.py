@@ -1,4 +1,4 @@
-"""The mark of functions that compiled code may call; numba is told of them when something is compiled.
+"""The mark of functions that compiled code may call; numba learns of them when something is compiled.
 
 A third of a second goes into importing numba. Who reads a description, or runs machine code that is there
 already, needs none of it: to Python a marked function is what it was.
@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_untold: list[tuple[Callable[..., Any], dict[str, Any]]] = []  # functions and options, since the last telling
+_unregistered: list[tuple[Callable[..., Any], dict[str, Any]]] = []  # functions, options
 
 
 def register_jitable(function: F | None = None, **options: Any) -> Any:
@@ -22,15 +22,15 @@ def register_jitable(function: F | None = None, **options: Any) -> Any:
     """
     if function is None:
         return lambda function: register_jitable(function, **options)
-    _untold.append((function, options))
+    _unregistered.append((function, options))
     return function
 
 
 def register_all() -> None:
-    """Tell numba of all marked functions; whoever compiles one that calls them does this before."""
+    """Register all marked functions with numba; whoever compiles one that calls them does this before."""
     from numba.extending import register_jitable as register
 
-    while _untold:
-        function, options = _untold.pop(0)
+    while _unregistered:
+        function, options = _unregistered.pop(0)
         # without the wrapper in C that each would get, which nothing calls: an eighth of the time to compile
         register(no_cfunc_wrapper=True, **options)(function)

@@ -72,11 +72,11 @@ def collect(package: str, kind: type[E], *, besides: Iterable[str] = ()) -> dict
         known = {id(entry) for _, entry in found}
         found += [(f"{package}.{module}", entry) for entry in here if id(entry) not in known]
     found.sort(key=lambda item: item[1].native_id)
-    check_unique(found)
+    _check_unique(found)
     return {entry.name: entry for _, entry in found}
 
 
-def check_unique(found: Sequence[tuple[str, Entry]]) -> None:
+def _check_unique(found: Sequence[tuple[str, Entry]]) -> None:
     """Refuse a name or a native id that is given twice; entries of one kernel share its id.
 
     Parameters

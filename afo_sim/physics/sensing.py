@@ -35,43 +35,43 @@ N_PARAMETER = 27
 LAG, FILTERED, HELD, SAMPLED, STATE, WAITING, STARTED = range(7)
 N_MEMORY = 7
 
-MASK = 0xFFFFFFFF
-NAN = math.nan
-TWO_PI = 2.0 * math.pi
-SLIGHTLY = 1e-9  # of a sample, by which rounding may put a row before its time
+_MASK = 0xFFFFFFFF
+_NAN = math.nan
+_TWO_PI = 2.0 * math.pi
+_SLIGHTLY = 1e-9  # of a sample, by which rounding may put a row before its time
 
 
 @register_jitable
-def mixed(number: int) -> int:
+def _mixed(number: int) -> int:
     """32 bits that look like chance, one for one: the finaliser of MurmurHash3 (Appleby, public domain)."""
-    number = number & MASK
-    number = ((number ^ (number >> 16)) * 0x85EBCA6B) & MASK
-    number = ((number ^ (number >> 13)) * 0xC2B2AE35) & MASK
+    number = number & _MASK
+    number = ((number ^ (number >> 16)) * 0x85EBCA6B) & _MASK
+    number = ((number ^ (number >> 13)) * 0xC2B2AE35) & _MASK
     return number ^ (number >> 16)
 
 
 @register_jitable
-def chance(key: int, row: int) -> float:
+def _chance(key: int, row: int) -> float:
     """A number from 0 to 1, both excluded, evenly spread; of a key and a row."""
-    low = mixed(row ^ mixed(key))
-    high = mixed((row >> 32) + mixed(key + 0x9E3779B9))
-    return (mixed(low + high) + 0.5) / 4294967296.0
+    low = _mixed(row ^ _mixed(key))
+    high = _mixed((row >> 32) + _mixed(key + 0x9E3779B9))
+    return (_mixed(low + high) + 0.5) / 4294967296.0
 
 
 @register_jitable
-def normal(seed: int, sensor: int, row: int) -> float:
+def _normal(seed: int, sensor: int, row: int) -> float:
     """Normal deviate z, mean 0, standard deviation 1, white over rows: z = √(−2 ln u) cos 2πu' (Box, Muller).
 
     Parameters
     ----------
     seed, sensor, row : whole numbers from 0
     """
-    key = mixed(mixed(seed) + 0x9E3779B9 * (sensor + 1))
-    return math.sqrt(-2.0 * math.log(chance(key, row))) * math.cos(TWO_PI * chance(key + 0x3C6EF372, row))
+    key = _mixed(_mixed(seed) + 0x9E3779B9 * (sensor + 1))
+    return math.sqrt(-2.0 * math.log(_chance(key, row))) * math.cos(_TWO_PI * _chance(key + 0x3C6EF372, row))
 
 
 @register_jitable
-def clipped(value: float, low: float, high: float) -> float:
+def _clipped(value: float, low: float, high: float) -> float:
     """A value within bounds; no number stays none."""
     if value < low:
         return low
@@ -81,7 +81,7 @@ def clipped(value: float, low: float, high: float) -> float:
 
 
 @register_jitable
-def rounded(value: float, step: float) -> float:
+def _rounded(value: float, step: float) -> float:
     """The nearest multiple of a step; the value itself where the step is 0."""
     if step > 0.0 and value - value == 0.0:
         return math.floor(value / step + 0.5) * step
@@ -92,7 +92,7 @@ def rounded(value: float, step: float) -> float:
 def line_output(value: float, slope: float, intercept: float, inverse: float) -> float:
     """Physical output of a calibration line: slope x + intercept, or slope/x + intercept."""
     if inverse > 0.0:
-        return slope / value + intercept if value != 0.0 else NAN
+        return slope / value + intercept if value != 0.0 else _NAN
     return slope * value + intercept
 
 
@@ -101,18 +101,18 @@ def line_value(output: float, slope: float, intercept: float, inverse: float) ->
     """Quantity that a calibration line has at an output: the inverse of `line_output`."""
     above = output - intercept
     if inverse > 0.0:
-        return slope / above if above != 0.0 else NAN
+        return slope / above if above != 0.0 else _NAN
     return above / slope
 
 
 @register_jitable
-def element(p: Any, i: int, s: Any, j: int, value: float, time: float) -> float:
+def _element(p: Any, i: int, s: Any, j: int, value: float, time: float) -> float:
     """What a sensor's element makes of the quantity, before it is sampled: errors, play, low-pass."""
     felt = p[i + GAIN] * value + p[i + OFFSET] + p[i + DRIFT] * time
     half = 0.5 * p[i + PLAY]
     if half > 0.0:
         lag = s[j + LAG]
-        felt = felt if lag != lag or felt != felt else clipped(lag, felt - half, felt + half)
+        felt = felt if lag != lag or felt != felt else _clipped(lag, felt - half, felt + half)
         s[j + LAG] = felt
     old = s[j + FILTERED]
     if p[i + SHARE] < 1.0 and old == old:
@@ -122,24 +122,24 @@ def element(p: Any, i: int, s: Any, j: int, value: float, time: float) -> float:
 
 
 @register_jitable
-def converted(p: Any, i: int, value: float, row: int) -> float:
+def _converted(p: Any, i: int, value: float, row: int) -> float:
     """Physical output of a sample: noise, range, calibration line, the converter's steps."""
     seed, number = int(p[i + SEED]), int(p[i + NUMBER])
     if p[i + NOISE] > 0.0:
-        value += p[i + NOISE] * normal(seed, 2 * number, row)
-    value = clipped(value, p[i + LOW], p[i + HIGH])
+        value += p[i + NOISE] * _normal(seed, 2 * number, row)
+    value = _clipped(value, p[i + LOW], p[i + HIGH])
     output = line_output(value, p[i + SLOPE], p[i + INTERCEPT], p[i + INVERSE])
     if p[i + OUT_NOISE] > 0.0:
-        output += p[i + OUT_NOISE] * normal(seed, 2 * number + 1, row)
-    return rounded(clipped(output, p[i + OUT_LOW], p[i + OUT_HIGH]), p[i + OUT_STEP])
+        output += p[i + OUT_NOISE] * _normal(seed, 2 * number + 1, row)
+    return _rounded(_clipped(output, p[i + OUT_LOW], p[i + OUT_HIGH]), p[i + OUT_STEP])
 
 
 @register_jitable
-def switched(p: Any, i: int, s: Any, j: int, value: float) -> float:
+def _switched(p: Any, i: int, s: Any, j: int, value: float) -> float:
     """A switch's state, 0 or 1: the threshold with hysteresis, then the debounce."""
     if value != value:
-        s[j + STATE] = NAN
-        return NAN
+        s[j + STATE] = _NAN
+        return _NAN
     state = s[j + STATE]
     half = 0.5 * p[i + HYSTERESIS]
     if state != state:  # its first row: no past to hold on to
@@ -195,12 +195,12 @@ def sense(
         for k in range(rows):
             row, at = first + k, sensor * width + k
             time = row * timestep
-            felt = element(p, i, s, j, values[at], time)
-            sample = row if p[i + RATE] == 0.0 else math.floor(time * p[i + RATE] + SLIGHTLY)
+            felt = _element(p, i, s, j, values[at], time)
+            sample = row if p[i + RATE] == 0.0 else math.floor(time * p[i + RATE] + _SLIGHTLY)
             # no number is unequal to itself: before the first row a sample is due
             if sample != s[j + SAMPLED]:
                 s[j + SAMPLED] = sample
-                s[j + HELD] = converted(p, i, felt, row)
+                s[j + HELD] = _converted(p, i, felt, row)
             output = s[j + HELD]
             if delay > 0:
                 if s[j + STARTED] != s[j + STARTED]:
@@ -210,8 +210,8 @@ def sense(
                 place = line + row % delay
                 output, lines[place] = lines[place], output
             reading = line_value(output, p[i + TAKEN_SLOPE], p[i + TAKEN_INTERCEPT], p[i + INVERSE])
-            reading = rounded(reading, p[i + STEP])
+            reading = _rounded(reading, p[i + STEP])
             if p[i + SWITCH] > 0.0:
-                reading = switched(p, i, s, j, reading)
+                reading = _switched(p, i, s, j, reading)
             readings[at], outputs[at] = reading, output
     return 0.0

@@ -1,10 +1,11 @@
-"""Series elements of a muscle, which only pull: its cable, and the anchor on the limb that gives way."""
+"""Series elements of a muscle, which only pull: its cable, the guides that the cable slides over, and the
+anchor on the limb that gives way."""
 
 import math
 
 from afo_sim.physics.jitable import register_jitable
 
-ANCHOR_ITERATIONS = 60  # of Newton's method on a convex function; it takes three to five
+_ANCHOR_ITERATIONS = 60  # of Newton's method on a convex function; it takes three to five
 
 
 @register_jitable
@@ -69,7 +70,7 @@ def anchor_displacement(
         return known / per_length, 0.5 / per_length
     z, slope = last, 1.0
     highest = length * math.log1p(2.0 * max(known, 0.0) / force)  # as if its damper held nothing
-    for _ in range(ANCHOR_ITERATIONS):
+    for _ in range(_ANCHOR_ITERATIONS):
         z = min(z, highest)
         grown = math.exp(z / length)
         slope = 0.5 * force / length * grown + damping / step
@@ -93,3 +94,38 @@ def anchor_energy(displacement: float, stiffness: float, force: float, length: f
     if stiffness != 0.0:
         return 0.5 * stiffness * displacement * displacement
     return force * (length * math.expm1(displacement / length) - displacement)
+
+
+CREEP = 1e-4  # w0, over which friction turns; a cable that should stick creeps at about this speed [m/s]
+
+
+@register_jitable
+def turn(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> float:
+    """Angle between two directions [rad], from 0 to π."""
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return math.atan2(math.sqrt(x * x + y * y + z * z), ax * bx + ay * by + az * bz)
+
+
+@register_jitable
+def capstan(tension: float, friction: float, turned: float, lengthening: float) -> tuple[float, float]:
+    """Tension behind the guides, T' = T e^(μ β tanh(w/w0)), and how it rises with the speed, (T' − T)/w.
+
+    A path that shortens pulls less behind its guides than its muscle does, one that lengthens more:
+    T'/T = e^(∓μβ). Coulomb's jump at w = 0 is spread over w0.
+
+    Parameters
+    ----------
+    tension : T, of the muscle [N]
+    friction : μ [-]
+    turned : β, the angles by which the path turns at its guides, together [rad]
+    lengthening : w, speed at which the path grows longer [m/s]
+
+    Returns
+    -------
+    (tension behind the guides [N], its secant from w = 0 [N·s/m], never negative)
+    """
+    turning = friction * turned
+    more = tension * math.expm1(turning * math.tanh(lengthening / CREEP))
+    if abs(lengthening) < 1e-9 * CREEP:  # a quotient of roundings
+        return tension + more, tension * turning / CREEP
+    return tension + more, more / lengthening

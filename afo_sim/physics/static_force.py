@@ -1,4 +1,10 @@
-"""One function over all static force laws, and the law as a muscle asks it.
+"""Hill's muscle: a static spring beside a damper, and the spring over all static force laws.
+
+    F_static(κ, p) − R p_abs κ̇ − F_friction = T
+
+κ is the muscle's own contraction, and T the tension of the cable in series with it. The damper acts on a
+slack muscle too: it returns to its free length at the speed that the damper allows. Only the cable cannot
+push.
 
 A law gives the force that the braid would exert at a contraction ratio and gauge pressure. It is
 *signed*: negative beyond its first zero, from where it brings a slack muscle back, and never positive
@@ -9,19 +15,87 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from afo_sim.physics.hill import braid_force
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Law
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
 
+BRAID_BLEND = 0.005  # stretch over which the braid's stiffness sets in [-]
+DAMPER_COEFFICIENTS = 7
+
+
+@register_jitable
+def braid_force(contraction: float, braid_stiffness: float) -> float:
+    """Tension of the braid's own fibres when it is stretched beyond its nominal length.
+
+    Parameters
+    ----------
+    contraction : κ [-]; acts below zero
+    braid_stiffness : force per unit of stretch [N]
+
+    Returns
+    -------
+    float : tension [N], quadratic over the first `BRAID_BLEND` of stretch, then linear.
+    """
+    stretch = -contraction
+    if stretch <= 0.0:
+        return 0.0
+    if stretch < BRAID_BLEND:
+        return braid_stiffness * stretch * stretch / (2.0 * BRAID_BLEND)
+    return braid_stiffness * (stretch - 0.5 * BRAID_BLEND)
+
+
+@register_jitable
+def three_element_damping(
+    pressure: float,
+    contraction_rate: float,
+    b0: float,
+    b1: float,
+    switch_pressure: float,
+    r0: float,
+    r1: float,
+    r2: float,
+    r3: float,
+) -> float:
+    """Damping of the three-element model, another while contracting than while relaxing.
+
+    B = b0 + b1 p contracting; relaxing r0 + r1 p below the switch pressure, r2 + r3 p from there. Never
+    negative: Reynolds' line for deflation would be, beyond 747 kPa.
+
+    Parameters
+    ----------
+    pressure : p, gauge [Pa]
+    contraction_rate : κ̇ [1/s], shortening positive
+    b0, b1, r0, r1, r2, r3 : [N·s/m] and [N·s/(m·Pa)] in turn
+    switch_pressure : [Pa]
+
+    Returns
+    -------
+    float : B [N·s/m], force per shortening velocity of the muscle
+
+    Source
+    ------
+    Reynolds et al. 2003, doi 10.1114/1.1554921 (as quoted by Lilly & Quesada 2004); Serres et al. 2009; S0.
+    Code in circulation has + where Reynolds' line for deflation falls with pressure.
+    """
+    if contraction_rate > 0.0:
+        damping = b0 + b1 * pressure
+    elif pressure < switch_pressure:
+        damping = r0 + r1 * pressure
+    else:
+        damping = r2 + r3 * pressure + 0.0 * switch_pressure
+    if damping < 0.0:
+        return 0.0
+    return damping + 0.0 * contraction_rate  # a NaN stays one
+
+
 SLACK_BLEND = 5e-4  # stretch over which a bladder that pushes leaves the braid [-]
-RETURN_PRESSURE = 1e5  # gauge pressure from which no return force acts [Pa]
+_RETURN_PRESSURE = 1e5  # gauge pressure from which no return force acts [Pa]
 
-StaticForce = Callable[[float, float, float, Any, int], float]
+_StaticForce = Callable[[float, float, float, Any, int], float]
 
 
-def over(laws: Iterable[Law]) -> StaticForce:
+def over(laws: Iterable[Law]) -> _StaticForce:
     """A function over laws: (native id, κ [-], p gauge [Pa], u, c) → signed force [N].
 
     The coefficients of the law start at u[c]. The force of an unknown id is not a number.
@@ -38,7 +112,7 @@ def over(laws: Iterable[Law]) -> StaticForce:
     )
 
 
-def check(function: StaticForce, laws: Mapping[str, Law]) -> None:
+def check(function: _StaticForce, laws: Mapping[str, Law]) -> None:
     """Refuse a `static_force` without a branch for one of the laws (ValueError)."""
 
     def asked(law: Law) -> float:
@@ -50,7 +124,7 @@ def check(function: StaticForce, laws: Mapping[str, Law]) -> None:
     check_branches(laws, asked, own, "static_force")
 
 
-static_force: StaticForce = over(LAWS.values())
+static_force: _StaticForce = over(LAWS.values())
 check(static_force, LAWS)
 
 
@@ -60,7 +134,7 @@ def muscle_static_force(
 ) -> float:
     """The law as a muscle asks it: at κ ≥ 0 and p ≥ 0, and no pull without air.
 
-    Stretched, the braid carries (`hill.braid_force`). A bladder below ambient leaves the braid. Below
+    Stretched, the braid carries (`braid_force`). A bladder below ambient leaves the braid. Below
     the lowest pressure that the law was shown at, the force is at most in proportion to the pressure: most
     empirical laws would pull a little, or a lot, without any air.
 
@@ -144,6 +218,6 @@ def signed_force(
         area = math.pi * nominal_radius * nominal_radius
         force += braids * pressure * area * 3.0 * (b - 1.0) * (x * x - 1.0)
         force += braid_force(contraction, braid_stiffness)
-    if pressure < RETURN_PRESSURE:
-        force -= return_stiffness * contraction * (1.0 - pressure / RETURN_PRESSURE)
+    if pressure < _RETURN_PRESSURE:
+        force -= return_stiffness * contraction * (1.0 - pressure / _RETURN_PRESSURE)
     return force

@@ -13,8 +13,8 @@ from afo_sim import native
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import AMBIENT_PRESSURE
 from afo_sim.control.command import Command, checked_pressure, coils
+from afo_sim.description.attachment import Side
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Side
 from afo_sim.description.reader import load
 from afo_sim.legs.finding import Found, find
 from afo_sim.legs.mjcf import tree_of

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim.common.writing import check_writable, settle, together, write_text
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.physics.laws import LAWS
 from afo_sim.show.panels import marked
 from afo_sim.show.run_view import RunView

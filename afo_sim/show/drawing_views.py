@@ -11,8 +11,7 @@ import numpy as np
 from afo_sim.description.orthosis import MuscleGroup
 from afo_sim.model.build import Built
 from afo_sim.model.design import Design
-from afo_sim.model.leg_shapes import support
-from afo_sim.model.leg_shapes import FLAT, leg_geoms
+from afo_sim.model.leg_shapes import FLAT, leg_geoms, support
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.path_facts import PathFacts
 from afo_sim.model.path_words import degrees

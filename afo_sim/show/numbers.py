@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice, with_code
 from afo_sim.common.units import parse_quantity
-from afo_sim.description.words import body_height, body_mass, reference, worn
+from afo_sim.description.scenario_text import body_height, body_mass, reference, worn
 from afo_sim.metrics.first_strides import NAMES
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.metric_words import lift, number

@@ -12,7 +12,7 @@ from afo_sim.common.assets import find_gait
 from afo_sim.common.errors import InputError
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.reader import load
-from afo_sim.description.words import body_mass
+from afo_sim.description.scenario_text import body_mass
 from afo_sim.gait.file import read
 from afo_sim.metrics.strides import SOLVED, Stride, settled, stance, strides
 from afo_sim.metrics.walking import chambers, has_orthosis

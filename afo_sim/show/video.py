@@ -18,7 +18,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
 from afo_sim.common.writing import replacing
 from afo_sim.description.reader import load
-from afo_sim.description.words import body_mass
+from afo_sim.description.scenario_text import body_mass
 from afo_sim.metrics.strides import loaded
 from afo_sim.model.mounting import muscle_names
 from afo_sim.show.moving_parts import Carriage, Mountings

@@ -11,7 +11,7 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.common.writing import check_writable, json_text, together
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.metric import Metric

@@ -9,9 +9,9 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.supply import Supply
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.description.reader import load
-from afo_sim.description.words import body_mass
+from afo_sim.description.scenario_text import body_mass
 from afo_sim.metrics.bottle import air_given, compressor_metrics
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.strides import SOLVED, progress, settled, strides

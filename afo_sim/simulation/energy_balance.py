@@ -26,9 +26,8 @@ from afo_sim.metrics.strides import settled, strides
 from afo_sim.model.build import Built
 from afo_sim.model.inversion import free
 from afo_sim.model.mounting import chamber_of, muscle_names
-from afo_sim.physics.hill import three_element_damping
 from afo_sim.physics.series import anchor_energy
-from afo_sim.physics.static_force import SLACK_BLEND
+from afo_sim.physics.static_force import SLACK_BLEND, three_element_damping
 from afo_sim.simulation.rollout import Rollout
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)  # of a smooth piece of the bladder's force

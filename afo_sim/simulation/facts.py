@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from afo_sim.description.attachment import Segment
 from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.places import Segment
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.facts import Facts, MuscleLimits, Skin, Supply
 from afo_sim.model.build import Built

@@ -20,9 +20,8 @@ from afo_sim.metrics.strides import stance
 from afo_sim.model.air_path import SOURCE
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
-from afo_sim.physics.hill import braid_force
 from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import static_force
+from afo_sim.physics.static_force import braid_force, static_force
 from afo_sim.physics.store import TRIPLE_TEMPERATURE
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
 from afo_sim.simulation.facts import PARTS, facts_of

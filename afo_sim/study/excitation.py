@@ -9,8 +9,7 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.control.controller import make
-from afo_sim.description.control.impedance import Impedance
-from afo_sim.description.control.pid import QUANTITIES, Pid
+from afo_sim.description.control.feedback import QUANTITIES, Impedance, Pid
 from afo_sim.description.scenario import Scenario
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build

@@ -12,7 +12,7 @@ from pydantic import Field as Option
 from afo_sim.common.csv_table import RATIOS, number, read_table, split_title
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity
-from afo_sim.description.field import Field, field_at
+from afo_sim.description.keys import Field, field_at
 from afo_sim.description.quantity import refusal
 from afo_sim.description.reader import PROBLEMS
 from afo_sim.description.scenario import Scenario

@@ -8,7 +8,7 @@ from numba.core import compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
-from afo_sim.common.link_time import CalledLibrary, only_called
+from afo_sim.common.compiling import CalledLibrary, only_called
 from afo_sim.physics.jitable import register_all, register_jitable
 
 

@@ -44,7 +44,7 @@ def test_cell_longer_than_the_csv_module_takes_is_one_message(tmp_path: pathlib.
     file = tmp_path / "a.csv"
     for text in ("a,b\n1," + 140_000 * "2" + "\n", 140_000 * "a" + ",b\n1,2\n"):
         file.write_text(text)
-        with pytest.raises(InputError, match="is no line of a CSV") as caught:
+        with pytest.raises(InputError, match="is not a line of a CSV") as caught:
             read_table(file, "a,b")
         assert caught.value.file == file
 

@@ -10,7 +10,7 @@ from control.samples import commands, made, walker
 import afo_sim
 from afo_sim.common.errors import InputError
 from afo_sim.control.gait_phase import FootSwitch, command_at
-from afo_sim.description.control.gait_phase import ChamberPhases
+from afo_sim.description.control.switching import ChamberPhases
 
 DT = 0.01
 

@@ -9,7 +9,7 @@ from control.samples import Sample
 
 import afo_sim
 from afo_sim.control.impedance import ImpedanceController
-from afo_sim.description.control.impedance import Impedance
+from afo_sim.description.control.feedback import Impedance
 from afo_sim.description.reader import load
 
 DRIVES = {name: {"kind": "bang_bang"} for name in ("dorsiflexor", "plantarflexor")}
@@ -122,7 +122,7 @@ def test_the_moment_that_is_asked_for_comes(device_map: list[list[Any]]) -> None
         ({"angle": "ankle/angel"}, "impedance.angle = 'ankle/angel'.*did you mean 'ankle/angle'"),
         ({"velocity": "ankle/angle"}, "impedance.velocity.*is in rad, where rad/s are needed"),
         ({"torque_map": PLAIN[:1]}, "torque_map"),
-        ({"torque_map": [*PLAIN, ["5 deg", "1 bar", "2 N*m"]]}, "no whole grid"),
+        ({"torque_map": [*PLAIN, ["5 deg", "1 bar", "2 N*m"]]}, "not a whole grid"),
         ({"torque_map": [PLAIN[0], ["0 deg", "1 bar", "-2 N*m"]]}, "does not rise with d"),
     ],
 )

@@ -9,11 +9,10 @@ import pytest
 
 from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.common.errors import InputError
-from afo_sim.common.toml_text import toml_text
 from afo_sim.description.catalogue import product
 from afo_sim.description.keys import keys
 from afo_sim.description.new import new
-from afo_sim.description.portable import portable
+from afo_sim.description.portable import portable, toml_text
 from afo_sim.description.reader import load
 
 LAW = "tondu_lopez_2000_bladder"
@@ -104,11 +103,11 @@ IMPOSSIBLE = [[1, 0.9, -0.9], [0.9, 1, 0.9], [-0.9, 0.9, 1]]
         (
             {"parameters": ["braid_angle", "bladder_forse"]},
             "parameters",
-            "'bladder_forse' is no number",
+            "'bladder_forse' is not a number",
             FORCE,
         ),
-        ({"parameters": ["braid_angle", "damping"]}, "parameters", "'damping' is no number", None),
-        ({"parameters": ["braid_angle", K]}, "parameters", "is no number", f"laws.{LAW}.k"),
+        ({"parameters": ["braid_angle", "damping"]}, "parameters", "'damping' is not a number", None),
+        ({"parameters": ["braid_angle", K]}, "parameters", "is not a number", f"laws.{LAW}.k"),
         ({"standard_errors": ["2 deg", "40 N"]}, "standard_errors", "3 parameters", None),
         ({"standard_errors": ["2 N", "4 N", "1 N"]}, "standard_errors.0", "not convert to rad", None),
         ({"standard_errors": ["2 deg", "0 N", "1 N"]}, "standard_errors.1", "out of range", None),

@@ -1,18 +1,20 @@
-"""Keys that can be set: all of them, with value, range and source; nearest ones; checked when set."""
+"""Keys that can be set: all of them, the field at one, nearest ones; checked when set."""
 
+import math
 import pathlib
 
 import pytest
+from afo_sim.lab.fitting.run_parameter import KINDS
 from command import call
 
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.description.catalogue import PLURALS, product
-from afo_sim.description.field import field_at
-from afo_sim.description.keys import keys
-from afo_sim.description.leaves import leaves, nearest_key
+from afo_sim.description.keys import field_at, keys
 from afo_sim.description.reader import SPECS, load, with_keys
+from afo_sim.description.schema import leaves, nearest_key
+from afo_sim.lab.run_problem import find_parameters
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 
@@ -227,3 +229,49 @@ def test_gaits_are_listed() -> None:
 
 def test_typed_by_kind() -> None:
     assert afo_sim.load("valve", "mh1").conductance > 0.0
+
+
+SCENARIO = load("scenario", "walk-dropfoot-afo")
+TIMES = SCENARIO.phases.chambers["dorsiflexor"]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "unit", "bounds"),
+    [
+        ("leg.friction", SCENARIO.leg.friction, "N*m", (0.0, 100.0)),
+        ("supply.pressure", SCENARIO.supply.pressure, "Pa", None),
+        ("gait.seed", SCENARIO.gait.seed, "", (-math.inf, math.inf)),
+        (
+            "phases.dorsiflexor.inlet[0][1]",
+            SCENARIO.phases.chambers["dorsiflexor"].inlet[0][1],
+            "",
+            (0.0, 1.0),
+        ),
+        (
+            "orthosis.chamber.dorsiflexor.inlet.conductance",
+            SCENARIO.orthosis.chamber["dorsiflexor"].inlet.conductance,
+            "m^3/(s*Pa)",
+            (0.0, 1e-6),
+        ),
+    ],
+)
+def test_a_field_says_value_unit_and_bounds(
+    key: str, value: object, unit: str, bounds: tuple[float, float] | None
+) -> None:
+    field = field_at(key, SCENARIO)
+    assert field.value == value
+    assert field.unit == unit
+    assert bounds is None or field.bounds == bounds
+
+
+def test_what_a_fit_searches_lies_within_what_its_field_allows() -> None:
+    for name, kind in KINDS.items():
+        if not kind.key:
+            continue
+        (parameter,) = find_parameters([name], SCENARIO)
+        for key in parameter.keys:
+            field = field_at(key, SCENARIO)
+            low, high = field.bounds
+            assert low <= kind.lower < kind.upper <= high, name
+            assert parameter.kind.unit == field.unit
+        assert parameter.start == field_at(next(iter(parameter.keys)), SCENARIO).value

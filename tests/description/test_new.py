@@ -3,7 +3,7 @@
 import pathlib
 import re
 import tomllib
-from typing import Any, get_args, get_origin
+from typing import Any
 
 import pytest
 from command import call
@@ -12,10 +12,10 @@ import afo_sim
 from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.common.errors import InputError
 from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
-from afo_sim.description.leaves import RANGES, SETS, core, fields_of, is_table
 from afo_sim.description.new import new, reference
 from afo_sim.description.reader import SPECS, load
-from afo_sim.study import sweep_plan as sweeps
+from afo_sim.description.schema import KINDS, fields_of, is_table, of_chambers, tables
+from afo_sim.study import sweep_file as sweeps
 from afo_sim.study.parameter_table import ParameterTable
 from afo_sim.study.search import plan as searches
 from afo_sim.study.template import SEARCH, SWEEP, new_study
@@ -24,17 +24,12 @@ from afo_sim.study.template import SEARCH, SWEEP, new_study
 def every_field(kind: Any) -> set[str]:
     """Names of all fields of a description, also of its tables, not of what it refers to by name."""
     found = set()
-    for name, info in fields_of(kind).items():
-        inner = core(info.annotation)[0]
-        inner = get_args(inner)[1] if get_origin(inner) is dict else inner
-        if kind not in SETS or name in RANGES:
-            found.add(name)
-        if is_table(inner) and "name" not in inner.model_fields:
+    for name, leaf in fields_of(kind).items():
+        inner, many = tables(leaf.annotation)
+        found.add(name)
+        if many in ("one", "named") and inner not in KINDS:
             found |= every_field(inner)
-    if kind.model_config.get("extra") == "allow":
-        inner = get_args(kind.__annotations__["__pydantic_extra__"])[1]
-        found |= every_field(inner) if is_table(core(inner)[0]) else set()
-    return found
+    return found | (every_field(of_chambers(kind)) if is_table(of_chambers(kind)) else set())
 
 
 @pytest.mark.parametrize("kind", SPECS)
@@ -149,7 +144,7 @@ def test_nothing_is_overwritten(tmp_path: pathlib.Path) -> None:
     ("kind", "name", "uses", "like", "expected"),
     [
         ("muscle", "s1_215mm", {}, "", "shipped muscle"),
-        ("muscle", "../up", {}, "", "is no name"),
+        ("muscle", "../up", {}, "", "is not a valid name"),
         ("muscle", "mine", {"leg": "arm"}, "", "does not go with a new muscle"),
         ("scenario", "mine", {"patient": "healthy"}, "", "scenario that walks"),
         ("scenario", "mine", {"orthosis": "s"}, "", "no such orthosis"),

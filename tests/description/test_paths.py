@@ -11,15 +11,13 @@ from command import call
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.common.toml_text import toml_text
 from afo_sim.description.catalogue import product
-from afo_sim.description.field import field_at
-from afo_sim.description.keys import keys
+from afo_sim.description.keys import field_at, keys
 from afo_sim.description.new import new
-from afo_sim.description.portable import portable
+from afo_sim.description.portable import portable, toml_text
 from afo_sim.description.reader import load
-from afo_sim.description.tree import dotted_key, split_key
-from afo_sim.description.words import facts
+from afo_sim.description.scenario_text import facts
+from afo_sim.description.schema import dotted_key, split_key
 
 PATH = "orthosis.muscle.dorsiflexor.path"
 FRICTION = "orthosis.muscle.dorsiflexor.wrap_friction"
@@ -94,7 +92,7 @@ def test_a_key_goes_through_lists_of_tables(key: str, path: tuple[str, ...], ite
 
 @pytest.mark.parametrize("key", ["a[", "a]b", "a[x].b", "a[0]b.c", "a[0", "a[1234567].b"])
 def test_no_key_is_refused(key: str) -> None:
-    with pytest.raises(InputError, match="is no key"):
+    with pytest.raises(InputError, match="is not a valid key"):
         split_key(key)
 
 

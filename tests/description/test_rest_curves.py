@@ -111,7 +111,7 @@ def test_texts_numbers_lists_and_metrics_mean_the_same(muscle: Muscle) -> None:
         ({"pressure": "3 bar"}, "neither"),
         ({"pressure": "3 bar", "contraction": 0.1, "length": "2 cm"}, "both"),
         ({"pressure": "3 bar", "contraction": "a tenth"}, "contraction"),
-        ({"pressure": object(), "contraction": 0.1}, "is no number"),
+        ({"pressure": object(), "contraction": 0.1}, "is not a number"),
         ({"pressure": Metric(3.0, "mm"), "contraction": 0.1}, "does not convert"),
         ({"pressure": [2e5, 3e5], "contraction": [0.0, 0.1, 0.2]}, "do not broadcast"),
     ],

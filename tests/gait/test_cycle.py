@@ -282,7 +282,9 @@ BAD: dict[str, tuple[Change, str, str, str]] = {
 
 
 def write_changed(path: pathlib.Path, change: Change) -> None:
-    from afo_sim.common.phase_table import read_table, write_table
+    from afo_sim.common.phase_table import write_table
+
+    from afo_sim.common.csv_table import read_table
 
     table = read_table(assets.find_gait("gatk_stride1"), tuple(COLUMNS))
     change(table.columns)

@@ -14,7 +14,7 @@ from command import call
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.common.toml_text import toml_text
+from afo_sim.description.portable import toml_text
 from afo_sim.description.reader import load
 from afo_sim.lab.run_fit import FitRun, channel_errors, doubts, fit_run
 from afo_sim.lab.run_problem import differences, find_parameters, pose, read_log, run_at

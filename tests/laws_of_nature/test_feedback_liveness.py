@@ -6,10 +6,18 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.description.control.impedance import Impedance
-from afo_sim.description.control.pid import AngleLoop, MomentLoop, PairPressures, Pid, PressureLoop
-from afo_sim.description.control.reference import MomentReference, PressureReference, Reference
-from afo_sim.description.leaves import fields_of
+from afo_sim.description.control.feedback import (
+    AngleLoop,
+    Impedance,
+    MomentLoop,
+    MomentReference,
+    PairPressures,
+    Pid,
+    PressureLoop,
+    PressureReference,
+    Reference,
+)
+from afo_sim.description.schema import fields_of
 
 SINE = {"mean": "1 deg", "amplitude": "4 deg", "frequency": "1 Hz"}
 CHIRP = SINE | {"end_frequency": "3 Hz", "sweep_time": "1 s"}

@@ -13,8 +13,8 @@ from documents import PAGES, ROOT
 import afo_sim as afo
 from afo_sim.common.errors import CallbackError, InputError
 from afo_sim.common.units import GRAVITY
+from afo_sim.description.attachment import Side
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.places import Side
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.attached_files import write_attached
 from afo_sim.legs.attaching import masses

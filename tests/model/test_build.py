@@ -247,8 +247,8 @@ def test_cuff_that_is_not_one_rigid_part_is_refused(cuff: str, tmp_path) -> None
         ("orthosis.muscle.dorsiflexor.type.laws", 3, "not a table"),
         ("provenance", 3, "not a table"),
         ("orthosis.muscle", {}, "no muscle"),
-        ("name", "../esc", "no name for a folder"),
-        ("name", "a\u0000b", "no name for a folder"),
+        ("name", "../esc", "not a valid name for a folder"),
+        ("name", "a\u0000b", "not a valid name for a folder"),
     ],
 )
 def test_odd_descriptions_are_refused(key: str, value: object, problem: str) -> None:

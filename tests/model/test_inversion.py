@@ -13,9 +13,9 @@ import afo_sim
 from afo_sim import native
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
+from afo_sim.description.leg import Subtalar
 from afo_sim.description.reader import load
-from afo_sim.description.subtalar import Subtalar
 from afo_sim.model import controls
 from afo_sim.model.build import Built, build
 from afo_sim.model.inversion import axis_of

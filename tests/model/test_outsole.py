@@ -9,8 +9,8 @@ import pytest
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.units import GRAVITY
+from afo_sim.description.leg import Outsole
 from afo_sim.description.reader import load
-from afo_sim.description.shoe import Outsole
 from afo_sim.model.build import Built, build
 from afo_sim.model.foot import Foot
 from afo_sim.model.outsole import outsole_points

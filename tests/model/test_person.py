@@ -12,7 +12,7 @@ import afo_sim
 from afo_sim.common import assets
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.description.words import body_height, body_mass
+from afo_sim.description.scenario_text import body_height, body_mass
 from afo_sim.gait.file import read, write
 from afo_sim.model import assemble
 from afo_sim.model.build import build

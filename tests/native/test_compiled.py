@@ -12,7 +12,7 @@ import mujoco
 import pytest
 from test_walls import ROOMS
 
-from afo_sim.common import machine_code, sources, user_cache
+from afo_sim.common import machine_code, user_cache
 from afo_sim.native import compiled
 from afo_sim.native.error_codes import COMPLAINTS, MJU_ERROR
 
@@ -167,38 +167,38 @@ def test_code_that_needs_an_unknown_symbol_is_compiled_anew(counted: list[str | 
 def test_unknown_sources_are_compiled_anew(
     counted: list[str | None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sources, "checksum", lambda: None)
+    monkeypatch.setattr(user_cache, "checksum", lambda: None)
     compiled.callbacks()
     assert counted == [None]
 
 
 @pytest.mark.parametrize(
-    "file", ["physics/laws/sarosi.py", "physics/hill.py", "native/network.py", "common/units.py"]
+    "file", ["physics/laws/sarosi.py", "physics/static_force.py", "native/network.py", "common/units.py"]
 )
 def test_a_change_of_any_source_makes_another_key(tmp_path: pathlib.Path, file: str) -> None:
-    checksum = sources.checksum.__wrapped__
+    checksum = user_cache.checksum.__wrapped__
     copy = tmp_path / "afo_sim"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     before = checksum(copy)
-    assert before == sources.checksum()
+    assert before == user_cache.checksum()
     (copy / file).write_bytes((copy / file).read_bytes() + b"\n")
     assert checksum(copy) not in (before, None)
 
 
 def test_a_new_law_makes_another_key(tmp_path: pathlib.Path) -> None:
-    checksum = sources.checksum.__wrapped__
+    checksum = user_cache.checksum.__wrapped__
     copy = tmp_path / "afo_sim"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     (copy / "physics" / "laws" / "new_2026.py").write_bytes(b"")
-    assert checksum(copy) not in (sources.checksum(), None)
+    assert checksum(copy) not in (user_cache.checksum(), None)
 
 
 def test_sources_that_are_not_there_have_no_key(tmp_path: pathlib.Path) -> None:
-    assert sources.checksum.__wrapped__(tmp_path) is None
+    assert user_cache.checksum.__wrapped__(tmp_path) is None
 
 
 def test_key_holds_every_room_that_kernels_may_import() -> None:
-    assert set(sources.ROOMS) == ROOMS["native"] | {"native"}
+    assert set(user_cache.ROOMS) == ROOMS["native"] | {"native"}
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from synthetic_walk import AMPLITUDE, MASS, STEP, TOE_OFF, walk_columns, with_or
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
-from afo_sim.description.words import body_mass, facts, reference
+from afo_sim.description.scenario_text import body_mass, facts, reference
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.metric_words import OTHER, in_short, lift, number, words
 from afo_sim.metrics.walking import walk_metrics

@@ -10,8 +10,8 @@ from knee import knee_orthosis
 from matplotlib.figure import Figure
 
 from afo_sim.common import assets
-from afo_sim.common.toml_text import toml_text
 from afo_sim.description import reader
+from afo_sim.description.portable import toml_text
 from afo_sim.lab.torque_device import Change, paths, statics
 from afo_sim.lab.torque_fit import fit_torque
 from afo_sim.lab.validation_knee import knee_tests

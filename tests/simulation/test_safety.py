@@ -11,7 +11,7 @@ from yielding import rigid_run, yielding_run
 import afo_sim
 from afo_sim import load
 from afo_sim.cli.doctor.kinds import check_file
-from afo_sim.description.places import Segment
+from afo_sim.description.attachment import Segment
 from afo_sim.metrics.metric import SAFETY
 from afo_sim.metrics.metric_words import WORDS
 from afo_sim.model import controls as schedule

@@ -194,7 +194,7 @@ def test_the_best_design_runs_wherever_its_folder_goes(
 
 @pytest.mark.parametrize("name", assets.names("scenario"))
 def test_shipped_scenarios_are_portable_without_a_copy(tmp_path: pathlib.Path, name: str) -> None:
-    from afo_sim.common.toml_text import toml_text
+    from afo_sim.description.portable import toml_text
 
     scenario = load("scenario", name)
     moved = portable(scenario.resolved(), tmp_path)

@@ -83,9 +83,9 @@ def test_an_item_of_a_list_with_its_source() -> None:
         ("orthosis.range_of_motion[2]", "there is no item [2]; allowed: [0] to [1]"),
         ("phases.dorsiflexor.inlet[0][0][0]", "is not a list"),
         ("supply.pressure[0]", "is not a list"),
-        ("orthosis.range_of_motion[-1]", "is no key"),
-        ("orthosis.range_of_motion[0", "is no key"),
-        ("orthosis.range_of_motion[a]", "is no key"),
+        ("orthosis.range_of_motion[-1]", "is not a valid key"),
+        ("orthosis.range_of_motion[0", "is not a valid key"),
+        ("orthosis.range_of_motion[a]", "is not a valid key"),
         (
             "orthosis.muscle[0].count",
             "is a table of names, not a list",

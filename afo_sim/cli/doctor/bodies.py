@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.cli.doctor.kinds import Findings
 from afo_sim.common.errors import InputError
-from afo_sim.description.places import Side
+from afo_sim.description.attachment import Side
 from afo_sim.legs.cutting import cut
 from afo_sim.legs.finding import find
 from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes

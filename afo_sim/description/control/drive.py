@@ -6,17 +6,17 @@ from pydantic import model_validator
 
 from afo_sim.description.quantity import Described, Quantity, refusal
 
-DriveTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
-DrivePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
+_DriveTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
+_DrivePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
 
-RELEASE = 0.75  # of the dead band: 15 of 20 mbar in the controller of the robot Lucy (VUB)
-SWITCHED = ("release",)  # what two-point switching alone has
-PULSED = ("period",)
-CONTROLLED = ("full_at", "integral_time", "derivative_time")  # what a PID alone has
+_RELEASE = 0.75  # of the dead band: 15 of 20 mbar in the controller of the robot Lucy (VUB)
+_SWITCHED = ("release",)  # what two-point switching alone has
+_PULSED = ("period",)
+_CONTROLLED = ("full_at", "integral_time", "derivative_time")  # what a PID alone has
 WITHOUT = {
-    "bang_bang": (*PULSED, *CONTROLLED, "bandwidth"),
-    "pwm": (*SWITCHED, "bandwidth"),
-    "regulator": (*SWITCHED, *PULSED, "least_on", "least_off"),
+    "bang_bang": (*_PULSED, *_CONTROLLED, "bandwidth"),
+    "pwm": (*_SWITCHED, "bandwidth"),
+    "regulator": (*_SWITCHED, *_PULSED, "least_on", "least_off"),
 }  # fields that change nothing, by kind
 
 
@@ -25,33 +25,33 @@ class Drive(Described):
 
     kind: Literal["bang_bang", "pwm", "regulator"]
     """Switching about a dead band, pulse-width modulation of a PID, or a proportional regulator."""
-    dead_band: DrivePressure = 2e3
+    dead_band: _DrivePressure = 2e3
     """Pressure error within which both valves stay shut; by default Lucy's 20 mbar."""
-    release: DrivePressure | None = None
+    release: _DrivePressure | None = None
     """Pressure error at which bang_bang shuts an open valve again; 3/4 of the dead band by default."""
     period: Annotated[float, Quantity("s", above=0.0, at_most=1.0)] = 0.02
     """Period of the pulse-width modulation."""
-    least_on: DriveTime | None = None
+    least_on: _DriveTime | None = None
     """Least time for which a coil is switched on; shorter pulses are not given. By default for pwm the
     longest of the valves' opening delays and minimum on-times, below which air may not move; none for the
     others."""
-    least_off: DriveTime = 0.0
+    least_off: _DriveTime = 0.0
     """Least time for which both coils are off between; gaps of a pulse train that are shorter are none."""
     full_at: Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)] = 5e4
     """Pressure error at which the PID asks for full current."""
     integral_time: Annotated[float, Quantity("s", above=0.0, at_most=1e3)] | None = None
     """Integral time of the PID; no integral by default."""
-    derivative_time: DriveTime = 0.0
+    derivative_time: _DriveTime = 0.0
     """Derivative time of the PID."""
     bandwidth: Annotated[float, Quantity("Hz", above=0.0, at_most=1e4)] = 20.0
     """Bandwidth (-3 dB) of a regulator's proportional valves, instead of their delays."""
-    filter_time: DriveTime = 0.0
+    filter_time: _DriveTime = 0.0
     """Time constant of the drive's own pressure transducer."""
 
     @property
     def releases_at(self) -> float:
         """Pressure error at which bang_bang shuts an open valve again [Pa]."""
-        return RELEASE * self.dead_band if self.release is None else self.release
+        return _RELEASE * self.dead_band if self.release is None else self.release
 
     def shortest_pulse(self, answered: float) -> float:
         """Least time for which a coil is switched on [s]; the valves answer no pulse below `answered` [s]."""

@@ -11,11 +11,11 @@ from afo_sim.common.units import dimension, parse_quantity, read_any_quantity
 from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.physics.sensing import line_output, line_value
 
-SensorTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
-VOLT = "V"
-HIGHEST_SEED = 2**32 - 1
-NOT_NEGATIVE = ("hysteresis", "noise", "resolution")
-TEXTS = ("offset", "drift", "hysteresis", "noise", "minimum", "maximum", "resolution", "threshold")
+_SensorTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
+_VOLT = "V"
+_HIGHEST_SEED = 2**32 - 1
+_NOT_NEGATIVE = ("hysteresis", "noise", "resolution")
+_TEXTS = ("offset", "drift", "hysteresis", "noise", "minimum", "maximum", "resolution", "threshold")
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,14 @@ class Calibration(Described):
     def line(self, unit: str) -> Line:
         """The line of a quantity in an SI unit; FieldError where a text is of another dimension."""
         inverse = self.shape == "inverse"
-        per = (f"V*{unit}" if inverse else f"V/({unit})") if unit else VOLT
-        slope, intercept = _read("slope", self.slope, per), _read("intercept", self.intercept, VOLT)
+        per = (f"V*{unit}" if inverse else f"V/({unit})") if unit else _VOLT
+        slope, intercept = _read("slope", self.slope, per), _read("intercept", self.intercept, _VOLT)
         taken_slope, taken = self.assumed_slope, self.assumed_intercept
         found = Line(
             slope,
             intercept,
             slope if taken_slope is None else _read("assumed_slope", taken_slope, per),
-            intercept if taken is None else _read("assumed_intercept", taken, VOLT),
+            intercept if taken is None else _read("assumed_intercept", taken, _VOLT),
             inverse,
         )
         for key, steepness in (("slope", found.slope), ("assumed_slope", found.taken_slope)):
@@ -113,21 +113,21 @@ class SensorFields(Described):
     noise: str | None = None
     """Standard deviation of each sample's noise, in the column's unit or in V; none by default."""
     minimum: str | None = None
-    """Lowest value that it can tell, in the column's unit or in V; lower ones are clipped."""
+    """Lowest value that it can report, in the column's unit or in V; lower ones are clipped."""
     maximum: str | None = None
-    """Highest value that it can tell, in the column's unit or in V; higher ones are clipped."""
+    """Highest value that it can report, in the column's unit or in V; higher ones are clipped."""
     resolution: str | None = None
     """Step of the reading in the column's unit, or of the converter in V; none by default."""
-    delay: SensorTime | None = None
+    delay: _SensorTime | None = None
     """Time from sample to reading, to whole time steps; none by default."""
     threshold: str | None = None
     """Makes it a switch that reads 1 above and 0 below, in the column's unit."""
-    debounce: SensorTime | None = None
+    debounce: _SensorTime | None = None
     """Time that a switch must be over its threshold before it changes, to whole time steps."""
     calibration: Calibration | None = None
     """Its output in volts, and the line by which it is read; without one the reading is direct."""
 
-    @field_validator(*TEXTS, mode="before")
+    @field_validator(*_TEXTS, mode="before")
     @classmethod
     def _is_quantity(cls, value: Any) -> Any:
         """A text with a number that is one, of whatever dimension; a bare number as a text."""
@@ -145,7 +145,7 @@ class SensorFields(Described):
 
     @model_validator(mode="after")
     def _is_not_negative(self) -> Self:
-        for key in NOT_NEGATIVE:
+        for key in _NOT_NEGATIVE:
             text = getattr(self, key)
             if text is not None and _any(text) < 0.0:
                 raise refusal("is negative", "0 or more", key)
@@ -191,7 +191,7 @@ class SensorType(SensorFields):
         try:
             dimension(self.unit or "m/m")
         except Exception:  # pint's many
-            raise refusal("is no unit", 'an SI unit such as "Pa", "N", "m", "rad"', "unit") from None
+            raise refusal("is not a valid unit", 'an SI unit such as "Pa", "N", "m", "rad"', "unit") from None
         try:
             numbers(self, self.unit)
         except FieldError as error:
@@ -212,8 +212,8 @@ class Sensor(SensorFields):
 
     @model_validator(mode="after")
     def _has_seed(self) -> Self:
-        if not 0 <= self.seed <= HIGHEST_SEED:
-            raise refusal("is out of range", f"0 to {HIGHEST_SEED}", "seed")
+        if not 0 <= self.seed <= _HIGHEST_SEED:
+            raise refusal("is out of range", f"0 to {_HIGHEST_SEED}", "seed")
         return self
 
     @property
@@ -276,7 +276,7 @@ def numbers(fields: SensorFields, unit: str) -> Numbers:
         """In the column's unit, and in V."""
         text = getattr(fields, key)
         if text is not None and line is not None and _is_voltage(text):
-            return default, _read(key, text, VOLT)
+            return default, _read(key, text, _VOLT)
         return own(key, default), default
 
     noise, out_noise = both("noise", 0.0)
@@ -306,6 +306,6 @@ def numbers(fields: SensorFields, unit: str) -> Numbers:
 @functools.lru_cache(maxsize=1024)
 def _is_voltage(text: str) -> bool:
     try:
-        return read_any_quantity(text)[1] == dimension(VOLT)
+        return read_any_quantity(text)[1] == dimension(_VOLT)
     except ValueError:
         return False

@@ -8,11 +8,7 @@ from dataclasses import dataclass
 from afo_sim.common.errors import InputError
 from afo_sim.control.state_machine import DIGITS, Machine, Transition
 from afo_sim.control.timer import SLIGHTLY
-from afo_sim.description.control.state_machine import STATE_TIME
-from afo_sim.description.control.threshold import in_si
-from afo_sim.description.control.timer import ClockTimer
-from afo_sim.description.valve_timer import Timer
-from afo_sim.description.walking import Phases
+from afo_sim.description.control.switching import STATE_TIME, ClockTimer, Phases, Timer, in_si
 
 MICROSECOND = 1e-6  # [s]
 _TICKS = (1000, 1)  # of the board's clock, millis() and micros() [us]; the longest that fits is taken

@@ -12,12 +12,11 @@ from scipy.stats import qmc
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import format_quantity, parse_quantity
-from afo_sim.description.field import Field, field_at
-from afo_sim.description.keys import holder
-from afo_sim.description.leaves import leaves
+from afo_sim.description.keys import Field, field_at, holder
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.reader import split_key
 from afo_sim.description.scenario import Scenario
+from afo_sim.description.schema import leaves
 from afo_sim.model.person import recorded_stride
 from afo_sim.model.walk import stride_time_of
 from afo_sim.study.parameter import Joint, Parameter

@@ -16,8 +16,9 @@ from scipy import stats
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity, read_any_quantity
-from afo_sim.description.leaves import SETS, core, fields_of, is_list_of_tables, is_table
+from afo_sim.description.leaves import is_list_of_tables
 from afo_sim.description.scenario import Scenario
+from afo_sim.description.schema import SETS, core, fields_of, is_table
 from afo_sim.study.parameter_table import StrictTable, first_error
 
 Kind = Literal["normal", "lognormal", "uniform", "pearson3"]

@@ -5,28 +5,28 @@ from typing import Any
 
 from afo_sim.common.units import parse_quantity
 
-Scenario = Mapping[str, Any]
+_Scenario = Mapping[str, Any]
 
-REFERENCES = {  # who the same patient's other run is
+_REFERENCES = {  # who the same patient's other run is
     "barefoot": "the same patient barefoot",
     "shoe": "the same patient in the {shoe}, without orthosis",
     "orthosis-off": "the same patient with the orthosis and no air",
 }
 
 
-def body_mass(scenario: Scenario) -> float:
+def body_mass(scenario: _Scenario) -> float:
     """Body mass of the patient, or of the person that the leg belongs to [kg]."""
     mass = (scenario.get("patient") or {}).get("body_mass") or scenario["leg"]["body_mass"]
     return parse_quantity(mass, "kg")
 
 
-def body_height(scenario: Scenario) -> float:
+def body_height(scenario: _Scenario) -> float:
     """Body height of the patient, or of the person that the leg belongs to [m]."""
     height = (scenario.get("patient") or {}).get("body_height") or scenario["leg"]["body_height"]
     return parse_quantity(height, "m")
 
 
-def worn(scenario: Scenario) -> str:
+def worn(scenario: _Scenario) -> str:
     """What a walking foot stands on: "barefoot", "shoe trainer" or "outsole of s1"; "" where nobody walks."""
     orthosis, shoe = scenario["orthosis"], scenario.get("shoe")
     if not scenario.get("gait"):
@@ -36,19 +36,19 @@ def worn(scenario: Scenario) -> str:
     return f"shoe {shoe.get('name') or 'without a name'}" if shoe else "barefoot"
 
 
-def reference(scenario: Scenario) -> str:
-    """What a scenario's run is compared with, as it goes into a sentence; "" where nothing is told."""
+def reference(scenario: _Scenario) -> str:
+    """What a scenario's run is compared with, as it goes into a sentence; "" where nothing is stated."""
     kind, shoe = scenario.get("reference"), scenario.get("shoe") or {}
     name = shoe.get("name") or ""
-    return REFERENCES[kind].format(shoe=f"shoe {name}" if name else "same shoe") if kind else ""
+    return _REFERENCES[kind].format(shoe=f"shoe {name}" if name else "same shoe") if kind else ""
 
 
-def facts(scenario: Scenario) -> list[tuple[str, str]]:
+def facts(scenario: _Scenario) -> list[tuple[str, str]]:
     """Facts of a resolved scenario for a table: (what, in words)."""
     return [*_who(scenario), *_walking(scenario), *_device(scenario)]
 
 
-def _who(scenario: Scenario) -> Iterator[tuple[str, str]]:
+def _who(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     patient, leg = scenario.get("patient"), scenario["leg"]
     if not patient:
         yield "leg", str(leg.get("description") or leg["name"])
@@ -64,7 +64,7 @@ def _who(scenario: Scenario) -> Iterator[tuple[str, str]]:
     yield "patient", f"{words}; {body_mass(scenario):g} kg, {body_height(scenario):g} m"
 
 
-def _tissue(patient: Scenario) -> str:
+def _tissue(patient: _Scenario) -> str:
     """How the tissue differs from a healthy one's, as a part of a sentence."""
     scale = float(patient.get("passive_scale", 1.0))
     offset = _in(patient.get("passive_offset") or "0 rad", "deg")
@@ -72,7 +72,7 @@ def _tissue(patient: Scenario) -> str:
     return words + (f"; tissue shifted by {offset:.3g}°" if offset else "")
 
 
-def _walking(scenario: Scenario) -> Iterator[tuple[str, str]]:
+def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     gait = scenario.get("gait")
     if not gait:
         knee = (scenario.get("shank") or {}).get("knee_angle")
@@ -99,11 +99,11 @@ def _walking(scenario: Scenario) -> Iterator[tuple[str, str]]:
 
 
 def _pace(pace: Sequence[Sequence[Any]]) -> str:
-    told = (f"{float(factor):g} from {_in(at, 's'):g} s on" for at, factor in pace)
-    return f"cadence times {', '.join(told)} (0 stands)"
+    changes = (f"{float(factor):g} from {_in(at, 's'):g} s on" for at, factor in pace)
+    return f"cadence times {', '.join(changes)} (0 stands)"
 
 
-def _device(scenario: Scenario) -> Iterator[tuple[str, str]]:
+def _device(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     orthosis = scenario["orthosis"]
     if not orthosis.get("muscle"):
         yield "orthosis", "none"
@@ -117,7 +117,7 @@ def _device(scenario: Scenario) -> Iterator[tuple[str, str]]:
     yield from _valves(scenario)
 
 
-def _guides(group: Scenario) -> str:
+def _guides(group: _Scenario) -> str:
     """What a path runs through and around, as a part of a sentence."""
     path = group.get("path") or ()
     surfaces = sum(1 for place in path if place.get("surface"))
@@ -132,7 +132,7 @@ def _guides(group: Scenario) -> str:
     return words + (f", friction {friction:g}" if friction else "")
 
 
-def _valves(scenario: Scenario) -> Iterator[tuple[str, str]]:
+def _valves(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     """The times at which each chamber is filled and vented."""
     phases, timer = scenario.get("phases"), scenario.get("timer")
     for chamber in scenario["orthosis"].get("chamber", {}):

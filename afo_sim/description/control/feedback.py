@@ -1,0 +1,290 @@
+"""Feedback control as it is described: what is followed over time, a PID, an impedance."""
+
+import itertools
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from afo_sim.description.quantity import Described, Quantity, refusal
+
+_ANGLE = Quantity("rad", at_least=-1.6, at_most=1.6)
+_MOMENT = Quantity("N*m", at_least=-1e3, at_most=1e3)
+_PRESSURE = Quantity("Pa", at_least=0.0, at_most=2e6)
+_Angle = Annotated[float, _ANGLE]
+_Moment = Annotated[float, _MOMENT]
+_Pressure = Annotated[float, _PRESSURE]
+_Frequency = Annotated[float, Quantity("Hz", above=0.0, at_most=100.0)]
+_Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
+_PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
+
+
+class Signal(Described):
+    """A signal over time: a mean and a sine about it; or a table; or a column of the run.
+
+    r(t) = mean + amplitude · sin(2π f t); with `end_frequency` the frequency rises from `frequency` to it,
+    as a geometric chirp over `sweep_time`, and stays there.
+    """
+
+    frequency: _Frequency = 0.5
+    """Frequency of the sine; of a chirp the first one."""
+    end_frequency: _Frequency | None = None
+    """Last frequency of a chirp; a sine of one frequency by default."""
+    sweep_time: _PositiveTime | None = None
+    """Time over which a chirp goes from frequency to end_frequency."""
+    between: Literal["hold", "line"] = "hold"
+    """Between the rows of a table: the last value is held, or a straight line."""
+    column: str | None = None
+    """Column that is followed, such as "gait/ankle_angle" (as recorded), or "sensor/<name>"."""
+
+    @property
+    def cycle(self) -> float | None:
+        """Period of a sine of one frequency [s]; None of what does not repeat."""
+        repeats = getattr(self, "amplitude", 0.0) > 0.0 and self.end_frequency is None
+        return 1.0 / self.frequency if repeats else None
+
+    @model_validator(mode="after")
+    def _is_one_signal(self) -> Self:
+        table = getattr(self, "table", ())
+        sine = [key for key in ("mean", "amplitude") if getattr(self, key, 0.0)]
+        if self.column is not None and (sine or table):
+            raise refusal("stands beside a sine or a table", "a column, a sine or a table", "column")
+        if table and sine:
+            raise refusal("stands beside a sine", "a table, or mean and amplitude", "table")
+        if (self.end_frequency is None) != (self.sweep_time is None):
+            missing = "sweep_time" if self.sweep_time is None else "end_frequency"
+            raise refusal("is missing: a chirp has both", "end_frequency and sweep_time", missing)
+        if any(after[0] <= before[0] for before, after in itertools.pairwise(table)):
+            raise refusal("has times that do not rise", "[[time, value], …], each time later", "table")
+        return self
+
+
+class Reference(Signal):
+    """An angle over time, dorsiflexion positive."""
+
+    mean: _Angle = 0.0
+    """Mean angle."""
+    amplitude: Annotated[float, Quantity("rad", at_least=0.0, at_most=1.6)] = 0.0
+    """Amplitude of the sine, half of its peak to peak."""
+    table: tuple[tuple[_Time, _Angle], ...] = ()
+    """Rows [time, angle], instead of a sine; before the first its angle holds, after the last that one."""
+
+
+class MomentReference(Signal):
+    """A moment over time, dorsiflexion positive."""
+
+    mean: _Moment = 0.0
+    """Mean moment."""
+    amplitude: Annotated[float, Quantity("N*m", at_least=0.0, at_most=1e3)] = 0.0
+    """Amplitude of the sine, half of its peak to peak."""
+    table: tuple[tuple[_Time, _Moment], ...] = ()
+    """Rows [time, moment], instead of a sine; before the first its moment holds, after the last that one."""
+
+
+class PressureReference(Signal):
+    """A gauge pressure over time."""
+
+    mean: _Pressure = 0.0
+    """Mean gauge pressure."""
+    amplitude: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)] = 0.0
+    """Amplitude of the sine, half of its peak to peak."""
+    table: tuple[tuple[_Time, _Pressure], ...] = ()
+    """Rows [time, pressure], instead of a sine; before the first its pressure holds, after the last that
+    one."""
+
+
+QUANTITIES = {"angle": "rad", "moment": "N*m", "pressure": "Pa"}  # table → unit of the column that it is of
+_GainTime = Annotated[float, Quantity("s", above=0.0, at_most=1e3)]
+_Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
+
+
+class AngleLoop(Described):
+    """The angle that is controlled."""
+
+    column: str = "ankle/angle"
+    """What is measured: a column of angles, or "sensor/<name>"."""
+    proportional_band: Annotated[float, Quantity("rad", above=0.0, at_most=100.0)]
+    """Error at which the proportional part alone asks for the whole output."""
+    dead_band: Annotated[float, Quantity("rad", at_least=0.0, at_most=1.6)] = 0.0
+    """Error that counts as none, to either side; beyond it what exceeds it counts."""
+    reference: Reference = Reference()
+    """What is followed."""
+
+
+class MomentLoop(Described):
+    """The moment that is controlled."""
+
+    column: str = "ankle/moment/orthosis"
+    """What is measured: a column of moments, or "sensor/<name>"."""
+    proportional_band: Annotated[float, Quantity("N*m", above=0.0, at_most=1e5)]
+    """Error at which the proportional part alone asks for the whole output."""
+    dead_band: Annotated[float, Quantity("N*m", at_least=0.0, at_most=1e3)] = 0.0
+    """Error that counts as none, to either side; beyond it what exceeds it counts."""
+    reference: MomentReference = MomentReference()
+    """What is followed."""
+
+
+class PressureLoop(Described):
+    """The pressure that is controlled."""
+
+    column: str
+    """What is measured: a column of gauge pressures such as "chamber/dorsiflexor/pressure", or
+    "sensor/<name>"."""
+    proportional_band: Annotated[float, Quantity("Pa", above=0.0, at_most=1e8)]
+    """Error at which the proportional part alone asks for the whole output."""
+    dead_band: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)] = 0.0
+    """Error that counts as none, to either side; beyond it what exceeds it counts."""
+    reference: PressureReference = PressureReference()
+    """What is followed."""
+
+
+class PairPressures(Described):
+    """Pressures of a pair of chambers: mean + output · half_range in one, mean − output · half_range in the
+    other; none is below ambient."""
+
+    mean: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
+    """Gauge pressure of both chambers at output 0."""
+    half_range: Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
+    """Pressure by which the chambers depart from the mean at output 1."""
+
+
+class Pid(Described):
+    """PID on an angle, a moment or a pressure, given to a chamber or to a pair of them.
+
+    output = (e + 1/integral_time ∫ e dt − derivative_time dy/dt) / proportional_band, within
+    ±output_limit. The derivative is of what is measured, not of the error: a step of the reference gives
+    no kick.
+    """
+
+    angle: AngleLoop | None = None
+    """An angle is controlled; or a moment, or a pressure."""
+    moment: MomentLoop | None = None
+    """A moment is controlled; or an angle, or a pressure."""
+    pressure: PressureLoop | None = None
+    """A pressure is controlled; or an angle, or a moment."""
+    raises: str = "dorsiflexor"
+    """Chamber that is filled for a positive output and vented for a negative one."""
+    lowers: str | None = None
+    """Chamber that is vented for a positive output and filled for a negative one; none by default."""
+    integral_time: _GainTime | None = None
+    """Time in which the integral of a constant error grows by as much as the proportional part; no integral
+    by default."""
+    derivative_time: Annotated[float, Quantity("s", at_least=0.0, at_most=1e3)] = 0.0
+    """Time by which the derivative looks ahead."""
+    derivative_filter: Annotated[float, Quantity("s", at_least=0.0, at_most=1e3)] | None = None
+    """Time constant of the derivative's first-order low-pass; a tenth of derivative_time by default."""
+    output_limit: Annotated[float, Quantity("", above=0.0, at_most=1.0)] = 1.0
+    """Greatest output, to either side; there the integral waits."""
+    least_output: _Share = 0.0
+    """Output below which the valves stay shut; of no effect on pressures."""
+    pressures: PairPressures | None = None
+    """Pressures that the chambers' drives are asked for; without it the valves are switched directly."""
+
+    @property
+    def quantity(self) -> str:
+        """What is controlled: "angle", "moment" or "pressure"."""
+        return next(name for name in QUANTITIES if getattr(self, name) is not None)
+
+    @property
+    def loop(self) -> AngleLoop | MomentLoop | PressureLoop:
+        """The table of what is controlled."""
+        found: AngleLoop | MomentLoop | PressureLoop = getattr(self, self.quantity)
+        return found
+
+    @property
+    def named(self) -> dict[str, str]:
+        """Chambers by the key that names them."""
+        pair = {"raises": self.raises, "lowers": self.lowers}
+        return {key: chamber for key, chamber in pair.items() if chamber is not None}
+
+    @property
+    def pressed(self) -> dict[str, str]:
+        """Chambers that are asked for a pressure, by the key that names them."""
+        return self.named if self.pressures is not None else {}
+
+    @property
+    def cycle(self) -> float | None:
+        """Period of what is followed [s]; None where it does not repeat."""
+        return self.loop.reference.cycle
+
+    @model_validator(mode="after")
+    def _controls_one_quantity(self) -> Self:
+        there = [name for name in QUANTITIES if getattr(self, name) is not None]
+        if len(there) != 1:
+            said = "is missing: nothing is controlled" if not there else f"stands beside {there[0]}"
+            raise refusal(said, "one of the tables angle, moment, pressure", there[-1] if there else "angle")
+        return self
+
+    @model_validator(mode="after")
+    def _has_two_chambers(self) -> Self:
+        if self.raises == self.lowers:
+            raise refusal("is the chamber that raises too", "another chamber, or none", "lowers")
+        if self.pressures is not None and self.least_output > 0.0:
+            raise refusal("goes with valves, and pressures are asked for", "0", "least_output")
+        return self
+
+
+_Difference = Annotated[float, Quantity("Pa", at_least=-2e6, at_most=2e6)]
+
+
+class Impedance(Described):
+    """A spring and a damper about a reference angle, given as pressures to a pair of chambers.
+
+    moment = stiffness · (reference − angle) − damping · velocity + feed_forward, dorsiflexion positive. The
+    chambers get mean_pressure + d and mean_pressure − d, with d from torque_map at the present angle.
+    """
+
+    angle: str = "ankle/angle"
+    """Source of the angle: a column, or "sensor/<name>"."""
+    velocity: str = "ankle/velocity"
+    """Source of the velocity: a column, or "sensor/<name>"."""
+    raises: str = "dorsiflexor"
+    """Chamber that is filled for a positive moment."""
+    lowers: str | None = None
+    """Chamber that is filled for a negative moment; none by default."""
+    stiffness: Annotated[float, Quantity("N*m/rad", at_least=0.0, at_most=1e4)]
+    """Moment by the angle's distance from the reference."""
+    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e4)] = 0.0
+    """Moment against the velocity."""
+    feed_forward: _Moment = 0.0
+    """Moment that is added, for example what holds the foot's weight."""
+    reference: Reference = Reference()
+    """Angle about which spring and damper act."""
+    mean_pressure: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
+    """Gauge pressure about which the two chambers are moved apart."""
+    half_range: Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
+    """Greatest departure from the mean, to either side."""
+    torque_map: tuple[tuple[_Angle, _Difference, _Moment], ...] = Field(min_length=2)
+    """Rows [angle, d, moment]: the orthosis' moment with mean_pressure + d and mean_pressure − d, at the same
+    several d at every angle. afo_sim.pressure_map computes them."""
+
+    @property
+    def named(self) -> dict[str, str]:
+        """Chambers by the key that names them."""
+        pair = {"raises": self.raises, "lowers": self.lowers}
+        return {key: chamber for key, chamber in pair.items() if chamber is not None}
+
+    @property
+    def pressed(self) -> dict[str, str]:
+        """Chambers that are asked for a pressure: all."""
+        return self.named
+
+    @property
+    def cycle(self) -> float | None:
+        """Period of what is followed [s]; None where it does not repeat."""
+        return self.reference.cycle
+
+    @model_validator(mode="after")
+    def _has_two_chambers(self) -> Self:
+        if self.raises == self.lowers:
+            raise refusal("is the chamber that raises too", "another chamber, or none", "lowers")
+        rows = self.torque_map
+        angles, differences = (sorted({row[k] for row in rows}) for k in (0, 1))
+        grid = [(angle, difference) for angle in angles for difference in differences]
+        if len(differences) < 2 or sorted(row[:2] for row in rows) != grid:
+            allowed = "[[angle, d, moment], …]: two d at least, and the same ones at every angle, each once"
+            raise refusal("is not a whole grid of angles and pressures", allowed, "torque_map")
+        moments = {row[:2]: row[2] for row in rows}
+        if any(moments[a, differences[-1]] <= moments[a, differences[0]] for a in angles):
+            problem = "has an angle at which the moment does not rise with d"
+            raise refusal(problem, "angles at which the chambers can do something", "torque_map")
+        return self

@@ -1,0 +1,187 @@
+"""A leg and what it wears, as they are described: relaxed ankle, toes, subtalar hinge, outsole, shoe."""
+
+import pathlib
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from afo_sim.description.attachment import Side
+from afo_sim.description.quantity import Described, Quantity, refusal
+
+_Extension = Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.79)]
+
+
+class Toes(Described):
+    """The metatarsophalangeal hinge: the toes' body and joint in the leg's file, their spring and rest angle.
+
+    The spring rests at the extension that healthy toes have over the gait cycle (`gait/toe_extension.py`),
+    which is shifted in swing to `swing_extension`. `damping` is of the departure from it. All of it is
+    for the leg's own body, and goes with the patient's size.
+
+    Source
+    ------
+    stiffness: 25 N·m/rad as in walking models (PredSim; Falisse et al. 2022), assumed. swing_extension at the
+    least toe clearance, relative to the flat foot: 9 ±5° (mean curve of the Oxford foot model), 13 to 16°
+    (one adult's inverse kinematics), 4 to 15° (Winter's walker): derived, never fitted to a clearance.
+    """
+
+    body: str = "toes"
+    """Name of the toes' body in the leg's file."""
+    joint: str = "toe"
+    """Name of the toes' hinge in the leg's file, extension positive."""
+    stiffness: Annotated[float, Quantity("N*m/rad", at_least=1.0, at_most=1e3)] = 25.0
+    """Stiffness about the rest angle."""
+    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=100.0)] = 0.2
+    """Damping of the departure from the rest angle."""
+    swing_extension: _Extension = 0.192
+    """Rest angle at the least toe clearance in swing, relative to the flat foot."""
+    swing_extension_range: tuple[_Extension, _Extension] = (0.105, 0.279)
+    """Least and greatest rest angle in swing for which clearance is reported, beside the walked one."""
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Self:
+        low, high = self.swing_extension_range
+        if not low <= high:
+            raise refusal("the first angle is above the second", "", "swing_extension_range")
+        return self
+
+
+_Tilt = Annotated[float, Quantity("rad", at_least=0.0, at_most=1.4)]
+
+
+class Subtalar(Described):
+    """The subtalar hinge: its oblique axis through the foot, its stops, spring and damping.
+
+    The axis runs from behind, outside and below to ahead, inside and above. `inclination` is its angle above
+    the sole, `deviation` its angle to the inside of the foot's long axis. Inversion, which turns the sole to
+    the inside, is positive. It is free where the shank is fixed. In recorded walking, which says nothing of
+    it, it is welded, and the moment about it is reported.
+
+    Source
+    ------
+    inclination 42° (20 to 68), deviation 23° (4 to 47): Inman 1976, The joints of the ankle, from memory.
+    OpenSim's Gait2392 has 37° and 9°. below_ankle and range are assumed.
+    """
+
+    inclination: _Tilt = 0.733
+    """Angle of the axis above the sole."""
+    deviation: _Tilt = 0.401
+    """Angle of the axis to the inside of the foot's long axis, seen from above."""
+    below_ankle: Annotated[float, Quantity("m", at_least=0.0, at_most=0.1)] = 0.012
+    """Distance of the axis below the ankle joint."""
+    range: tuple[
+        Annotated[float, Quantity("rad", at_least=-1.0, at_most=0.0)],
+        Annotated[float, Quantity("rad", at_least=0.0, at_most=1.0)],
+    ] = (-0.175, 0.349)
+    """Stops in eversion (negative) and inversion."""
+    stiffness: Annotated[float, Quantity("N*m/rad", at_least=0.0, at_most=1e3)]
+    """Stiffness about the neutral position."""
+    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=100.0)]
+    """Viscous damping."""
+
+    @model_validator(mode="after")
+    def _turns(self) -> Self:
+        if not self.range[0] < self.range[1]:
+            raise refusal("leaves no angle to turn", 'such as ["-10 deg", "20 deg"]', "range")
+        return self
+
+
+_Word = Annotated[str, Field(pattern=r"^[a-z]+$")]
+
+
+class PassiveAnkle(Described):
+    """The relaxed ankle, as a factor and a shift of Riener & Edrich's healthy mean."""
+
+    scale: Annotated[float, Quantity("", at_least=0.0, at_most=20.0)] = 1.0
+    """Factor on the healthy mean's moment; 0 is no tissue."""
+    offset: Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.35)] = 0.0
+    """Shift of the angle at which the tissue is slack."""
+
+
+class Leg(Described):
+    """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle.
+
+    `friction` (Coulomb's, about the ankle) and `inertia` (about the ankle; what else turns with the foot)
+    come on top of what the file has.
+    Any two bodies with one hinge will do, such as an arm on a stand; `directions` is what turning
+    the joint to positive and to negative angles is called.
+    """
+
+    name: str = ""
+    """Name; the folder's by default."""
+    description: str = ""
+    """One line that says what it is."""
+    file: pathlib.Path
+    """MJCF or URDF file of the leg."""
+    shank: str = "shank"
+    """Name of the shank's body in the file."""
+    foot: str = "foot"
+    """Name of the foot's body in the file."""
+    ankle: str = "ankle"
+    """Name of the ankle's hinge in the file."""
+    side: Side = "right"
+    """Leg that the file is; on the other side it is mirrored."""
+    shank_length: Annotated[float, Quantity("m", above=0.0, at_most=1.0)] | None = None
+    """Length from knee to ankle; 0.246 of the body's height by default (Winter)."""
+    foot_length: Annotated[float, Quantity("m", above=0.0, at_most=0.6)] | None = None
+    """Length from heel to toe; 0.152 of the body's height by default (Winter)."""
+    directions: tuple[_Word, _Word] = ("dorsiflexion", "plantarflexion")
+    """Names of turning the joint to positive and to negative angles."""
+    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
+    """Viscous damping of the joint."""
+    body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] = 75.0
+    """Mass of the whole body that the leg belongs to."""
+    body_height: Annotated[float, Quantity("m", at_least=0.5, at_most=2.5)] = 1.75
+    """Height of the body that the leg belongs to."""
+    friction: Annotated[float, Quantity("N*m", at_least=0.0, at_most=100.0)] = 0.0
+    """Coulomb friction about the joint, on top of the file's."""
+    inertia: Annotated[float, Quantity("kg*m^2", at_least=0.0, at_most=10.0)] = 0.0
+    """Inertia about the joint of what else turns with the foot, on top of the file's."""
+    passive: PassiveAnkle = PassiveAnkle()
+    """Moment of the relaxed ankle's tissue."""
+    toes: Toes | None = None
+    """Hinge of the toes; a rigid foot without it."""
+    subtalar: Subtalar | None = None
+    """Hinge for inversion and eversion under the ankle; none without it."""
+
+
+_Stack = Annotated[float, Quantity("m", at_least=0.0, at_most=0.15)]
+_Ahead = Annotated[float, Quantity("m", at_least=-0.05, at_most=0.1)]
+
+
+class Outsole(Described):
+    """What the foot stands on: how thick it is, how far it reaches, how its toe rises, how it bends.
+
+    Lengths are for a leg of the leg's own size, and go with the patient's, as the leg does.
+    """
+
+    heel_stack: _Stack
+    """Thickness under the heel."""
+    ball_stack: _Stack
+    """Thickness under the ball of the foot; less than under the heel by the drop."""
+    toe_spring: _Stack = 0.0
+    """Height of the outsole's tip above the floor on which it stands flat."""
+    tip_ahead: _Ahead = 0.0
+    """Distance of the outsole's tip ahead of the toes' tip."""
+    heel_behind: _Ahead = 0.0
+    """Distance of the outsole's rearmost standing point behind the heel's."""
+    toe_stiffness: Annotated[float, Quantity("N*m/rad", at_least=0.0, at_most=1e4)] = 0.0
+    """Stiffness that it adds to the toes' hinge, about its own shape."""
+
+
+class Shoe(Outsole):
+    """A shoe: its outsole and its mass."""
+
+    name: str = ""
+    """Name; the folder's by default."""
+    description: str = ""
+    """One line that says what it is."""
+    mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=5.0)]
+    """Mass of one shoe of a person as heavy as the leg's; a heavier one wears a heavier shoe."""
+    centre: tuple[
+        Annotated[float, Quantity("m", at_least=-0.3, at_most=0.3)],
+        Annotated[float, Quantity("m", at_least=-0.3, at_most=0.3)],
+    ]
+    """Its centre of mass from the ankle, forward and up, with the foot flat."""
+    inertia: Annotated[float, Quantity("kg*m^2", at_least=0.0, at_most=1.0)]
+    """Inertia about its own centre of mass, in the sagittal plane."""

@@ -1,0 +1,383 @@
+"""Fields of descriptions as their classes define them: type, bounds, unit, meaning, default, and tables.
+
+pydantic keeps the texts below fields, too, but only where it parses every class as it is made, a quarter of a
+second of each start. Here they are read when somebody asks what a field means.
+"""
+
+import ast
+import difflib
+import functools
+import inspect
+import itertools
+import pathlib
+import re
+import sys
+import types
+import typing
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+
+from afo_sim.common.errors import InputError
+from afo_sim.description.air.regulator import Regulator
+from afo_sim.description.air.source import Source
+from afo_sim.description.air.tube import Tube
+from afo_sim.description.control.sensor import SensorType
+from afo_sim.description.leg import Leg, Shoe
+from afo_sim.description.muscle import FrictionSet, LawSet, Muscle
+from afo_sim.description.orthosis import Orthosis, Valve
+from afo_sim.description.quantity import Quantity, amount
+from afo_sim.description.scenario import Scenario
+from afo_sim.description.walking import Limits, Patient
+from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics.law import LawParameter
+from afo_sim.physics.laws import LAWS
+
+Path = tuple[str, ...]
+SPECS: dict[str, type[BaseModel]] = {
+    "scenario": Scenario,
+    "leg": Leg,
+    "orthosis": Orthosis,
+    "muscle": Muscle,
+    "valve": Valve,
+    "tube": Tube,
+    "source": Source,
+    "regulator": Regulator,
+    "patient": Patient,
+    "shoe": Shoe,
+    "limits": Limits,
+    "sensor": SensorType,
+}
+KINDS = {spec: kind for kind, spec in SPECS.items()}
+SETS: dict[Any, Mapping[str, Any]] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # tables of a law's parameters
+_RANGES = ("pressure_range", "contraction_range")  # of a law's table, beside its parameters
+_MISSPELT = 0.6  # likeness from which on a name counts as a misspelt one
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A field of a description, at the path where it stands.
+
+    `annotation` is its type with bounds; `default` None where there is none, or none is needed. `about` is
+    the class that explains it, or its meaning.
+    """
+
+    path: Path
+    annotation: Any
+    required: bool
+    default: Any = None
+    about: Any = ""
+
+    @property
+    def key(self) -> str:
+        """Its dotted key."""
+        return dotted_key(self.path)
+
+    @property
+    def meaning(self) -> str:
+        """What it means."""
+        return self.about if isinstance(self.about, str) else _meaning(self.about, self.path[-1])
+
+
+def _meaning(kind: type, name: str) -> str:
+    """The text below a field of a class, or of the class that has the field first; "" where there is none."""
+    return next((texts[name] for base in kind.__mro__ if name in (texts := _texts(base))), "")
+
+
+@functools.cache
+def _texts(kind: type) -> dict[str, str]:
+    found = _classes(kind.__module__).get(kind.__qualname__, []) if kind.__module__ != "builtins" else []
+    return {
+        field.target.id: inspect.cleandoc(below.value.value)
+        for field, below in itertools.pairwise(found)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(below, ast.Expr)
+        and isinstance(below.value, ast.Constant)
+        and isinstance(below.value.value, str)
+    }
+
+
+@functools.cache
+def _classes(module: str) -> dict[str, list[Any]]:
+    """The classes of a module by name, as its source writes them; none where there is no source."""
+    try:
+        tree = ast.parse(inspect.getsource(sys.modules[module]))
+    except (OSError, TypeError):
+        return {}
+    return {node.name: node.body for node in tree.body if isinstance(node, ast.ClassDef)}
+
+
+def core(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
+    """A type without "or nothing", and the marks that stand at it."""
+    marks: tuple[Any, ...] = ()
+    while True:
+        origin = get_origin(annotation)
+        if origin is Annotated:
+            annotation, *more = get_args(annotation)
+            marks += tuple(more)
+        elif origin in (typing.Union, types.UnionType):
+            annotation = next(part for part in get_args(annotation) if part is not type(None))
+        else:
+            return annotation, marks
+
+
+def quantity_of(annotation: Any) -> Quantity | None:
+    """The unit and bounds of a field that is one number; None of any other."""
+    return next((mark for mark in core(annotation)[1] if isinstance(mark, Quantity)), None)
+
+
+def is_table(kind: Any) -> bool:
+    """Whether a type is a description of its own, with fields."""
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def tables(annotation: Any) -> tuple[Any, Literal["one", "named", "list", ""]]:
+    """The class of the tables in a field, and whether it is one, named ones or a list; (None, "") of none."""
+    inner = core(annotation)[0]
+    if is_table(inner):
+        return inner, "one"
+    if get_origin(inner) is dict and is_table(get_args(inner)[1]):
+        return get_args(inner)[1], "named"
+    if get_origin(inner) is tuple and is_table(get_args(inner)[0]):
+        return get_args(inner)[0], "list"
+    return None, ""
+
+
+def table_names(annotation: Any, written: Iterable[str]) -> list[str]:
+    """Names of the tables in a field of named ones: those that its type lists, or else the written ones."""
+    names = get_args(core(annotation)[0])[0]
+    return list(get_args(names)) if get_origin(names) is Literal else list(written)
+
+
+def of_chambers(kind: Any) -> Any:
+    """Type of the keys that a table has beside its fields, each a chamber; None where it has none."""
+    if not is_table(kind) or kind.model_config.get("extra") != "allow":
+        return None
+    return get_args(kind.__annotations__["__pydantic_extra__"])[1]
+
+
+@functools.cache
+def fields_of(kind: Any, name: str = "") -> dict[str, Leaf]:
+    """The fields that a file writes in a table; of a law or friction `name` its parameters come first."""
+    entry = SETS[kind].get(name) if kind in SETS else None
+    found = {each.name: _parameter(each) for each in (entry.parameters if entry else ())}
+    for key, info in kind.model_fields.items():
+        if key == "provenance" or (kind in SETS and key not in _RANGES):
+            continue
+        marked = Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation
+        default = None if info.is_required() else info.default
+        found[key] = Leaf((key,), marked, info.is_required() and kind not in SETS, default, kind)
+    return found
+
+
+def _parameter(parameter: LawParameter) -> Leaf:
+    """A law's or friction's parameter as a field."""
+    bounds = Annotated[float, Quantity(parameter.unit, at_least=parameter.lower, at_most=parameter.upper)]
+    text, needed = f"{parameter.symbol}: {parameter.meaning}.", parameter.default is None
+    return Leaf((parameter.name,), bounds, needed, parameter.default, text)
+
+
+def leaves(kind: Any, table: Any, path: Path = (), chambers: Iterable[str] = ()) -> Iterator[Leaf]:
+    """Every field of a description below which there is none, also of tables that are not written.
+
+    Parameters
+    ----------
+    kind : class of the description
+    table : as it is written, its names followed: tells which muscles, chambers and laws there are
+    path : where the description stands
+    chambers : what a timer switches
+
+    Yields
+    ------
+    Leaf, in the order of the class; a description that a name may stand for is one, too
+    """
+    table = table if isinstance(table, Mapping) else {}
+    if kind is Scenario and isinstance(table.get("orthosis"), Mapping):
+        chambers = list(table["orthosis"].get("chamber", {}))
+    for name, leaf in fields_of(kind, path[-1] if path else "").items():
+        yield from _below(replace(leaf, path=(*path, name)), table.get(name), chambers)
+    inner = of_chambers(kind)
+    for name in chambers if inner is not None else ():
+        if is_table(core(inner)[0]):
+            yield from leaves(inner, table.get(name), (*path, name))
+        else:
+            yield Leaf((*path, name), inner, False, None, "Of this chamber.")
+
+
+def _below(leaf: Leaf, value: Any, chambers: Iterable[str]) -> Iterator[Leaf]:
+    """A field itself, or what lies below."""
+    kind, many = tables(leaf.annotation)
+    if many == "named":
+        written = value if isinstance(value, Mapping) else {}
+        for name in table_names(leaf.annotation, written):
+            yield from leaves(kind, written.get(name), (*leaf.path, name))
+    elif many == "list" and value:
+        for number, item in enumerate(value if isinstance(value, list | tuple) else ()):
+            yield from leaves(kind, item, (*leaf.path, str(number)))
+    elif many == "one":
+        if kind in KINDS:
+            yield leaf
+        yield from leaves(kind, value, leaf.path, chambers)
+    else:
+        yield leaf
+
+
+def type_below(annotation: Any, name: str, law: str = "") -> Any:
+    """Type with bounds of what stands at a name in a table, or a number in a list; None where nothing may.
+
+    `law` is the law or friction whose parameters the table holds.
+    """
+    kind, many = tables(annotation)
+    if many == "named":
+        return kind
+    if many == "list":
+        return kind if name.isdigit() else None
+    if many == "one":
+        known = fields_of(kind, law)
+        return known[name].annotation if name in known else of_chambers(kind)
+    return None
+
+
+def table_at(kind: Any, path: Path) -> Any:
+    """The class of the table at a path, None where there is none."""
+    for name in path:
+        kind = type_below(kind, name)
+    inner = core(kind)[0]
+    return inner if is_table(inner) else None
+
+
+@functools.cache
+def references(kind: str) -> dict[Path, str]:
+    """Where a text in a description is the name of another one, and of which kind; "*" is any name."""
+    return dict(_references(SPECS[kind]))
+
+
+def _references(kind: Any, path: Path = ()) -> Iterator[tuple[Path, str]]:
+    for name, leaf in fields_of(kind).items():
+        inner, many = tables(leaf.annotation)
+        here = (*path, name, "*") if many == "named" else (*path, name)
+        if many == "one" and inner in KINDS:
+            yield here, KINDS[inner]
+        if many in ("one", "named"):
+            yield from _references(inner, here)
+
+
+def files_of(kind: str) -> tuple[str, ...]:
+    """Fields of a description that are files beside its own."""
+    fields = fields_of(SPECS[kind]).items()
+    return tuple(name for name, leaf in fields if core(leaf.annotation)[0] is pathlib.Path)
+
+
+def nearest_key(
+    path: Path, known: Iterable[Leaf], beside: Iterable[str] = (), root: object = None
+) -> str | None:
+    """The key that an unknown one most likely means, on whatever level."""
+
+    def likeness(name: str) -> float:
+        return difflib.SequenceMatcher(None, path[-1], name).ratio()
+
+    found = [(likeness(name) + 0.05, True, 0, name) for name in beside]
+    for leaf in known:
+        shared = sum(part in leaf.path for part in path[:-1])  # "orthosis.conductance" means an orthosis'
+        there = _has_table(root, leaf.path[:-1])
+        found.append((likeness(leaf.path[-1]) + 0.01 * shared, there, -len(leaf.path), leaf.key))
+    best = max(found, key=lambda entry: entry[:3], default=(0.0, False, 0, ""))
+    return best[3] if best[0] >= _MISSPELT else None
+
+
+def _has_table(root: object, path: Path) -> bool:
+    for name in path:
+        root = root.get(name) if isinstance(root, Mapping) else None
+    return root is not None
+
+
+def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
+    """The names of a dotted key, and the item of a list at its end.
+
+    "gait.seed" → (("gait", "seed"), ()) and "phases.dorsiflexor.inlet[0][1]" →
+    (("phases", "dorsiflexor", "inlet"), (0, 1)). A table in a list is a name that is a number:
+    "path[1].surface.radius" → (("path", "1", "surface", "radius"), ()).
+    """
+    path: list[str] = []
+    items: tuple[int, ...] = ()
+    for part in dotted.split("."):
+        found = re.fullmatch(r"([^\[\]]*)((?:\[[0-9]{1,6}\])*)", part)
+        if found is None:
+            raise InputError(
+                "is not a valid key: an item of a list is its number in brackets, behind the list's name",
+                field=dotted,
+                allowed="as in insertion.from_ankle[0], path[1].surface.radius or "
+                "phases.dorsiflexor.inlet[0][1]",
+            )
+        path += [*map(str, items), found[1]]
+        items = tuple(int(item) for item in re.findall("[0-9]+", found[2]))
+    return tuple(path), items
+
+
+def dotted_key(path: Path) -> str:
+    """The dotted key of a path, as `split_key` reads it: a number is an item of a list."""
+    return "".join(f"[{part}]" if part.isdigit() else f".{part}" for part in path).removeprefix(".")
+
+
+def unit_of(annotation: Any) -> str:
+    """The SI unit of a field, "" of bare numbers, words and lists of several units."""
+    inner, marks = core(annotation)
+    units = {mark.unit for mark in marks if isinstance(mark, Quantity)}
+    if get_origin(inner) is tuple:
+        units |= {unit_of(item) for item in get_args(inner) if item is not Ellipsis}
+    return units.pop() if len(units) == 1 else ""
+
+
+def allowed(annotation: Any) -> str:
+    """Allowed values of a field, in words."""
+    inner, marks = core(annotation)
+    quantity = quantity_of(annotation)
+    if quantity is not None:
+        return quantity.span
+    if get_origin(inner) is Literal:
+        return " or ".join(f'"{choice}"' for choice in get_args(inner))
+    if get_origin(inner) is tuple:
+        return _allowed_list(get_args(inner))
+    if inner is int:
+        words = (("ge", "at least"), ("le", "at most"))
+        bounds = [f"{word} {getattr(m, name)}" for name, word in words for m in marks if hasattr(m, name)]
+        return f"a whole number, {' and '.join(bounds)}" if bounds else "a whole number"
+    if is_table(inner):
+        return "a name or a path" if inner in KINDS else f"a table with {', '.join(fields_of(inner))}"
+    return "the path of a file" if inner is pathlib.Path else "a text"
+
+
+def _allowed_list(items: tuple[Any, ...]) -> str:
+    if items[-1] is Ellipsis:
+        return f"a list, each item {allowed(items[0])}"
+    parts = [allowed(item) for item in items]
+    count = {2: "two", 3: "three"}.get(len(items), str(len(items)))
+    if len(set(parts)) == 1:
+        return f"{count} of: {parts[0]}"
+    return f"{count}: " + "; ".join(parts)
+
+
+def item_type(annotation: Any, number: int) -> Any:
+    """Type of an item of a list; None where its type does not say."""
+    inner = core(annotation)[0]
+    kinds = get_args(inner) if get_origin(inner) is tuple else ()
+    if kinds and kinds[-1] is Ellipsis:
+        return kinds[0]
+    return kinds[number] if number < len(kinds) else None
+
+
+def shown(value: Any, annotation: Any = None) -> str:
+    """A value as a file writes it: SI numbers of a field in its usual unit, the rest as it is."""
+    quantity = quantity_of(annotation)
+    if isinstance(value, str) or value is None:
+        return "" if value is None else value
+    if isinstance(value, Mapping):
+        return str(value.get("name", ""))
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(shown(item, item_type(annotation, k)) for k, item in enumerate(value))}]"
+    if isinstance(value, float) and quantity is not None and quantity.unit:
+        return amount(value, quantity.unit)
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
