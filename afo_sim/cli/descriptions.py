@@ -118,10 +118,10 @@ def new(new_one: _New) -> None:
             file = write(new_one.kind, new_one.name, new_one.out, like=new_one.like, uses=uses, braid=braid)
     print(f"written to {file}")
     if braid:
-        from afo_sim.description.handmade import told_facts
+        from afo_sim.description.handmade import new_braid_facts
         from afo_sim.description.reader import load
 
-        for fact, value in told_facts(load("muscle", file)):
+        for fact, value in new_braid_facts(load("muscle", file)):
             print(f"{fact}: {value}")
     print(f"next: {_next(new_one.kind, new_one.name, file)}")
 

@@ -3,9 +3,8 @@
 import pathlib
 from typing import Any
 
-from afo_sim.common.csv_table import read_header, read_table
+from afo_sim.common.csv_table import read_header, read_phase_table, write_phase_table
 from afo_sim.common.errors import InputError
-from afo_sim.common.phase_table import write_table
 from afo_sim.gait.checks import examine
 from afo_sim.gait.cycle import COLUMNS, GaitCycle
 
@@ -39,7 +38,7 @@ def read(path: str | pathlib.Path) -> GaitCycle:
     file = pathlib.Path(path)
     if read_header(file).get("kind") == "norm":
         raise InputError("is a norm to compare with", file=file, allowed="one stride of a person")
-    table = read_table(file, tuple(COLUMNS))
+    table = read_phase_table(file, tuple(COLUMNS))
     facts: dict[str, Any] = {name: table.text(key) for key, name in _TEXTS.items()}
     facts |= {name: table.number(key) for key, name in NUMBERS.items()}
     facts |= {name: table.number(key) for key, name in _OPTIONAL.items() if key in table.header}
@@ -65,4 +64,4 @@ def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
     known = {key: getattr(cycle, name) for key, name in _OPTIONAL.items()}
     header |= {key: f"{value:.6g}" for key, value in known.items() if value is not None}
     columns = {column: getattr(cycle, name) / factor for column, (name, factor) in COLUMNS.items()}
-    write_table(pathlib.Path(path), {**header, **cycle.notes}, columns)
+    write_phase_table(pathlib.Path(path), {**header, **cycle.notes}, columns)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common.assets import find_gait
-from afo_sim.common.csv_table import read_header, read_table
+from afo_sim.common.csv_table import read_header, read_phase_table
 from afo_sim.gait.cycle import DEGREE
 
 _SHIPPED = "norm_adult"
@@ -61,8 +61,8 @@ def read(path: pathlib.Path | None = None) -> Norm:
     Raises
     ------
     InputError
-        As `phase_table.read_table`.
+        As `phase_table.read_phase_table`.
     """
-    table = read_table(path or find_gait(_SHIPPED), tuple(_COLUMNS))
+    table = read_phase_table(path or find_gait(_SHIPPED), tuple(_COLUMNS))
     scaled = {name: table.columns[column] * _SCALES.get(name, DEGREE) for column, name in _COLUMNS.items()}
     return Norm(**scaled, header=table.header)

@@ -16,7 +16,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Valve
-from afo_sim.description.quantity import told_of
+from afo_sim.description.quantity import provenance_note
 from afo_sim.description.reader import load as load_description
 from afo_sim.physics.curves import crossing
 from afo_sim.physics.friction import FRICTIONS
@@ -383,7 +383,7 @@ def _check_loads(
 
 def _check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
     """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
-    top, told = muscle.limits.pressure, told_of(muscle.limits, "pressure")
+    top, told = muscle.limits.pressure, provenance_note(muscle.limits, "pressure")
     whose = f"the muscle's limit{told}"
     if supply is not None and supply > top:
         raise _pressure_refusal(f"is more than the muscle bears{told}", "supply", supply, 0.0, top)

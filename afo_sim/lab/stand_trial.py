@@ -22,7 +22,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.description.muscle import Muscle
-from afo_sim.description.quantity import told_of
+from afo_sim.description.quantity import provenance_note
 from afo_sim.description.reader import load as load_description
 from afo_sim.lab.stand_plan import (
     Laboratory,
@@ -274,7 +274,7 @@ def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
     )
     least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
     low, high = law.pressure_range
-    strong, stretched = (told_of(limits, key) for key in ("force", "contraction_min"))
+    strong, stretched = (provenance_note(limits, key) for key in ("force", "contraction_min"))
     law_pressure = f"range of {low * 1e-5:g} to {high * 1e-5:g} bar"
     asked = f"the law {muscle.law} is asked at {{:.3g}} bar"
     outside = np.maximum(low - pressure, pressure - high)

@@ -20,7 +20,8 @@ import numpy as np
 from afo_sim.common.errors import InputError
 from afo_sim.common.units import format_quantity
 from afo_sim.description import reader
-from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
+from afo_sim.description.attachment import Mounting
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
 from afo_sim.model.paths import paths_of
 from afo_sim.physics.in_series import on_anchors, row, tensions

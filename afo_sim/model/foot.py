@@ -19,8 +19,8 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common.errors import InputError, unknown
 from afo_sim.common.units import GRAVITY
-from afo_sim.description.leg import Toes
-from afo_sim.description.scenario import Leg, Scenario
+from afo_sim.description.leg import Leg, Toes
+from afo_sim.description.scenario import Scenario
 from afo_sim.gait.fourier import Wave
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.model.mounting import add_motor

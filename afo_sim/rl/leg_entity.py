@@ -10,8 +10,8 @@ import mujoco
 from afo_sim import native
 from afo_sim.common.errors import CallbackError, InputError
 from afo_sim.description.attachment import Side
+from afo_sim.description.leg import Leg
 from afo_sim.description.reader import load
-from afo_sim.description.scenario import Leg
 from afo_sim.model.assemble import PASSIVE
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any
 
-from afo_sim.description.words import reference
+from afo_sim.description.scenario_text import reference
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.metric_words import in_short, number, unit, words
 from afo_sim.show import bands, effects

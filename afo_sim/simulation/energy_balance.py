@@ -17,8 +17,9 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.description.attachment import Mounting
 from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import Mounting, MuscleGroup, Orthosis
+from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.rest_curves import at_rest
 from afo_sim.metrics.beside_strides import energy_metrics
 from afo_sim.metrics.metric import Metric

@@ -11,8 +11,8 @@ import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.notice import Notice
-from afo_sim.description.limits import Limits
 from afo_sim.description.reader import USUAL_LIMITS, load
+from afo_sim.description.walking import Limits
 from afo_sim.metrics.metric import Metric, Metrics
 from afo_sim.metrics.verdict import Answer, Feed, undecided, verdict, with_draws
 from afo_sim.simulation.columns import describe

@@ -11,7 +11,7 @@ from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
-from afo_sim.description.words import reference as in_words
+from afo_sim.description.scenario_text import reference as in_words
 from afo_sim.metrics.beside_strides import COMPARED, reference_metrics
 from afo_sim.metrics.metric import Metric
 from afo_sim.model import controls as schedule

@@ -13,7 +13,7 @@ from afo_sim.common.notice import Notice
 from afo_sim.common.units import LEAST_NUMBER
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.quantity import Described, told_of
+from afo_sim.description.quantity import Described, provenance_note
 from afo_sim.metrics.facts import Facts
 from afo_sim.metrics.safety import skin_metrics
 from afo_sim.metrics.strides import stance
@@ -203,7 +203,7 @@ def _muscle_limits(
                 limit=limit,
                 unit=unit,
                 time=float(time[worst]),
-                kind=told_of(limits, key),
+                kind=provenance_note(limits, key),
             )
 
 

@@ -28,7 +28,7 @@ from dataclasses import field
 from typing import Literal
 
 from afo_sim.common.units import in_unit
-from afo_sim.description.limits import Limits
+from afo_sim.description.walking import Limits
 from afo_sim.metrics.verdict import Status
 
 CLEARANCE, FIRST, LOWEST = "toe_clearance", "toe_clearance_stride_1", "lowest_toe_clearance"

@@ -4,7 +4,6 @@ import math
 import pathlib
 
 import pytest
-from afo_sim.lab.fitting.run_parameter import KINDS
 from command import call
 
 import afo_sim
@@ -14,7 +13,7 @@ from afo_sim.description.catalogue import PLURALS, product
 from afo_sim.description.keys import field_at, keys
 from afo_sim.description.reader import SPECS, load, with_keys
 from afo_sim.description.schema import leaves, nearest_key
-from afo_sim.lab.run_problem import find_parameters
+from afo_sim.lab.run_problem import KINDS, find_parameters
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.laws import LAWS
 

@@ -15,7 +15,7 @@ from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
 from afo_sim.description.new import new, reference
 from afo_sim.description.reader import SPECS, load
 from afo_sim.description.schema import KINDS, fields_of, is_table, of_chambers, tables
-from afo_sim.study import sweep_file as sweeps
+from afo_sim.study import sweep_plan as sweeps
 from afo_sim.study.parameter_table import ParameterTable
 from afo_sim.study.search import plan as searches
 from afo_sim.study.template import SEARCH, SWEEP, new_study

@@ -282,13 +282,11 @@ BAD: dict[str, tuple[Change, str, str, str]] = {
 
 
 def write_changed(path: pathlib.Path, change: Change) -> None:
-    from afo_sim.common.phase_table import write_table
+    from afo_sim.common.csv_table import read_phase_table, write_phase_table
 
-    from afo_sim.common.csv_table import read_table
-
-    table = read_table(assets.find_gait("gatk_stride1"), tuple(COLUMNS))
+    table = read_phase_table(assets.find_gait("gatk_stride1"), tuple(COLUMNS))
     change(table.columns)
-    write_table(path, table.header, table.columns)
+    write_phase_table(path, table.header, table.columns)
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -8,11 +8,10 @@ from afo_sim.description.air.tube import Tube
 from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.handmade import BraidFacts
 from afo_sim.description.leg import Shoe
-from afo_sim.description.limits import Limits
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Valve
 from afo_sim.description.quantity import amount
-from afo_sim.description.walking import Patient
+from afo_sim.description.walking import Limits, Patient
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.ratings import nominal_flow
 

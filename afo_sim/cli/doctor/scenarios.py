@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from afo_sim.cli.doctor.kinds import Findings
+from afo_sim.description.leg import Leg
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.quantity import Described
-from afo_sim.description.scenario import Leg, Scenario
-from afo_sim.description.words import reference
+from afo_sim.description.scenario import Scenario
+from afo_sim.description.scenario_text import reference
 from afo_sim.model import stability
 from afo_sim.model.build import build
 from afo_sim.model.design import design_of

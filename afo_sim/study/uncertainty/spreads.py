@@ -6,7 +6,7 @@ import pathlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field as Option
@@ -16,9 +16,8 @@ from scipy import stats
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.units import parse_quantity, read_any_quantity
-from afo_sim.description.leaves import is_list_of_tables
 from afo_sim.description.scenario import Scenario
-from afo_sim.description.schema import SETS, core, fields_of, is_table
+from afo_sim.description.schema import SETS, fields_of, of_chambers, tables
 from afo_sim.study.parameter_table import StrictTable, first_error
 
 Kind = Literal["normal", "lognormal", "uniform", "pearson3"]
@@ -286,16 +285,16 @@ def _astray(parts: list[str], node: Any) -> tuple[str, list[str]] | None:
     """The first part of a key that no scenario has, and what may stand there; None where one has the key."""
     if not parts:
         return None
-    kind, name = core(node)[0], parts[0].partition("[")[0]
-    if is_list_of_tables(kind):  # "path[0].spacing", or split "path", "0", "spacing"
-        return _astray(parts[1:] if parts[0].isdigit() else parts, get_args(kind)[0])
-    if kind in SETS:  # a law's parameters: its muscle states which they are
+    (kind, many), name = tables(node), parts[0].partition("[")[0]
+    if many == "list":  # "path[0].spacing", or split "path", "0", "spacing"
+        return _astray(parts[1:] if parts[0].isdigit() else parts, kind)
+    if kind in SETS and many == "one":  # a law's parameters: its muscle states which they are
         return None
-    if get_origin(kind) is dict:
-        return _astray(parts[1:], get_args(kind)[1])
-    known = list(fields_of(kind)) if is_table(kind) else []
+    if many == "named":
+        return _astray(parts[1:], kind)
+    known = fields_of(kind) if many else {}
     fitting = [each for each in known if fnmatchcase(each, name)]
-    if is_table(kind) and kind.model_config.get("extra") == "allow" and name not in known:  # of chambers
-        return _astray(parts[1:], get_args(kind.__annotations__["__pydantic_extra__"])[1])
-    ways = [_astray(parts[1:], kind.model_fields[each].annotation) for each in fitting]
-    return None if None in ways else ways[0] if ways else (parts[0], known)
+    if of_chambers(kind) is not None and name not in known:
+        return _astray(parts[1:], of_chambers(kind))
+    ways = [_astray(parts[1:], known[each].annotation) for each in fitting]
+    return None if None in ways else ways[0] if ways else (parts[0], list(known))
