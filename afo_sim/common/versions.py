@@ -8,7 +8,8 @@ import pathlib
 import platform
 
 # The rooms that results depend on; who only fits, validates, shows or asks changes no row of a study.
-COMPUTING = ("common", "physics", "gait", "description", "native", "metrics", "model", "simulation", "study")
+COMPUTING = ("common", "physics", "gait", "description", "native", "control", "metrics", "model")
+COMPUTING += ("simulation", "study")
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
 

@@ -29,6 +29,7 @@ from afo_sim.simulation.recording import Recording
 
 _TITLES = ("name", "value", "unit", "label")
 _QUANTILES = ("quantile_5", "quantile_50", "quantile_95")  # of the draws of a run with bands
+METRICS, LOADS, LOADS_XML = "_metrics.csv", "_grf.mot", "_external_loads.xml"  # after a file's stem
 
 
 def _write_metrics(recording: Recording, path: pathlib.Path) -> None:
@@ -92,9 +93,6 @@ def _strides(strides: dict[int, dict[str, Metric]]) -> dict[str, np.ndarray]:
         if name != "stride":
             found[fieldname] = np.array([float(values.get(name, math.nan)) for values in strides.values()])
     return found
-
-
-METRICS, LOADS, LOADS_XML = "_metrics.csv", "_grf.mot", "_external_loads.xml"  # after a file's stem
 
 
 @dataclass(frozen=True)

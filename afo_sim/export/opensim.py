@@ -30,6 +30,12 @@ _LOADS = (FORWARD, UP, PLACE, ALONG, HEIGHT, MOMENT)
 NEEDED = (ANKLE_ANGLE, TOES, SUBTALAR, *_LOADS)
 FORCE, POINT, TORQUE = "ground_force_v", "ground_force_p", "ground_torque_"
 _AXES = "xyz"
+_UNITS = (
+    "Units are S.I. units (second, meters, Newtons, ...)",
+    "If the header above contains a line with 'inDegrees', this indicates whether rotational values are in "
+    "degrees (yes) or radians (no).",
+)
+_ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that is an ankle
 
 
 def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
@@ -84,13 +90,6 @@ def external_loads(name: str, data: str, side: str) -> str:
     )
 
 
-_UNITS = (
-    "Units are S.I. units (second, meters, Newtons, ...)",
-    "If the header above contains a line with 'inDegrees', this indicates whether rotational values are in "
-    "degrees (yes) or radians (no).",
-)
-
-
 def write_storage(
     path: pathlib.Path, name: str, columns: Mapping[str, np.ndarray], *, degrees: bool, report: Report
 ) -> None:
@@ -123,9 +122,6 @@ def write_storage(
         file.write("\n".join(header) + "\n")
         writer = csv.writer(file, delimiter="\t", lineterminator="\n")
         write_numbers(writer.writerows, list(columns.values()), report)
-
-
-_ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that is an ankle
 
 
 def side_of(recording: Recording) -> tuple[str, str]:

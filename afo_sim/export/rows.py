@@ -15,6 +15,10 @@ from afo_sim.simulation.recording import Recording
 
 TIME = "time"
 _OFF = 0.005  # of the rate asked for, from which the one had is reported [-]
+LONGEST = 63  # of a MATLAB name (namelengthmax)
+_BLOCK = 2000  # rows from one report to the next
+Report = Callable[[int, int], object]
+Write = Callable[[Iterable[Iterable[float]]], object]
 
 
 @dataclass(frozen=True)
@@ -84,9 +88,6 @@ def _chosen(recording: Recording, patterns: Iterable[str]) -> list[str]:
     return [name for name in recording.columns if name in found or not wanted]
 
 
-LONGEST = 63  # of a MATLAB name (namelengthmax)
-
-
 def legal_names(names: Iterable[str]) -> dict[str, str]:
     """{name: the same in letters, digits and underscores, different from all others}.
 
@@ -124,11 +125,6 @@ def finite(rows: Rows, *, failed: bool) -> Rows:
         notes.append(f"left out, since they are not finite in every row: {', '.join(bad)}")
     kept = {name: values for name, values in columns.items() if name not in bad}
     return dataclasses.replace(rows, columns=kept, notes=tuple(notes))
-
-
-_BLOCK = 2000  # rows from one report to the next
-Report = Callable[[int, int], object]
-Write = Callable[[Iterable[Iterable[float]]], object]
 
 
 def _titles(rows: Rows) -> list[str]:

@@ -4,14 +4,17 @@ import dataclasses
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.common.notice import Notice
+from afo_sim.common.units import in_unit
+from afo_sim.description.limits import Limits
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
 from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.verdict import Status
 from afo_sim.model.periodic import as_run
 from afo_sim.model.person import with_person
 from afo_sim.simulation.examine import Asked
@@ -24,12 +27,6 @@ from afo_sim.study.pool import processors
 if TYPE_CHECKING:
     import pandas
 
-from dataclasses import field
-from typing import Literal
-
-from afo_sim.common.units import in_unit
-from afo_sim.description.walking import Limits
-from afo_sim.metrics.verdict import Status
 
 CLEARANCE, FIRST, LOWEST = "toe_clearance", "toe_clearance_stride_1", "lowest_toe_clearance"
 _HEIGHTS = (CLEARANCE, FIRST, LOWEST)
@@ -59,6 +56,15 @@ SHARES = {
 }
 
 BEYOND_LIMIT = "beyond-limit"
+Run = Literal["run", "no air", "forbidden", "refused", "failed"]
+Aim = Literal["lift", "heel", "push_off", "air", "spare"]
+ORDER: tuple[Aim, ...] = ("lift", "heel", "push_off", "air")  # among answers that are alike bad
+_GRAIN = 0.01  # of a limit, to which hindrances count as equal [-]
+Report = Callable[[int, int, str], None]
+_DOING = "trying what to change first"
+_PULLS = 1.0  # [N]
+_WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
+_BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
 
 
 def beyond_limit(share: str, percent: float) -> Notice:
@@ -66,9 +72,6 @@ def beyond_limit(share: str, percent: float) -> Notice:
     return Notice(
         BEYOND_LIMIT, "{percent:.0f} % of {limit}", subject=share, percent=percent, limit=SHARES[share]
     )
-
-
-Run = Literal["run", "no air", "forbidden", "refused", "failed"]
 
 
 @dataclass(frozen=True)
@@ -110,11 +113,6 @@ class Effect:
         """Difference of a metric; 0 where there is none, or it is not defined."""
         value = self.differences.get(metric, 0.0)
         return value if math.isfinite(value) else 0.0
-
-
-Aim = Literal["lift", "heel", "push_off", "air", "spare"]
-ORDER: tuple[Aim, ...] = ("lift", "heel", "push_off", "air")  # among answers that are alike bad
-_GRAIN = 0.01  # of a limit, to which hindrances count as equal [-]
 
 
 @dataclass(frozen=True)
@@ -245,13 +243,6 @@ def _class(effect: Effect) -> int:
     if effect.status != "run":
         return 3
     return 0 if effect.helps else 1 if effect.noticed else 2
-
-
-Report = Callable[[int, int, str], None]
-_DOING = "trying what to change first"
-_PULLS = 1.0  # [N]
-_WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
-_BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
 
 
 @dataclass(frozen=True, repr=False)

@@ -42,6 +42,11 @@ from afo_sim.simulation.stepping import Policy
 
 _M_MMAP_THRESHOLD = -3  # malloc.h of glibc
 _LARGE = 1 << 20  # bytes
+OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
+UNSETTLED = "stride-unsettled"  # code of the warning that no stride was found that repeats
+_BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
+CYCLE = np.linspace(0.0, 1.0, 201)  # phases of a stride's curves
+_AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
 
 
 @functools.cache
@@ -59,13 +64,6 @@ def _keep_flat() -> None:
         ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, _LARGE)
     except (AttributeError, OSError):  # another C library
         return
-
-
-OK, UNSTABLE, INFEASIBLE, BROKEN = "ok", "unstable", "infeasible", "error"
-UNSETTLED = "stride-unsettled"  # code of the warning that no stride was found that repeats
-_BATCH_BYTES = 1.2e8  # of recorded rows, in all roll-outs that exist at a time
-CYCLE = np.linspace(0.0, 1.0, 201)  # phases of a stride's curves
-_AHEAD = 1  # batches more than threads, so that none of these waits for the next to be built
 
 
 @dataclass(frozen=True)

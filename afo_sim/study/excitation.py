@@ -123,32 +123,42 @@ class OnReference:
 
 
 @dataclass(frozen=True)
-class OnPressure:
-    """A sine on the pressure that one chamber's drive is asked for; the other chambers are vented."""
+class _OnChamber:
+    """What goes to and fro at one chamber; the other chambers are vented."""
 
     scenario: Scenario
     chamber: str
-    mean: float
-    amplitude: float
-    what: What = "pressure"
-    unit: str = "Pa"
-    tick: int = 1
 
     @property
-    def phasor(self) -> complex:
-        """Of amplitude · sin(ωt)."""
-        return -1j * self.amplitude
+    def tick(self) -> int:
+        """Half a period is whole steps."""
+        return 1
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """The chamber's pressure, and the ankle's angle."""
         return f"chamber/{self.chamber}/pressure", _ANGLE
 
+
+@dataclass(frozen=True)
+class OnPressure(_OnChamber):
+    """A sine on the pressure that one chamber's drive is asked for; the other chambers are vented."""
+
+    mean: float
+    amplitude: float
+    what: What = "pressure"
+    unit: str = "Pa"
+
+    @property
+    def phasor(self) -> complex:
+        """Of amplitude · sin(ωt)."""
+        return -1j * self.amplitude
+
     def begun(self, frequency: float, n_step: int) -> tuple[Built, Policy]:
         """The drive's pressure, step by step."""
         built = build(self.scenario)
         inputs = schedule.controls(built, n_step)
-        _command(built, inputs, {self.chamber: self.mean}, self.chamber)
+        _command(built, inputs, {self.chamber: self.mean})
         time = np.arange(n_step) * self.scenario.timestep
         sine = self.mean + self.amplitude * np.sin(2.0 * math.pi * frequency * time)
         inputs[:, built.index.drives[self.chamber]] = sine
@@ -156,28 +166,20 @@ class OnPressure:
 
 
 @dataclass(frozen=True)
-class OnValves:
+class OnValves(_OnChamber):
     """One chamber's inlet open for half a period, its outlet for the other; the other chambers are vented.
 
     The input is 1 while the inlet is open and −1 while the outlet is; its first harmonic is 4/π. Gain and
     phase are therefore those of the describing function.
     """
 
-    scenario: Scenario
-    chamber: str
     what: What = "valves"
     unit: str = ""
-    tick: int = 1
 
     @property
     def phasor(self) -> complex:
         """Of the square wave's first harmonic, 4/π sin(ωt)."""
         return -1j * _SQUARE
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """The chamber's pressure, and the ankle's angle."""
-        return f"chamber/{self.chamber}/pressure", _ANGLE
 
     def begun(self, frequency: float, n_step: int) -> tuple[Built, Policy]:
         """The coils, step by step."""
@@ -186,11 +188,11 @@ class OnValves:
         half = round(0.5 / (frequency * self.scenario.timestep))
         for number, first in enumerate(range(0, n_step, half)):
             command = "outlet" if number % 2 else "inlet"
-            _command(built, inputs[first : first + half], {self.chamber: command}, self.chamber)
+            _command(built, inputs[first : first + half], {self.chamber: command})
         return built, fixed(inputs)
 
 
-def _command(built: Built, inputs: np.ndarray, commands: Mapping[str, str | float], chamber: str) -> None:
+def _command(built: Built, inputs: np.ndarray, commands: Mapping[str, str | float]) -> None:
     """Write one chamber's command, and the others vented, into inputs (n, nu)."""
     commander = Commander(built)
     commander.take(dict.fromkeys(built.index.chambers, "outlet") | dict(commands))

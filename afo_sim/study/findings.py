@@ -16,6 +16,11 @@ _MOST_FAILED = 0.01  # of the cases
 _FEWEST_BLOCKS = 8
 _RESAMPLES = 500  # of the bootstrap
 _SEED = 1  # of the bootstrap, so that a figure drawn twice is the same; SALib takes 0 for no seed
+_BINNED = (
+    "shares of the variance lie between the means of bins: what a metric does within a bin is not counted, "
+    "so they are at most the first-order Sobol' indices, which the design saltelli gives"
+)
+EXACT = "shares of the variance are first-order Sobol' indices, as in the tables below"
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +121,6 @@ def _blocks(results: Results, metric: str) -> np.ndarray:
             file=results.folder,
         )
     return results[metric].reshape(-1, size)
-
-
-_BINNED = (
-    "shares of the variance lie between the means of bins: what a metric does within a bin is not counted, "
-    "so they are at most the first-order Sobol' indices, which the design saltelli gives"
-)
-EXACT = "shares of the variance are first-order Sobol' indices, as in the tables below"
 
 
 @dataclass(frozen=True)

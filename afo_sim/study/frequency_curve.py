@@ -10,6 +10,9 @@ from afo_sim.common.units import in_unit
 
 Relation = Literal["at", "below", "above"]
 _FIRST_PHASE = (-1.5 * math.pi, 0.5 * math.pi)  # of the lowest frequency: a lag is likelier than a lead
+HALF_POWER = 20.0 * math.log10(math.sqrt(0.5))  # −3.01 dB
+_QUARTER_TURN = -0.5 * math.pi
+_SHOWN = {"rad": "deg", "Pa": "bar"}  # units that people read; others as they are
 
 
 @dataclass(frozen=True)
@@ -76,11 +79,6 @@ def falls_to(frequencies: np.ndarray, curve: np.ndarray, level: float) -> Crossi
     share = (curve[k - 1] - level) / (curve[k - 1] - curve[k])
     low, high = np.log(frequencies[k - 1 : k + 1])
     return Crossing(float(np.exp(low + share * (high - low))))
-
-
-HALF_POWER = 20.0 * math.log10(math.sqrt(0.5))  # −3.01 dB
-_QUARTER_TURN = -0.5 * math.pi
-_SHOWN = {"rad": "deg", "Pa": "bar"}  # units that people read; others as they are
 
 
 @dataclass(frozen=True, eq=False)

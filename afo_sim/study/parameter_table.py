@@ -28,6 +28,8 @@ _WAYS = {
     "from": ("from", "to", "scale", "steps"),
 }
 _ANY_WAY = "from and to, values, distribution, or from_seed = true"
+_BOUNDS = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
+_EXAMPLE = "pressure [bar],patient"
 
 
 class StrictTable(BaseModel):
@@ -247,9 +249,6 @@ class ParameterReader:
         )
 
 
-_BOUNDS = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
-
-
 def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> InputError:
     """The first validation error, as a message for people."""
     first = error.errors(include_url=False)[0]
@@ -276,9 +275,6 @@ def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> Input
 def _bound(facts: dict[str, Any]) -> str:
     """The bound that a number violates, in words."""
     return ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
-
-
-_EXAMPLE = "pressure [bar],patient"
 
 
 def values_of(

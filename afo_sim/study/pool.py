@@ -20,6 +20,10 @@ _AHEAD = 3  # chunks that wait for each worker, so that none of them waits
 # The muscle callbacks are the process's, so a worker of many threads takes one chunk at a time, with all of
 # them.
 _one_chunk = threading.Lock()
+Evaluate = Callable[
+    [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int, Asked],
+    Iterator[tuple[int, Outcome]],
+]  # as engine.outcomes
 
 
 def _chunks(
@@ -129,12 +133,6 @@ def _local_options(workers: int) -> dict[str, Any]:
     """Of a cluster on this machine, which nobody else can reach."""
     options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
     return {"n_workers": workers, **options}
-
-
-Evaluate = Callable[
-    [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int, Asked],
-    Iterator[tuple[int, Outcome]],
-]  # as engine.outcomes
 
 
 @dataclass(frozen=True)

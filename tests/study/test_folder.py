@@ -58,8 +58,8 @@ def changed(tmp_path: pathlib.Path, file: str, old: str, new: str) -> bool:
     [
         ("show/sweep_figures.py", "MOST_DOTS = 3000", "MOST_DOTS = 4000"),
         ("cli/sweep.py", "LINE_EVERY = 60.0", "LINE_EVERY = 30.0"),
-        ("study/pareto.py", "# of each front, ascending", "# ascending, of each front"),
-        ("study/pareto.py", '"""Non-dominated sorting: ', '"""Sorting: '),
+        ("study/analysis.py", "# of each front, ascending", "# ascending, of each front"),
+        ("study/analysis.py", '"""Cases of a sweep → what', '"""Rows of a sweep → what'),
         ("common/units.py", '"""', '"""Another word: '),
     ],
 )

@@ -17,6 +17,11 @@ _WHOLE = 1e-6  # of a tick, to which a time counts as whole ticks
 MOST_CHAMBERS = 16  # two bits each in 32
 MOST_NAMES = 254  # states or inputs: 255 marks the end of a table
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,40}")
+Intervals = Sequence[tuple[float, float]]  # [s]
+_Valves = Mapping[tuple[int, str], Intervals]  # by (number of the chamber, "inlet" or "outlet")
+_SIDES = ("inlet", "outlet")
+_FIELD = "controller.state_machine"
+_ALLOWED = "inlet, outlet, both or shut"
 
 
 @dataclass(frozen=True)
@@ -161,11 +166,6 @@ def check_names(names: Iterable[str], what: str, most: int) -> tuple[str, ...]:
     return found
 
 
-Intervals = Sequence[tuple[float, float]]  # [s]
-_Valves = Mapping[tuple[int, str], Intervals]  # by (number of the chamber, "inlet" or "outlet")
-_SIDES = ("inlet", "outlet")
-
-
 def timer_clock(timer: Timer, chambers: Sequence[str]) -> tuple[Clock, int]:
     """The clock of a scenario's timer, and its tick [us]; places are rounded to the nearest tick."""
     return _exact(_valves(timer.chambers, chambers), timer.period, 0.0, "timer")
@@ -259,9 +259,6 @@ def _changes(
     return tuple(found)
 
 
-_FIELD = "controller.state_machine"
-
-
 def states_of(machine: Machine, period: float, chambers: Sequence[str]) -> States:
     """The machine's tables.
 
@@ -298,9 +295,6 @@ def _masks(
         named |= 3 << place
         coils |= (int(command[0]) | int(command[1]) << 1) << place
     return named, coils
-
-
-_ALLOWED = "inlet, outlet, both or shut"
 
 
 def _rule(transition: Transition, period: float, columns: Sequence[str]) -> Rule:

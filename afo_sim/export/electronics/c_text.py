@@ -8,6 +8,16 @@ from afo_sim.export.electronics.board import Board, Clock, Rule, States
 _TEMPLATES = pathlib.Path(__file__).with_name("templates")
 _FIRST_PIN = 2  # 0 and 1 are the serial port of most boards
 _PLACE = re.compile(r"@([A-Z_]+)@")
+_NO_INPUTS = """
+static bool read_inputs(VALVES_REAL *inputs) {
+  (void)inputs;
+  return true;
+}
+"""
+_CALIBRATED = """\
+  for (uint8_t k = 0; k < VALVES_INPUTS; k++)
+    if (CHANNELS[k].scale == 0.0f) stop("an input has no calibration line");
+"""
 
 
 def header(board: Board) -> str:
@@ -74,18 +84,6 @@ def notes(board: Board) -> list[str]:
 
 def _than(drift: float) -> str:
     return "long" if drift > 0.0 else "short"
-
-
-_NO_INPUTS = """
-static bool read_inputs(VALVES_REAL *inputs) {
-  (void)inputs;
-  return true;
-}
-"""
-_CALIBRATED = """\
-  for (uint8_t k = 0; k < VALVES_INPUTS; k++)
-    if (CHANNELS[k].scale == 0.0f) stop("an input has no calibration line");
-"""
 
 
 def _channels(board: Board) -> str:

@@ -16,6 +16,7 @@ from afo_sim.study.scales import human_scale
 from afo_sim.study.search.plan import SearchPlan
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
+_SIGNS = {"least": ">=", "most": "<="}
 
 
 def tables(best: Mapping[str, Any]) -> list[Table]:
@@ -140,9 +141,6 @@ def _kept(found: Mapping[str, Any], limit: Mapping[str, Any], patients: int) -> 
 
 def _percent(share: float | None) -> str:
     return "–" if share is None else f"{100.0 * share:.3g} %"
-
-
-_SIGNS = {"least": ">=", "most": "<="}
 
 
 @dataclass(frozen=True, repr=False)

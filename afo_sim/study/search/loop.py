@@ -22,6 +22,8 @@ from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, outside
 _CHUNK = 20  # cases that a thread or a worker takes at a time
 
 Columns = dict[str, np.ndarray]
+START, STEP = 0.5, 0.25  # middle of the cube; standard deviation of the first designs
+_CONVERGED = 1e-4  # standard deviation in every direction below which nothing is left to find
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,6 @@ class _Jobs:
 
     def numbers(self, chunk: int) -> range:
         return range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(self)))
-
-
-START, STEP = 0.5, 0.25  # middle of the cube; standard deviation of the first designs
-_CONVERGED = 1e-4  # standard deviation in every direction below which nothing is left to find
 
 
 class Evolution:

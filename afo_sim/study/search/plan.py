@@ -57,6 +57,8 @@ _FIXED_COLUMNS = (
     "reason",
 )
 
+Metric = Annotated[StrictStr, AfterValidator(known_metric)]
+
 
 @dataclass(frozen=True)
 class StatedLimit:
@@ -168,9 +170,6 @@ class SearchPlan:
             "starts": self.starts,
         }
         return fingerprint("search", written, "cma")
-
-
-Metric = Annotated[StrictStr, AfterValidator(known_metric)]
 
 
 class ObjectiveTable(StrictTable):

@@ -24,6 +24,15 @@ _DM3 = 1e8  # of C: dm³/(s·bar) in one m³/(s·Pa)
 _UNIT = "dm³/(s·bar)"
 _MEANING = f"C: sonic conductance [{_UNIT}]; b: critical pressure ratio; *: assumed"
 _HELD = "3/2: its coil stays on until the outlet would open"
+Interval = tuple[float, float]
+HOURS, STRIDES = "hours_of_source", "strides_of_source"
+_SAGS = 2.0  # share of the set pressure from which on a sag is reported [percent]
+_ASKED = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
+_NOTES = (
+    "g, l: mass and volume of the source; mean, peak: flow out of it [l/min] of the free gas",
+    "each run begins with a full source; strides and hours are of its content down to the set pressure, "
+    "which cools as it gives the mean flow of the run; air before the first step is not taken out",
+)
 
 
 def size_valve(trials: Trials, chamber: str, side: str = "both", proportional: bool = False) -> Sizing:
@@ -91,9 +100,6 @@ def _valve_sets(scenario: Scenario, chamber: str, side: str, name: str, valve: V
         {} if valve.three_way == now.three_way else times_for(scenario, chamber, three_way=valve.three_way)
     )
     return {key: kept | valves, **times}
-
-
-Interval = tuple[float, float]
 
 
 # A 3/2 valve vents while its coil has no current. So its coil stays on from where the inlet would open until
@@ -217,16 +223,6 @@ def _tube_notes(trials: Trials, tried: list[Tried], length: float) -> list[str]:
         delay = load("tube", ran[0].name).delay(length)
         notes.append(f"sound takes {1e3 * delay:.1f} ms through the tube, which no run counts")
     return notes
-
-
-HOURS, STRIDES = "hours_of_source", "strides_of_source"
-_SAGS = 2.0  # share of the set pressure from which on a sag is reported [percent]
-_ASKED = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
-_NOTES = (
-    "g, l: mass and volume of the source; mean, peak: flow out of it [l/min] of the free gas",
-    "each run begins with a full source; strides and hours are of its content down to the set pressure, "
-    "which cools as it gives the mean flow of the run; air before the first step is not taken out",
-)
 
 
 def size_supply(trials: Trials, hours: float | None = None, strides: float | None = None) -> Sizing:

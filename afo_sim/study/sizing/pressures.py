@@ -26,6 +26,9 @@ _LOWEST = 5e4  # of the scan, gauge [Pa]
 _HIGHEST = 6e5  # where no muscle states its own limit [Pa]
 _INNER = 3  # pressures tried at once between one that fails and one that holds
 Range = tuple[float, float]
+_ALLOWED = "allowed pressure"  # what a pressure beyond it fails
+_ALIKE = 1.0 + 1e-9
+Limit = tuple[float, str]  # gauge pressure [Pa], who is allowed no more
 
 
 def size_pressure(trials: Trials, at: float | None = None, between: Range | None = None) -> Sizing:
@@ -174,11 +177,6 @@ def _notes(tried: Sequence[Tried], best: Tried | None) -> list[str]:
             if any(each.meets for each in above[k:]):
                 notes.append("above that it holds again in places: see the table")
     return notes
-
-
-_ALLOWED = "allowed pressure"  # what a pressure beyond it fails
-_ALIKE = 1.0 + 1e-9
-Limit = tuple[float, str]  # gauge pressure [Pa], who is allowed no more
 
 
 def exceeded(scenario: Scenario, pressure: float) -> Limit | None:

@@ -24,6 +24,7 @@ _BY_CHAMBER = (FILL, VENT, "peak_pressure_{}", "lowest_pressure_{}", "air_per_cy
 _SMALLER = {"s": (10.0, 1e3, "ms"), "h": (1.0, 60.0, "min")}  # {unit: (below, factor, unit)}
 _TIMES = ("ms", "min", "h")
 _SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
+Status = Literal["run", "excluded", "refused", "failed"]
 
 
 @dataclass(frozen=True)
@@ -157,9 +158,6 @@ def usual(scenario: Scenario) -> tuple[Requirement, ...]:
     wanted = round(1e3 * limits.toe_clearance[0], 9) + 0.0  # [mm]
     names = ["toe_clearance"] + ([_FIRST_STRIDE] if scenario.gait.start_phase == 0.0 else [])
     return tuple(Requirement(name, True, wanted) for name in names)
-
-
-Status = Literal["run", "excluded", "refused", "failed"]
 
 
 def doubted(value: str, doubt: str) -> Notice:

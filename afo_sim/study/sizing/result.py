@@ -5,26 +5,23 @@ import io
 import math
 import os
 import pathlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from afo_sim.common.notice import Notice
-from afo_sim.metrics.metric_words import words
+from afo_sim.metrics.metric_words import UNITS, words
 from afo_sim.simulation.display_hooks import shown as pictures
 from afo_sim.study.folder import write_answer
-from afo_sim.study.sizing.requirement import Requirement, Tried
+from afo_sim.study.sizing.requirement import Requirement, Tried, as_number, closeness
+from afo_sim.study.sizing.trial import Trials, sentence_of
 
 if TYPE_CHECKING:
     import pandas
 
-from collections.abc import Iterator, Sequence
-
-from afo_sim.metrics.metric_words import UNITS
-from afo_sim.study.sizing.requirement import as_number, closeness
-from afo_sim.study.sizing.trial import Trials, sentence_of
 
 Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
+Draw = Callable[["Sizing", pathlib.Path], None]
 
 
 def _table_of(
@@ -136,9 +133,6 @@ def larger_is_worse(tried: Sequence[Tried], what: str) -> list[str]:
     shown = "; ".join(f"{each.name} ({each.why})" for each in worse[:3])
     more = f"; and {len(worse) - 3} more" if len(worse) > 3 else ""
     return [f"a larger {what} is not better: {shown}{more}"]
-
-
-Draw = Callable[["Sizing", pathlib.Path], None]
 
 
 @dataclass(frozen=True, repr=False)

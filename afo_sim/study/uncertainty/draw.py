@@ -32,6 +32,8 @@ from afo_sim.study.uncertainty.spreads import (
 
 _STRIDE_TIME = "gait.stride_time"
 _NOTABLE = 0.01  # share cut off at a bound from which on it is reported [-]
+_MOST_TRIES = 200  # times that a draw which is not a valid muscle is drawn anew
+_FEWEST = 2  # draws of a Latin hypercube
 
 
 @dataclass(frozen=True)
@@ -257,9 +259,6 @@ def _fits(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]
             yield Fit(own, table, muscle, tuple(f"orthosis.muscle.{group}.type" for group in members))
 
 
-_MOST_TRIES = 200  # times that a draw which is not a valid muscle is drawn anew
-
-
 @dataclass(frozen=True, eq=False)
 class Column:
     """The drawn values of one or several keys that have one value; without keys a height [m].
@@ -385,9 +384,6 @@ def _groups(owners: Sequence[tuple[str, SpreadTable, np.ndarray]]) -> Iterator[G
     for name, members in by_name.items():
         first = members[0][0]
         yield Group(name, first.each_stride, first.measure, np.hstack([part for _, part in members]))
-
-
-_FEWEST = 2  # draws of a Latin hypercube
 
 
 def joint_parameters(

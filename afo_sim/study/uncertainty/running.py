@@ -25,6 +25,32 @@ from afo_sim.study.uncertainty.spreads import read
 
 _QUANTILES = (0.05, 0.5, 0.95)
 _ROWS_PER_TERM = 2.0  # draws that a regression needs for each of its terms
+FEWEST, MOST = 20, 100_000  # draws
+_EVERY = 2  # of CYCLE's phases, that are kept
+_CHUNK = 32  # draws that are brought to their end together
+_MEASURED_NEXT = 3
+_CLEARANCE = "toe_clearance"
+_EXPLAINED = (_CLEARANCE, "torque_against_push_off", "air_per_stride")
+_METRICS = (
+    _CLEARANCE,
+    "ball_clearance",
+    "peak_swing_dorsiflexion",
+    "foot_pitch_at_contact",
+    "foot_slap_velocity",
+    "orthosis_peak_dorsiflexion_torque",
+    "torque_covered",
+    "torque_against_push_off",
+    "torque_against_push_off_per_mass",
+    "work_against_push_off",
+    "plantarflexion_lost_at_toe_off",
+    "air_per_stride",
+    "free_air_per_stride",
+)
+_HEIGHTS = (_CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
+_HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
+_FOREFOOT = ("ball/height", "toe/height")
+_CURVES = ("ankle/angle", *_HIGH, ORTHOSIS)
+Report = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -100,35 +126,6 @@ def _terms(deviates: np.ndarray) -> np.ndarray:
     pairs = itertools.combinations(range(deviates.shape[1]), 2)
     products = [deviates[:, i] * deviates[:, j] for i, j in pairs]
     return np.column_stack([deviates, deviates**2 - 1.0, *products])
-
-
-FEWEST, MOST = 20, 100_000  # draws
-_EVERY = 2  # of CYCLE's phases, that are kept
-_CHUNK = 32  # draws that are brought to their end together
-_MEASURED_NEXT = 3
-_CLEARANCE = "toe_clearance"
-_EXPLAINED = (_CLEARANCE, "torque_against_push_off", "air_per_stride")
-_METRICS = (
-    _CLEARANCE,
-    "ball_clearance",
-    "peak_swing_dorsiflexion",
-    "foot_pitch_at_contact",
-    "foot_slap_velocity",
-    "orthosis_peak_dorsiflexion_torque",
-    "torque_covered",
-    "torque_against_push_off",
-    "torque_against_push_off_per_mass",
-    "work_against_push_off",
-    "plantarflexion_lost_at_toe_off",
-    "air_per_stride",
-    "free_air_per_stride",
-)
-_HEIGHTS = (_CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
-_HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
-_FOREFOOT = ("ball/height", "toe/height")
-_CURVES = ("ankle/angle", *_HIGH, ORTHOSIS)
-
-Report = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, eq=False)

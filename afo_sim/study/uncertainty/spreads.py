@@ -21,6 +21,16 @@ from afo_sim.description.schema import SETS, fields_of, of_chambers, tables
 from afo_sim.study.parameter_table import StrictTable, first_error
 
 Kind = Literal["normal", "lognormal", "uniform", "pearson3"]
+EACH_STRIDE, DERIVED_PATH = "each stride", "derived path"
+_WIDTHS = {  # of a distribution: the options that state how wide it is, one of them
+    "normal": ("sd", "relative_sd"),
+    "lognormal": ("factor_sd",),
+    "uniform": ("within", "relative_within"),
+    "pearson3": ("sd", "relative_sd"),
+}
+_EVERY_WIDTH = ("sd", "relative_sd", "factor_sd", "within", "relative_within")
+_QUANTITIES = ("sd", "within", "at_least", "at_most")  # options that have the unit of what is drawn
+_NOT_DRAWN = ("duration", "timestep", "record_rate", "limits")  # no property of what walks
 
 
 @dataclass(frozen=True)
@@ -97,18 +107,6 @@ _INVERSE: dict[str, Callable[[float, float, float], float]] = {
     "lognormal": _lognormal,
     "uniform": _uniform,
 }
-
-
-EACH_STRIDE, DERIVED_PATH = "each stride", "derived path"
-_WIDTHS = {  # of a distribution: the options that state how wide it is, one of them
-    "normal": ("sd", "relative_sd"),
-    "lognormal": ("factor_sd",),
-    "uniform": ("within", "relative_within"),
-    "pearson3": ("sd", "relative_sd"),
-}
-_EVERY_WIDTH = ("sd", "relative_sd", "factor_sd", "within", "relative_within")
-_QUANTITIES = ("sd", "within", "at_least", "at_most")  # options that have the unit of what is drawn
-_NOT_DRAWN = ("duration", "timestep", "record_rate", "limits")  # no property of what walks
 
 
 class SpreadTable(StrictTable):
