@@ -214,8 +214,8 @@ def headed(text: str) -> tuple[str, str]:
     """A note or warning as (head, rest): its first clause, and all else with the mark between them.
 
     Nothing is left out: head and rest together are the text, but for the head's first letter in capitals.
-    Of a clause that is longer than `_LONGEST` letters, what stands before its first bracket is the head; where
-    that is too long, too, there is none.
+    Of a clause that is longer than `_LONGEST` letters, what stands before its first bracket is the head;
+    where that is too long, too, there is none.
     """
     depth, cut = 0, len(text)
     for place, letter in enumerate(text):
