@@ -34,7 +34,7 @@ def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
         _document(stream, "answer", found)
     lines = [f"# {', '.join(label for label, _ in sources)}", ""]
     if len(sources) > 1:
-        legend = colours.in_legend((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))
+        legend = colours.in_words((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))
         lines += [f"Colours: {legend}.", ""]
     lines += [str(sources[0][1].header.scenario.get("description", "")), ""]
     lines += [line for label, source in sources for line in _wear(label, source)]
