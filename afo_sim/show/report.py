@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, write_text
-from afo_sim.description.scenario_text import facts, reference, worn
+from afo_sim.description.scenario_text import facts, worn
+from afo_sim.description.words import reference
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import GROUPS, Metric
@@ -213,8 +214,8 @@ def headed(text: str) -> tuple[str, str]:
     """A note or warning as (head, rest): its first clause, and all else with the mark between them.
 
     Nothing is left out: head and rest together are the text, but for the head's first letter in capitals.
-    Of a clause longer than `_LONGEST` letters, what stands before its first bracket is the head; where
-    that is too long, too, there is none.
+    Of a clause that is longer than `_LONGEST` letters, what stands before its first bracket is the head;
+    where that is too long, too, there is none.
     """
     depth, cut = 0, len(text)
     for place, letter in enumerate(text):

@@ -6,7 +6,8 @@ from typing import Any
 import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
-from afo_sim.description.scenario_text import reference, worn
+from afo_sim.description.scenario_text import worn
+from afo_sim.description.words import reference
 from afo_sim.metrics.metric import GROUPS
 from afo_sim.metrics.metric_words import unit, words
 from afo_sim.show import bands, effects
@@ -35,8 +36,8 @@ def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
         _document(stream, "answer", found)
     lines = [f"# {', '.join(label for label, _ in sources)}", ""]
     if len(sources) > 1:
-        named = ((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))
-        lines += [f"Colours: {colours.in_words(named)}.", ""]
+        legend = colours.in_words((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))
+        lines += [f"Colours: {legend}.", ""]
     lines += [str(sources[0][1].header.scenario.get("description", "")), ""]
     lines += [line for label, source in sources for line in _wear(label, source)]
     lines += _metrics(sources)
