@@ -87,16 +87,22 @@ def _pressures(scenario: Scenario) -> Iterator[Notice]:
         if valve.working_pressure is None:
             continue
         (low, high), pressure = valve.working_pressure, highest.get(before, 0.0)
-        has, limits = "valve {subject} ({valve}) has {shown} before it, ", {"low": low, "high": high}
-        data = {"valve": valve.name or "unnamed", "shown": amount(pressure, "Pa", 3), "pressure": pressure}
+        has = "valve {subject} ({valve}) has {shown} before it, "
+        data: dict[str, Any] = {
+            "low": low,
+            "high": high,
+            "valve": valve.name or "unnamed",
+            "shown": amount(pressure, "Pa", 3),
+            "pressure": pressure,
+        }
         if pressure > high * (1.0 + 1e-9):
             text = has + "and its maker allows {allowed}"
             allowed = amount(high, "Pa", 3)
-            yield Notice("valve-pressure-high", text, subject=name, allowed=allowed, **data, **limits)
+            yield Notice("valve-pressure-high", text, subject=name, allowed=allowed, **data)
         elif pressure < low * ALIKE:
             text = has + "and needs {needed}: here it switches all the same; another valve, or more pressure"
             needed = amount(low, "Pa", 3)
-            yield Notice("valve-pressure-low", text, subject=name, needed=needed, **data, **limits)
+            yield Notice("valve-pressure-low", text, subject=name, needed=needed, **data)
 
 
 def _above_supply(scenario: Scenario) -> Iterator[Notice]:
