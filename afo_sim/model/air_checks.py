@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from afo_sim.common.notice import Notice
 from afo_sim.common.units import in_unit
 from afo_sim.description.air.air_graph import highest_pressures, reached, ways
 from afo_sim.description.air.air_parts import AMBIENT, PARTS, SUPPLY
@@ -17,7 +18,7 @@ LONG_TUBE = 5.0  # [m]
 SHORTEST_STEP = 1e-5  # that is worth telling [s]
 
 
-def check_air_path(scenario: Scenario) -> list[str]:
+def check_air_path(scenario: Scenario) -> list[Notice]:
     """Warnings of the air path of a scenario: what air is lost by, what never opens, what has too much."""
     orthosis = scenario.orthosis
     if not orthosis.chamber:
@@ -34,15 +35,16 @@ def check_air_path(scenario: Scenario) -> list[str]:
     ]
 
 
-def _blown_off(orthosis: Orthosis) -> Iterator[str]:
+def _blown_off(orthosis: Orthosis) -> Iterator[Notice]:
     """Air that goes from the supply to the ambient air all the time."""
     lost = reached([SUPPLY], [way for way in ways(orthosis) if way.blows_off]).get(AMBIENT)
     if lost:
         through = ", ".join(way.key.partition(".")[2] for way in lost)
-        yield f"air blows off all the time, from the supply through {through}: a valve between would stop it"
+        text = "air blows off all the time, from the supply through {through}: a valve between would stop it"
+        yield Notice("air-blows-off", text, through=through)
 
 
-def _by_passed(orthosis: Orthosis) -> Iterator[str]:
+def _by_passed(orthosis: Orthosis) -> Iterator[Notice]:
     """Chambers that the supply fills past their inlet valves, all the time."""
     fed = reached([SUPPLY], [way for way in ways(orthosis) if way.feeds])
     for name in orthosis.chamber:
@@ -51,18 +53,20 @@ def _by_passed(orthosis: Orthosis) -> Iterator[str]:
             mend = "a valve between, or another upstream, would stop it"
             if fed[name][-1].part is PARTS["quick_exhaust"]:
                 mend = f"chamber.{name}.quick_exhaust would stand behind the inlet"
-            yield (
-                f"chamber {name!r} is on the supply all the time: its inlet valve is bypassed by restriction "
-                f"{through}; {mend}"
+            text = (
+                "chamber {subject!r} is on the supply all the time: its inlet valve is bypassed by "
+                "restriction {through}; {mend}"
             )
+            yield Notice("inlet-bypassed", text, subject=name, through=through, mend=mend)
 
 
-def _dead_ends(orthosis: Orthosis) -> Iterator[str]:
+def _dead_ends(orthosis: Orthosis) -> Iterator[Notice]:
     """Volumes that fill and never give their air to anything."""
     out = reached([AMBIENT], ways(orthosis), back=True)
     for name in orthosis.volume:
         if name not in out:
-            yield f"volume {name!r} fills and never vents: nothing draws from it or leads out of it"
+            text = "volume {subject!r} fills and never vents: nothing draws from it or leads out of it"
+            yield Notice("volume-never-vents", text, subject=name)
 
 
 def valves_of(orthosis: Orthosis) -> Iterator[tuple[str, Valve, str]]:
@@ -76,63 +80,75 @@ def valves_of(orthosis: Orthosis) -> Iterator[tuple[str, Valve, str]]:
             yield name, each.valve, each.upstream
 
 
-def _pressures(scenario: Scenario) -> Iterator[str]:
+def _pressures(scenario: Scenario) -> Iterator[Notice]:
     """Valves that get another pressure than their maker allows."""
     highest = highest_pressures(scenario.orthosis, scenario.supply.pressure)
     for name, valve, before in valves_of(scenario.orthosis):
         if valve.working_pressure is None:
             continue
         (low, high), pressure = valve.working_pressure, highest.get(before, 0.0)
-        told = f"valve {name} ({valve.name or 'unnamed'}) has {amount(pressure, 'Pa', 3)}"
+        has = "valve {subject} ({valve}) has {shown} before it, "
+        data: dict[str, Any] = {
+            "low": low,
+            "high": high,
+            "valve": valve.name or "unnamed",
+            "shown": amount(pressure, "Pa", 3),
+            "pressure": pressure,
+        }
         if pressure > high * (1.0 + 1e-9):
-            yield f"{told} before it, and its maker allows {amount(high, 'Pa', 3)}"
+            text = has + "and its maker allows {allowed}"
+            allowed = amount(high, "Pa", 3)
+            yield Notice("valve-pressure-high", text, subject=name, allowed=allowed, **data)
         elif pressure < low * ALIKE:
-            yield (
-                f"{told} before it, and needs {amount(low, 'Pa', 3)}: here it switches all the same; "
-                "another valve, or more pressure"
-            )
+            text = has + "and needs {needed}: here it switches all the same; another valve, or more pressure"
+            needed = amount(low, "Pa", 3)
+            yield Notice("valve-pressure-low", text, subject=name, needed=needed, **data)
 
 
-def _above_supply(scenario: Scenario) -> Iterator[str]:
+def _above_supply(scenario: Scenario) -> Iterator[Notice]:
     """Volumes that the supply feeds and that begin with more than it has."""
     most = scenario.supply.pressure
     fed = reached([SUPPLY], ways(scenario.orthosis))
     for name, each in scenario.orthosis.volume.items():
         if name in fed and (each.start_pressure or 0.0) > most * (1.0 + 1e-9):
-            yield (
-                f"volume {name!r} begins with {amount(each.start_pressure or 0.0, 'Pa', 3)}, more than the "
-                f"supply's {amount(most, 'Pa', 3)}: start_pressure would be that of a volume filled before"
+            text = (
+                "volume {subject!r} begins with {start}, more than the supply's {supply}: start_pressure "
+                "would be that of a volume filled before"
             )
+            start, supply = amount(each.start_pressure or 0.0, "Pa", 3), amount(most, "Pa", 3)
+            yield Notice("volume-above-supply", text, subject=name, start=start, supply=supply)
 
 
-def _long_tubes(orthosis: Orthosis) -> Iterator[str]:
+def _long_tubes(orthosis: Orthosis) -> Iterator[Notice]:
     """Tubes beyond what the lumped model is tested for."""
     tubes = [(f"chamber {k!r}", c.tube, c.tube_length) for k, c in orthosis.chamber.items()]
     tubes += [(f"restriction {k!r}", r.tube, r.length) for k, r in orthosis.restriction.items()]
     for where, tube, length in tubes:
         if tube is not None and length is not None and length > LONG_TUBE:
-            yield (
-                f"the tube of {where} is {length:.3g} m long: tubes have no delay here, and sound takes "
-                f"{_ms(tube.delay(length))} through it (2.9 ms/m); they are tested to 2 m"
+            text = (
+                "the tube of {subject} is {length:.3g} m long: tubes have no delay here, and sound takes "
+                "{delay} through it (2.9 ms/m); they are tested to 2 m"
             )
+            yield Notice("tube-long", text, subject=where, length=length, delay=_ms(tube.delay(length)))
 
 
-def _never(scenario: Scenario) -> Iterator[str]:
+def _never(scenario: Scenario) -> Iterator[Notice]:
     """Valves between nodes that nothing opens."""
     timing = scenario.timer or scenario.phases
     told = timing.chambers if timing is not None else {}
     for name, each in scenario.orthosis.restriction.items():
         if each.valve is not None and not (name in told and told[name].open):
             table = "phases" if scenario.phases is not None else "timer"
-            yield f"valve {name!r} never opens: {table}.{name}.open would tell when"
+            text = "valve {subject!r} never opens: {table}.{subject}.open would say when"
+            yield Notice("valve-never-opens", text, subject=name, table=table)
 
 
-def _pulses(scenario: Scenario) -> Iterator[str]:
+def _pulses(scenario: Scenario) -> Iterator[Notice]:
     """Pulses too short for their valve."""
     valves = {name: valve for name, valve, _ in valves_of(scenario.orthosis)}
     for name, seconds in _shortest(scenario).items():
         if name in valves and (text := too_short(name, valves[name], seconds, scenario.timestep)):
-            yield text
+            yield Notice("pulse-short", "{text}", subject=name, text=text, seconds=seconds)
 
 
 def too_short(name: str, valve: Valve, seconds: float, step: float = 0.0) -> str:

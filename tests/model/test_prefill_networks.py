@@ -11,9 +11,8 @@ from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONS
 from afo_sim.description.reader import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import Built, build
-from afo_sim.model.network_prefill import prefill_network
 from afo_sim.model.periodic import two_strides
-from afo_sim.model.prefill import prefill
+from afo_sim.model.prefill import prefill, prefill_network
 from afo_sim.model.start import _at_first_posture
 from afo_sim.physics.pneumatics import valve_flow
 
