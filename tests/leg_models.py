@@ -1,11 +1,9 @@
 """Random bodies in MuJoCo's own words, trees built in MuJoCo, and without massless parts, for comparison."""
 
-import dataclasses
-
 import mujoco
 import numpy as np
 
-from afo_sim.legs.tree import Joint, Part, Tree
+from afo_sim.legs.tree import Tree
 
 KINDS = {"hinge": mujoco.mjtJoint.mjJNT_HINGE, "slide": mujoco.mjtJoint.mjJNT_SLIDE}
 KINDS |= {"ball": mujoco.mjtJoint.mjJNT_BALL, "free": mujoco.mjtJoint.mjJNT_FREE}
@@ -115,37 +113,3 @@ def motion(
 
 
 SCALAR = ("hinge", "slide")
-
-
-def without_massless(tree: Tree) -> Tree:
-    """The same tree with fewer massless parts: their joints stand on the part below, as MJCF has them.
-
-    A massless part M that nothing but one other part C hangs on moves it
-    by T_M J_M T_C J_C = (T_M T_C) (T_C⁻¹ J_M T_C) J_C: its joints, in the axes of C, before those of C.
-    A part with points or with a second child stays.
-    """
-    parts = dict(tree.parts)
-    for name in list(parts):
-        below = [part for part in parts.values() if part.parent == name]
-        if len(below) == 1 and _bare(parts[name]) and all(joint.kind in SCALAR for joint in below[0].joints):
-            parts[below[0].name] = _joined(parts[name], below[0])
-            del parts[name]
-    return dataclasses.replace(tree, parts=parts)
-
-
-def _bare(part: Part) -> bool:
-    """Whether a part moves, and has no mass and no points."""
-    moves = part.joints and all(joint.kind in SCALAR for joint in part.joints)
-    return bool(moves) and not (part.mass or part.inertia.any() or part.points)
-
-
-def _joined(above: Part, part: Part) -> Part:
-    back = np.linalg.inv(part.pose)
-    joints = (*(_seen(joint, back) for joint in above.joints), *part.joints)
-    return dataclasses.replace(part, parent=above.parent, pose=above.pose @ part.pose, joints=joints)
-
-
-def _seen(joint: Joint, back: np.ndarray) -> Joint:
-    """A joint in other axes; `back` is the pose in them of the axes that it stands in (4, 4)."""
-    place = back[:3, :3] @ joint.position + back[:3, 3]
-    return dataclasses.replace(joint, axis=back[:3, :3] @ joint.axis, position=place)

@@ -8,7 +8,16 @@ import pathlib
 import platform
 
 # The rooms that results depend on; who only fits, validates, shows or asks changes no row of a study.
-COMPUTING = ("common", "physics", "gait", "description", "native", "control", "metrics", "model")
+COMPUTING: tuple[str, ...] = (
+    "common",
+    "physics",
+    "gait",
+    "description",
+    "native",
+    "control",
+    "metrics",
+    "model",
+)
 COMPUTING += ("simulation", "study")
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from afo_sim.common import assets
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import check_writable, write_text
-from afo_sim.description.scenario_text import facts, worn
-from afo_sim.description.words import reference
+from afo_sim.description.scenario_text import facts, reference, worn
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics.metric import GROUPS, Metric

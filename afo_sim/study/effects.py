@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 from afo_sim.common.errors import InputError, SimulationError
 from afo_sim.common.notice import Notice
 from afo_sim.common.units import in_unit
-from afo_sim.description.limits import Limits
 from afo_sim.description.reader import load
 from afo_sim.description.scenario import Scenario
+from afo_sim.description.walking import Limits
 from afo_sim.metrics.metric import Metric
 from afo_sim.metrics.verdict import Status
 from afo_sim.model.periodic import as_run

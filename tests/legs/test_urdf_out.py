@@ -9,9 +9,10 @@ import pytest
 import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from leg_models import OPTIONS, built, motion, random_mjcf, without_massless
+from leg_models import OPTIONS, built, motion, random_mjcf
 
 from afo_sim.common.errors import InputError
+from afo_sim.legs.massless import merged
 from afo_sim.legs.mjcf import tree_of
 from afo_sim.legs.tree import Part, Tree
 from afo_sim.legs.urdf import read_urdf
@@ -292,7 +293,7 @@ def test_several_joints_survive_urdf(seed: int, tmp_path) -> None:
     tree = tree_of(model)
     notes = write_urdf(tree, tmp_path / "leg.urdf", points=False)
     assert any("massless links" in note for note in notes)
-    again = without_massless(read_urdf(tmp_path / "leg.urdf"))
+    again = merged(read_urdf(tmp_path / "leg.urdf"))
     assert set(again.parts) == set(tree.parts)
     joints = list(tree.joints())
     position, speed = np.random.default_rng(seed).normal(size=(2, len(joints)))

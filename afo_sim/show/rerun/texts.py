@@ -6,8 +6,7 @@ from typing import Any
 import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
-from afo_sim.description.scenario_text import worn
-from afo_sim.description.words import reference
+from afo_sim.description.scenario_text import reference, worn
 from afo_sim.metrics.metric import GROUPS
 from afo_sim.metrics.metric_words import unit, words
 from afo_sim.show import bands, effects
