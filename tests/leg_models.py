@@ -110,6 +110,3 @@ def motion(
     inertia = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, inertia)
     return [inertia[np.ix_(order, order)], data.qfrc_bias[order], data.qfrc_passive[order]]
-
-
-SCALAR = ("hinge", "slide")
