@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from afo_sim.simulation.recording import Recording
+    from afo_sim.simulation import Recording
 
 MARKER = "afo_scenario"
 USAGE = f'@pytest.mark.{MARKER}("seated", {{"supply.pressure": "3 bar"}})'
@@ -104,7 +104,7 @@ def _keep(recording: "Recording", folder: pathlib.Path) -> str:
     """Save recording and figure; where they are, or why not: the test's own failure must stay in sight."""
     try:
         recording.save(folder)
-        from afo_sim.show.run_figure import draw_run
+        from afo_sim.show import draw_run
 
         draw_run(recording, folder / "figure.png")
     except Exception as error:

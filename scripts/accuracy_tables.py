@@ -16,8 +16,7 @@ import numpy as np
 
 import afo_sim as afo
 from afo_sim.common import assets
-from afo_sim.study import sweep_plan
-from afo_sim.study.design import cases_of
+from afo_sim.study import cases_of, sweep_plan
 
 Sets = Mapping[str, Any]
 PLAIN, SHORT, SEATED = "walk-dropfoot-afo", "walk-dropfoot-afo-short", "seated"

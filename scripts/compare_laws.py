@@ -15,12 +15,9 @@ from matplotlib import pyplot
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.description.reader import load
-from afo_sim.lab.identifiability import rms
-from afo_sim.lab.law_problem import select
-from afo_sim.lab.measured import read_measured
-from afo_sim.physics.curves import forces
-from afo_sim.physics.laws import LAWS
+from afo_sim.description import load
+from afo_sim.lab import read_measured, rms, select
+from afo_sim.physics import LAWS, forces
 
 MUSCLE = "dmsp_10"
 GROUP = "orthosis.muscle.dorsiflexor"

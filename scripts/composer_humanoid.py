@@ -7,7 +7,7 @@ import numpy as np
 from dm_control import composer
 from dm_control.locomotion.walkers.cmu_humanoid import CMUHumanoid
 
-from afo_sim.rl.entity import OrthosisEntity
+from afo_sim.rl import OrthosisEntity
 
 PHASES = (("dorsiflexor", 4.0), ("plantarflexor", 4.0))  # chamber that is filled [s], the other vented
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import afo_sim as afo
-from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.common import STANDARD_DENSITY
 
 ROOT = pathlib.Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "controllers.md"
@@ -168,7 +168,7 @@ def draw(tables: dict[str, list[Row]], path: pathlib.Path) -> None:
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    from afo_sim.show.style import COLOURS, RUN_STYLES, STYLE
+    from afo_sim.show import COLOURS, RUN_STYLES, STYLE
 
     with plt.rc_context(STYLE):
         figure, (top, *panels) = plt.subplots(

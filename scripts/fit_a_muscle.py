@@ -9,8 +9,9 @@ import sys
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.lab.law_result import fit, remarks, write
-from afo_sim.show.fit_figure import write_fit_figure
+from afo_sim.lab import fit
+from afo_sim.lab.law_result import remarks, write
+from afo_sim.show import write_fit_figure
 
 
 def main(out: pathlib.Path = pathlib.Path("runs/fit_a_muscle")) -> None:

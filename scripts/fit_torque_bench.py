@@ -15,21 +15,21 @@ from PIL import Image
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.description import reader
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.portable import toml_text
-from afo_sim.lab import torque_report
-from afo_sim.lab.torque_device import Change, paths, statics
-from afo_sim.lab.torque_fit import TorqueFit
-from afo_sim.lab.validation_knee import (
+from afo_sim.description import Orthosis, reader, toml_text
+from afo_sim.lab import (
     FEMUR_ANCHOR,
     FITTINGS,
     PIN,
     TIBIA_ANCHOR,
+    Change,
     KneeTest,
+    TorqueFit,
     knee_tests,
+    paths,
+    statics,
+    torque_report,
 )
-from afo_sim.show.torque_bench import write_torque_figure
+from afo_sim.show import write_torque_figure
 
 PLANTED = Change(offset=3e-3, shank=6e3)  # [m], [N/m]
 NOISE, CUFF_NOISE = 0.1, 0.5e-3  # of a reading [N·m], [m]

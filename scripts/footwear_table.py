@@ -14,7 +14,7 @@ import numpy as np
 
 import afo_sim as afo
 from afo_sim.common import assets
-from afo_sim.simulation.reference_walk import reference_of
+from afo_sim.simulation import reference_of
 
 PAGE = pathlib.Path(__file__).parents[1] / "docs" / "footwear.md"
 BEGIN, END = "<!-- footwear: begin {} -->\n", "<!-- footwear: end {} -->"

@@ -12,14 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.reader import expand
-from afo_sim.metrics.metric_words import words
-from afo_sim.study.design import Cases
-from afo_sim.study.pool import pool, processors
-from afo_sim.study.runner import probe
-from afo_sim.study.search.loop import answers
-from afo_sim.study.search.plan import SearchPlan, read
+from afo_sim.common import parse_quantity
+from afo_sim.description import expand
+from afo_sim.metrics import words
+from afo_sim.study import Cases, SearchPlan, answers, probe, processors
+from afo_sim.study.pool import pool
+from afo_sim.study.search.plan import read
 
 
 def main() -> None:

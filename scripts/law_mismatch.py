@@ -7,8 +7,7 @@ import numpy as np
 
 from afo_sim import load
 from afo_sim.model.build import build
-from afo_sim.simulation.energy_balance import Energy, balance
-from afo_sim.simulation.run import run_built
+from afo_sim.simulation import Energy, balance, run_built
 
 SCENARIO, MUSCLE = "arm", "dmsp_20"
 GROUPS = ("flexor", "extensor")

@@ -19,9 +19,7 @@ import trimesh
 
 import afo_sim as afo
 from afo_sim.common import assets
-from afo_sim.legs.exporting import export_leg
-from afo_sim.legs.importing import Imported, import_leg
-from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.legs import Imported, LegNumbers, export_leg, import_leg
 from afo_sim.model.build import build
 from afo_sim.model.path_facts import path_facts
 

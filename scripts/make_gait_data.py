@@ -21,16 +21,8 @@ import tempfile
 import numpy as np
 import scipy.io
 
-from afo_sim.gait.checks import STANCE_FORCE, examine, findings
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.file import write
-from afo_sim.gait.flat_foot import USUAL
-from afo_sim.gait_lab.readers.markers import Markers
-from afo_sim.gait_lab.readers.plates import Plate
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.chosen_stride import mean_cycle
-from afo_sim.gait_lab.trial.files import WalkingTrial
-from afo_sim.gait_lab.trial.importing import Imported, cut_cycle
+from afo_sim.gait import STANCE_FORCE, USUAL, GaitCycle, examine, findings, write
+from afo_sim.gait_lab import Choices, Imported, Markers, Plate, WalkingTrial, cut_cycle, mean_cycle
 
 PACKAGE = "GaitAnalysisToolKit==0.2.0"
 FOLDER = "GaitAnalysisToolKit-0.2.0/gaitanalysis/octave/2d_inverse_dynamics/test"

@@ -15,12 +15,22 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.gait import (
+    DEGREE,
+    STANCE_FORCE,
+    Chain,
+    FootShape,
+    GaitCycle,
+    at_speed,
+    examine,
+    findings,
+    resampled,
+    stance,
+    with_derived_path,
+    write,
+)
 from afo_sim.gait import norm as gait_norm
-from afo_sim.gait.checks import STANCE_FORCE, examine, findings, stance
-from afo_sim.gait.cycle import DEGREE, GaitCycle
-from afo_sim.gait.family import at_speed
-from afo_sim.gait.file import read, write
-from afo_sim.gait.hip_path import Chain, FootShape, resampled, with_derived_path
+from afo_sim.gait.file import read
 
 GAIT_DATA = pathlib.Path(__file__).resolve().parents[1] / "gait_data"
 HEIGHT = 1.71  # of the mean adult, by speed over speed per height [m]
@@ -107,8 +117,7 @@ def mean_adult(task: str, columns: dict[str, np.ndarray]) -> GaitCycle:
 
 def overground(folder: pathlib.Path) -> GaitCycle:
     """The right stride of OpenSim's example of overground walking, its model posed over its markers."""
-    from afo_sim.gait_lab.trial.choices import Choices
-    from afo_sim.gait_lab.trial.importing import import_gait
+    from afo_sim.gait_lab import Choices, import_gait
 
     source = "opensim-org/opensim-core, OpenSim/Examples/Moco/example3DWalking, commit 0435b081"
     done = import_gait(
@@ -183,7 +192,7 @@ def draw(folder: pathlib.Path, path: pathlib.Path) -> None:
     import small_png
     from PIL import Image
 
-    from afo_sim.show.style import NORM
+    from afo_sim.show import NORM
 
     figure, axes = plt.subplots(2, 2, figsize=(9.0, 7.2), layout="constrained")
     norm, fine = gait_norm.read(), np.linspace(0.0, 1.0, 401)

@@ -14,14 +14,11 @@ import small_png
 from PIL import Image
 
 import afo_sim
+from afo_sim.metrics import FOREFOOT_PITCH, HEEL_PITCH, HEEL_RISE, LOADING, Stride
 from afo_sim.metrics import metric_words as page
-from afo_sim.metrics.strides import Stride
-from afo_sim.metrics.torque import HEEL_RISE
-from afo_sim.metrics.walking import FOREFOOT_PITCH, HEEL_PITCH, LOADING
-from afo_sim.model.torque_map import NEEDS
-from afo_sim.show.run_view import RunView
-from afo_sim.show.style import BLUE, COLOURS, GREEN, ORANGE, PINK, RED, write_figure
-from afo_sim.simulation.recording import limits_of
+from afo_sim.model import NEEDS
+from afo_sim.show import BLUE, COLOURS, GREEN, ORANGE, PINK, RED, RunView, write_figure
+from afo_sim.simulation import limits_of
 
 PAGE = pathlib.Path(__file__).resolve().parents[1] / "docs" / "metrics.md"
 SCENARIO, BARE = "walk-dropfoot-afo", "walk-dropfoot"

@@ -13,12 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import assets
-from afo_sim.control.phase_estimate import PhaseEstimate
-from afo_sim.description.reader import load
-from afo_sim.description.walking import Gait
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.model.person import persons_stride
-from afo_sim.model.walk import phase_at
+from afo_sim.control import PhaseEstimate
+from afo_sim.description import Gait, load
+from afo_sim.gait import GaitCycle
+from afo_sim.model import persons_stride, phase_at
 
 PERIOD, STEP = 0.01, 0.001  # of the controller; age of a sample [s]
 STRIDES, LEARNT = 14.0, 2.0  # that are walked; after which it counts

@@ -21,10 +21,10 @@ from PIL import Image
 from small_png import save
 
 import afo_sim
-from afo_sim.common.units import STANDARD_DENSITY
-from afo_sim.description.muscle import Muscle
+from afo_sim.common import STANDARD_DENSITY
+from afo_sim.description import Muscle
+from afo_sim.show import BLUE, GREY, RED, RUN_STYLES, RUNS, write_figure
 from afo_sim.show.rerun import screenshot
-from afo_sim.show.style import BLUE, GREY, RED, RUN_STYLES, RUNS, write_figure
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 MODELS = ROOT / "models"

@@ -18,9 +18,9 @@ from PIL import Image
 from small_png import save
 
 import afo_sim as afo
-from afo_sim.description.reader import load
-from afo_sim.show.style import GREY, RUNS, write_figure
-from afo_sim.simulation.sensed import sensor_columns
+from afo_sim.description import load
+from afo_sim.show import GREY, RUNS, write_figure
+from afo_sim.simulation import sensor_columns
 
 PRESSURES = tuple(range(1, 7))  # of the supply, gauge [bar]
 REPEATS = 10

@@ -16,10 +16,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import afo_sim
-from afo_sim.show import panels, report_figures
-from afo_sim.show.run_view import RunView
-from afo_sim.show.style import RUN_STYLES, STYLE
-from afo_sim.show.style import RUNS as COLOURS
+from afo_sim.show import RUN_STYLES, STYLE, RunView, panels, report_figures
+from afo_sim.show import RUNS as COLOURS
 
 RUNS = {
     "walk-healthy": "healthy",

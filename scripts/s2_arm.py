@@ -14,17 +14,12 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim.common import assets
-from afo_sim.common.units import format_quantity
-from afo_sim.description.reader import load
-from afo_sim.lab.identifiability import rms
-from afo_sim.lab.law_fit import fit_law
-from afo_sim.lab.law_problem import pose, select
-from afo_sim.lab.measured import Measured, read_measured
-from afo_sim.physics.laws import LAWS
-from afo_sim.show.compared_figures import write
-from afo_sim.simulation.compare import angle_differences, compare_laws
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import assets, format_quantity
+from afo_sim.description import load
+from afo_sim.lab import Measured, fit_law, pose, read_measured, rms, select
+from afo_sim.physics import LAWS
+from afo_sim.show import write
+from afo_sim.simulation import Recording, angle_differences, compare_laws
 
 ANALYTIC, MAXIMUM, EXPONENTIAL, POLYNOMIAL = "kerscher_2006", "maximum_force", "sarosi_2012", "polynomial"
 FOUR = (ANALYTIC, MAXIMUM, EXPONENTIAL, POLYNOMIAL)

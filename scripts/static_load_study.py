@@ -10,8 +10,8 @@ import pathlib
 import sys
 
 from afo_sim.lab import stand_trial as stand
-from afo_sim.lab.stand_trial import static_load
-from afo_sim.show.stand_figure import draw_study
+from afo_sim.lab import static_load
+from afo_sim.show import draw_study
 
 MUSCLES = ("reynolds_2003", "serres_2009")
 

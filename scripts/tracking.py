@@ -21,11 +21,9 @@ from PIL import Image
 from small_png import save
 
 import afo_sim
-from afo_sim.show.analysis_figures import bode_panels
-from afo_sim.show.style import GREY, RUN_STYLES, RUNS, write_figure
-from afo_sim.simulation.recording import Recording
-from afo_sim.study.frequency_curve import first_harmonic
-from afo_sim.study.frequency_response import FrequencyResponse, bode
+from afo_sim.show import GREY, RUN_STYLES, RUNS, bode_panels, write_figure
+from afo_sim.simulation import Recording
+from afo_sim.study import FrequencyResponse, bode, first_harmonic
 
 CONDUCTANCE = 0.055  # of S1's valves, C of ISO 6358 [dm³/(s·bar)]
 FACTORS = (1.0, 4.0)  # of the valves' conductance

@@ -1,10 +1,8 @@
 """The catalogue of valves as docs/valves.md shows it: `python scripts/valves_table.py` prints it."""
 
-from afo_sim.common import assets
-from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
-from afo_sim.description.air.valve import Rated, Valve
-from afo_sim.description.reader import load
-from afo_sim.physics.ratings import nominal_flow
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, assets
+from afo_sim.description import Rated, Valve, load
+from afo_sim.physics import nominal_flow
 
 HEADER = (
     "name",

@@ -19,15 +19,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import afo_sim
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics.strides import Stride
-from afo_sim.model.foot import foot_of
-from afo_sim.model.mounting import ANKLE
+from afo_sim.metrics import Stride
+from afo_sim.model import ANKLE, foot_of
+from afo_sim.show import COLOURS, INTERNAL, STYLE, RunView
 from afo_sim.show.rerun import screenshot, write_comparison
-from afo_sim.show.run_view import RunView
-from afo_sim.show.style import COLOURS, STYLE
-from afo_sim.show.walk_panels import INTERNAL
 
 SCENARIOS = ("walk-dropfoot", "walk-dropfoot-afo", "walk-dropfoot-afo-short")
 PHASES = (0.01, 0.24, 0.50, 0.82)  # of the first settled stride

@@ -9,8 +9,7 @@ from rig import BRAID, LAW
 
 from afo_sim import native
 from afo_sim.native import slots
-from afo_sim.physics.law import Braid
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import LAWS, Braid
 
 INERTIA, STIFFNESS, ARM = 0.03, 10.0, 0.05  # [kg·m²], [N·m/rad], [m]
 SIDES = (1.0, -1.0)  # of the first and the second group: positive angles shorten the first

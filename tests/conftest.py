@@ -5,7 +5,7 @@ import os
 import pytest
 
 import afo_sim
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 os.environ["COLUMNS"] = "200"  # tables as on a wide terminal, wherever the tests run
 

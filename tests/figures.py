@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.show import video
 from afo_sim.show.run_view import alone
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 
 def panel(draw: Any, recording: Recording) -> Any:

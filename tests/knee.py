@@ -2,16 +2,8 @@
 
 import numpy as np
 
-from afo_sim.description import reader
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.lab.validation_knee import (
-    FEMUR_ANCHOR,
-    FITTINGS,
-    PIN,
-    TIBIA_ANCHOR,
-    KneeTest,
-    knee_tests,
-)
+from afo_sim.description import Orthosis, reader
+from afo_sim.lab import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, knee_tests
 
 
 def knee_orthosis(test: KneeTest) -> Orthosis:

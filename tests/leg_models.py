@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from afo_sim.legs.tree import Tree
+from afo_sim.legs import Tree
 
 KINDS = {"hinge": mujoco.mjtJoint.mjJNT_HINGE, "slide": mujoco.mjtJoint.mjJNT_SLIDE}
 KINDS |= {"ball": mujoco.mjtJoint.mjJNT_BALL, "free": mujoco.mjtJoint.mjJNT_FREE}

@@ -5,8 +5,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.native import slots
-from afo_sim.physics.law import Braid
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import LAWS, Braid
 
 BRAID = Braid(nominal_length=0.1631, nominal_radius=0.00575, braid_angle=np.radians(22.0))
 LAW = {"k": 1.0, "bladder_force": 136.0, "bladder_stiffness": 153.0}

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.scenario import Scenario
-from afo_sim.model.mounting import muscle_names
-from afo_sim.model.person import Size
+from afo_sim.description import MuscleGroup, Scenario
+from afo_sim.model import Size, muscle_names
 
 Lines = tuple[np.ndarray, np.ndarray, np.ndarray]
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab import Markers
 
 RIGHT = {"right": 1.0, "left": -1.0}
 THIGH, SHANK = 0.42, 0.41

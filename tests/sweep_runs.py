@@ -7,10 +7,7 @@ from typing import Any
 
 import pyarrow.parquet as pq
 
-from afo_sim.study import runner, sweep_plan
-from afo_sim.study.design import cases_of
-from afo_sim.study.engine import Outcome
-from afo_sim.study.store import Store
+from afo_sim.study import Outcome, Store, cases_of, runner, sweep_plan
 
 # Two numbers, cases of three layouts, words, strides that differ with the case's seed. At 1 kN·m the
 # ankle goes through its stops. Without a link, on a cuff and a plate that give little, the braid locks.

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from afo_sim.description.reader import load
+from afo_sim.description import load
 from afo_sim.model.build import build
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 from afo_sim.physics.passive_ankle import riener_edrich_1999

@@ -13,7 +13,7 @@ import pytest
 
 import afo_sim as afo
 from afo_sim import native
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
 from afo_sim.model.build import build
 
 SCRIPT = pathlib.Path(__file__).parents[1] / "scripts" / "legs_table.py"

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 METHODS = {
     "Muscle": ("force", "contraction", "pressure", "volume", "using"),

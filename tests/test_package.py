@@ -66,7 +66,7 @@ def test_documents_runs_run(
 
 def test_documents_name_every_command_and_law() -> None:
     from afo_sim.cli import app
-    from afo_sim.physics.laws import LAWS
+    from afo_sim.physics import LAWS
 
     for command in app.registered_commands:
         name = command.name or command.callback.__name__  # type: ignore[union-attr]

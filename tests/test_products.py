@@ -6,7 +6,7 @@ import pytest
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.description.reader import load
+from afo_sim.description import load
 
 MODELS = assets.folder("models")
 KINDS = ("leg", "orthosis", "muscle", "valve", "tube", "source", "regulator", "shoe")

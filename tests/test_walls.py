@@ -37,7 +37,7 @@ ROOMS = {
     "cli": CORE | {"gait_lab", "legs", "export", "study", "lab", "rl", "show"},
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
-PLAIN |= {"ctypes"}  # to call machine code
+PLAIN |= {"ctypes", "lazy_loader"}  # to call machine code; the face
 PLAIN |= {"importlib", "inspect", "linecache", "pkgutil"}  # what the registry of laws is made with
 FACES = {
     "__init__.py",

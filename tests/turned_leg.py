@@ -4,9 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from afo_sim.common.assets import find as asset
+from afo_sim.common import find as asset
+from afo_sim.legs import Part, Tree
 from afo_sim.legs.mjcf import read_mjcf
-from afo_sim.legs.tree import Joint, Part, Tree
+from afo_sim.legs.tree import Joint
 
 KNEE = 0.43  # [m] above the ankle
 

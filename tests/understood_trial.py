@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from walking import Walk, known_walk
 
-from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait import GaitCycle
+from afo_sim.gait_lab import WalkingFrame
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
-from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 MOVED = "moved 10 mm forward and 10 mm up"
 WAYS = {

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import assets
-from afo_sim.common.units import GRAVITY
-from afo_sim.gait.cycle import KINEMATICS, GaitCycle
+from afo_sim.common import GRAVITY, assets
+from afo_sim.gait import KINEMATICS, GaitCycle
 from afo_sim.gait.file import read
 
 THIGH, SHANK = 0.41, 0.40

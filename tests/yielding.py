@@ -1,7 +1,7 @@
 """Sitting runs whose cuff and plate give, and whose do not."""
 
 import afo_sim
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 STIFFNESS = {"shank": 4000.0, "foot": 20000.0}  # [N/m]
 

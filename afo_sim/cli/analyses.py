@@ -22,7 +22,7 @@ from afo_sim.cli.common import (
 )
 from afo_sim.cli.overwriting import check_same
 from afo_sim.cli.printed_run import print_line
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 
 @app.command("bode")
@@ -48,9 +48,9 @@ def bode_command(
     hertz = None if frequencies is None else _read_frequencies(frequencies)
     short_lived()
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.description.reader import load
-        from afo_sim.show.analysis_figures import draw_bode
-        from afo_sim.study.frequency_response import FREQUENCIES, bode, excited
+        from afo_sim.description import load
+        from afo_sim.show import draw_bode
+        from afo_sim.study import FREQUENCIES, bode, excited
 
         description = load("scenario", scenario, values or None)
         folder = out or Path("runs") / f"{description.name}-bode"
@@ -160,7 +160,7 @@ def size_command(sizing: _Sizing) -> None:
     options = picked(sizing, "cadence", "at", "between", "chamber", "side", "length", "hours", "strides")
     options |= picked(sizing, "group", "count") | {"proportional": sizing.proportional or None}
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.study.sizing.sizes import requested
+        from afo_sim.study import requested
 
         asked = requested(sizing.kind, sizing.scenario, values or None, limits=sizing.limit or (), **options)
         if sizing.out is not None:
@@ -168,7 +168,7 @@ def size_command(sizing: _Sizing) -> None:
             check_same(sizing.out, "sizing", "size.json", now, problem, force=sizing.force)
         found = asked.run(sizing.threads, report)
         if sizing.out is not None:
-            from afo_sim.show.analysis_figures import draw_size
+            from afo_sim.show import draw_size
 
             found.save(sizing.out, draw=draw_size)
     if found.asked is None:

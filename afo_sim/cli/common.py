@@ -13,7 +13,7 @@ import typer
 from typer import Argument, Option
 
 from afo_sim.cli.error_handler import Commands, print_version
-from afo_sim.common.errors import InputError, unknown
+from afo_sim.common import InputError, unknown
 
 _EPILOGUE = """Exit codes:
 
@@ -125,7 +125,7 @@ def watching(live: bool) -> Iterator[Any]:
     if not live:
         yield None
         return
-    from afo_sim.show.rerun.viewer import live_viewer
+    from afo_sim.show import live_viewer
 
     with live_viewer() as watch:
         yield watch
@@ -133,7 +133,7 @@ def watching(live: bool) -> Iterator[Any]:
 
 def quantity(field: str, text: str, unit: str) -> float:
     """A quantity given on the command line, in SI `unit`; what is wrong with it names the option."""
-    from afo_sim.common.units import parse_quantity
+    from afo_sim.common import parse_quantity
 
     try:
         return parse_quantity(text, unit)

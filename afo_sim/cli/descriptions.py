@@ -19,10 +19,10 @@ from afo_sim.cli.common import (
     quantity,
     read_sets,
 )
-from afo_sim.common.errors import InputError, nearest_name, unknown
+from afo_sim.common import InputError, nearest_name, unknown
 
 if TYPE_CHECKING:
-    from afo_sim.model.rescale import Fit, Ratio
+    from afo_sim.model import Fit, Ratio
 
 _LISTS = (
     "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "tubes", "sources",
@@ -36,7 +36,7 @@ def list_command(
 ) -> None:
     """List what there is, one line each; or one of them whole, with every number, its unit and source."""
     with progress("reading"):
-        from afo_sim.description.catalogue import entries, product
+        from afo_sim.description import entries, product
 
         if what and what not in _LISTS:
             tables = product(what)
@@ -109,7 +109,7 @@ def new(new_one: _New) -> None:
         raise InputError(problem, field=next(iter(braid)), allowed="a new muscle")
     with progress("writing"):
         if new_one.kind in ("sweep", "search"):
-            from afo_sim.study.template import new_study
+            from afo_sim.study import new_study
 
             file = new_study(new_one.kind, new_one.name, new_one.out, like=new_one.like, uses=uses)
         else:
@@ -118,8 +118,7 @@ def new(new_one: _New) -> None:
             file = write(new_one.kind, new_one.name, new_one.out, like=new_one.like, uses=uses, braid=braid)
     print(f"written to {file}")
     if braid:
-        from afo_sim.description.handmade import new_braid_facts
-        from afo_sim.description.reader import load
+        from afo_sim.description import load, new_braid_facts
 
         for fact, value in new_braid_facts(load("muscle", file)):
             print(f"{fact}: {value}")
@@ -190,8 +189,8 @@ def refit_command(
         raise InputError("is needed", field="--out", allowed="a folder, orthoses/mine")
     with progress("reading"):
         from afo_sim.common import assets
-        from afo_sim.description.reader import load
-        from afo_sim.model.rescale import fits, write_rescaled
+        from afo_sim.description import load
+        from afo_sim.model import fits, write_rescaled
 
         by = _ratio(to, made_for, shank_length, foot_length)
         leg = load("leg", to) if to else None
@@ -217,8 +216,8 @@ def refit_command(
 
 def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Ratio":
     """How much longer shank and foot are, from what the command line tells."""
-    from afo_sim.description.reader import load
-    from afo_sim.model.rescale import Ratio, lengths_of
+    from afo_sim.description import load
+    from afo_sim.model import Ratio, lengths_of
 
     if bool(to) == bool(shank_length or foot_length):
         allowed = '--to LEG, or --shank-length "35 cm" and --foot-length "22 cm"'

@@ -8,7 +8,7 @@ from typer import Option
 
 from afo_sim.cli.common import Scenario, Sets, app, print_table, progress, quantity, read_sets, short_lived
 from afo_sim.cli.overwriting import check_same
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 _FILES = ("electronics.json", "valves/valves.h", "valves/valves.ino", "host.c", "commands.csv", "inputs.csv")
 
@@ -40,10 +40,9 @@ def electronics_command(
         _compare(scenario, values, read, passed)
         return
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import together
-        from afo_sim.description.reader import load
-        from afo_sim.export.electronics.c_text import notes
-        from afo_sim.export.electronics.exporting import board_of, commanded
+        from afo_sim.common import together
+        from afo_sim.description import load
+        from afo_sim.export import board_of, commanded, notes
 
         description = load("scenario", scenario, values or None)
         folder = out or Path("runs") / f"{description.name}-electronics"
@@ -68,8 +67,8 @@ def electronics_command(
 
 def _texts(resolved: dict[str, Any], board: Any, found: Any) -> dict[str, str]:
     """{file: its text} of an export."""
-    from afo_sim.common.writing import json_text
-    from afo_sim.export.electronics.c_text import header, host, sketch
+    from afo_sim.common import json_text
+    from afo_sim.export import header, host, sketch
 
     texts = {
         "electronics.json": json_text({"scenario": resolved}),
@@ -84,9 +83,9 @@ def _texts(resolved: dict[str, Any], board: Any, found: Any) -> dict[str, str]:
 def _compare(scenario: str, values: dict[str, Any], file: Path, within: float) -> None:
     """Compare a log with the simulation; exit code 1 where they differ."""
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.control.switch_log import differences, read_log
-        from afo_sim.description.reader import load
-        from afo_sim.export.electronics.exporting import board_of, commanded
+        from afo_sim.control import differences, read_log
+        from afo_sim.description import load
+        from afo_sim.export import board_of, commanded
 
         description = load("scenario", scenario, values or None)
         log = read_log(file, board_of(description).chambers)

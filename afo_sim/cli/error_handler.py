@@ -18,7 +18,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from afo_sim.common.errors import AfoSimError, InputError
+from afo_sim.common import AfoSimError, InputError
 
 _BUG, _INTERRUPTED, _TERMINATED = 70, 130, 143  # exit codes; those of input are AfoSimError's
 _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
@@ -108,7 +108,7 @@ def _report(error: BaseException) -> int:
 
 
 def _message(error: BaseException) -> tuple[int, str]:
-    from afo_sim.common.writing import reason
+    from afo_sim.common import reason
 
     if isinstance(error, AfoSimError):
         return error.exit_code, str(error)
@@ -132,8 +132,8 @@ def _short(error: BaseException) -> str:
 
 def _write_bug(error: BaseException) -> Path | None:
     """Write versions, command line and traceback to a file here, or else among the temporary files."""
+    from afo_sim.common import write_text
     from afo_sim.common.versions import versions
-    from afo_sim.common.writing import write_text
 
     now = datetime.datetime.now()
     lines = [f"date: {now:%Y-%m-%d %H:%M:%S}", f"command: {shlex.join(['afo-sim', *sys.argv[1:]])}"]

@@ -7,7 +7,7 @@ from typing import Annotated
 from typer import Argument, Option
 
 from afo_sim.cli.common import gait_app, one_group, print_table, progress
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 
 @dataclass(frozen=True)
@@ -87,12 +87,10 @@ def gait_import_command(trial: Trial) -> None:
             problem, field="out", value=shown, allowed="a name ending in .csv, such as my_walk.csv"
         )
     with progress("reading the trial"):
-        from afo_sim.common.writing import check_writable, together
-        from afo_sim.gait.file import write
-        from afo_sim.gait_lab.trial.choices import read_options
-        from afo_sim.gait_lab.trial.importing import import_gait
-        from afo_sim.gait_lab.trial.understood import ten_lines, verdict
-        from afo_sim.show.gait_figure import draw_gait
+        from afo_sim.common import check_writable, together
+        from afo_sim.gait import write
+        from afo_sim.gait_lab import import_gait, read_options, ten_lines, verdict
+        from afo_sim.show import draw_gait
 
         asked = {k: v for k, v in vars(trial).items() if k not in ("files", "out", "write_map")}
         choices = read_options(asked)
@@ -115,8 +113,7 @@ def gait_import_command(trial: Trial) -> None:
 def _write_map(files: list[Path], path: Path) -> None:
     """Write which marker seems to sit where, for a person to mend."""
     with progress("reading the markers"):
-        from afo_sim.gait_lab.trial.files import read_trial
-        from afo_sim.gait_lab.trial.roles import write_role_map
+        from afo_sim.gait_lab import read_trial, write_role_map
 
         if path.exists():
             raise InputError("exists already", field="write_map", value=str(path), allowed="another name")
@@ -150,11 +147,10 @@ def gait_show_command(
 ) -> None:
     """The key numbers of a gait cycle, and its picture."""
     with progress("reading"):
-        from afo_sim.common import assets
-        from afo_sim.common.writing import check_writable
-        from afo_sim.gait.checks import findings
+        from afo_sim.common import assets, check_writable
+        from afo_sim.gait import findings
         from afo_sim.gait.file import read
-        from afo_sim.show.gait_figure import draw_gait
+        from afo_sim.show import draw_gait
 
         cycle = read(assets.find_gait(gait))
         if out is not None:

@@ -13,7 +13,7 @@ from afo_sim.cli.common import Sets, app, one_group, picked, print_table, print_
 from afo_sim.cli.overwriting import check_folder
 
 if TYPE_CHECKING:
-    from afo_sim.lab.stand import Stand
+    from afo_sim.lab import Stand
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def stand_command(test: _Test) -> None:
     """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
     with progress("compiling the muscles") as report:
         from afo_sim.lab.stand import stand
-        from afo_sim.show.stand_files import target, write_stand_files
+        from afo_sim.show import target, write_stand_files
 
         place = target(test.out, test.test)
         check_folder(place.folder)
@@ -69,7 +69,7 @@ def stand_command(test: _Test) -> None:
 
 
 def _print_trials(tests: "Stand", files: Sequence[Path]) -> None:
-    from afo_sim.lab.stand_table import printed
+    from afo_sim.lab import printed
 
     for trial in tests.trials:
         print_table(*printed(trial))
@@ -81,7 +81,7 @@ def _print_trials(tests: "Stand", files: Sequence[Path]) -> None:
 
 def _remarks(tests: "Stand") -> Iterator[str]:
     """Lines below the tables: S0's lines, limits that were left, errors against measured points."""
-    from afo_sim.lab.stand_trial import static_load
+    from afo_sim.lab import static_load
 
     for trial in tests.trials:
         if trial.plan.kind == "isobaric" and trial.plan.muscle.law in ("reynolds_2003", "serres_2009"):
@@ -123,10 +123,9 @@ def fit_run_command(
     noises = read_sets(noise, "--noise", 'angle="0.5 deg"')
     names = [name.strip() for name in fit.split(",") if name.strip()]
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import together
-        from afo_sim.lab import run_report
-        from afo_sim.lab.run_fit import fit_run
-        from afo_sim.show.fit_figure import write_log_figure
+        from afo_sim.common import together
+        from afo_sim.lab import fit_run, run_report
+        from afo_sim.show import write_log_figure
 
         check_folder(out, "fit to a log")
         found = fit_run(
@@ -167,9 +166,9 @@ def fit(
 ) -> None:
     """Fit a muscle's law to measured points; say what the data do not tell."""
     with progress("reading") as report:
-        from afo_sim.common.writing import together
+        from afo_sim.common import together
         from afo_sim.lab import law_result
-        from afo_sim.show.fit_figure import write_fit_figure
+        from afo_sim.show import write_fit_figure
 
         check_folder(out, "fit of a muscle's law")
         found = law_result.fit(
@@ -216,10 +215,9 @@ def fit_torque_command(
 ) -> None:
     """Fit what gives way on a worn or mounted device to its static torque; say what that does not tell."""
     with progress("reading") as report:
-        from afo_sim.common.writing import together
-        from afo_sim.lab import torque_report
-        from afo_sim.lab.torque_fit import fit_torque
-        from afo_sim.show.torque_bench import write_torque_figure
+        from afo_sim.common import together
+        from afo_sim.lab import fit_torque, torque_report
+        from afo_sim.show import write_torque_figure
 
         check_folder(out, "fit to static torques")
         found = fit_torque(
@@ -254,7 +252,7 @@ def validate_command(
 ) -> None:
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     with progress("comparing with the papers") as report:
-        from afo_sim.common.writing import check_writable
+        from afo_sim.common import check_writable
         from afo_sim.lab import validation as v
 
         if figures is not None:

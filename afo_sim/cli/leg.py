@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from afo_sim.cli.common import app, check_side, leg_app, one_group, picked, print_table, progress, quantity
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 if TYPE_CHECKING:
-    from afo_sim.legs.importing import Imported
+    from afo_sim.legs import Imported
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ def leg_import_command(cut: Cut) -> None:
     mass = _within("--body-mass", cut.body_mass, "kg", 10.0, 300.0)
     height = _within("--body-height", cut.body_height, "m", 0.5, 2.5)
     with progress("reading"):
-        from afo_sim.legs.importing import default_folder, import_leg
-        from afo_sim.show.leg_picture import draw_leg
+        from afo_sim.legs import default_folder, import_leg
+        from afo_sim.show import draw_leg
 
         def draw(imported: "Imported", path: Path) -> None:
             draw_leg(imported.leg, f"{imported.name}: {imported.found.side} leg of {cut.file.name}", path)
@@ -100,7 +100,7 @@ def leg_export_command(
     if to is None:
         raise InputError("is needed", field="--to", allowed="a file, leg.urdf")
     with progress("writing"):
-        from afo_sim.legs.exporting import export_leg
+        from afo_sim.legs import export_leg
 
         exported = export_leg(source, to, orthosis=orthosis, force=force)
     print_table(source, ["", ""], [list(row) for row in exported.rows])
@@ -145,8 +145,8 @@ def attach_command(worn: _Attachment) -> None:
         problem = "is the model that is read, and holds no orthosis of ours"
         raise InputError(problem, field="--out", value=str(out), allowed="another file")
     with progress("attaching"):
-        from afo_sim.legs.attached_files import attached, write_attached
-        from afo_sim.legs.attaching import attach
+        from afo_sim.legs import attach, write_attached
+        from afo_sim.legs.attached_files import attached
 
         names = ("shank", "foot", "ankle", "side", "supply", "timestep", "prefix")
         before: Any = attached(model) if ours else model
@@ -184,7 +184,7 @@ def _option(field: str) -> str:
 
 def _print(found: Any) -> None:
     """What was found, and where each input and state stands."""
-    from afo_sim.common.units import in_unit
+    from afo_sim.common import in_unit
 
     leg, model = found.found, found.model
     axis = ", ".join(f"{x:.3f}" for x in -leg.sign * leg.axes[:, 1])

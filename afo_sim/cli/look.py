@@ -10,7 +10,7 @@ from typer import Argument, Option
 
 from afo_sim.cli.common import Rate, app, hertz_of, progress, quantity
 from afo_sim.cli.overwriting import KNOWN_BY
-from afo_sim.common.errors import InputError, unknown
+from afo_sim.common import InputError, unknown
 
 
 @app.command()
@@ -35,7 +35,7 @@ def view(
             "is not a PNG file", field="--screenshot", value=str(picture), allowed="a name ending in .png"
         )
     with tempfile.TemporaryDirectory() as scratch, progress("reading the run"):
-        from afo_sim.common.writing import check_writable, replacing
+        from afo_sim.common import check_writable, replacing
 
         files = _rerun_files(paths, Path(scratch), hertz, colour)
         from afo_sim.show import rerun as viewer
@@ -60,7 +60,7 @@ def _rerun_files(paths: list[Path], scratch: Path, rate: float | None, colour: s
     for path in paths:
         if path not in folders:
             raise InputError("there is no run here", file=path, allowed="folders of runs, or only .rrd files")
-    from afo_sim.simulation.files import RERUN
+    from afo_sim.simulation import RERUN
 
     present = folders[0] / RERUN
     if len(folders) == 1 and present.is_file() and rate is None and colour == "force":
@@ -82,9 +82,9 @@ def figure_command(
 ) -> None:
     """Publication figures of a run: angle, torque, pressure, force against contraction (PNG and PDF)."""
     with progress("drawing"):
-        from afo_sim.common.writing import check_writable
+        from afo_sim.common import check_writable
         from afo_sim.show.run_figure import write_figures
-        from afo_sim.simulation.recording import read_recording
+        from afo_sim.simulation import read_recording
 
         recording = read_recording(folder)
         target = out or folder
@@ -103,7 +103,7 @@ def report_command(
 ) -> None:
     """One HTML file of a run, or of several compared: figures, numbers in a clinician's words, sources."""
     with progress("drawing"):
-        from afo_sim.show.report import write_report
+        from afo_sim.show import write_report
 
         remarks: list[str] = []
         written = write_report(folders, out, tell=remarks.append)
@@ -123,9 +123,9 @@ def video_command(
     if out.suffix.lower() != ".mp4":
         raise InputError("is not an MP4 file", field="OUT", value=str(out), allowed="a name ending in .mp4")
     with progress("filming") as report:
-        from afo_sim.common.writing import check_writable
-        from afo_sim.show.video import write_video
-        from afo_sim.simulation.recording import read_recording
+        from afo_sim.common import check_writable
+        from afo_sim.show import write_video
+        from afo_sim.simulation import read_recording
 
         recording = read_recording(folder)
         check_writable(out.parent)
@@ -143,8 +143,7 @@ def check_run_command(
     """Hold a run against a file of checks; exit code 1 when one fails."""
     with progress("checking"):
         from afo_sim.common import assets
-        from afo_sim.simulation.checks import run_checks
-        from afo_sim.simulation.recording import read_recording
+        from afo_sim.simulation import read_recording, run_checks
 
         recording = read_recording(folder)
         results = run_checks(recording, checks or assets.checks_of(recording.scenario["name"]))
@@ -194,7 +193,7 @@ def draw(
         )
     paths = list(out or [])
     with progress("reading") as report:
-        from afo_sim.show.drawing import AIR, VIEWS
+        from afo_sim.show import AIR, VIEWS
 
         if view not in VIEWS:
             raise unknown(view, VIEWS, field="--view", problem="is not a valid view")
@@ -211,7 +210,7 @@ def _draw_design(
 ) -> tuple[_Paths, list[str]]:
     """The files that are written, and what is to be reported."""
     from afo_sim.model.design import design
-    from afo_sim.show.drawing import check_files, write_drawing
+    from afo_sim.show import check_files, write_drawing
 
     check_files(paths, force=force)
     found = design(orthosis, leg=leg, pressure=full)
@@ -228,8 +227,7 @@ def _draw_air(
     orthosis: str, leg: str | None, full: float | None, paths: _Paths, force: bool, report: _Report
 ) -> tuple[_Paths, list[str]]:
     """The files that are written, and each chamber's ways."""
-    from afo_sim.show.air_drawing import scheme_of, ways, write_air
-    from afo_sim.show.drawing import AIR, check_files, refuse_leg
+    from afo_sim.show import AIR, check_files, refuse_leg, scheme_of, ways, write_air
 
     refuse_leg(leg, "--leg")
     check_files(paths, force=force, view=AIR)
@@ -268,8 +266,8 @@ def export_command(
     if to is None and out is None:
         raise InputError("is needed", field="--to", allowed="sto, mot, csv, mat, mjb")
     with progress("reading the run") as report:
-        from afo_sim.export.exported import export, format_of
-        from afo_sim.simulation.recording import read_recording
+        from afo_sim.export import export, format_of
+        from afo_sim.simulation import read_recording
 
         if out is None:
             beside = folder if folder.is_dir() else folder.parent

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 # A file by which a folder is known, and what the folder then is.
 KNOWN_BY = {
@@ -26,7 +26,7 @@ _OTHER = "another folder with --out"
 
 def check_folder(folder: Path, kind: str = "") -> None:
     """Refuse a folder that cannot be written to, or holds another kind of output than `kind`."""
-    from afo_sim.common.writing import check_writable
+    from afo_sim.common import check_writable
 
     _check_kind(folder, kind)
     check_writable(folder)
@@ -43,7 +43,7 @@ def _check_kind(folder: Path, kind: str) -> None:
 
 def check_run_folder(folder: Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:
     """Refuse a folder that cannot be written to, or holds the run of another description."""
-    from afo_sim.common.writing import check_writable
+    from afo_sim.common import check_writable
 
     before = _other(folder, "run", "recording.parquet", "summary.json", {"scenario": scenario}, force=force)
     if before is not None:
@@ -66,7 +66,7 @@ def check_same(
     whom: str = "it",
 ) -> None:
     """Refuse a folder whose JSON `file` has other values than `now`; the problem has those in braces."""
-    from afo_sim.common.writing import check_writable
+    from afo_sim.common import check_writable
 
     before = _other(folder, kind, file, file, now, force=force)
     if before is not None:
@@ -78,7 +78,7 @@ def _other(
     folder: Path, kind: str, there: str, file: str, now: Mapping[str, Any], *, force: bool
 ) -> dict[str, Any] | None:
     """What a folder has instead of `now`, as far as it can be read; None where nothing is in the way."""
-    from afo_sim.common.writing import settle
+    from afo_sim.common import settle
 
     _check_kind(folder, kind)
     settle(folder)

@@ -60,7 +60,7 @@ def _first(lines: list[str]) -> list[str]:
 
 def _print_numbers(recording: Any) -> None:
     """The table of metrics, and those that say nothing."""
-    from afo_sim.show.numbers import undefined
+    from afo_sim.show import undefined
 
     metrics = recording.metrics
     left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
@@ -72,7 +72,7 @@ def _print_numbers(recording: Any) -> None:
 
 def _print_warnings(recording: Any, has_verdict: bool) -> None:
     """Warnings, and notes of what is not to be believed."""
-    from afo_sim.show.numbers import cautions, decisive, of_walker
+    from afo_sim.show import cautions, decisive, of_walker
 
     for warning in recording.warnings:
         print_line(f"warning: {warning}", hang=9)

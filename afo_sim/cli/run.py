@@ -24,7 +24,7 @@ from afo_sim.cli.common import (
 )
 from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same
 from afo_sim.cli.printed_run import print_line, print_run
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 
 @app.command()
@@ -56,10 +56,10 @@ def run(
     hertz = None if rate is None else hertz_of(rate)
     short_lived()
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
-        from afo_sim.description.reader import load
-        from afo_sim.model.person import with_person
-        from afo_sim.simulation.run import run_scenario
-        from afo_sim.study.run_studies import check_studies, with_studies
+        from afo_sim.description import load
+        from afo_sim.model import with_person
+        from afo_sim.simulation import run_scenario
+        from afo_sim.study import check_studies, with_studies
 
         description = load("scenario", scenario, values)
         description = description.set(plainly(plain, description.walking))
@@ -96,7 +96,7 @@ def compare(
     """One scenario with several muscle laws, side by side."""
     values = read_sets(sets)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.show.compared_figures import write
+        from afo_sim.show import write
         from afo_sim.simulation import compare as comparing
 
         folder = out or Path("runs") / f"{Path(scenario).stem}-laws"
@@ -138,11 +138,11 @@ def torque_map_command(
     with progress("computing torques"):
         import numpy as np
 
-        from afo_sim.common.writing import together
-        from afo_sim.description.reader import load
+        from afo_sim.common import together
+        from afo_sim.description import load
         from afo_sim.model import torque_map as tm
         from afo_sim.model.build import build
-        from afo_sim.show.torque_map_figure import draw
+        from afo_sim.show import draw
 
         built = build(load("scenario", scenario, values))
         if not built.index.chambers:
@@ -237,7 +237,7 @@ def both_command(
     hertz = None if rate is None else hertz_of(rate)
     short_lived()
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.model.person import with_person
+        from afo_sim.model import with_person
         from afo_sim.simulation import bilateral as legs
 
         pair = legs.described(scenario, left or None, sets=values, left_sets=others)
@@ -311,7 +311,7 @@ def _print_peak(legs: Any) -> None:
 
 def _print_worse(legs: Any, worse: Any) -> None:
     """One question of the verdict: the worse leg's answer; where they are alike but for numbers, both."""
-    from afo_sim.show.verdict_texts import INDENT, badge, limit
+    from afo_sim.show import INDENT, badge, limit
 
     answers = worse.answers
     if "both" in answers:

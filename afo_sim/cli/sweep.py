@@ -26,12 +26,10 @@ from afo_sim.cli.common import (
     progress,
 )
 from afo_sim.cli.overwriting import check_folder
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 if TYPE_CHECKING:
-    from afo_sim.study.runner import SweepProgress, Workload
-    from afo_sim.study.search.runner import Opened
-    from afo_sim.study.store import Store
+    from afo_sim.study import Opened, Store, SweepProgress, Workload
 
 LINE_EVERY = 60.0  # of progress, where no terminal shows it [s]
 
@@ -74,9 +72,8 @@ def sweep(given: _Sweep) -> None:
     check_counts(given.threads, given.workers)
     which = _part(given.part)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.show.numbers import unseen
-        from afo_sim.study import design, pool, runner, sweep_plan
-        from afo_sim.study.store import SWEEP
+        from afo_sim.show import unseen
+        from afo_sim.study import SWEEP, design, pool, runner, sweep_plan
 
         plan = sweep_plan.read(given.source)
         plan = plan.walked() if given.plain else plan
@@ -103,7 +100,7 @@ def sweep(given: _Sweep) -> None:
 
 def _keep_recordings(store: "Store") -> None:
     """Write the recordings that a finished sweep is to keep and has not kept yet."""
-    from afo_sim.simulation.files import RERUN
+    from afo_sim.simulation import RERUN
     from afo_sim.study import replay as replaying
 
     for case in store.cases.plan.keep if store.finished else ():
@@ -117,7 +114,7 @@ def _keep_recordings(store: "Store") -> None:
 
 
 def _end_text(store: "Store", state: "SweepProgress", seconds: float, of: str) -> str:
-    from afo_sim.study.runner import left
+    from afo_sim.study import left
 
     speed = f" in {duration(seconds)} ({state.new / seconds:.3g} a second)" if state.new else ""
     failed = f", {state.failed} of them failed (see --show)" if state.failed else ""
@@ -129,11 +126,11 @@ def _end_text(store: "Store", state: "SweepProgress", seconds: float, of: str) -
 def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -> None:
     """Print what a sweep's cases say, and write its figures."""
     with progress("reading"):
-        from afo_sim.show.sweep_figures import FIGURES, write_figures
-        from afo_sim.show.sweep_tables import tables
+        from afo_sim.show import FIGURES, tables
+        from afo_sim.show.sweep_figures import write_figures
+        from afo_sim.study import chosen
         from afo_sim.study.findings import findings
         from afo_sim.study.results import read
-        from afo_sim.study.scales import chosen
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))
@@ -239,12 +236,11 @@ def optimise(
     check_changed(if_changed, dry_run)
     check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common.writing import replacing
-        from afo_sim.show.numbers import unseen
-        from afo_sim.show.search_figure import draw_search
-        from afo_sim.study.pool import pool, processors
+        from afo_sim.common import replacing
+        from afo_sim.show import draw_search, unseen
+        from afo_sim.study import processors, statement, tables
+        from afo_sim.study.pool import pool
         from afo_sim.study.search import plan, runner, store
-        from afo_sim.study.search.best import statement, tables
 
         search = plan.read(source)
         search = search.walked() if plain else search

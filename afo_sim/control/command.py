@@ -3,8 +3,7 @@
 import numbers
 from collections.abc import Iterable, Mapping
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import LEAST_NUMBER
+from afo_sim.common import LEAST_NUMBER, InputError, unknown
 
 Command = str | float | tuple[float, float]  # a word, a gauge pressure [Pa], or two coils
 COILS = {"inlet": (1.0, 0.0), "outlet": (0.0, 1.0), "both": (1.0, 1.0), "shut": (0.0, 0.0)}

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from afo_sim.control.command import Command
-from afo_sim.description.control.controller import ControllerDescription
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import ControllerDescription, Scenario
 
 
 class Observation(Protocol):

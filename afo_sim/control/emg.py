@@ -7,9 +7,7 @@ from collections.abc import Mapping
 from afo_sim.control.command import Command, switched
 from afo_sim.control.controller import Observation
 from afo_sim.control.required_inputs import RequiredInput
-from afo_sim.description.control.controller import Emg
-from afo_sim.description.control.switching import in_si
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Emg, Scenario, in_si
 
 
 def activated(activation: float, excitation: float, dt: float, rise: float, fall: float) -> float:

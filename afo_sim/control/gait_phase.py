@@ -9,8 +9,7 @@ from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation
 from afo_sim.control.phase_estimate import PhaseEstimate
 from afo_sim.control.required_inputs import RequiredInput
-from afo_sim.description.control.switching import ChamberPhases, GaitPhase
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import ChamberPhases, GaitPhase, Scenario
 
 OPENS = 0.5  # share of the threshold below which the switch opens again [-]
 BOUNCE = 0.4  # least duration of a stride; what closes sooner is the same contact [s]

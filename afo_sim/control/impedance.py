@@ -6,8 +6,7 @@ from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation, Told
 from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.control.tracking import apart, target
-from afo_sim.description.control.feedback import Impedance
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Impedance, Scenario
 
 EPSILON = 1e-9  # by which flat stretches of the map rise [N·m]
 FLAT = 1e-6  # moments that are the same [N·m]

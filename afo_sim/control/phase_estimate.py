@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.physics.oscillator import SHAPE, advance, correct, origin, series, turn
+from afo_sim.physics import SHAPE, advance, correct
+from afo_sim.physics.oscillator import origin, series, turn
 
 HARMONICS = 6
 # Shank from the vertical, knee ahead positive [deg], every 5 % of the stride: knee − (hip − pelvic tilt),

@@ -6,8 +6,7 @@ from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation, Told
 from afo_sim.control.required_inputs import RequiredInput
 from afo_sim.control.tracking import OpenPeriods, apart, target
-from afo_sim.description.control.feedback import QUANTITIES, Pid
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import QUANTITIES, Pid, Scenario
 
 FILTER = 0.1  # of the derivative's time, where no filter is described
 TELLS = {"angle": "reference", "moment": "reference_moment", "pressure": "reference_pressure"}

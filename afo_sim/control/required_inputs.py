@@ -3,9 +3,8 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.control.switching import STATE_TIME
+from afo_sim.common import InputError, parse_quantity, unknown
+from afo_sim.description import STATE_TIME
 
 
 @dataclass(frozen=True)

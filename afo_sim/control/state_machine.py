@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from afo_sim.control.command import COILS, Command
 from afo_sim.control.controller import Observation
 from afo_sim.control.required_inputs import RequiredInput
-from afo_sim.description.control.switching import STATE_TIME, StateMachine, in_si
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import STATE_TIME, Scenario, StateMachine, in_si
 
 DIGITS = 9  # to which the time in a state is rounded: to a nanosecond, so that a tick on a threshold counts
 

@@ -8,8 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from afo_sim.common.csv_table import Table, read_table
-from afo_sim.common.errors import InputError, unknown
+from afo_sim.common import InputError, Table, read_table, unknown
 from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation
 

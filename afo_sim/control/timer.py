@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation
 from afo_sim.control.required_inputs import RequiredInput
-from afo_sim.description.control.switching import ClockTimer, in_si
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import ClockTimer, Scenario, in_si
 
 SLIGHTLY = 1e-9  # by which a tick may come early on an event [s]: rounding of times
 

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from afo_sim.control.command import Command, switched
 from afo_sim.control.controller import Observation
 from afo_sim.control.required_inputs import RequiredInput
-from afo_sim.description.control.controller import ToeLoad
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Scenario, ToeLoad
 
 
 class ToeLoadController:

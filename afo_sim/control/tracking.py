@@ -5,7 +5,7 @@ import math
 
 from afo_sim.control.command import Command
 from afo_sim.control.controller import Observation
-from afo_sim.description.control.feedback import MomentReference, PressureReference, Reference
+from afo_sim.description import MomentReference, PressureReference, Reference
 
 AnyReference = Reference | MomentReference | PressureReference
 

@@ -1,1 +1,5 @@
 """Frozen descriptions of muscle, orthosis, leg, patient and scenario, and the reader of their files."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -3,15 +3,12 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from afo_sim.common import assets
-from afo_sim.common.csv_table import read_header, read_table
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common import InputError, assets, nearest_name, read_header, read_table
 from afo_sim.description.keys import keys
 from afo_sim.description.quantity import amount
 from afo_sim.description.schema import SPECS, split_key
 from afo_sim.description.tree import value_at
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import FRICTIONS, LAWS
 
 PLURALS = {plural: kind for kind, plural in assets.KINDS.items()}
 _Rows = Sequence[Sequence[str]]

@@ -8,10 +8,9 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_serializer
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import format_quantity
+from afo_sim.common import InputError, format_quantity, nearest_name
 from afo_sim.description.quantity import Described, Quantity, Whole, refusal, refuse_all
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import LAWS
 
 _GEOMETRY = {"braid_angle": "rad", "end_length": "m"}  # of the muscle, fitted together with a law: SI unit
 _SAME = 1e-9  # two numbers that differ by less are one

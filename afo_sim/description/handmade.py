@@ -5,16 +5,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import (
+from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
     GAS_CONSTANT,
     STANDARD_DENSITY,
+    InputError,
+    nearest_name,
     parse_quantity,
 )
 from afo_sim.description.muscle import Muscle
-from afo_sim.physics.law import Braid
+from afo_sim.physics import Braid
 
 # argument: (unit, text of its range, lowest, highest, whether the lowest itself is allowed)
 _RANGES: dict[str, tuple[str, str, float, float, bool]] = {

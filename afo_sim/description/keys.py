@@ -9,9 +9,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name, unknown
-from afo_sim.common.units import EXAMPLES
+from afo_sim.common import EXAMPLES, InputError, assets, nearest_name, unknown
 from afo_sim.description.muscle import FrictionSet, LawSet
 from afo_sim.description.quantity import Provenance, Whole
 from afo_sim.description.reader import Reading, load, read

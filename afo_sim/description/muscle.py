@@ -7,15 +7,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common.errors import nearest_name, unknown
-from afo_sim.common.units import format_quantity, parse_quantity
+from afo_sim.common import format_quantity, nearest_name, parse_quantity, unknown
 from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
 from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
 from afo_sim.description.rest_curves import RestCurves
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.physics.law import Braid, LawParameter
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter
 
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
 Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]

@@ -7,9 +7,7 @@ import shutil
 from collections.abc import Mapping
 from typing import Any
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, replacing
+from afo_sim.common import InputError, assets, check_writable, replacing
 from afo_sim.description.handmade import muscle_values
 from afo_sim.description.reader import load
 from afo_sim.description.schema import SPECS

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Self, get_args
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common.errors import nearest_name
+from afo_sim.common import nearest_name
 from afo_sim.description.air.air_parts import Restriction, Volume
 from afo_sim.description.air.chamber import Chamber as Chamber
 from afo_sim.description.air.network_checks import check_network

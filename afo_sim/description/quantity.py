@@ -9,8 +9,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import EXAMPLES, format_quantity, in_unit, parse_quantity
+from afo_sim.common import EXAMPLES, InputError, format_quantity, in_unit, nearest_name, parse_quantity
 
 _ROUNDING = 1e-14  # of a number that is converted between units, relative
 _VALUE_TABLE = "{ value = …, source = …, kind = … }"

@@ -8,8 +8,7 @@ from typing import Any, Generic, Literal, TypeVar, overload
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError, unknown
+from afo_sim.common import InputError, assets, unknown
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
 from afo_sim.description.air.tube import Tube

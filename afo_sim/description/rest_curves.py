@@ -6,12 +6,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import parse_quantity
-from afo_sim.physics.in_series import AtRest, row, tension
-from afo_sim.physics.law import Braid
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.pneumatics import muscle_volume
+from afo_sim.common import InputError, parse_quantity
+from afo_sim.physics import LAWS, AtRest, Braid, muscle_volume, row, tension
 
 _Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
 _Found = Any  # a float of plain numbers, an array of arrays

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from afo_sim.common.errors import nearest_name
+from afo_sim.common import nearest_name
 from afo_sim.description.air.supplied import check_supplied, check_switched, check_three_way
 from afo_sim.description.air.supply import Supply
 from afo_sim.description.attachment import Side

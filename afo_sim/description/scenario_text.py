@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from afo_sim.common.units import parse_quantity
+from afo_sim.common import parse_quantity
 
 _Scenario = Mapping[str, Any]
 

@@ -20,7 +20,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source
 from afo_sim.description.air.tube import Tube
@@ -31,9 +31,7 @@ from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Quantity, amount
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Limits, Patient
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.physics.law import LawParameter
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import FRICTIONS, LAWS, LawParameter
 
 Path = tuple[str, ...]
 SPECS: dict[str, type[BaseModel]] = {

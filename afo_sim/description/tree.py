@@ -7,8 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, assets
 from afo_sim.description.air.ratings import CONDUCTANCE, make_room
 from afo_sim.description.muscle import FrictionSet, LawSet
 from afo_sim.description.schema import SPECS, Path, dotted_key, files_of, references, split_key

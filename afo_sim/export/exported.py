@@ -7,10 +7,9 @@ import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from afo_sim.common.errors import InputError, nearest_name, unknown
-from afo_sim.common.writing import check_writable, together
+from afo_sim.common import InputError, check_writable, nearest_name, together, unknown
 from afo_sim.export.formats import FORMATS, Format, Order
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import json_text
+from afo_sim.common import InputError, json_text
 from afo_sim.export.opensim import (
     ANKLE_ANGLE,
     NEEDED,
@@ -22,10 +21,8 @@ from afo_sim.export.opensim import (
     write_storage,
 )
 from afo_sim.export.rows import Report, Rows, finite, legal_names, rows_of, write_csv
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.metric_words import words
-from afo_sim.simulation.files import to_binary
-from afo_sim.simulation.recording import Recording
+from afo_sim.metrics import Metric, words
+from afo_sim.simulation import Recording, to_binary
 
 _TITLES = ("name", "value", "unit", "label")
 _QUANTILES = ("quantile_5", "quantile_50", "quantile_95")  # of the draws of a run with bands

@@ -17,11 +17,11 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
+from afo_sim.common import InputError
+from afo_sim.description import load
 from afo_sim.export.rows import TIME, Report, Rows, write_numbers
-from afo_sim.model.person import persons_stride
-from afo_sim.simulation.recording import Recording
+from afo_sim.model import persons_stride
+from afo_sim.simulation import Recording
 
 ANKLE_ANGLE, TOES, SUBTALAR = "ankle/angle", "toe/extension", "subtalar/angle"
 FORWARD, UP, PLACE = "ground/force/x", "ground/force/z", "ground/position/x"

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import InputError, nearest_name
+from afo_sim.simulation import Recording
 
 TIME = "time"
 _OFF = 0.005  # of the rate asked for, from which the one had is reported [-]

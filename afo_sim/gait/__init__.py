@@ -1,1 +1,5 @@
 """Recorded walking: cycles, their checks and norm, readers of laboratory files. No MuJoCo."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
 from afo_sim.gait.cycle import GaitCycle
 
 _NOTES = ("ankle_shift_along_shank_m", "ankle_shift_vertical_m")

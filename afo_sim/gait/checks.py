@@ -5,7 +5,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.gait.cycle import COLUMNS, GaitCycle
 from afo_sim.gait.flat_foot import USUAL
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
 from afo_sim.gait.flat_foot import FlatFoot, flat_part
 from afo_sim.gait.fourier import FourierSeries, Wave
 

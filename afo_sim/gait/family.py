@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.csv_table import read_header
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, read_header
 from afo_sim.gait.checks import COP_FORCE
 from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.file import read

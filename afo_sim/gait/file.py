@@ -3,8 +3,7 @@
 import pathlib
 from typing import Any
 
-from afo_sim.common.csv_table import read_header, read_phase_table, write_phase_table
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, read_header, read_phase_table, write_phase_table
 from afo_sim.gait.checks import examine
 from afo_sim.gait.cycle import COLUMNS, GaitCycle
 

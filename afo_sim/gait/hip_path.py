@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
 from afo_sim.gait.checks import COP_FORCE, LATE_SWING
 from afo_sim.gait.cycle import HARMONICS, GaitCycle
 from afo_sim.gait.fourier import FourierSeries

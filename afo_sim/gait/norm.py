@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.assets import find_gait
-from afo_sim.common.csv_table import read_header, read_phase_table
+from afo_sim.common import find_gait, read_header, read_phase_table
 from afo_sim.gait.cycle import DEGREE
 
 _SHIPPED = "norm_adult"

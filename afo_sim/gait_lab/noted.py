@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 
 
 def note(code: str, text: str, /, *, subject: str = "", **data: Any) -> Notice:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 
 CORRELATED = 0.98  # two parameters with more are not told apart
 VAGUE = 0.5  # a half-interval of more than this share of the parameter's size tells nothing

@@ -13,9 +13,8 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc, t
 
-from afo_sim.common.notice import Notice
-from afo_sim.description.covariance import FitCovariance, key_of
-from afo_sim.description.quantity import Provenance
+from afo_sim.common import Notice
+from afo_sim.description import FitCovariance, Provenance, key_of
 from afo_sim.lab.identifiability import (
     AT_BOUND,
     POINTS_PER_PARAMETER,

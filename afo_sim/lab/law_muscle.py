@@ -4,12 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import EXAMPLES, format_quantity, in_unit
-from afo_sim.description import reader
-from afo_sim.description.muscle import Muscle
+from afo_sim.common import EXAMPLES, InputError, Notice, assets, format_quantity, in_unit
+from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import POINTS_PER_PARAMETER
 from afo_sim.lab.law_fit import LawFit
 from afo_sim.lab.law_problem import NOMINAL_LENGTH

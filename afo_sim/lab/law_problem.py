@@ -6,11 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
+from afo_sim.common import InputError, unknown
 from afo_sim.lab.measured import Measured
-from afo_sim.physics.curves import contractions, forces
-from afo_sim.physics.law import Braid, Law, LawParameter
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import LAWS, Braid, Law, LawParameter, contractions, forces
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 

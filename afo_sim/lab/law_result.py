@@ -13,14 +13,8 @@ from typing import Any, get_args
 
 import numpy as np
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import parse_quantity
-from afo_sim.common.writing import write_json, write_text
-from afo_sim.description.covariance import FitCovariance
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.portable import toml_text
+from afo_sim.common import InputError, Notice, assets, parse_quantity, unknown, write_json, write_text
+from afo_sim.description import FitCovariance, Muscle, toml_text
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.law_fit import LawFit, doubt, fit_law, held_out
 from afo_sim.lab.law_muscle import (
@@ -37,8 +31,8 @@ from afo_sim.lab.law_muscle import (
 )
 from afo_sim.lab.law_problem import GEOMETRY, LawProblem, Loss, pose, select
 from afo_sim.lab.measured import HEADER, Measured, check_facts, read_measured
-from afo_sim.physics.laws import LAWS
-from afo_sim.simulation.display_hooks import shown
+from afo_sim.physics import LAWS
+from afo_sim.simulation import shown
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
 

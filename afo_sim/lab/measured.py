@@ -8,9 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.csv_table import number, read_facts, scale_of, split_title, table_of
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import AMBIENT_PRESSURE, EXAMPLES, GRAVITY, in_unit
+from afo_sim.common import (
+    AMBIENT_PRESSURE,
+    EXAMPLES,
+    GRAVITY,
+    InputError,
+    in_unit,
+    nearest_name,
+    number,
+    read_facts,
+    scale_of,
+    split_title,
+    table_of,
+)
 
 # Column → the SI units that it may be given in.
 COLUMNS: dict[str, tuple[str, ...]] = {

@@ -18,14 +18,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim.common.errors import InputError, SimulationError
-from afo_sim.common.notice import Notice
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, Notice, SimulationError
+from afo_sim.description import Scenario, load
 from afo_sim.lab.identifiability import Estimate, intervals, refusal_of, refused, rms, unidentified, verdict
 from afo_sim.lab.run_problem import HELD_OUT, RunParameter, RunProblem, differences, pose, run_at
-from afo_sim.simulation.display_hooks import shown
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording, shown
 
 Progress = Callable[[str], None]
 MISFIT = 1.15  # times the noise: above it, and above what chance does to so few samples, something is missing

@@ -11,20 +11,26 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_title, table_of
-from afo_sim.common.errors import InputError, nearest_name, unknown
-from afo_sim.common.units import AMBIENT_PRESSURE, format_quantity, in_unit, parse_quantity
-from afo_sim.description.keys import field_at
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import (
+    AMBIENT_PRESSURE,
+    InputError,
+    Table,
+    format_quantity,
+    in_unit,
+    nearest_name,
+    number,
+    parse_quantity,
+    read_facts,
+    scale_of,
+    split_title,
+    table_of,
+    unknown,
+)
+from afo_sim.description import Scenario, field_at, load
+from afo_sim.model import AirPath, muscle_names, valve_names
 from afo_sim.model import controls as schedule
-from afo_sim.model.air_path import AirPath
 from afo_sim.model.build import build
-from afo_sim.model.mounting import muscle_names, valve_names
-from afo_sim.simulation.columns import describe
-from afo_sim.simulation.examine import make_recording
-from afo_sim.simulation.loop import described_policy
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording, describe, described_policy, make_recording
 from afo_sim.simulation.simulate import simulate
 
 EXAMPLE = "time [s], angle [deg], pressure dorsiflexor [bar], force dorsiflexor_1 [N]"

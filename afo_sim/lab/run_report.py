@@ -3,9 +3,9 @@
 import pathlib
 from typing import Any
 
-from afo_sim.common.writing import write_json, write_text
-from afo_sim.description import reader
-from afo_sim.description.portable import portable, toml_text
+from afo_sim.common import write_json, write_text
+from afo_sim.description import reader, toml_text
+from afo_sim.description.portable import portable
 from afo_sim.lab.run_fit import FitRun
 
 SCENARIO, NUMBERS = "scenario.toml", "fit_run.json"

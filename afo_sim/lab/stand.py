@@ -10,10 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import GRAVITY, parse_quantity
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.reader import load
+from afo_sim.common import GRAVITY, InputError, parse_quantity, unknown
+from afo_sim.description import Muscle, load
 from afo_sim.lab import stand_trial
 from afo_sim.lab.measured import Measured, read_measured
 from afo_sim.lab.stand_plan import KINDS, Laboratory

@@ -12,15 +12,11 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
-from afo_sim.description.muscle import Muscle
+from afo_sim.common import AMBIENT_PRESSURE, GRAVITY, InputError
+from afo_sim.description import Muscle, provenance_note
+from afo_sim.description import load as load_description
 from afo_sim.description.orthosis import Valve
-from afo_sim.description.quantity import provenance_note
-from afo_sim.description.reader import load as load_description
-from afo_sim.physics.curves import crossing
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.physics.pneumatics import muscle_volume
+from afo_sim.physics import FRICTIONS, crossing, muscle_volume
 
 Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]
 KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release")

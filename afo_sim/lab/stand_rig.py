@@ -21,19 +21,18 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import (
+from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
     GAS_CONSTANT,
     GRAVITY,
     HEAT_CAPACITY_RATIO,
+    InputError,
 )
 from afo_sim.lab.stand_plan import StandPlan, rest_force
-from afo_sim.model.start import get_state
-from afo_sim.physics.pneumatics import laminar_slope, muscle_volume
-from afo_sim.simulation.rollout import Case, Recipe, Rollout, roll_out
-from afo_sim.simulation.stepping import Moment, Policy
+from afo_sim.model import get_state
+from afo_sim.physics import laminar_slope, muscle_volume
+from afo_sim.simulation import Case, Moment, Policy, Recipe, Rollout, roll_out
 
 MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
 REGULATOR_RATIO = 0.3  # critical pressure ratio of the regulator's valve [-]

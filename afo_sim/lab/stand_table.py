@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, replacing
 from afo_sim.common.versions import versions
-from afo_sim.common.writing import replacing
-from afo_sim.description.muscle import Muscle
+from afo_sim.description import Muscle
 from afo_sim.lab.measured import Measured
 from afo_sim.lab.stand_plan import force_at
 from afo_sim.lab.stand_trial import AXES, COLUMNS, Trial

@@ -18,12 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.quantity import provenance_note
-from afo_sim.description.reader import load as load_description
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, InputError, Notice
+from afo_sim.description import Muscle, provenance_note
+from afo_sim.description import load as load_description
 from afo_sim.lab.stand_plan import (
     Laboratory,
     StandPlan,
@@ -37,8 +34,8 @@ from afo_sim.lab.stand_plan import (
     rest_force,
 )
 from afo_sim.lab.stand_rig import Progress, Rows, roll
-from afo_sim.metrics.metric import Metric
-from afo_sim.physics.pneumatics import muscle_volume
+from afo_sim.metrics import Metric
+from afo_sim.physics import muscle_volume
 
 # Unit and meaning of every column.
 COLUMNS = {

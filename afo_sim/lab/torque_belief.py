@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 from afo_sim.lab.identifiability import Estimate, refused, unidentified, verdict
 from afo_sim.lab.torque_data import WITHOUT_AIR, Readings
 from afo_sim.lab.torque_problem import Group, TorqueProblem, errors, predict

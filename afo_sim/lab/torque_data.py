@@ -12,9 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.csv_table import Table, number, read_facts, scale_of, split_title, table_of
-from afo_sim.common.errors import InputError, nearest_name, unknown
-from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.common import (
+    AMBIENT_PRESSURE,
+    InputError,
+    Table,
+    nearest_name,
+    number,
+    read_facts,
+    scale_of,
+    split_title,
+    table_of,
+    unknown,
+)
 from afo_sim.lab.measured import SENSOR_OFFSET
 
 EXAMPLE = "angle [deg], pressure [bar], torque [N*m]"

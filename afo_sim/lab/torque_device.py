@@ -17,16 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import format_quantity
-from afo_sim.description import reader
-from afo_sim.description.attachment import Mounting
-from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.rest_curves import at_rest
-from afo_sim.model.paths import paths_of
-from afo_sim.physics.in_series import on_anchors, row, tensions
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.series import anchor_displacement
+from afo_sim.common import InputError, format_quantity
+from afo_sim.description import Mounting, MuscleGroup, Orthosis, at_rest, reader
+from afo_sim.model import paths_of
+from afo_sim.physics import LAWS, anchor_displacement, on_anchors, row, tensions
 
 HALVINGS = 50  # of the pull on the anchors, where several groups share them
 Anchor = tuple[

@@ -19,11 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name, unknown
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import parse_quantity
-from afo_sim.description import reader
-from afo_sim.description.orthosis import Orthosis
+from afo_sim.common import InputError, Notice, nearest_name, parse_quantity, unknown
+from afo_sim.description import Orthosis, reader
 from afo_sim.lab.identifiability import refusal_of, refused
 from afo_sim.lab.torque_belief import (
     SharedError,
@@ -59,7 +56,7 @@ from afo_sim.lab.torque_solution import (
     root_mean_square,
     solve,
 )
-from afo_sim.simulation.display_hooks import shown
+from afo_sim.simulation import shown
 
 USUAL_FIT = ("series_stiffness", "offset")
 HOLD_OUT = ("all", "none", *KINDS)

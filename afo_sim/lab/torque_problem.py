@@ -6,12 +6,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import EXAMPLES, in_unit
-from afo_sim.description.orthosis import Orthosis
+from afo_sim.common import EXAMPLES, InputError, in_unit, unknown
+from afo_sim.description import Orthosis
 from afo_sim.lab.torque_data import Readings
 from afo_sim.lab.torque_device import Change, Path, paths, statics
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import LAWS
 
 STIFFEST = 1e7  # no cable of a device is stiffer [N/m]
 CHANNELS = ("torque", "cuff")

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.writing import write_json, write_text
-from afo_sim.description import reader
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.portable import portable, toml_text
+from afo_sim.common import write_json, write_text
+from afo_sim.description import Orthosis, reader, toml_text
+from afo_sim.description.portable import portable
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.torque_fit import TorqueFit
 from afo_sim.lab.torque_problem import errors

@@ -1,10 +1,9 @@
 """Flows that makers print beside C and b of their valves, and a printed line, against the flow laws."""
 
-from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.description import reader
 from afo_sim.lab.validation_row import Row, compared, contradicted, number
-from afo_sim.physics.ratings import nominal_flow
-from afo_sim.physics.tube import tube_conductance, tube_critical_ratio
+from afo_sim.physics import nominal_flow, tube_conductance, tube_critical_ratio
 
 SOURCE = "Abed 2025, doi 10.1109/IC2AI62984.2025.10932214"
 BORE, LENGTH = 4e-3, 10.0  # [m]

@@ -18,14 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim.common import assets
-from afo_sim.common.csv_table import number, read_table, scale_of, split_title
-from afo_sim.description import reader
-from afo_sim.description.muscle import Muscle
+from afo_sim.common import assets, number, read_table, scale_of, split_title
+from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.validation_row import Row, compared, curve, implied
-from afo_sim.physics.curves import forces
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import LAWS, forces
 
 LAW = "bolen_2026"
 FEMUR_ANCHOR = (-0.075, 0.100)  # forward and up from the hip, in the femur [m]

@@ -7,16 +7,12 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from afo_sim.common import assets
-from afo_sim.description import reader
-from afo_sim.description.muscle import Muscle
+from afo_sim.description import Muscle, reader
 from afo_sim.lab.law_fit import fit_law, held_out
 from afo_sim.lab.law_problem import pose, select
 from afo_sim.lab.measured import Measured, read_measured
 from afo_sim.lab.validation_row import Row, compared, curve, implied, lost, number
-from afo_sim.physics.curves import forces
-from afo_sim.physics.law import Braid
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import braid_force, three_element_damping
+from afo_sim.physics import LAWS, Braid, braid_force, forces, three_element_damping
 from afo_sim.simulation.run import run
 
 BAR, KPA = 1e5, 1e3  # [Pa]

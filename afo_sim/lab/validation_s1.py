@@ -11,21 +11,16 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import assets
-from afo_sim.common.units import GRAVITY
-from afo_sim.description import reader
-from afo_sim.description.muscle import Muscle
+from afo_sim.common import GRAVITY, assets
+from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.law_fit import fit_law, held_out
 from afo_sim.lab.law_problem import pose
 from afo_sim.lab.measured import Measured, read_measured
 from afo_sim.lab.validation_row import Row, contradicted, curve, implied, lost, number, worst
-from afo_sim.model.start import get_state
-from afo_sim.physics.curves import contractions, forces
-from afo_sim.physics.law import Braid
-from afo_sim.physics.laws import LAWS
-from afo_sim.simulation.rollout import Case, Recipe, roll_out
-from afo_sim.simulation.stepping import fixed
+from afo_sim.model import get_state
+from afo_sim.physics import LAWS, Braid, contractions, forces
+from afo_sim.simulation import Case, Recipe, fixed, roll_out
 
 CM = 100.0  # per metre
 # Table → the muscle it is about. I and II were measured, III and IV simulated by S1.

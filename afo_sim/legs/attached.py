@@ -11,12 +11,10 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import AMBIENT_PRESSURE, LEAST_NUMBER, parse_quantity
-from afo_sim.description.attachment import Segment
-from afo_sim.description.orthosis import Orthosis
+from afo_sim.common import AMBIENT_PRESSURE, LEAST_NUMBER, InputError, parse_quantity, unknown
+from afo_sim.description import Orthosis, Segment
 from afo_sim.legs.finding import Found
-from afo_sim.native.install import Hold
+from afo_sim.native import Hold
 
 Command = Literal["inlet", "outlet"] | None
 COMMANDS: dict[Command, tuple[float, float]] = {"inlet": (1.0, 0.0), "outlet": (0.0, 1.0), None: (0.0, 0.0)}

@@ -15,18 +15,15 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import together
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.portable import portable, toml_text
-from afo_sim.description.reader import load
+from afo_sim.common import InputError, assets, together
+from afo_sim.description import Orthosis, load, toml_text
+from afo_sim.description.portable import portable
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.attached_spec import compiled, files_of, own_spec
 from afo_sim.legs.attaching import completed
 from afo_sim.legs.finding import Found
-from afo_sim.model.pneumatic_circuit import circuit_of, endless
-from afo_sim.native.compiled import mujoco_library
+from afo_sim.model import circuit_of, endless
+from afo_sim.native import mujoco_library
 
 VERSION = 1  # of the sidecar
 DIGITS = 17  # with which a number reads again as it was

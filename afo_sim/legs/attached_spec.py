@@ -11,17 +11,12 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import in_unit
-from afo_sim.description.attachment import Segment
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.reader import load
+from afo_sim.common import InputError, Notice, assets, in_unit
+from afo_sim.description import Orthosis, Segment, load
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.finding import Found
 from afo_sim.legs.mjcf import MANY_LINES, one_line
-from afo_sim.model.leg import rigid_part
+from afo_sim.model import rigid_part
 
 IMPLICITFAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 BIT = mujoco.mjtDisableBit

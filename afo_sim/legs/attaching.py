@@ -10,12 +10,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import in_unit
-from afo_sim.description.attachment import Segment, Side
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.reader import load
+from afo_sim.common import InputError, Notice, in_unit
+from afo_sim.description import Orthosis, Segment, Side, load
 from afo_sim.legs.attached import Attached, number_of, pressure_of
 from afo_sim.legs.attached_spec import (
     RIGID_PARTS,
@@ -31,13 +27,21 @@ from afo_sim.legs.attached_spec import (
 from afo_sim.legs.finding import Found, find
 from afo_sim.legs.mjcf import one_line, tree_of
 from afo_sim.legs.tree import Tree, listed
-from afo_sim.model.mirror import mirror_shapes
-from afo_sim.model.mounting import sweep_lengths
-from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
-from afo_sim.model.paths import add_tendons
-from afo_sim.model.pneumatic_circuit import circuit_of, endless
-from afo_sim.model.stability import check_air, check_friction, check_longest, falling_frictions
-from afo_sim.native.install import Hold
+from afo_sim.model import (
+    add_tendons,
+    check_air,
+    check_friction,
+    check_guides,
+    check_longest,
+    check_paths,
+    check_stretch,
+    circuit_of,
+    endless,
+    falling_frictions,
+    mirror_shapes,
+    sweep_lengths,
+)
+from afo_sim.native import Hold
 
 Described = str | os.PathLike[str] | Mapping[str, Any] | Orthosis
 PREFIX = "afo_"

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.description.attachment import Side
+from afo_sim.common import InputError, nearest_name
+from afo_sim.description import Side
 from afo_sim.legs.extent import outline
 from afo_sim.legs.tree import Joint, Part, Tree, listed
 

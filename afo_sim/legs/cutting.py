@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.legs.extent import lower_edge, moved, outline
 from afo_sim.legs.finding import KNEE, STEEPEST, Found, knee_of, turned_about
 from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, listed, shift
-from afo_sim.model.outsole import OLD_TOE, POINTS
+from afo_sim.model import OLD_TOE, POINTS
 
 SHANK, FOOT, ANKLE = "shank", "foot", "ankle"
 TOES, TOE = "toes", "toe"

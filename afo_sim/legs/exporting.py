@@ -8,19 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.notice import Notice
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, Notice, assets, nearest_name
+from afo_sim.description import Scenario, load
 from afo_sim.legs.leg_numbers import Segment
 from afo_sim.legs.mjcf import tree_of
 from afo_sim.legs.tree import Part, Tree, reading_note
 from afo_sim.legs.urdf_out import write_urdf
+from afo_sim.model import ANKLE, Size, leg_spec
 from afo_sim.model.build import build
-from afo_sim.model.leg import leg_spec
-from afo_sim.model.mounting import ANKLE
-from afo_sim.model.person import Size
 
 
 @dataclass(frozen=True, eq=False)

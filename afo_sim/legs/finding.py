@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.description.attachment import Side
+from afo_sim.common import InputError, Notice
+from afo_sim.description import Side
 from afo_sim.legs.candidates import Candidate, candidates, side_of, way
 from afo_sim.legs.extent import moved, outline, sole_slope
 from afo_sim.legs.tree import Part, Tree, listed

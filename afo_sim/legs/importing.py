@@ -7,11 +7,8 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.writing import check_writable, together
-from afo_sim.description.attachment import Side
-from afo_sim.description.reader import load
+from afo_sim.common import InputError, Notice, check_writable, together
+from afo_sim.description import Side, load
 from afo_sim.legs.cutting import cut, left_behind, with_sole
 from afo_sim.legs.finding import Found, find
 from afo_sim.legs.leg_description import leg_readme, leg_toml, person_notes, table, tissue_notes

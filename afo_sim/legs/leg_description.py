@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import format_quantity
-from afo_sim.description.portable import toml_text
+from afo_sim.common import Notice, format_quantity
+from afo_sim.description import toml_text
 from afo_sim.legs.cutting import ANKLE, FOOT, SHANK, TOE, TOES
 from afo_sim.legs.finding import Found
 from afo_sim.legs.leg_numbers import LegNumbers, Segment

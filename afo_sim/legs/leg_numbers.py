@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 from afo_sim.legs.cutting import ANKLE, FOOT, SHANK
 from afo_sim.legs.extent import moved, outline
 from afo_sim.legs.tree import Part, Tree

@@ -9,8 +9,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 from afo_sim.legs.tree import (
     Joint,
     JointKind,

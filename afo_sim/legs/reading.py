@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.legs.mjcf import MANY_LINES, one_line, read_mjcf, tree_of
 from afo_sim.legs.tree import Part, Tree, listed
 from afo_sim.legs.urdf import WORLD, read_urdf

@@ -8,8 +8,7 @@ from typing import Any, Literal
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 
 JointKind = Literal["hinge", "slide", "ball", "free"]
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice, nearest_name
 from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, own_names, reading_note
 from afo_sim.legs.urdf_files import (
     Packages,

@@ -13,7 +13,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common import InputError, nearest_name
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # {element: {attribute: how many numbers stand there}}, http://wiki.ros.org/urdf/XML

@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.writing import together
+from afo_sim.common import InputError, Notice, together
 from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, reading_note, shift
 from afo_sim.legs.urdf_files import quiet
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.common import STANDARD_DENSITY
 from afo_sim.metrics import peak
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, reported
 from afo_sim.metrics.strides import chambers

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, STANDARD_DENSITY
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, STANDARD_DENSITY
 from afo_sim.metrics.facts import Run, Source
 from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
 from afo_sim.metrics.supply import sag_metrics

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.common import STANDARD_DENSITY
 from afo_sim.metrics.metric import METRICS, REPORTED, Metric, Of, functions_of, measured
 from afo_sim.metrics.strides import Stride, settled, strides
 

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 from afo_sim.metrics.metric import REPORTED, START, Metric, Of, entry, made_of, measured, reported
 from afo_sim.metrics.strides import strides
 from afo_sim.metrics.walking import stride_metrics

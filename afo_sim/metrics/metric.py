@@ -10,8 +10,7 @@ from enum import StrEnum
 from typing import Any, NoReturn, Self, TypeVar
 
 from afo_sim import metrics
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import in_unit, parse_quantity
+from afo_sim.common import InputError, in_unit, nearest_name, parse_quantity
 
 CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
 PUSH_OFF = "Push-off"

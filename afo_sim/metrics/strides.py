@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY, STANDARD_DENSITY
-from afo_sim.gait.checks import STANCE_FORCE, STANCE_SHARE
+from afo_sim.common import GRAVITY, STANDARD_DENSITY
+from afo_sim.gait import STANCE_FORCE, STANCE_SHARE
 
 SOLVED = "gait/solved"  # column: 1 in the rows of the settled stride, where it was solved for
 AIR_SETTLED = 0.05  # share by which the air of strides that are alike may differ [-]

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
 from afo_sim.metrics.strides import Stride, chambers

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.common import STANDARD_DENSITY, Notice
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import peak
 from afo_sim.metrics.metric import (

@@ -3,14 +3,19 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import in_unit
-from afo_sim.description.air.air_graph import highest_pressures, reached, ways
-from afo_sim.description.air.air_parts import AMBIENT, PARTS, SUPPLY
-from afo_sim.description.air.valve import Valve
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.quantity import amount
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import Notice, in_unit
+from afo_sim.description import (
+    AMBIENT,
+    PARTS,
+    SUPPLY,
+    Orthosis,
+    Scenario,
+    Valve,
+    amount,
+    highest_pressures,
+    reached,
+    ways,
+)
 from afo_sim.model.walk import stride_time_of
 
 ALIKE = 1.0 - 1e-9

@@ -8,15 +8,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from afo_sim import native
-from afo_sim.common.units import STANDARD_DENSITY
-from afo_sim.description.air.air_parts import SUPPLY, quick_exhaust_edges, regulator_edges, tube_edge
-from afo_sim.description.air.chamber import Chamber
-from afo_sim.description.air.source import Source
-from afo_sim.description.air.supply import Supply
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.physics import flow_edge
-from afo_sim.physics.flow_edge import FlowEdge
-from afo_sim.physics.gas import AIR, Gas
+from afo_sim.common import STANDARD_DENSITY
+from afo_sim.description import (
+    SUPPLY,
+    Chamber,
+    Orthosis,
+    Source,
+    Supply,
+    quick_exhaust_edges,
+    regulator_edges,
+    tube_edge,
+)
+from afo_sim.physics import AIR, FlowEdge, Gas, flow_edge
 
 SOURCE, OUTLET = (
     "source",

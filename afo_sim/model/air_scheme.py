@@ -7,11 +7,15 @@ import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.air.air_parts import (
+from afo_sim.common import InputError
+from afo_sim.description import (
     AMBIENT,
     SUPPLY,
+    Chamber,
+    Orthosis,
     Restriction,
+    Source,
+    Supply,
     bar,
     opening_lines,
     quick_exhaust_edges,
@@ -20,12 +24,8 @@ from afo_sim.description.air.air_parts import (
     tube_edge,
     tube_lines,
 )
-from afo_sim.description.air.chamber import Chamber
-from afo_sim.description.air.source import Source
-from afo_sim.description.air.supply import Supply
-from afo_sim.description.orthosis import Orthosis
 from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END, half_of_tubes
-from afo_sim.physics.flow_edge import QUICK_EXHAUST, FlowEdge
+from afo_sim.physics import QUICK_EXHAUST, FlowEdge
 
 LITRE = 1e8  # C in dm³/(s·bar) of one in m³/(s·Pa)
 INLET, OUTLETS = "inlet", "outlet"  # ways of a chamber's valves

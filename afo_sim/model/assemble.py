@@ -16,12 +16,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.leg import Leg
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.quantity import Described
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import GRAVITY, InputError
+from afo_sim.description import Described, Leg, MuscleGroup, Scenario
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import attach_parts, check_leg, leg_spec, times_of_change, weighed_later

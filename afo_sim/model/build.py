@@ -12,10 +12,9 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.notice import Notice
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.gait.checks import STANCE_FORCE
+from afo_sim.common import Notice
+from afo_sim.description import Scenario, load
+from afo_sim.gait import STANCE_FORCE
 from afo_sim.model import stability
 from afo_sim.model.air_checks import check_air_path
 from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
@@ -31,7 +30,7 @@ from afo_sim.model.person import Person, Size, own_tissue, person_of
 from afo_sim.model.pneumatic_circuit import circuit_of
 from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
-from afo_sim.physics.passive_ankle import KNEE_LIMIT
+from afo_sim.physics import KNEE_LIMIT
 
 
 @dataclass(frozen=True)

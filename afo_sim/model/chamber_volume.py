@@ -2,7 +2,7 @@
 
 import math
 
-from afo_sim.description.orthosis import Orthosis
+from afo_sim.description import Orthosis
 from afo_sim.model.air_path import half_of_tubes
 
 

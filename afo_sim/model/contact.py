@@ -25,17 +25,15 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.walking import Ground
+from afo_sim.common import GRAVITY, InputError, Notice
+from afo_sim.description import Ground
 from afo_sim.model.foot import TOE_POINTS, Foot, turned
 from afo_sim.model.outsole import BEARING, padded
 from afo_sim.model.person import Size
 from afo_sim.model.walk import Walk
 
 if TYPE_CHECKING:
-    from afo_sim.description.scenario import Scenario
+    from afo_sim.description import Scenario
 
 LOADED = 1.0  # force from which on a pad stands on the floor; below it plates only hum [N]
 RAMP = 0.02  # time in which the floor passes from its own height to the recorded sole's [s]

@@ -6,13 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.notice import unique
-from afo_sim.common.units import LEAST_NUMBER, parse_quantity
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import LEAST_NUMBER, InputError, assets, parse_quantity, unique, unknown
+from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.model.build import Built, build, check_description
 from afo_sim.model.leg_shapes import ThroughLeg, through_leg
 from afo_sim.model.path_facts import PathFacts, path_facts

@@ -5,18 +5,16 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import (
+from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
     GAS_CONSTANT,
     HEAT_CAPACITY_RATIO,
     STANDARD_DENSITY,
+    InputError,
     in_unit,
 )
-from afo_sim.description.control.drive import Drive
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Drive, Orthosis, Scenario
 from afo_sim.model.air_checks import too_short
 from afo_sim.model.chamber_volume import least_volume
 from afo_sim.model.pneumatic_circuit import shortest_pulse

@@ -17,11 +17,9 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.leg import Leg, Toes
-from afo_sim.description.scenario import Scenario
-from afo_sim.gait.fourier import Wave
+from afo_sim.common import GRAVITY, InputError, unknown
+from afo_sim.description import Leg, Scenario, Toes
+from afo_sim.gait import Wave
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.model.mounting import add_motor
 from afo_sim.model.outsole import POINTS, SOLE, worn

@@ -20,12 +20,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import in_unit
-from afo_sim.description.attachment import Side
-from afo_sim.description.leg import Leg, Subtalar
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, in_unit
+from afo_sim.description import Leg, MuscleGroup, Scenario, Side, Subtalar
 from afo_sim.model.mounting import ANKLE, SUBTALAR
 
 INVERSION = "inversion"

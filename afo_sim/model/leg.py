@@ -11,9 +11,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.description.leg import Leg
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, unknown
+from afo_sim.description import Leg, Scenario
 from afo_sim.model.foot import hinge_toes, spring_toes
 from afo_sim.model.inversion import add_subtalar, free
 from afo_sim.model.mirror import leg_mirrored, mirror, orthosis_mirrored

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, muscle_names
 from afo_sim.model.outsole import SHOE

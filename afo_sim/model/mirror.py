@@ -12,8 +12,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError
+from afo_sim.description import Scenario
 
 PLACE = np.array([1.0, -1.0, 1.0])
 AXIS = -PLACE

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description import MuscleGroup, Orthosis
 
 ANKLE, SUBTALAR = "ankle", "subtalar"
 

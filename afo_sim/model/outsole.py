@@ -11,8 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.description.leg import Outsole
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Outsole, Scenario
 
 POINTS = ("heel", "ball", "pulp", "tip")  # of the outsole
 BEARING = POINTS[:3]  # points among which a recorded force is shared

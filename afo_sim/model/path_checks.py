@@ -12,11 +12,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.rest_curves import at_rest
+from afo_sim.common import InputError, Notice
+from afo_sim.description import Muscle, MuscleGroup, Orthosis, at_rest
 from afo_sim.model.mounting import contractions, muscle_names
 from afo_sim.model.paths import Paths, paths_of, route_of
 

@@ -11,9 +11,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import MuscleGroup
+from afo_sim.common import InputError
+from afo_sim.description import Muscle, MuscleGroup
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import (
     chamber_of,

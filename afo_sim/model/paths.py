@@ -15,8 +15,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.description.attachment import PathPoint, Segment
-from afo_sim.description.orthosis import MuscleGroup, Orthosis
+from afo_sim.description import MuscleGroup, Orthosis, PathPoint, Segment
 from afo_sim.model.mounting import ANKLE, muscle_names
 
 LATERAL = np.array([0.0, 1.0, 0.0])

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.scenario import Scenario
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.fourier import Wave
+from afo_sim.common import GRAVITY
+from afo_sim.description import Scenario
+from afo_sim.gait import GaitCycle, Wave
 from afo_sim.model.foot import Foot, Resting, ToeSegment, Turn, turned
 from afo_sim.model.person import Size, Tissue, healthy_tissue, own_tissue, reflex_gain
 from afo_sim.model.walk import Walk
-from afo_sim.physics.passive_ankle import passive_moments
+from afo_sim.physics import passive_moments
 
 # Quasi-stiffness of the active ankle about its recorded angle, by gait phase, of a person of the leg's height
 # [N·m/(rad·kg)]; it goes with mass × length: stance after

@@ -6,9 +6,8 @@ stride: then every stride takes the same inputs, and the state at its start maps
 
 import math
 
-from afo_sim.common.notice import Notice
-from afo_sim.description.air.air_parts import AMBIENT, SUPPLY
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import Notice
+from afo_sim.description import AMBIENT, SUPPLY, Scenario
 from afo_sim.model.walk import stride_time_of
 
 WHOLE = 0.02  # of a stride, by which a duration may fall short of whole strides [-]

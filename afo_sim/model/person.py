@@ -7,14 +7,9 @@ from dataclasses import dataclass
 from typing import Self
 
 from afo_sim.common import assets
-from afo_sim.description.quantity import Provenance
-from afo_sim.description.scenario import Scenario
-from afo_sim.description.walking import Gait
-from afo_sim.gait import family
+from afo_sim.description import Gait, Provenance, Scenario
+from afo_sim.gait import Chain, GaitCycle, family, scaled, stepped
 from afo_sim.gait import file as gait_file
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.hip_path import Chain
-from afo_sim.gait.variants import scaled, stepped
 
 
 @dataclass(frozen=True)

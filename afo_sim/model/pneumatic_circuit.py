@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 
 from afo_sim import native
-from afo_sim.description.air.supply import Supply
-from afo_sim.description.attachment import Mounting
-from afo_sim.description.control.drive import Drive
-from afo_sim.description.orthosis import Chamber, MuscleGroup, Orthosis
+from afo_sim.description import Drive, Mounting, MuscleGroup, Orthosis, Supply
+from afo_sim.description.orthosis import Chamber
 from afo_sim.model.air_path import VALVE_END, AirPath, half_of_tubes, valve_row
 from afo_sim.model.mounting import ANKLE
 

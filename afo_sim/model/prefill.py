@@ -17,12 +17,12 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description.orthosis import Chamber
 from afo_sim.model.air_path import SOURCE
 from afo_sim.model.build import Built
 from afo_sim.model.periodic import beyond_chambers
-from afo_sim.physics.pneumatics import laminar_slope, sigma_rate, valve_flow
+from afo_sim.physics import laminar_slope, sigma_rate, valve_flow
 
 OFF = -1.0  # input of a drive that leaves its valves to their own inputs
 NETWORK_TRIES = 40  # of the pressure at rest

@@ -18,16 +18,10 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, together
-from afo_sim.description.attachment import Anchor, PathPoint, Segment
-from afo_sim.description.leg import Leg
+from afo_sim.common import InputError, assets, check_writable, together
+from afo_sim.description import Anchor, Leg, MuscleGroup, Orthosis, PathPoint, Provenance, Segment, load
 from afo_sim.description.new import reference
-from afo_sim.description.orthosis import MuscleGroup, Orthosis
 from afo_sim.description.portable import portable
-from afo_sim.description.quantity import Provenance
-from afo_sim.description.reader import load
 from afo_sim.model.paths import mean_length, paths_of
 
 SHANK, FOOT = 0.246, 0.152  # lengths as shares of body height [-] (Winter 2009, after Drillis & Contini 1966)

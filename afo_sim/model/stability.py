@@ -4,24 +4,21 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import (
+from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
     GAS_CONSTANT,
     HEAT_CAPACITY_RATIO,
+    InputError,
+    Notice,
     in_unit,
 )
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Muscle, Orthosis, Scenario
 from afo_sim.model.chamber_volume import least_volume
 from afo_sim.model.drive_checks import check_drives
 from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
 from afo_sim.model.pneumatic_circuit import circuit_of
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.physics.pneumatics import laminar_slope
+from afo_sim.physics import FRICTIONS, laminar_slope
 
 # Of rate × time step of a chamber's air. Measured on S1's muscles at 1 and 2 ms against 20 µs, filled and
 # vented through ideal valves of up to 40 dm³/(s·bar): up to 6 pressures are within 0.7 % of the supply's and

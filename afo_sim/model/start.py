@@ -6,15 +6,14 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import AMBIENT_PRESSURE, InputError
+from afo_sim.description import Scenario
 from afo_sim.model.build import Built
 from afo_sim.model.controls import controls
 from afo_sim.model.inversion import find_rest, free
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
 from afo_sim.model.walk import JOINTS
-from afo_sim.physics.content import gas_mass
+from afo_sim.physics import gas_mass
 
 
 def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:

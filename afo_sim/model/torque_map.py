@@ -14,12 +14,8 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import format_quantity
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, Notice, format_quantity, unknown
+from afo_sim.description import MuscleGroup, Scenario, load
 from afo_sim.model.build import Built, build
 
 # Dorsiflexion torque that a drop foot needs, from and to [N·m] (computed for this project from gait).

@@ -17,11 +17,8 @@ from typing import Self
 
 import numpy as np
 
-from afo_sim.description.scenario import Scenario
-from afo_sim.description.walking import Gait
-from afo_sim.gait.ankle_alignment import Placed, fit_to_leg
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.fourier import Wave
+from afo_sim.description import Gait, Scenario
+from afo_sim.gait import GaitCycle, Placed, Wave, fit_to_leg
 from afo_sim.model.foot import TOE_POINTS, Foot, Resting, Turn, turned_all
 from afo_sim.model.outsole import Point, grown, worn
 from afo_sim.model.person import Size, persons_stride, taller_than_recorded

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Scenario
 from afo_sim.model.contact import ground_of, pad_stiffness
 from afo_sim.model.foot import REST, Foot, add_rest
 from afo_sim.model.mounting import ANKLE, add_motor

@@ -10,7 +10,7 @@ an actuator to zero before it calls its dyn, so none of the others may come afte
 import math
 from typing import Any
 
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.native.air_block import (
     AMBIENT,
     EDGE,
@@ -39,10 +39,7 @@ from afo_sim.native.slots import (
     VALVE_ROW,
     VOLUME_ROW,
 )
-from afo_sim.physics.flow_edge import COMPRESSOR, TWO_WAY, edge_flow
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.pneumatics import chamber_pressure
-from afo_sim.physics.store import store_pressure
+from afo_sim.physics import COMPRESSOR, TWO_WAY, chamber_pressure, edge_flow, register_jitable, store_pressure
 
 NEAR = 0.01  # relative change of a volume over a step up to which its powers follow by a series [-]
 

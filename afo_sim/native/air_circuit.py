@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, MOST_EDGES, MOST_NODES, SUPPLY
-from afo_sim.physics import flow_edge
-from afo_sim.physics.flow_edge import FlowEdge
+from afo_sim.physics import FlowEdge, flow_edge
 
 AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from afo_sim.common.units import AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_TEMPERATURE
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, SUPPLY
 from afo_sim.native.slots import (
     AIR_ROW,
@@ -22,7 +22,7 @@ from afo_sim.native.slots import (
     VALVE_ROW,
 )
 from afo_sim.native.state import Air, read_air, read_volume, room_of
-from afo_sim.physics.flow_edge import COMPRESSOR, PILOTED
+from afo_sim.physics import COMPRESSOR, PILOTED
 
 
 def leaders(model: mujoco.MjModel) -> list[int]:

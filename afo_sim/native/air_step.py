@@ -8,7 +8,7 @@ without stiffness this is the midpoint rule with the volume half a step on, by w
 import math
 from typing import Any
 
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.native.air import evaluate, keep_powers, take_edges, take_nodes, take_slopes
 from afo_sim.native.air_block import (
     EDGE,
@@ -34,10 +34,8 @@ from afo_sim.native.slots import (
     STORE_ROW,
     VOLUME_DATA,
 )
-from afo_sim.physics.chebyshev import following, origin, stages
-from afo_sim.physics.flow_edge import compressor_runs
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.store import store_temperature_rate
+from afo_sim.physics import compressor_runs, following, register_jitable, stages, store_temperature_rate
+from afo_sim.physics.chebyshev import origin
 
 CHANGE = 0.1  # of a node's air or σ in a part of a step, at most [-]
 MOST_PARTS = 512

@@ -13,9 +13,7 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.pneumatics import chamber_pressure, muscle_volume
-from afo_sim.physics.series import anchor_displacement
+from afo_sim.physics import anchor_displacement, chamber_pressure, muscle_volume, register_jitable
 
 LONGEST, SHORTEST = 0.999, 0.9  # of the lock, and the contraction ratio, that a muscle stays between
 

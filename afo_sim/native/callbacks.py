@@ -65,7 +65,7 @@ from afo_sim.native.slots import (
     PASSIVE_ROW,
     SPASTIC_ROW,
 )
-from afo_sim.physics.passive_ankle import passive_moment, spastic_moment
+from afo_sim.physics import passive_moment, spastic_moment
 
 
 def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:

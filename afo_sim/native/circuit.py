@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 import mujoco
 
-from afo_sim.common.units import GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.common import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.native.air_circuit import (
     AMBIENT_NAME,
     SUPPLY_NAME,
@@ -38,8 +38,7 @@ from afo_sim.native.slots import (
     VALVE_ACT,
     VOLUME_DATA,
 )
-from afo_sim.physics.flow_edge import COMPRESSOR, FlowEdge
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics import COMPRESSOR, FRICTIONS, FlowEdge
 
 SIDES = ("inlet", "outlet")
 BLANK = [0.0] * N_USER

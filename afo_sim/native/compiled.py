@@ -8,8 +8,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import mujoco
 
-from afo_sim.common import machine_code
-from afo_sim.common.errors import CallbackError
+from afo_sim.common import CallbackError, machine_code
 from afo_sim.native.error_codes import MJU_ERROR
 from afo_sim.native.struct_layout import LAYOUT
 

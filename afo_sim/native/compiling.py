@@ -13,14 +13,13 @@ from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, overload
 
-from afo_sim.common import compiling
-from afo_sim.common.machine_code import Compiled
+from afo_sim.common import Compiled, compiling
 from afo_sim.native.air_block import BLOCK, block
 from afo_sim.native.callbacks import define
 from afo_sim.native.error_codes import COMPLAINTS, MJU_ERROR, RAISED
 from afo_sim.native.refuse import marked_only
 from afo_sim.native.struct_layout import c_struct, c_type, declarations, layout_hash
-from afo_sim.physics.jitable import register_all
+from afo_sim.physics import register_all
 
 _NUMBA_TYPES = {
     ctypes.c_double: types.float64,

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.error_codes import FINE, NO_TARGET
 from afo_sim.native.slots import (
     AIR_ROW,
@@ -17,17 +17,18 @@ from afo_sim.native.slots import (
     VALVE_ACT,
     VALVE_ROW,
 )
-from afo_sim.physics.driving import (
+from afo_sim.physics import (
+    beyond_dead_band,
     low_passed,
     pid,
     proportional_rate,
     pulse_edges,
     pulse_width,
     pulses,
+    register_jitable,
     two_point,
+    valve_rates,
 )
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.pneumatics import beyond_dead_band, valve_rates
 
 
 @register_jitable

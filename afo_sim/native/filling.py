@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import mujoco
 import numpy as np
 
-from afo_sim.common.units import AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_TEMPERATURE
 from afo_sim.native.air_block import AMBIENT, SUPPLY
 from afo_sim.native.air_circuit import AMBIENT_NAME, SUPPLY_NAME, AirNetwork, air_networks
 from afo_sim.native.circuit import (
@@ -17,7 +17,7 @@ from afo_sim.native.circuit import (
     circuit_ids,
 )
 from afo_sim.native.install import assert_live, assert_rows
-from afo_sim.native.scratch import scratch
+from afo_sim.native.scratch_data import scratch
 from afo_sim.native.slots import (
     AIR_ROW,
     ANCHOR_DATA,
@@ -49,7 +49,7 @@ from afo_sim.native.slots import (
     row,
 )
 from afo_sim.native.state import air_at, gas_of, read_flows, write_air, write_rest
-from afo_sim.physics.pneumatics import laminar_slope
+from afo_sim.physics import laminar_slope
 
 Values = dict[str, float]  # of a row, by name
 

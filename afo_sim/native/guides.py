@@ -8,8 +8,8 @@ length changes, and their friction does nothing. How cuff and plate give way is 
 from typing import Any
 
 from afo_sim.native.slots import MUSCLE_ROW
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.series import capstan, turn
+from afo_sim.physics import capstan, register_jitable
+from afo_sim.physics.series import turn
 
 SITE = 3  # mjWRAP_SITE
 MARGIN = 4.0  # by which the inertia that friction has to stop may be less than it is at the model's posture

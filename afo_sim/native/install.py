@@ -12,7 +12,7 @@ from typing import Any, Literal, NoReturn, Self
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import CallbackError
+from afo_sim.common import CallbackError
 from afo_sim.native.callbacks import define
 from afo_sim.native.compiled import callbacks
 from afo_sim.native.error_codes import COMPLAINTS, FINE

@@ -2,13 +2,19 @@
 
 from typing import Any
 
-from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.slots import FRICTION_ROW, LEADER_ACT, LEADER_DATA, MUSCLE_ROW, PAD_ROW
-from afo_sim.physics.friction.dispatch import friction_force, friction_pressure, friction_rates, is_force
-from afo_sim.physics.ground import pad_force
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.series import cable_tension
-from afo_sim.physics.static_force import signed_force, three_element_damping
+from afo_sim.physics import (
+    cable_tension,
+    friction_force,
+    friction_pressure,
+    friction_rates,
+    is_force,
+    pad_force,
+    register_jitable,
+    signed_force,
+    three_element_damping,
+)
 
 CONTRACTION_STEP, PRESSURE_STEP = 1e-7, 1.0  # of the slopes of a law [-], [Pa]
 FRICTION_STEP = 500.0  # of the slope ∂F/∂p that friction is integrated with [Pa]

@@ -15,7 +15,7 @@ and step alone: a second `mj_forward` changes nothing.
 
 from typing import Any
 
-from afo_sim.common.units import AMBIENT_PRESSURE
+from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.air import chamber_complaint
 from afo_sim.native.balance import SHORTEST, lacking, pressure_of, shift, volume_of, within
 from afo_sim.native.error_codes import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
@@ -35,8 +35,7 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.series import anchor_displacement, anchor_force
+from afo_sim.physics import anchor_displacement, anchor_force, register_jitable
 
 HALVINGS = 55  # of a bracket of κ or p
 NARROW_PULL = 1e-6  # width of a bracket of the pull that is solved [N]

@@ -12,8 +12,7 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.series import anchor_force
+from afo_sim.physics import anchor_force, register_jitable
 
 NEWTON_STEPS = 30  # it takes two to six, more beside kinks and where a friction turns
 SOFTEST = 1e-6  # stiffness by κ [N]; slack, undamped and without return force a muscle has none at all

@@ -12,7 +12,7 @@ from typing import Any
 
 from afo_sim.native.error_codes import NO_MARK
 from afo_sim.native.slots import MARK, N_USER
-from afo_sim.physics.jitable import register_jitable
+from afo_sim.physics import register_jitable
 
 Kernel = Callable[[Any, Any, int], float]
 

@@ -4,10 +4,8 @@ from typing import Any
 
 from numba import types
 
-from afo_sim.common import compiling
-from afo_sim.common.machine_code import Compiled
-from afo_sim.physics.jitable import register_all
-from afo_sim.physics.sensing import sense
+from afo_sim.common import Compiled, compiling
+from afo_sim.physics import register_all, sense
 
 DOUBLES = types.CPointer(types.float64)
 SIGNATURE = types.float64(*6 * (DOUBLES,), *4 * (types.int64,), types.float64)

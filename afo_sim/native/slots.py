@@ -27,10 +27,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from afo_sim.physics.friction.law import MAX_FRICTION_COEFFICIENTS
-from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import DAMPER_COEFFICIENTS
+from afo_sim.physics import DAMPER_COEFFICIENTS, LAWS, MAX_COEFFICIENTS, MAX_FRICTION_COEFFICIENTS, Braid
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
 MARK = 2831.0  # tells this project's actuators from anybody else's; another number where the places move

@@ -14,7 +14,7 @@ import numpy as np
 from mujoco.introspect import enums, structs
 from mujoco.introspect.ast_nodes import ArrayType, PointerType, ValueType
 
-from afo_sim.common.errors import CallbackError
+from afo_sim.common import CallbackError
 
 _C_TYPES: dict[str, Any] = {
     "mjtNum": ctypes.c_double if np.dtype(mujoco.MJTNUM_DTYPE).itemsize == 8 else ctypes.c_float,

@@ -3,3 +3,7 @@
 `register_jitable` leaves a kernel an ordinary Python function, and lets compiled code call it.
 Kernels are total: they raise nothing, and a NaN that goes in comes out.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

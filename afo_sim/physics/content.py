@@ -2,7 +2,7 @@
 
 import math
 
-from afo_sim.common.units import AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_TEMPERATURE
 from afo_sim.physics.gas import Gas
 from afo_sim.physics.store import (
     gas_pressure,

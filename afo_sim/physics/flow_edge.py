@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.units import AMBIENT_PRESSURE, STANDARD_DENSITY
+from afo_sim.common import AMBIENT_PRESSURE, STANDARD_DENSITY
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import iso_6358_flow, iso_6358_flows, laminar_slope, valve_flow
 

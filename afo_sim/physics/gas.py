@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from afo_sim.common.units import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
+from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
 
 REFERENCE_PRESSURE = 1e5  # of the ISO 8778 reference atmosphere [Pa]
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from afo_sim.common.units import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
+from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
 from afo_sim.physics.jitable import register_jitable
 
 LAMINAR_RATIO = 0.98  # above this pressure ratio the flow is linear in the pressure difference

@@ -1,6 +1,6 @@
 """Sonic conductance C of ISO 6358 from the figures that data sheets print instead of it, and back."""
 
-from afo_sim.common.units import AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_TEMPERATURE
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import iso_6358_flow
 

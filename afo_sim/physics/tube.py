@@ -2,7 +2,7 @@
 
 import math
 
-from afo_sim.common.units import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
+from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
 
 CONDUCTANCE = 0.029  # of the formula below [m³/(s·Pa·m²)]
 ENDS = 510.0  # what the two ends weigh in it, as a length [m^(−1/4)]

@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Scenario
 from afo_sim.model.build import build
 
 if TYPE_CHECKING:

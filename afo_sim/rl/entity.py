@@ -10,19 +10,13 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.control.command import Command, checked_pressure, coils
-from afo_sim.description.attachment import Side
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.reader import load
-from afo_sim.legs.finding import Found, find
-from afo_sim.legs.mjcf import tree_of
-from afo_sim.model.assemble import PASSIVE
-from afo_sim.model.build import Built, build
-from afo_sim.model.pneumatic_circuit import circuit_of, endless
-from afo_sim.model.stability import check_air, check_friction, check_longest
-from afo_sim.native.circuit import circuit_data
+from afo_sim.common import AMBIENT_PRESSURE, InputError, unknown
+from afo_sim.control import Command, checked_pressure, coils
+from afo_sim.description import Orthosis, Side, load
+from afo_sim.legs import Found, find, tree_of
+from afo_sim.model import PASSIVE, Built, check_air, check_friction, check_longest, circuit_of, endless
+from afo_sim.model.build import build
+from afo_sim.native import circuit_data
 from afo_sim.rl.dm import composer, observable
 from afo_sim.rl.leg_entity import INTEGRATOR, Driven, LegEntity, wrong_integrator
 from afo_sim.rl.pymjcf import Copied, new_model

@@ -8,14 +8,9 @@ from typing import Any
 import mujoco
 
 from afo_sim import native
-from afo_sim.common.errors import CallbackError, InputError
-from afo_sim.description.attachment import Side
-from afo_sim.description.leg import Leg
-from afo_sim.description.reader import load
-from afo_sim.model.assemble import PASSIVE
-from afo_sim.model.leg import leg_spec
-from afo_sim.model.mounting import ANKLE
-from afo_sim.model.person import Size, own_tissue
+from afo_sim.common import CallbackError, InputError
+from afo_sim.description import Leg, Side, load
+from afo_sim.model import ANKLE, PASSIVE, Size, leg_spec, own_tissue
 from afo_sim.rl.dm import Present, composer
 from afo_sim.rl.pymjcf import Copied, new_model
 

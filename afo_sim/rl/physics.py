@@ -8,16 +8,13 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import CallbackError, InputError
-from afo_sim.control.command import Command, checked_pressure
+from afo_sim.common import CallbackError, InputError
+from afo_sim.control import Command, checked_pressure
+from afo_sim.model import Built, equilibrium, walking_start
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.start import equilibrium, walking_start
+from afo_sim.model.build import build
 from afo_sim.rl.dm import PhysicsError, Present, dm
-from afo_sim.simulation.columns import column_at
-from afo_sim.simulation.loop import Commander
-from afo_sim.simulation.rollout import FIELDS, STATE, failed
-from afo_sim.simulation.stepping import FAILURES
+from afo_sim.simulation import FAILURES, FIELDS, STATE, Commander, column_at, failed
 
 FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 

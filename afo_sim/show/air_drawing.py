@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.description.air.air_parts import AMBIENT
-from afo_sim.model.air_scheme import AirEdge, AirScheme, AirWay, air_scheme, conductance
-from afo_sim.model.design import Source, gauge, scenario_of
+from afo_sim.description import AMBIENT
+from afo_sim.model import AirEdge, AirScheme, AirWay, Source, conductance, gauge, scenario_of
+from afo_sim.model.air_scheme import air_scheme
 from afo_sim.show.air_routes import Cell, Routes, Vertex, cells, ports, route
 from afo_sim.show.air_symbols import DROP, INK, SYMBOLS, THIN, TRIANGLE, WIDE, Pen, Symbol
 from afo_sim.show.style import COLOURS, ORANGE, ink, plain, write_page

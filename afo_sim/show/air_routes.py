@@ -10,8 +10,8 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from afo_sim.description.air.air_parts import AMBIENT
-from afo_sim.model.air_scheme import OUTLETS, AirEdge, AirScheme
+from afo_sim.description import AMBIENT
+from afo_sim.model import OUTLETS, AirEdge, AirScheme
 
 Place = tuple[int, int]  # column, row, from the left and from above
 

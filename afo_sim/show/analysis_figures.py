@@ -7,12 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.metrics.metric_words import UNITS
+from afo_sim.metrics import UNITS
 from afo_sim.show.style import BLUE, GREEN, GREY, MARKERS, RED, RUN_STYLES, RUNS, plain, write_figure
-from afo_sim.study.frequency_curve import HALF_POWER, Curve
-from afo_sim.study.frequency_response import FrequencyResponse
-from afo_sim.study.sizing.requirement import Requirement, Tried
-from afo_sim.study.sizing.result import Sizing
+from afo_sim.study import HALF_POWER, Curve, FrequencyResponse, Requirement, Sizing, Tried
 
 _BODE_SIZE = (6.4, 5.0)  # [inch]
 _LONG = 72  # letters of a legend's line

@@ -5,11 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.metric_words import unit, words
-from afo_sim.metrics.verdict import of_draws, percent
+from afo_sim.metrics import Metric, of_draws, percent, unit, words
 from afo_sim.show.run_view import RunView
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 _STUDY = "uncertainty"
 _CLEARANCE, _TORQUE, _AIR = "toe_clearance", "torque_against_push_off", "air_per_stride"
@@ -186,7 +184,7 @@ def _plain(name: str) -> str:
 
 def _drawn(one: Mapping[str, Any]) -> tuple[str, str, str, str]:
     """A drawn number: name, own value and band in the unit of people, kind, source."""
-    from afo_sim.description.quantity import amount
+    from afo_sim.description import amount
 
     own, (low, _, high) = one["own"], one["quantiles"]
     band = f"{amount(own, one['unit'], 3)}: {amount(low, one['unit'], 3)} to {amount(high, one['unit'], 3)}"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim.common.writing import check_writable, settle, together, write_text
-from afo_sim.description.attachment import Side
-from afo_sim.physics.laws import LAWS
+from afo_sim.common import check_writable, settle, together, write_text
+from afo_sim.description import Side
+from afo_sim.physics import LAWS
 from afo_sim.show.panels import marked
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import (
@@ -26,13 +26,19 @@ from afo_sim.show.style import (
     plain,
     write_figure,
 )
-from afo_sim.simulation.bilateral_air import litres_a_minute
-from afo_sim.simulation.compare import ANGLE, angle_differences
-from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import (
+    ANGLE,
+    MODEL,
+    PARQUET,
+    RERUN,
+    SUMMARY,
+    Recording,
+    angle_differences,
+    litres_a_minute,
+)
 
 if TYPE_CHECKING:
-    from afo_sim.simulation.bilateral import Both
+    from afo_sim.simulation import Both
 
 _FIGURE, _TABLE = "comparison", "differences.csv"
 _SIZE = (7.1, 7.4)  # [inch]

@@ -9,13 +9,10 @@ from typing import Any, Literal, overload
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.writing import check_writable, replacing
-from afo_sim.description.quantity import Described
-from afo_sim.model.air_scheme import AirScheme
-from afo_sim.model.design import Design, Source, design
-from afo_sim.model.path_facts import PathFacts
-from afo_sim.model.path_words import arm, own, peak, pressure, taut, torques
+from afo_sim.common import InputError, check_writable, replacing, unknown
+from afo_sim.description import Described
+from afo_sim.model import AirScheme, Design, PathFacts, Source, arm, own, peak, pressure, taut, torques
+from afo_sim.model.design import design
 from afo_sim.show.air_drawing import scheme_of, write_air
 from afo_sim.show.drawing_views import WHITE, Box, colours, front_view, scale_of, side_view
 from afo_sim.show.style import FORMATS, GREY, LINE, RED, ZERO, plain, write_page

@@ -8,14 +8,20 @@ from typing import Any, Literal
 import mujoco
 import numpy as np
 
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.model.build import Built
-from afo_sim.model.design import Design
-from afo_sim.model.leg_shapes import FLAT, leg_geoms, support
-from afo_sim.model.mounting import ANKLE
-from afo_sim.model.path_facts import PathFacts
-from afo_sim.model.path_words import degrees
-from afo_sim.model.paths import along, at_lengths, path_points
+from afo_sim.description import MuscleGroup
+from afo_sim.model import (
+    ANKLE,
+    FLAT,
+    Built,
+    Design,
+    PathFacts,
+    along,
+    at_lengths,
+    degrees,
+    leg_geoms,
+    path_points,
+    support,
+)
 from afo_sim.show.style import COLOURS, plain
 
 _View = Literal["side", "front"]

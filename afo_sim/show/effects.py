@@ -4,11 +4,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from afo_sim.metrics.metric_words import UNITS, number
+from afo_sim.metrics import UNITS, number
 from afo_sim.show.run_view import RunView
-from afo_sim.simulation.recording import Recording
-from afo_sim.study.effects import AIR, CLEARANCE, FIRST, NOTICED, PITCH, TORQUE, WORK, Effect, Effects
-from afo_sim.study.run_studies import EFFECTS, LEFT_OUT
+from afo_sim.simulation import Recording
+from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, NOTICED, PITCH, TORQUE, WORK, Effects
+from afo_sim.study.effects import Effect
 
 _TOP = 5
 _LANDING = 1.0  # loss of the pitch at contact from which on every line tells it [deg]

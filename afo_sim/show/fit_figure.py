@@ -7,14 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.writing import replacing
-from afo_sim.lab.law_fit import LawFit
-from afo_sim.lab.law_muscle import kinds, residual_unit
-from afo_sim.lab.law_problem import predict, pressure_levels, take
-from afo_sim.lab.law_result import StaticFit
-from afo_sim.lab.measured import Measured
-from afo_sim.lab.run_fit import FitRun
-from afo_sim.lab.run_problem import Channel, differences
+from afo_sim.common import replacing
+from afo_sim.lab import (
+    Channel,
+    FitRun,
+    LawFit,
+    Measured,
+    StaticFit,
+    differences,
+    kinds,
+    pressure_levels,
+    residual_unit,
+    take,
+)
+from afo_sim.lab.law_problem import predict
 from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, STYLE, plain
 
 

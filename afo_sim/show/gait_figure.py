@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.assets import find_gait, gait_names
+from afo_sim.common import find_gait, gait_names
+from afo_sim.gait import GaitCycle, closing_errors, stance
 from afo_sim.gait import norm as gait_norm
-from afo_sim.gait.checks import closing_errors, stance
-from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.file import read
 from afo_sim.gait.toe_extension import toe_extension
-from afo_sim.gait_lab.trial.importing import Imported
-from afo_sim.gait_lab.trial.understood import taken_words
+from afo_sim.gait_lab import Imported, taken_words
 from afo_sim.show import gait_panels
 from afo_sim.show.style import COLOURS, NORM, ZERO, paragraph, plain, write_figure
 

@@ -5,13 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.gait.checks import stance
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.flat_foot import USUAL
-from afo_sim.gait_lab.trial.importing import Imported
+from afo_sim.gait import USUAL, GaitCycle, stance
+from afo_sim.gait_lab import Imported, WalkingFrame, direction
 from afo_sim.gait_lab.trial.strides import RecordedStride
-from afo_sim.gait_lab.trial.understood import direction
-from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 from afo_sim.show.style import COLOURS, LINE, NORM, plain
 
 _DASHES = (0, (4, 2))  # of the other side's

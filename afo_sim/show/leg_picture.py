@@ -7,11 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from afo_sim.legs.cutting import FOOT, SHANK
-from afo_sim.legs.extent import moved, surface
-from afo_sim.legs.leg_numbers import LegNumbers
-from afo_sim.legs.tree import Part, Shape, Tree
-from afo_sim.model.outsole import OLD_TOE, POINTS
+from afo_sim.legs import FOOT, SHANK, LegNumbers, Part, Shape, Tree, moved, surface
+from afo_sim.model import OLD_TOE, POINTS
 from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
 
 _SKIN = {SHANK: "#d9b49a", FOOT: "#c99a7c"}  # of the two segments

@@ -7,7 +7,7 @@ from typing import Self
 import mujoco
 import numpy as np
 
-from afo_sim.description.orthosis import MuscleGroup
+from afo_sim.description import MuscleGroup
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,12 @@ from html import escape
 from typing import Any
 
 from afo_sim.description.scenario_text import reference
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.metric_words import in_short, number, unit, words
+from afo_sim.metrics import Metric, in_short, number, unit, words
 from afo_sim.show import bands, effects
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import decisive
 from afo_sim.show.run_figure import draw_angle, draw_torque
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 _WIDTH = 380  # of a figure [px]
 _RIGHT, _LEFT = "text-align: right", "text-align: left"
@@ -35,11 +34,9 @@ def html(result: Any) -> str:
 def _study_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
     """Tables and remarks of a sweep, a search or a sizing."""
     from afo_sim.show import sweep_tables
+    from afo_sim.study import BestDesign, Results, chosen
     from afo_sim.study.findings import findings
-    from afo_sim.study.results import Results
-    from afo_sim.study.scales import chosen
     from afo_sim.study.search import best as search_words
-    from afo_sim.study.search.best import BestDesign
 
     if isinstance(result, Results):
         found = findings(result, chosen(result, []))
@@ -51,9 +48,7 @@ def _study_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
 
 def _fit_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
     """Tables and remarks of a fit to points, torques or a log."""
-    from afo_sim.lab import law_result, run_report, torque_report
-    from afo_sim.lab.law_result import StaticFit
-    from afo_sim.lab.torque_fit import TorqueFit
+    from afo_sim.lab import StaticFit, TorqueFit, law_result, run_report, torque_report
 
     if isinstance(result, StaticFit):
         return law_result.tables(result), law_result.remarks(result)

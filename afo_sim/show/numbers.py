@@ -4,16 +4,13 @@ import math
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice, with_code
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.scenario_text import body_height, body_mass, reference, worn
-from afo_sim.metrics.first_strides import NAMES
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.metric_words import lift, number
+from afo_sim.common import InputError, Notice, parse_quantity, with_code
+from afo_sim.description import body_height, body_mass, worn
+from afo_sim.description.scenario_text import reference
+from afo_sim.metrics import NAMES, Metric, lift, number
 
 if TYPE_CHECKING:
-    from afo_sim.gait.cycle import GaitCycle
+    from afo_sim.gait import GaitCycle
 
 _UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
 # of a sweep's or search's answer, whose numbers do not know of a start
@@ -209,7 +206,7 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
     ----------
     scenario : resolved, as a recording holds it; a gait file that was moved away tells nothing
     """
-    from afo_sim.common.assets import find_gait
+    from afo_sim.common import find_gait
     from afo_sim.gait.file import read
 
     if not scenario.get("gait"):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.units import parse_quantity
+from afo_sim.common import parse_quantity
 from afo_sim.gait import norm as gait_norm
 from afo_sim.show.run_view import PERCENT, PHASE, SET_PRESSURE, Over, RunView
 from afo_sim.show.style import (

@@ -6,22 +6,19 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, write_text
-from afo_sim.description.scenario_text import facts, reference, worn
+from afo_sim.common import InputError, assets, check_writable, write_text
+from afo_sim.description import facts, worn
+from afo_sim.description.scenario_text import reference
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics.metric import GROUPS, Metric
-from afo_sim.metrics.metric_words import in_short, number, unit, words
-from afo_sim.metrics.verdict import AGAINST, status_of
+from afo_sim.metrics import AGAINST, GROUPS, Metric, in_short, number, status_of, unit, words
 from afo_sim.show import bands, effects
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import doubts, of_walker, readable, undefined
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
-from afo_sim.simulation.recording import limits_of, read_recording
+from afo_sim.simulation import limits_of, read_recording
 
 _ACROSS = 8  # strides beside one another in a table
 _COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import together
-from afo_sim.control.controller import TOLD
+from afo_sim.common import InputError, together
+from afo_sim.control import TOLD
 from afo_sim.show import panels
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView, alone
@@ -24,8 +23,7 @@ from afo_sim.show.style import (
     plain,
     write_figure,
 )
-from afo_sim.simulation.columns import SENSOR
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import SENSOR, Recording
 
 _PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")
 

@@ -8,11 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.writing import check_writable
+from afo_sim.common import InputError, check_writable, unknown
 from afo_sim.show.run_figure import FIGURES, figures_of
-from afo_sim.simulation.files import RERUN
-from afo_sim.simulation.recording import Recording, read_recording
+from afo_sim.simulation import RERUN, Recording, read_recording
 
 Run = Recording | str | os.PathLike[str]
 Runs = Run | Mapping[object, Run] | Sequence[Run]

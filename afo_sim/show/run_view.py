@@ -8,18 +8,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from afo_sim.common.assets import find_gait
-from afo_sim.common.errors import InputError
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.reader import load
-from afo_sim.description.scenario_text import body_mass
+from afo_sim.common import InputError, find_gait
+from afo_sim.description import Orthosis, body_mass, load
 from afo_sim.gait.file import read
-from afo_sim.metrics.strides import SOLVED, Stride, settled, stance, strides
-from afo_sim.metrics.walking import chambers, has_orthosis
-from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END
-from afo_sim.physics.gas import AIR, GASES, Gas
+from afo_sim.metrics import SOLVED, Stride, has_orthosis, settled, stance
+from afo_sim.metrics.strides import strides
+from afo_sim.metrics.walking import chambers
+from afo_sim.model import OUTLET, SOURCE, TUBE_END, VALVE_END
+from afo_sim.physics import AIR, GASES, Gas
 from afo_sim.show.style import COLOURS, MARKERS, RUNS, plain
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 PHASE = np.linspace(0.0, 1.0, 201)
 PERCENT = 100.0 * PHASE

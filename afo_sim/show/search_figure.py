@@ -9,9 +9,7 @@ import numpy as np
 
 from afo_sim.metrics import metric_words
 from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
-from afo_sim.study.scales import human_scale
-from afo_sim.study.search.aim import OBJECTIVE, Limit
-from afo_sim.study.search.loop import Columns, Problem, best_of
+from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, human_scale
 
 _LABEL = 24  # characters of a line beside an axis
 _ACROSS = 3  # panels side by side

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.lab.stand_table import SET, Comparison, set_point_text
-from afo_sim.lab.stand_trial import AXES, Trial, static, static_load
+from afo_sim.lab import AXES, SET, Comparison, Trial, set_point_text, static, static_load
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_figure
 
 # Column → (label, factor from SI)

@@ -3,10 +3,8 @@
 import pathlib
 from dataclasses import dataclass
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import together
-from afo_sim.lab.stand import Stand
-from afo_sim.lab.stand_table import write_csv, write_parquet, write_summary
+from afo_sim.common import InputError, together
+from afo_sim.lab import Stand, write_csv, write_parquet, write_summary
 from afo_sim.show.stand_figure import draw_trials
 
 _TABLES = {".csv": write_csv, ".parquet": write_parquet}

@@ -7,8 +7,7 @@ import textwrap
 from collections.abc import Callable
 from typing import Any
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import replacing
+from afo_sim.common import InputError, replacing
 
 FORMATS = ("png", "pdf", "svg")
 RESOLUTION = 200  # of PNG [1/inch]

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.writing import check_writable, together
+from afo_sim.common import check_writable, together
 from afo_sim.show.style import COLOURS, plain, write_figure
-from afo_sim.study.analysis import Effect, ranks, spread
-from afo_sim.study.findings import Findings, Indices, findings, varied
-from afo_sim.study.results import Results
-from afo_sim.study.scales import Better, Scale, chosen, scale
+from afo_sim.study import Better, Findings, Indices, Results, Scale, chosen, ranks, scale, spread, varied
+from afo_sim.study.analysis import Effect
+from afo_sim.study.findings import findings
 
 FIGURES = "figures"  # the folder in a sweep's own
 _IN_ONE = 3  # metrics in one figure

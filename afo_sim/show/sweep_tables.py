@@ -4,10 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from afo_sim.study import analysis
-from afo_sim.study.findings import Findings, Indices, varied
-from afo_sim.study.results import Results
-from afo_sim.study.scales import scale
+from afo_sim.study import Findings, Indices, Results, analysis, scale, varied
 
 _EFFECTS = "main effects: share of the variance, mean from low to high"
 _NEGLIGIBLE = 0.01  # second-order index below which a pair is not listed

@@ -5,11 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.lab.identifiability import refused
-from afo_sim.lab.torque_data import Readings
-from afo_sim.lab.torque_fit import TorqueFit
-from afo_sim.lab.torque_problem import Group, predict
-from afo_sim.lab.torque_solution import Profile, levels, profile
+from afo_sim.lab import Group, Profile, Readings, TorqueFit, levels, profile, refused
+from afo_sim.lab.torque_problem import predict
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_figure
 
 _MOST_GROUPS = 6  # panels of measured torque

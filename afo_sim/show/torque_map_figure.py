@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.model.torque_map import NEEDS, TorqueMap
+from afo_sim.model import NEEDS, TorqueMap
 from afo_sim.show.panels import marked
 from afo_sim.show.style import COLOURS, MARKERS, SCALE, SCALE_END, ZERO, ink, plain, write_figure
 

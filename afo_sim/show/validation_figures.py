@@ -7,16 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY
-from afo_sim.common.writing import check_writable, together
-from afo_sim.description import reader
-from afo_sim.description.muscle import Muscle
-from afo_sim.lab.law_problem import select
-from afo_sim.lab.measured import Measured
-from afo_sim.lab.validation_laws import S3_A, S3_B, S3_N, characteristic, law_force, s3_coefficients, s3_force
-from afo_sim.lab.validation_s1 import CM, MISPRINT, TABLES, as_s1, ours, table
-from afo_sim.physics.curves import contractions
-from afo_sim.physics.laws import LAWS
+from afo_sim.common import GRAVITY, check_writable, together
+from afo_sim.description import Muscle, reader
+from afo_sim.lab import (
+    CM,
+    MISPRINT,
+    S3_A,
+    S3_B,
+    S3_N,
+    TABLES,
+    Measured,
+    as_s1,
+    characteristic,
+    law_force,
+    ours,
+    s3_coefficients,
+    s3_force,
+    select,
+)
+from afo_sim.lab.validation_s1 import table
+from afo_sim.physics import LAWS, contractions
 from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, STYLE
 
 _S1_OWN, _OURS = COLOURS[0], COLOURS[1]

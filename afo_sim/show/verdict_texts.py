@@ -6,9 +6,9 @@ The mark and the word say what the colour says: on paper, and to who cannot tell
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from afo_sim.metrics.verdict import AIR, HEEL, LIFT, PUSH_OFF, Answer
+from afo_sim.metrics import AIR, HEEL, LIFT, PUSH_OFF, Answer
 from afo_sim.show.run_view import RunView
-from afo_sim.simulation.recording import Recording, limits_of
+from afo_sim.simulation import Recording, limits_of
 
 MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
 INDENT = 12  # columns of a terminal before an answer

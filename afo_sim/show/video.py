@@ -14,15 +14,12 @@ from typing import IO, Any, Self
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.common.writing import replacing
-from afo_sim.description.reader import load
-from afo_sim.description.scenario_text import body_mass
-from afo_sim.metrics.strides import loaded
-from afo_sim.model.mounting import muscle_names
+from afo_sim.common import GRAVITY, InputError, replacing
+from afo_sim.description import body_mass, load
+from afo_sim.metrics import loaded
+from afo_sim.model import muscle_names
 from afo_sim.show.moving_parts import Carriage, Mountings
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 _LOOK_AT, _DISTANCE, _AZIMUTH, _ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0  # [m], [deg]
 _EDGE, _FAR, _MARGIN = -0.06, 1.2, 3.0  # sides of the walkway, and its length beyond both ends [m]

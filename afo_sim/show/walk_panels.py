@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics.clearance import EXTENSIONS, HEIGHTS
-from afo_sim.metrics.strides import ORTHOSIS
+from afo_sim.metrics import EXTENSIONS, HEIGHTS, ORTHOSIS
 from afo_sim.show.panels import HEALTHY, NORM_LABEL, mean_and_spread, unknown_band
 from afo_sim.show.run_view import PERCENT, PHASE, RunView
 from afo_sim.show.style import GREY, NORM, ZERO, ink, plain

@@ -13,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
-from afo_sim.physics.pneumatics import iso_6358_slope
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.physics import iso_6358_slope
 
 GIVING = 0.3  # where no two strides tell it yet [-]
 MOST_GIVING = 0.6  # more would be a chamber that hardly resists [-]

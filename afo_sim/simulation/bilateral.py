@@ -8,16 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.writing import check_writable, json_text, together
-from afo_sim.description.attachment import Side
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.metric import Metric
-from afo_sim.model.periodic import why_walked
-from afo_sim.model.person import person_of
-from afo_sim.model.walk import stride_time_of
+from afo_sim.common import InputError, Notice, check_writable, json_text, together
+from afo_sim.description import Scenario, Side, load
+from afo_sim.metrics import Metric
+from afo_sim.model import person_of, stride_time_of, why_walked
 from afo_sim.simulation.bilateral_air import Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
 from afo_sim.simulation.display_hooks import shown
 from afo_sim.simulation.examine import described_cycle

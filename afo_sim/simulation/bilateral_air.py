@@ -6,18 +6,23 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.air.source import Source
-from afo_sim.description.air.supply import Supply
-from afo_sim.description.attachment import Side
-from afo_sim.description.reader import load
-from afo_sim.description.scenario_text import body_mass
-from afo_sim.metrics.bottle import air_given, compressor_metrics
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.strides import SOLVED, progress, settled, strides
-from afo_sim.metrics.supply import FLOW
-from afo_sim.metrics.verdict import AIR, Answer, Status, verdict
-from afo_sim.model.air_path import SOURCE
+from afo_sim.common import InputError
+from afo_sim.description import Side, Source, Supply, body_mass, load
+from afo_sim.metrics import (
+    AIR,
+    FLOW,
+    SOLVED,
+    Answer,
+    Metric,
+    Status,
+    air_given,
+    compressor_metrics,
+    progress,
+    settled,
+)
+from afo_sim.metrics.strides import strides
+from afo_sim.metrics.verdict import verdict
+from afo_sim.model import SOURCE
 from afo_sim.physics import gas
 from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.recording import Recording, feed_of, limits_of

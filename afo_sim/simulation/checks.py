@@ -13,11 +13,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from afo_sim.common.assets import read_toml
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import parse_quantity
-from afo_sim.metrics.metric import OTHER, instead, told
-from afo_sim.metrics.metric_words import words
+from afo_sim.common import InputError, nearest_name, parse_quantity, read_toml
+from afo_sim.metrics import OTHER, instead, told, words
 from afo_sim.simulation.criterion import (
     CHECKS,
     GRACE,

@@ -8,20 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import unknown
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.control.controller import TOLD
-from afo_sim.metrics.strides import SOLVED
-from afo_sim.model.inversion import free
-from afo_sim.model.mounting import SUBTALAR
-from afo_sim.model.walk import JOINTS
-from afo_sim.model.walk_bodies import SINK
+from afo_sim.common import AMBIENT_PRESSURE, unknown
+from afo_sim.control import TOLD
+from afo_sim.metrics import SOLVED
+from afo_sim.model import JOINTS, SINK, SUBTALAR, free
 from afo_sim.simulation.frame import Column, Frame
 from afo_sim.simulation.supply_columns import SUPPLY_COLUMNS
 from afo_sim.simulation.walk_columns import WALKING, WalkFrame
 
 if TYPE_CHECKING:
-    from afo_sim.model.build import Built
+    from afo_sim.model import Built
 
 INTERNAL = "internal, dorsiflexion positive"
 

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, unknown
+from afo_sim.description import Scenario, load
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run_scenario
 

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import in_unit, parse_quantity
-from afo_sim.metrics.ankle import rise_time
+from afo_sim.common import InputError, in_unit, parse_quantity
+from afo_sim.metrics import rise_time
 
 GRACE = 1e-9  # [s], so that 4000 × 0.001 s counts as 4 s
 SAMPLE_CHECKS = ("between", "above", "below", "settles_to")  # the others look at one number of the window

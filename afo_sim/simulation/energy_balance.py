@@ -16,19 +16,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.description.attachment import Mounting
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.rest_curves import at_rest
-from afo_sim.metrics.beside_strides import energy_metrics
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.strides import settled, strides
-from afo_sim.model.build import Built
-from afo_sim.model.inversion import free
-from afo_sim.model.mounting import chamber_of, muscle_names
-from afo_sim.physics.series import anchor_energy
-from afo_sim.physics.static_force import SLACK_BLEND, three_element_damping
+from afo_sim.common import AMBIENT_PRESSURE
+from afo_sim.description import Mounting, Muscle, MuscleGroup, Orthosis, at_rest
+from afo_sim.metrics import Metric, energy_metrics, settled
+from afo_sim.metrics.strides import strides
+from afo_sim.model import Built, chamber_of, free, muscle_names
+from afo_sim.physics import SLACK_BLEND, anchor_energy, three_element_damping
 from afo_sim.simulation.rollout import Rollout
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)  # of a smooth piece of the bladder's force

@@ -5,18 +5,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 from afo_sim.common.versions import versions
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.ankle import ankle_metrics
-from afo_sim.metrics.beside_strides import energy_metrics, reference_metrics
-from afo_sim.metrics.facts import Run, run_metrics
-from afo_sim.metrics.first_strides import AIR_BEFORE, NAMES, first_stride_metrics, from_start, strides_needed
-from afo_sim.metrics.metric import REPORTED, Metric, made_of, of_strides
-from afo_sim.metrics.walking import WalkMetrics, walk_metrics
-from afo_sim.model.build import Built
-from afo_sim.model.person import with_person
-from afo_sim.model.start import air_before, fills
+from afo_sim.description import Scenario
+from afo_sim.metrics import (
+    AIR_BEFORE,
+    NAMES,
+    REPORTED,
+    Metric,
+    Run,
+    WalkMetrics,
+    ankle_metrics,
+    energy_metrics,
+    first_stride_metrics,
+    from_start,
+    made_of,
+    of_strides,
+    reference_metrics,
+    run_metrics,
+    strides_needed,
+    walk_metrics,
+)
+from afo_sim.model import Built, air_before, fills, with_person
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import balance, balance_metrics, with_static_forces
 from afo_sim.simulation.facts import facts_of, gas_of

@@ -5,15 +5,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from afo_sim.description.attachment import Segment
-from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.facts import Facts, MuscleLimits, Skin, Supply
-from afo_sim.model.build import Built
-from afo_sim.model.mounting import chamber_of, muscle_names
-from afo_sim.model.paths import paths_of, side
-from afo_sim.model.start import content_at_start
-from afo_sim.physics.gas import AIR, Gas
+from afo_sim.description import MuscleGroup, Orthosis, Scenario, Segment
+from afo_sim.metrics import Facts, MuscleLimits, Skin, Supply
+from afo_sim.model import Built, chamber_of, content_at_start, muscle_names, paths_of, side
+from afo_sim.physics import AIR, Gas
 
 LEFT = 1  # place in forward, left, up
 APART = np.radians(0.05)  # between angles at which the pieces of a guided path are looked at, at most

@@ -16,13 +16,11 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import CallbackError, InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.writing import check_writable, json_text, settle, together
-from afo_sim.description.reader import load
-from afo_sim.metrics.metric import Metric
-from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import as_run
+from afo_sim.common import CallbackError, InputError, Notice, check_writable, json_text, settle, together
+from afo_sim.description import load
+from afo_sim.metrics import Metric
+from afo_sim.model import Built, as_run
+from afo_sim.model.build import build
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
 RUN_KEY, MODEL_KEY = "afo_sim", "afo_sim_model"  # of the Parquet file's metadata

@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.description.orthosis import Chamber
-from afo_sim.model.build import Built
-from afo_sim.physics.pneumatics import valve_flow
+from afo_sim.model import Built
+from afo_sim.physics import valve_flow
 
 FILLED = 0.5  # share of the supply's pressure at which the volume is taken, and from which it begins
 PARTS, STRIDES = 60, 3  # coarse steps of a stride, strides

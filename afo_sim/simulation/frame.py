@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from afo_sim.model.build import Built
+    from afo_sim.model import Built
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,12 @@ from typing import Any
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import AfoSimError, InputError, unknown
-from afo_sim.control.command import checked
-from afo_sim.control.controller import TOLD, Controller, make
-from afo_sim.control.required_inputs import check_required, required_inputs
-from afo_sim.control.watch import TookTooLong, Watch
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import AfoSimError, InputError, unknown
+from afo_sim.control import TOLD, Controller, TookTooLong, Watch, check_required, checked, make
+from afo_sim.control.required_inputs import required_inputs
+from afo_sim.description import Scenario
+from afo_sim.model import OFF, Built
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built
-from afo_sim.model.controls import OFF
 from afo_sim.simulation.columns import SENSOR, describe, formulas
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.rollout import FIELDS

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.model.build import Built
-from afo_sim.physics.flow_edge import edge_flows
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.model import Built
+from afo_sim.physics import edge_flows
 from afo_sim.simulation.stepping import Rows
 
 NOTHING = 1e-3  # of a node's air, that flows in over a stride: less tells nothing of what brings it back [-]

@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.notice import Notice
-from afo_sim.description.reader import USUAL_LIMITS, load
-from afo_sim.description.walking import Limits
-from afo_sim.metrics.metric import Metric, Metrics
-from afo_sim.metrics.verdict import Answer, Feed, undecided, verdict, with_draws
+from afo_sim.common import InputError, Notice, nearest_name
+from afo_sim.description import USUAL_LIMITS, Limits, load
+from afo_sim.metrics import Answer, Feed, Metric, Metrics, undecided, with_draws
+from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.display_hooks import shown
 from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, write_run

@@ -7,16 +7,13 @@ is worn with a sole.
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, Notice
+from afo_sim.description import Scenario, load
 from afo_sim.description.scenario_text import reference as in_words
-from afo_sim.metrics.beside_strides import COMPARED, reference_metrics
-from afo_sim.metrics.metric import Metric
+from afo_sim.metrics import COMPARED, Metric, reference_metrics
 from afo_sim.model import controls as schedule
+from afo_sim.model import two_strides, why_walked
 from afo_sim.model.build import build
-from afo_sim.model.periodic import two_strides, why_walked
 from afo_sim.simulation.examine import Asked, examine
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout

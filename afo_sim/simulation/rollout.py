@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import ControllerError, SimulationError
+from afo_sim.common import ControllerError, SimulationError
 from afo_sim.simulation.stepping import (
     FAILURES,
     BatchStepper,

@@ -13,20 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.notice import Notice, unique
-from afo_sim.control.controller import Controller, make
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.beside_strides import settling_metrics
-from afo_sim.metrics.bottle import emptied, until_empty
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.strides import SOLVED
-from afo_sim.metrics.supply import sag_of_both
-from afo_sim.metrics.walking import WalkMetrics
+from afo_sim.common import Notice, unique
+from afo_sim.control import Controller, make
+from afo_sim.description import Scenario, load
+from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
+from afo_sim.model import AFTER, Built, start_up, steps_of_stride, two_strides, why_walked, with_person
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import AFTER, start_up, steps_of_stride, two_strides, why_walked
-from afo_sim.model.person import with_person
+from afo_sim.model.build import build
 from afo_sim.simulation.examine import (
     Examined,
     described_cycle,

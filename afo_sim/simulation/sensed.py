@@ -7,10 +7,10 @@ from numbers import Integral
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.description.control.sensor import FieldError, Sensor, numbers
-from afo_sim.model.build import Built
-from afo_sim.native.sensing import compiled_sense
+from afo_sim.common import InputError, unknown
+from afo_sim.description import FieldError, Sensor, numbers
+from afo_sim.model import Built
+from afo_sim.native import compiled_sense
 from afo_sim.physics import sensing
 from afo_sim.simulation.columns import SENSOR, describe, formulas
 from afo_sim.simulation.frame import Frame

@@ -14,11 +14,9 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.model.build import Built
-from afo_sim.model.periodic import AFTER, steps_of_stride
-from afo_sim.model.prefill import cooled, prefill
-from afo_sim.model.walk import JOINTS
+from afo_sim.common import AMBIENT_PRESSURE
+from afo_sim.model import AFTER, JOINTS, Built, cooled, steps_of_stride
+from afo_sim.model.prefill import prefill
 from afo_sim.simulation.first_air import first_air
 from afo_sim.simulation.rollout import (
     CONTROL,

@@ -7,11 +7,9 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, SimulationError
+from afo_sim.common import InputError, SimulationError
+from afo_sim.model import ANKLE, Built, Guess, equilibrium, walking_start
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built
-from afo_sim.model.mounting import ANKLE
-from afo_sim.model.start import Guess, equilibrium, walking_start
 from afo_sim.simulation.rollout import (
     BLOCK,
     CONTROL,

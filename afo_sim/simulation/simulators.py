@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError, SimulationError
-from afo_sim.control.command import Command
-from afo_sim.description.scenario import MAX_STEPS, Scenario
+from afo_sim.common import InputError, SimulationError
+from afo_sim.control import Command
+from afo_sim.description import MAX_STEPS, Scenario
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.loop import Commander, Seen, frame_of, seen_columns

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.model.build import Built
-from afo_sim.model.periodic import beyond_chambers
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.common import AMBIENT_PRESSURE
+from afo_sim.model import Built, beyond_chambers
+from afo_sim.physics import FRICTIONS
 from afo_sim.simulation.air_slopes import GIVING, AirRows, air_slopes, giving
 from afo_sim.simulation.network_slopes import NetworkRows, WayRows, network_slopes
 from afo_sim.simulation.rollout import STATE

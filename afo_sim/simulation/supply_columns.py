@@ -3,9 +3,8 @@
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.model.air_path import OUTLET, SOURCE
-from afo_sim.model.build import Built
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.model import OUTLET, SOURCE, Built
 from afo_sim.simulation.frame import Column, Frame
 
 COMPRESSOR = "compressor"  # the restriction by which it fills its tank

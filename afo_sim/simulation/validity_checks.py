@@ -9,20 +9,12 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import LEAST_NUMBER
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.quantity import Described, provenance_note
-from afo_sim.metrics.facts import Facts
-from afo_sim.metrics.safety import skin_metrics
-from afo_sim.metrics.strides import stance
-from afo_sim.model.air_path import SOURCE
-from afo_sim.model.build import Built
-from afo_sim.model.mounting import ANKLE, SUBTALAR, chamber_of, muscle_names
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.static_force import braid_force, static_force
-from afo_sim.physics.store import TRIPLE_TEMPERATURE
+from afo_sim.common import LEAST_NUMBER, Notice
+from afo_sim.description import Described, Muscle, MuscleGroup, provenance_note
+from afo_sim.metrics import Facts, skin_metrics, stance
+from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
+from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
+from afo_sim.physics.static_force import static_force
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
 from afo_sim.simulation.facts import PARTS, facts_of
 

@@ -9,14 +9,25 @@ from collections.abc import Callable
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY
-from afo_sim.gait.fourier import Wave
-from afo_sim.model.foot import Foot, Turn
-from afo_sim.model.outsole import POINTS, padded
-from afo_sim.model.patient import Active, passive_along
-from afo_sim.model.person import own_tissue
-from afo_sim.model.walk import JOINTS, Walk
-from afo_sim.model.walk_bodies import ACTIVE, GROUND, PADS, SINK, SPASTIC, STIFFNESS
+from afo_sim.common import GRAVITY
+from afo_sim.gait import Wave
+from afo_sim.model import (
+    ACTIVE,
+    GROUND,
+    JOINTS,
+    PADS,
+    POINTS,
+    SINK,
+    SPASTIC,
+    STIFFNESS,
+    Active,
+    Foot,
+    Turn,
+    Walk,
+    own_tissue,
+    padded,
+    passive_along,
+)
 from afo_sim.simulation.frame import Column, Frame
 
 WORN = "of this outsole above the floor, were the ankle as recorded"

@@ -15,8 +15,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import Dimension, dimension, read_any_quantity
+from afo_sim.common import Dimension, InputError, dimension, nearest_name, read_any_quantity
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 
 _LANGUAGE = "parameters, numbers, 'quantities', + - * /, comparisons, and, or, not, parentheses"

@@ -7,19 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from afo_sim.common.errors import InputError, SimulationError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import in_unit
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.description.walking import Limits
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.verdict import Status
-from afo_sim.model.periodic import as_run
-from afo_sim.model.person import with_person
-from afo_sim.simulation.examine import Asked
-from afo_sim.simulation.recording import Recording, limits_of, verdict_of
-from afo_sim.simulation.run import run_scenario
+from afo_sim.common import InputError, Notice, SimulationError, in_unit
+from afo_sim.description import Limits, Scenario, load
+from afo_sim.metrics import Metric, Status
+from afo_sim.model import as_run, with_person
+from afo_sim.simulation import Asked, Recording, limits_of, run_scenario, verdict_of
 from afo_sim.study.effects_parameters import Step, steps
 from afo_sim.study.engine import INFEASIBLE, OK, Outcome, in_order
 from afo_sim.study.pool import processors

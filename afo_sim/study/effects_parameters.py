@@ -10,10 +10,10 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from afo_sim.common.units import in_unit
-from afo_sim.description.orthosis import Chamber, MuscleGroup
-from afo_sim.description.scenario import Scenario
-from afo_sim.model.paths import mean_length
+from afo_sim.common import in_unit
+from afo_sim.description import MuscleGroup, Scenario
+from afo_sim.description.orthosis import Chamber
+from afo_sim.model import mean_length
 
 PRESSURE, LINK, MUSCLE, ANCHOR, STACK = 0.5e5, 0.005, 0.02, 0.01, 0.005  # [Pa], [m]
 TIME, FILL, PHASE = 0.05, 0.5, 0.05  # [s], [s], [-]

@@ -19,26 +19,32 @@ from typing import Any, Protocol
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import ControllerError, InputError, SimulationError
-from afo_sim.common.notice import Notice
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.beside_strides import reference_metrics
-from afo_sim.metrics.first_strides import undefined
-from afo_sim.metrics.metric import Metric
+from afo_sim.common import ControllerError, InputError, Notice, SimulationError
+from afo_sim.description import Scenario, load
+from afo_sim.metrics import Metric, reference_metrics, undefined
 from afo_sim.metrics.strides import strides
+from afo_sim.model import Built, fills, start_up, steps_of_stride, two_strides, why_walked
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import start_up, steps_of_stride, two_strides, why_walked
-from afo_sim.model.start import fills
-from afo_sim.simulation.examine import EVERYTHING, Asked, examine, first_strides
-from afo_sim.simulation.loop import described_policy
-from afo_sim.simulation.reference_walk import References, not_compared
-from afo_sim.simulation.rollout import Rollout, Workspace, row_width
-from afo_sim.simulation.run import settled_metrics, unsettled_warning
-from afo_sim.simulation.settle import Settled, settle
-from afo_sim.simulation.simulate import simulate, simulate_together
-from afo_sim.simulation.stepping import Policy
+from afo_sim.model.build import build
+from afo_sim.simulation import (
+    EVERYTHING,
+    Asked,
+    Policy,
+    References,
+    Rollout,
+    Settled,
+    Workspace,
+    described_policy,
+    first_strides,
+    not_compared,
+    row_width,
+    settled_metrics,
+    simulate_together,
+    unsettled_warning,
+)
+from afo_sim.simulation.examine import examine
+from afo_sim.simulation.settle import settle
+from afo_sim.simulation.simulate import simulate
 
 _M_MMAP_THRESHOLD = -3  # malloc.h of glibc
 _LARGE = 1 << 20  # bytes

@@ -7,15 +7,13 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.control.controller import make
-from afo_sim.description.control.feedback import QUANTITIES, Impedance, Pid
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, unknown
+from afo_sim.control import make
+from afo_sim.description import QUANTITIES, Impedance, Pid, Scenario
+from afo_sim.model import Built
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.simulation.columns import SENSOR
-from afo_sim.simulation.loop import Commander, Loop, steps_of_period
-from afo_sim.simulation.stepping import Policy, fixed
+from afo_sim.model.build import build
+from afo_sim.simulation import SENSOR, Commander, Loop, Policy, fixed, steps_of_period
 
 What = Literal["reference", "pressure", "valves"]
 WHATS: tuple[What, ...] = ("reference", "pressure", "valves")

@@ -9,9 +9,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, TypeVar
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.versions import code_fingerprint, versions
-from afo_sim.common.writing import check_writable, disk, json_text, keeping, settle, together
+from afo_sim.common import (
+    InputError,
+    check_writable,
+    code_fingerprint,
+    disk,
+    json_text,
+    keeping,
+    settle,
+    together,
+)
+from afo_sim.common.versions import versions
 
 Changed = Literal["refuse", "restart", "continue"]
 AGAIN = "the same command again when there is room; what is computed is kept"

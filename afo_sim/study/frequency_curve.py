@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from afo_sim.common.units import in_unit
+from afo_sim.common import in_unit
 
 Relation = Literal["at", "below", "above"]
 _FIRST_PHASE = (-1.5 * math.pi, 0.5 * math.pi)  # of the lowest frequency: a lag is likelier than a lead

@@ -9,14 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import MAX_STEPS, Scenario
-from afo_sim.model.build import Built
-from afo_sim.simulation.columns import describe, formulas
-from afo_sim.simulation.loop import frame_of
-from afo_sim.simulation.rollout import Rollout
+from afo_sim.common import InputError, parse_quantity, unknown
+from afo_sim.description import MAX_STEPS, Scenario, load
+from afo_sim.model import Built
+from afo_sim.simulation import Rollout, describe, formulas, frame_of
 from afo_sim.simulation.simulate import simulate
 from afo_sim.study.excitation import WHATS, Excitation, OnPressure, OnReference, OnValves, chamber_of
 from afo_sim.study.folder import write_answer

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from afo_sim.common.units import format_quantity
+from afo_sim.common import format_quantity
 
 # A sample's coordinate may be exactly zero, where a normal distribution has no quantile.
 _LEAST_SHARE = 2.0**-33

@@ -9,14 +9,10 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, StrictBool, StrictInt, StrictStr, ValidationError, model_validator
 from pydantic import Field as Option
 
-from afo_sim.common.csv_table import RATIOS, number, read_table, split_title
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.keys import Field, field_at
-from afo_sim.description.quantity import refusal
-from afo_sim.description.reader import PROBLEMS
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.metric_words import OTHER, words
+from afo_sim.common import RATIOS, InputError, nearest_name, number, parse_quantity, read_table, split_title
+from afo_sim.description import PROBLEMS, Field, Scenario, field_at, refusal
+from afo_sim.metrics import words
+from afo_sim.metrics.metric_words import OTHER
 from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
 from afo_sim.study.results import EVERY_ROW, OVERRIDES, WARNINGS
 

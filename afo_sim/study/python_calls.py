@@ -8,10 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import InputError
+from afo_sim.description import Scenario, load
+from afo_sim.simulation import Recording
 from afo_sim.simulation.run import run
 from afo_sim.study import runner
 from afo_sim.study.results import Results

@@ -7,10 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.common.errors import InputError, SimulationError
-from afo_sim.description.reader import load
-from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.run import run_scenario
+from afo_sim.common import InputError, SimulationError
+from afo_sim.description import load
+from afo_sim.simulation import Recording, run_scenario
 from afo_sim.study.engine import OK
 from afo_sim.study.results import OVERRIDES, Results, read
 from afo_sim.study.store import RECORDINGS, SWEEP

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.metrics.metric import instead, told
-from afo_sim.simulation.display_hooks import shown
+from afo_sim.common import InputError
+from afo_sim.metrics import instead, told
+from afo_sim.simulation import shown
 
 if TYPE_CHECKING:
     import pandas

@@ -4,9 +4,9 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.scenario import Scenario
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import InputError
+from afo_sim.description import Scenario
+from afo_sim.simulation import Recording
 from afo_sim.study.effects import effects as effects_of
 
 EFFECTS, UNCERTAINTY = "effects", "uncertainty"

@@ -9,11 +9,10 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import expand
-from afo_sim.metrics.beside_strides import COMPARED, reference_metrics
-from afo_sim.metrics.metric import REPORTED, instead, told
-from afo_sim.simulation.examine import EVERYTHING, Asked
+from afo_sim.common import InputError
+from afo_sim.description import expand
+from afo_sim.metrics import COMPARED, REPORTED, instead, reference_metrics, told
+from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK, Outcome

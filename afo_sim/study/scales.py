@@ -5,10 +5,8 @@ from typing import Literal
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import EXAMPLES, in_unit
-from afo_sim.metrics import metric_words
-from afo_sim.metrics.metric import instead, told
+from afo_sim.common import EXAMPLES, InputError, in_unit
+from afo_sim.metrics import instead, metric_words, told
 from afo_sim.study.results import Results
 
 Better = Literal["lowest", "highest"]

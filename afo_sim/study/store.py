@@ -9,9 +9,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, disk, keeping
 from afo_sim.common.versions import versions
-from afo_sim.common.writing import disk, keeping
 from afo_sim.study import folder
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome

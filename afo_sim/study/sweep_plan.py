@@ -11,13 +11,10 @@ from typing import Any
 from pydantic import Field as Option
 from pydantic import InstanceOf, StrictInt, StrictStr, ValidationError, field_validator
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.description.quantity import refusal
-from afo_sim.description.reader import load, split_key
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.metric import OTHER, instead, told
-from afo_sim.metrics.metric_words import WORDS, words
+from afo_sim.common import InputError, assets, nearest_name
+from afo_sim.description import Scenario, load, refusal
+from afo_sim.description.reader import split_key
+from afo_sim.metrics import OTHER, WORDS, instead, told, words
 from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Joint, Parameter, Span
 from afo_sim.study.parameter_table import (

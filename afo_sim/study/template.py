@@ -4,10 +4,9 @@ import os
 import pathlib
 from collections.abc import Mapping
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import check_writable, replacing
-from afo_sim.description.new import base_of, reference, target_of
+from afo_sim.common import InputError, assets, check_writable, replacing
+from afo_sim.description import base_of, target_of
+from afo_sim.description.new import reference
 from afo_sim.study.search.plan import STARTS
 
 _PARAMETERS = """\

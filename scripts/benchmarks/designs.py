@@ -11,11 +11,10 @@ from measuring import Figure, figure, in_turn, ratio, spent
 from mujoco.batch import Batch
 
 from afo_sim import native
-from afo_sim.description.reader import expand
-from afo_sim.model.start import walking_start
-from afo_sim.simulation.examine import EVERYTHING, Asked
-from afo_sim.study import design, engine, runner, sweep_plan
-from afo_sim.study.sweep_plan import Plan
+from afo_sim.description import expand
+from afo_sim.model import walking_start
+from afo_sim.simulation import EVERYTHING, Asked
+from afo_sim.study import Plan, design, engine, runner, sweep_plan
 
 SCENARIO = "walk-dropfoot-afo"
 SWEEP = """

@@ -8,10 +8,7 @@ import mujoco
 import numpy as np
 from measuring import Figure, figure, in_turn, ratio
 
-from afo_sim.rl.environments.gym_env import OrthosisVectorEnv
-from afo_sim.rl.environments.suite import OrthosisEnvironment, load
-from afo_sim.rl.environments.task import coils_of
-from afo_sim.rl.environments.tasks import TASKS
+from afo_sim.rl import TASKS, OrthosisEnvironment, OrthosisVectorEnv, coils_of, load
 
 PERIODS = 200  # of a round, from the episode's start on
 SIMULATIONS = 256

@@ -17,7 +17,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from afo_sim.common.versions import code_fingerprint, versions
+from afo_sim.common import code_fingerprint
+from afo_sim.common.versions import versions
 
 Better = Literal["lower", "higher", ""]
 Numbers = Sequence[float] | np.ndarray  # of repeats

@@ -9,13 +9,11 @@ from measuring import Figure, figure, in_turn, ratio
 from mujoco.batch import Batch
 
 from afo_sim import native
-from afo_sim.description.reader import load
+from afo_sim.description import load
+from afo_sim.model import PASSIVE, Built, equilibrium, get_state, muscle_names
 from afo_sim.model import controls as schedule
-from afo_sim.model.assemble import PASSIVE
-from afo_sim.model.build import Built, build
-from afo_sim.model.mounting import muscle_names
-from afo_sim.model.start import equilibrium, get_state
-from afo_sim.simulation.recording import Recording
+from afo_sim.model.build import build
+from afo_sim.simulation import Recording
 from afo_sim.simulation.run import run
 
 PYTHON_STEPS = 500

@@ -24,13 +24,13 @@ import mujoco
 import numpy as np
 from measuring import figure, in_turn, ratio, table
 
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.reader import load
+from afo_sim.common import GRAVITY
+from afo_sim.description import load
+from afo_sim.model import Built, muscle_names
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.mounting import muscle_names
-from afo_sim.physics.law import Braid
-from afo_sim.simulation.recording import Recording
+from afo_sim.model.build import build
+from afo_sim.physics import Braid
+from afo_sim.simulation import Recording
 from afo_sim.simulation.run import run
 from afo_sim.simulation.simulate import simulate
 

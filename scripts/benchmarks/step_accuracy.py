@@ -12,13 +12,12 @@ import numpy as np
 from designs import SCENARIO, WALKED
 from measuring import Figure, figure, in_turn
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.versions import code_fingerprint
-from afo_sim.description.reader import load
+from afo_sim.common import InputError, code_fingerprint
+from afo_sim.description import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
+from afo_sim.simulation import simulate_together
 from afo_sim.simulation.examine import examine
-from afo_sim.simulation.simulate import simulate_together
 
 REFERENCE = "0.01 ms"
 STEPS = (0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0)  # ms

@@ -20,12 +20,12 @@ from numba import types
 
 import afo_sim
 from afo_sim import native
-from afo_sim.description.reader import load
+from afo_sim.description import load
+from afo_sim.model import Built, equilibrium, walking_start
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.start import equilibrium, walking_start
-from afo_sim.native.compiled import mujoco_library
-from afo_sim.simulation.rollout import FIELDS, METRIC_FIELDS
+from afo_sim.model.build import build
+from afo_sim.native import mujoco_library
+from afo_sim.simulation import FIELDS, METRIC_FIELDS
 
 ROUNDS = 4  # for each repeat that is asked for: a visit is short, and its parts are differences
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION

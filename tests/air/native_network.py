@@ -16,8 +16,7 @@ from air.reference import AMBIENT, GAMMA, GAS, Edge, Fixed, Volume
 
 from afo_sim import native
 from afo_sim.native import slots, state
-from afo_sim.physics import flow_edge
-from afo_sim.physics.flow_edge import FlowEdge
+from afo_sim.physics import FlowEdge, flow_edge
 
 XML = """<mujoco><option timestep="{}" integrator="implicitfast"><flag autoreset="disable"/></option>
 <worldbody><body><joint name="slide" type="slide"/><geom size=".01" mass="1"/></body></worldbody></mujoco>"""

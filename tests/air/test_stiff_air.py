@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
-from afo_sim.common.units import GAS_CONSTANT, HEAT_CAPACITY_RATIO
-from afo_sim.description.reader import load
-from afo_sim.model.pneumatic_circuit import circuit_of
-from afo_sim.model.stability import AIR_ACCURATE, check_air, check_volumes
+from afo_sim.common import GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.description import load
+from afo_sim.model import AIR_ACCURATE, check_air, circuit_of
+from afo_sim.model.stability import check_volumes
 
 DELAYS = {"critical_ratio": "0.3", "opening_delay": "4 ms", "closing_delay": "4 ms"}
 CHAMBERS = ("dorsiflexor", "plantarflexor")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
+from afo_sim.common import InputError
+from afo_sim.description import load
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 ON, OFF = 0.1, 0.5  # s

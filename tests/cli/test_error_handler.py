@@ -15,7 +15,7 @@ from command import call
 from afo_sim import cli
 from afo_sim.cli import error_handler
 from afo_sim.cli.doctor import kinds
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 
 def commands() -> list[tuple[str, ...]]:

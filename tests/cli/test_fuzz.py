@@ -9,10 +9,8 @@ from collections.abc import Callable
 import pytest
 
 from afo_sim.cli.doctor.kinds import check_file
-from afo_sim.common import assets
-from afo_sim.common.csv_table import read_table
-from afo_sim.common.errors import AfoSimError
-from afo_sim.description.reader import load
+from afo_sim.common import AfoSimError, assets, read_table
+from afo_sim.description import load
 
 ROOT = pathlib.Path(__file__).parents[2]
 CASES = int(os.environ.get("AFO_SIM_FUZZ_CASES", "24"))  # of each file
@@ -139,7 +137,7 @@ def shipped() -> list[tuple[str, pathlib.Path]]:
 def examine(kind: str, file: pathlib.Path) -> None:
     """What a person does with such a file."""
     if kind == "points":
-        from afo_sim.lab.measured import read_measured
+        from afo_sim.lab import read_measured
 
         read_table(file, "x")
         read_measured(file)

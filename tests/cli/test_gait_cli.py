@@ -16,10 +16,10 @@ from walking import known_walk, write_angles, write_forces, write_trc
 
 from afo_sim import cli
 from afo_sim.common import assets
+from afo_sim.gait import KINEMATICS
 from afo_sim.gait import file as gait
-from afo_sim.gait.cycle import KINEMATICS
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
-from afo_sim.simulation.recording import read_recording
+from afo_sim.simulation import read_recording
 
 ROOT = pathlib.Path(__file__).parents[2]
 GAIT_DATA = ROOT / "gait_data"

@@ -7,8 +7,8 @@ import pytest
 from documents import ROOT
 
 import afo_sim as afo
-from afo_sim.common.assets import find as asset
-from afo_sim.legs.attached_files import write_attached
+from afo_sim.common import find as asset
+from afo_sim.legs import write_attached
 from tests.command import call
 
 LEG = asset("leg", "adult_75kg").parent / "leg.xml"

@@ -8,7 +8,7 @@ import pytest
 from command import call
 
 import afo_sim
-from afo_sim.metrics.metric import Metric
+from afo_sim.metrics import Metric
 from afo_sim.simulation import run as running
 
 SHORT = ("--no-rrd", "--set", "duration=0.1 s")

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from command import call
 
-from afo_sim.description.portable import toml_text
+from afo_sim.description import toml_text
 
 SHORT = ("--set", "timestep=4 ms", "--set", "duration=4 s", "--no-rrd", "--no-change")
 

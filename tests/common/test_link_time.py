@@ -9,7 +9,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from afo_sim.common.compiling import CalledLibrary, only_called
-from afo_sim.physics.jitable import register_all, register_jitable
+from afo_sim.physics import register_all, register_jitable
 
 
 def test_a_function_compiled_later_calls_them() -> None:

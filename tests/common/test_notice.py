@@ -6,7 +6,7 @@ import pickle
 
 import pytest
 
-from afo_sim.common.notice import Notice, unique, with_code
+from afo_sim.common import Notice, unique, with_code
 
 TEXT = "{subject} is empty after {time:.1f} s"
 

@@ -4,11 +4,8 @@ import pathlib
 
 import pytest
 
-from afo_sim.common import assets
-from afo_sim.common.csv_table import read_table
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.reader import load
+from afo_sim.common import InputError, assets, parse_quantity, read_table, unknown
+from afo_sim.description import load
 
 MUSCLES = pathlib.Path(__file__).parents[2] / "models" / "muscles"
 

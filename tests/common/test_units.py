@@ -14,8 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afo_sim.common import assets, units
-from afo_sim.common.units import EXAMPLES, _registry, factor, format_quantity, in_unit, parse_quantity
+from afo_sim.common import EXAMPLES, assets, format_quantity, in_unit, parse_quantity, units
+from afo_sim.common.units import _registry, factor
 
 
 @pytest.mark.parametrize(

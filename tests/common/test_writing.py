@@ -11,8 +11,7 @@ import sys
 
 import pytest
 
-from afo_sim.common import writing
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, writing
 
 
 @pytest.mark.parametrize("umask", [0o022, 0o077, 0o002])

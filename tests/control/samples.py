@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.control.controller import Controller, make
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.control import Controller, make
+from afo_sim.description import Scenario, load
 
 
 @dataclass(frozen=True)

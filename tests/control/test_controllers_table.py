@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from afo_sim.description.reader import load
-from afo_sim.model.walk import stride_time_of
+from afo_sim.description import load
+from afo_sim.model import stride_time_of
 
 SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "controllers_table.py"
 

@@ -8,7 +8,7 @@ import pytest
 from control.samples import commands, made, walker
 
 import afo_sim
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.control.emg import activated
 
 DRIVEN: dict[str, Any] = {"drive": {"dorsiflexor": {"kind": "bang_bang"}}}

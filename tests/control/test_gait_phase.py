@@ -8,9 +8,9 @@ import pytest
 from control.samples import commands, made, walker
 
 import afo_sim
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.control.gait_phase import FootSwitch, command_at
-from afo_sim.description.control.switching import ChamberPhases
+from afo_sim.description import ChamberPhases
 
 DT = 0.01
 

@@ -9,8 +9,7 @@ from control.samples import Sample
 
 import afo_sim
 from afo_sim.control.impedance import ImpedanceController
-from afo_sim.description.control.feedback import Impedance
-from afo_sim.description.reader import load
+from afo_sim.description import Impedance, load
 
 DRIVES = {name: {"kind": "bang_bang"} for name in ("dorsiflexor", "plantarflexor")}
 DRIVEN = load("scenario", "seated", {"drive": DRIVES})

@@ -9,7 +9,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from afo_sim.control.phase_estimate import SHANK, PhaseEstimate, after_swing, templates
+from afo_sim.control import PhaseEstimate
+from afo_sim.control.phase_estimate import SHANK, after_swing, templates
 
 ROOT = pathlib.Path(__file__).parents[2]
 ALLOWED = 3.0  # of the cycle, from the third stride on [%]

@@ -10,8 +10,7 @@ from control.samples import Sample
 import afo_sim
 from afo_sim.control.pid import Law, PidController
 from afo_sim.control.tracking import OpenPeriods
-from afo_sim.description.control.feedback import Pid
-from afo_sim.description.reader import load
+from afo_sim.description import Pid, load
 
 PERIOD = 0.01
 SEATED = load("scenario", "seated")

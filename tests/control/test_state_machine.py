@@ -7,8 +7,9 @@ import pytest
 from control.samples import commands, made, walker
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.control.state_machine import Machine, StateMachineController, Transition, advance, machine_of
+from afo_sim.common import InputError
+from afo_sim.control import Machine, Transition, machine_of
+from afo_sim.control.state_machine import StateMachineController, advance
 
 MACHINE: dict[str, Any] = {
     "start": "swing",

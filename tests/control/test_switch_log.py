@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.control.switch_log import Log, RecordedController, differences, read_log
-from afo_sim.description.reader import load
-from afo_sim.export.electronics.exporting import commanded
+from afo_sim.common import InputError
+from afo_sim.control import Log, RecordedController, differences, read_log
+from afo_sim.description import load
+from afo_sim.export import commanded
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 ROWS = "time_ms,chamber,inlet,outlet\n0,dorsiflexor,0,0\n10.5,dorsiflexor,1,0\n20,dorsiflexor,0,1\n"

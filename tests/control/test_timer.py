@@ -7,7 +7,7 @@ import pytest
 from control.samples import commands, made, walker
 
 import afo_sim
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 CLOCK: dict[str, Any] = {
     "period": "50 ms",

@@ -7,7 +7,7 @@ import pytest
 from control.samples import commands, made, walker
 
 import afo_sim
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 LOADS = [0.0, 50.0, 60.0, 350.0, 900.0, 200.0, 25.0, 19.0, 50.0]
 DRIVEN: dict[str, Any] = {"drive": {name: {"kind": "bang_bang"} for name in ("dorsiflexor", "plantarflexor")}}

@@ -7,7 +7,7 @@ import pytest
 from control.samples import Sample
 
 from afo_sim.control.tracking import cycles, target, value_at
-from afo_sim.description.control.feedback import PressureReference, Reference
+from afo_sim.description import PressureReference, Reference
 
 SEEN = Sample(0.25, 0.01, {"gait/ankle_angle": 0.12})
 

@@ -7,7 +7,7 @@ import weakref
 
 import pytest
 
-from afo_sim.control.watch import TookTooLong, Watch
+from afo_sim.control import TookTooLong, Watch
 
 LIMIT = 0.15  # [s]
 

@@ -10,12 +10,11 @@ from command import call
 from documents import PAGES
 from scipy.integrate import solve_ivp
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND, Source
+from afo_sim.common import InputError, assets
+from afo_sim.description import Source, load
+from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
 from afo_sim.description.new import new
-from afo_sim.description.reader import load
-from afo_sim.physics.store import store_pressure, store_temperature_rate
+from afo_sim.physics import store_pressure, store_temperature_rate
 
 CARTRIDGE = {"kind": "cartridge", "gas": "co2", "volume": "23.5 ml", "content": "16 g"}
 BOTTLE = {"kind": "bottle", "volume": "0.5 l", "filling_pressure": "300 bar"}

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from afo_sim.cli.doctor.kinds import check_file
-from afo_sim.common.errors import InputError
-from afo_sim.description.catalogue import product
+from afo_sim.common import InputError
+from afo_sim.description import load, product, toml_text
 from afo_sim.description.keys import keys
 from afo_sim.description.new import new
-from afo_sim.description.portable import portable, toml_text
-from afo_sim.description.reader import load
+from afo_sim.description.portable import portable
 
 LAW = "tondu_lopez_2000_bladder"
 FORCE, STIFFNESS = f"laws.{LAW}.bladder_force", f"laws.{LAW}.bladder_stiffness"

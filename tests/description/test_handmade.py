@@ -10,11 +10,10 @@ import pytest
 from command import call
 
 import afo_sim as afo
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.handmade import BraidFacts, blocked_force, maximum_contraction, muscle_values
+from afo_sim.common import InputError, assets
+from afo_sim.description import BraidFacts, load
+from afo_sim.description.handmade import blocked_force, maximum_contraction, muscle_values
 from afo_sim.description.new import new
-from afo_sim.description.reader import load
 
 GIVEN = {"bore": "10 mm", "braid_angle": "22 deg", "length": "20 cm"}
 R0, LENGTH, P = 5e-3, 0.18, 4e5  # of the braid between two ends of a bore each

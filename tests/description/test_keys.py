@@ -7,15 +7,14 @@ import pytest
 from command import call
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.catalogue import PLURALS, product
-from afo_sim.description.keys import field_at, keys
-from afo_sim.description.reader import SPECS, load, with_keys
-from afo_sim.description.schema import leaves, nearest_key
+from afo_sim.common import InputError, assets
+from afo_sim.description import field_at, leaves, load, product
+from afo_sim.description.catalogue import PLURALS
+from afo_sim.description.keys import keys
+from afo_sim.description.reader import SPECS, with_keys
+from afo_sim.description.schema import nearest_key
 from afo_sim.lab.run_problem import KINDS, find_parameters
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import FRICTIONS, LAWS
 
 
 @pytest.mark.parametrize("name", ["arm-s1", "walk-dropfoot-afo"])

@@ -12,12 +12,10 @@ import pytest
 from documents import PAGES
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.description import Muscle, load
 from afo_sim.description.lengths import LengthForce
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.reader import load
-from afo_sim.physics.law import Braid, Law
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import LAWS, Braid, Law
 from afo_sim.physics.registry import TRIED
 
 FLUIDIC = {"dmsp_10": (0.04, 0.094), "dmsp_20": (0.06, 0.178), "dmsp_40": (0.12, 0.340)}  # m, kg/m
@@ -198,8 +196,8 @@ def test_factor_grows_with_the_length_up_to_one_at_the_reference() -> None:
 
 def test_longer_muscles_are_not_made_stronger_because_measured_ones_are_not() -> None:
     """185 torques of a printed knee: the maker's curve misses more, not less, with a factor above one."""
-    from afo_sim.lab.validation_knee import knee_tests
-    from afo_sim.physics.curves import forces
+    from afo_sim.lab import knee_tests
+    from afo_sim.physics import forces
 
     def rms(raised: bool) -> float:
         missed = []

@@ -7,9 +7,9 @@ from typing import get_args
 
 import pytest
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.description import load
 from afo_sim.description.air import air_parts, network_checks
-from afo_sim.description.reader import load
 from afo_sim.model.air_checks import check_air_path, durations
 from afo_sim.native import air_block
 from afo_sim.show import air_symbols

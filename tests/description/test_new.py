@@ -10,15 +10,17 @@ from command import call
 
 import afo_sim
 from afo_sim.cli.doctor.kinds import check_file
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.description import fields_of, load, of_chambers, tables
 from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
 from afo_sim.description.new import new, reference
-from afo_sim.description.reader import SPECS, load
-from afo_sim.description.schema import KINDS, fields_of, is_table, of_chambers, tables
+from afo_sim.description.reader import SPECS
+from afo_sim.description.schema import KINDS, is_table
+from afo_sim.study import new_study
 from afo_sim.study import sweep_plan as sweeps
 from afo_sim.study.parameter_table import ParameterTable
 from afo_sim.study.search import plan as searches
-from afo_sim.study.template import SEARCH, SWEEP, new_study
+from afo_sim.study.template import SEARCH, SWEEP
 
 
 def every_field(kind: Any) -> set[str]:

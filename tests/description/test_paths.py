@@ -9,14 +9,11 @@ import pytest
 from command import call
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.catalogue import product
-from afo_sim.description.keys import field_at, keys
+from afo_sim.common import InputError, assets
+from afo_sim.description import facts, field_at, load, product, toml_text
+from afo_sim.description.keys import keys
 from afo_sim.description.new import new
-from afo_sim.description.portable import portable, toml_text
-from afo_sim.description.reader import load
-from afo_sim.description.scenario_text import facts
+from afo_sim.description.portable import portable
 from afo_sim.description.schema import dotted_key, split_key
 
 PATH = "orthosis.muscle.dorsiflexor.path"

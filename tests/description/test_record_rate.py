@@ -7,9 +7,8 @@ import pytest
 
 import afo_sim
 from afo_sim import load
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.portable import toml_text
+from afo_sim.common import InputError, assets
+from afo_sim.description import toml_text
 
 
 @pytest.mark.parametrize(

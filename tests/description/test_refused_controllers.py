@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 PID = {"angle": {"proportional_band": "1 deg"}}
 CLOCK = {"period": "1 s", "dorsiflexor": {"inlet": [["0 s", "1 s"]]}}

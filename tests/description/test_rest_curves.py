@@ -7,12 +7,11 @@ import pytest
 from scipy.optimize import brentq
 
 from afo_sim import load
-from afo_sim.common.assets import names
-from afo_sim.common.errors import InputError
-from afo_sim.description.muscle import Muscle
+from afo_sim.common import InputError, names
+from afo_sim.description import Muscle
 from afo_sim.lab import stand_plan as rest
-from afo_sim.metrics.metric import Metric
-from afo_sim.physics.laws import LAWS
+from afo_sim.metrics import Metric
+from afo_sim.physics import LAWS
 from afo_sim.physics.static_force import static_force
 
 KAPPA = np.linspace(0.0, 0.25, 11)

@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 from afo_sim import load, span, sweep
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.attachment import Cable, Mounting
-from afo_sim.description.keys import field_at, keys
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, assets
+from afo_sim.description import Mounting, MuscleGroup, Scenario, field_at
+from afo_sim.description.attachment import Cable
+from afo_sim.description.keys import keys
 from afo_sim.model.build import build
 
 SHANK = "orthosis.anchor.shank"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from afo_sim import InputError, Muscle, Scenario, load, run
-from afo_sim.common.assets import names
+from afo_sim.common import names
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from documents import PAGES
 import afo_sim
 from afo_sim import InputError, load
 from afo_sim.common import assets
-from afo_sim.description.air.valve import Valve
+from afo_sim.description import Valve
 from afo_sim.description.keys import keys
 from afo_sim.description.reader import with_keys
 

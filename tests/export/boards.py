@@ -8,10 +8,8 @@ from typing import Any
 
 import pytest
 
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.export.electronics.c_text import header, host, sketch
-from afo_sim.export.electronics.exporting import board_of
+from afo_sim.description import Scenario, load
+from afo_sim.export import board_of, header, host, sketch
 
 HERE = pathlib.Path(__file__).with_name("board")
 STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-O1")

@@ -6,7 +6,7 @@ import pytest
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 
 @pytest.fixture(scope="session")

@@ -8,11 +8,11 @@ import numpy as np
 import pandas
 
 import afo_sim
-from afo_sim.description.reader import load
+from afo_sim.description import load
 from afo_sim.lab.run_problem import read_log
-from afo_sim.metrics.metric_words import words
-from afo_sim.simulation.recording import Recording
-from afo_sim.study.run_studies import with_studies
+from afo_sim.metrics import words
+from afo_sim.simulation import Recording
+from afo_sim.study import with_studies
 
 
 def read(path: pathlib.Path) -> list[list[str]]:

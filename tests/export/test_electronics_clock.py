@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from export.boards import compile_host, compile_sketch, controlled, export, printed, timed
 
-from afo_sim.common.errors import InputError
-from afo_sim.control.switch_log import Log, differences, read_log
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError
+from afo_sim.control import Log, differences, read_log
+from afo_sim.description import Scenario, load
+from afo_sim.export import board_of, commanded
 from afo_sim.export.electronics.board import Clock
-from afo_sim.export.electronics.exporting import board_of, commanded, switchings
+from afo_sim.export.electronics.exporting import switchings
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 WRAP = 2**32

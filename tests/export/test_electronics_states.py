@@ -7,11 +7,10 @@ import subprocess
 import pytest
 from export.boards import MACHINE, compile_host, compile_sketch, controlled, export, printed
 
-from afo_sim.common.errors import InputError
-from afo_sim.control.state_machine import Machine, Transition
-from afo_sim.control.switch_log import differences, read_log
+from afo_sim.common import InputError
+from afo_sim.control import Machine, Transition, differences, read_log
+from afo_sim.export import board_of, commanded
 from afo_sim.export.electronics.board import states_of
-from afo_sim.export.electronics.exporting import board_of, commanded
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 

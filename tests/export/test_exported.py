@@ -5,10 +5,9 @@ from typing import Any
 
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.export import formats
-from afo_sim.export.exported import export
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import InputError
+from afo_sim.export import export, formats
+from afo_sim.simulation import Recording
 
 
 def test_ending_tells_the_format_and_format_the_ending(

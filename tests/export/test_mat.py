@@ -10,11 +10,10 @@ import pytest
 from scipy.io import loadmat
 
 from afo_sim import native
-from afo_sim.description.reader import load
+from afo_sim.description import load
+from afo_sim.model import equilibrium
 from afo_sim.model.build import build
-from afo_sim.model.start import equilibrium
-from afo_sim.simulation.columns import describe
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording, describe
 
 
 @pytest.fixture

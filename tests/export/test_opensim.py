@@ -13,12 +13,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.export.exported import export
+from afo_sim.common import InputError
+from afo_sim.export import export
 from afo_sim.export.opensim import write_storage
 from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.gait_lab.readers.plates import plates_of
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 with tempfile.TemporaryDirectory() as _scratch, contextlib.chdir(_scratch):  # it leaves opensim.log there
     osim = pytest.importorskip("opensim")

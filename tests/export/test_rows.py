@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.export.rows import LONGEST, legal_names, rows_of
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 
 def test_rate_keeps_whole_rows(seated_second: Recording) -> None:

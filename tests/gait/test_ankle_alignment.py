@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from gait_lab.rigid_leg import BALL, FLAT, HEEL, RigidLeg
 
-from afo_sim.common import assets
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, assets
+from afo_sim.gait import KINEMATICS, GaitCycle, examine, fit_to_leg
 from afo_sim.gait import file as gait
-from afo_sim.gait.ankle_alignment import fit_to_leg, standing_height
-from afo_sim.gait.checks import examine
-from afo_sim.gait.cycle import KINEMATICS, GaitCycle
+from afo_sim.gait.ankle_alignment import standing_height
 
 OUTSOLE = (HEEL, BALL)
 TRUE = RigidLeg().recorded()  # about the axis itself

@@ -7,12 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, InputError, assets
+from afo_sim.gait import KINEMATICS, GaitCycle, closing_errors, examine, findings, stance
 from afo_sim.gait import file as gait
-from afo_sim.gait.checks import closing_errors, examine, findings, stance
-from afo_sim.gait.cycle import COLUMNS, KINEMATICS, GaitCycle
+from afo_sim.gait.cycle import COLUMNS
 from afo_sim.gait.fourier import FourierSeries
 
 STRIDES = ("gatk_stride1", "gatk_stride2")
@@ -282,7 +280,7 @@ BAD: dict[str, tuple[Change, str, str, str]] = {
 
 
 def write_changed(path: pathlib.Path, change: Change) -> None:
-    from afo_sim.common.csv_table import read_phase_table, write_phase_table
+    from afo_sim.common import read_phase_table, write_phase_table
 
     table = read_phase_table(assets.find_gait("gatk_stride1"), tuple(COLUMNS))
     change(table.columns)

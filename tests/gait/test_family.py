@@ -6,13 +6,11 @@ import shutil
 import numpy as np
 import pytest
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, InputError, assets
+from afo_sim.gait import COP_FORCE, at_speed, examine
 from afo_sim.gait import file as gait
-from afo_sim.gait.checks import COP_FORCE, examine
 from afo_sim.gait.cycle import COLUMNS
-from afo_sim.gait.family import at_speed, family_of
+from afo_sim.gait.family import family_of
 
 MEMBERS = ("bovi2011_xs", "bovi2011_s", "bovi2011_natural", "bovi2011_m", "bovi2011_l")
 ANY = assets.find_gait("bovi2011_natural")

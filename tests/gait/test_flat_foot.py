@@ -8,9 +8,8 @@ import pytest
 from gait_lab.rigid_leg import RigidLeg
 
 from afo_sim.common import assets
+from afo_sim.gait import USUAL, findings, flat_part
 from afo_sim.gait import file as gait
-from afo_sim.gait.checks import findings
-from afo_sim.gait.flat_foot import USUAL, flat_part
 from afo_sim.gait_lab.trial.plausibility import _flat
 
 PHASE = np.linspace(0.0, 1.0, 201)

@@ -7,15 +7,10 @@ import pytest
 from gait_lab.rigid_leg import BALL, HEEL, RigidLeg
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, assets
+from afo_sim.gait import Chain, GaitCycle, examine, fit_to_leg, scaled, stance, stepped
 from afo_sim.gait import file as gait
-from afo_sim.gait.ankle_alignment import fit_to_leg
-from afo_sim.gait.checks import examine, stance
-from afo_sim.gait.cycle import GaitCycle
 from afo_sim.gait.file import read
-from afo_sim.gait.hip_path import Chain
-from afo_sim.gait.variants import scaled, stepped
 
 OUTSOLE = (HEEL, BALL)
 

@@ -10,14 +10,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from afo_sim.common import assets
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, assets
+from afo_sim.gait import COP_FORCE, KINEMATICS, Chain, FootShape, GaitCycle, closing_errors, with_derived_path
 from afo_sim.gait import file as gait
-from afo_sim.gait.checks import COP_FORCE, closing_errors
-from afo_sim.gait.cycle import KINEMATICS, GaitCycle
-from afo_sim.gait.hip_path import LOADED, Chain, FootShape, ankle_path, rocking, with_derived_path
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.importing import import_gait
+from afo_sim.gait.hip_path import LOADED, ankle_path, rocking
+from afo_sim.gait_lab import Choices, import_gait
 from tests import real_trials
 
 ROOT = pathlib.Path(__file__).parents[2]

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from gait_lab.laboratory import Laboratory
 
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
 
 # What an import keeps: 0.5° and 2 %, 5 mm for places.
 BOUNDS = {

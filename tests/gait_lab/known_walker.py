@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from walking import SHANK, THIGH, TILT, Walk, known_walk
 
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
 
 SIDES = ("right", "left")
 SIGN = {"right": 1.0, "left": -1.0}  # of z

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.units import GRAVITY
-from afo_sim.gait.cycle import GaitCycle
+from afo_sim.common import GRAVITY
+from afo_sim.gait import GaitCycle
 
 HEEL, BALL = (-0.060, -0.070), (0.120, -0.070)  # of the outsole, from the ankle's axis [m]
 MASS, STRIDE_TIME, SPEED = 70.0, 1.1, 1.2

@@ -17,9 +17,8 @@ from gait_lab.osim_writer import write_osim
 from gait_lab.trial_files import write_angles, write_csv_forces, write_csv_markers, write_forces, write_trc
 from walking import write_table
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.importing import Imported, import_gait
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, Imported, import_gait
 
 Case = dict[str, Any]
 

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, InputError
 from afo_sim.gait_lab.trial.body_mass import find_mass
 from afo_sim.gait_lab.trial.ground_force import PlateContact
 

@@ -21,9 +21,9 @@ from c3d_plates import (
     write,
 )
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Plate
 from afo_sim.gait_lab.readers.c3d import read_c3d
-from afo_sim.gait_lab.readers.plates import Plate
 
 ezc3d = pytest.importorskip("ezc3d")
 

@@ -5,8 +5,7 @@ import pytest
 from recorded_leg import ANGLES, leg, plate, toe_off
 from walking import Walk, known_walk
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, InputError
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride, sample
 from afo_sim.gait_lab.trial.strides import find_strides

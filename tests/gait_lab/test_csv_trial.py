@@ -5,8 +5,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, assets
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 
 TIME = np.arange(120) / 100.0

@@ -12,11 +12,9 @@ from gait_lab.faulty_trials import FAULTS
 from gait_lab.gait_truth import beyond, differences
 from walking import known_walk, write_angles, write_forces, write_trc
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, import_gait, read_trial
 from afo_sim.gait_lab.readers import c3d_file
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.files import read_trial
-from afo_sim.gait_lab.trial.importing import import_gait
 
 TIME = np.arange(0.0, 0.4, 0.02)
 COPIES = 60  # of each file and kind of damage

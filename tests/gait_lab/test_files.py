@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from walking import known_walk, marker_points, write_angles, write_forces, write_table, write_trc
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.trial.files import read_trial
+from afo_sim.common import InputError
+from afo_sim.gait_lab import read_trial
 
 SLOW, FAST = np.arange(0.0, 1.6, 0.01), np.arange(0.0, 1.6, 0.002)
 

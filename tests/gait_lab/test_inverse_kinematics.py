@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from osim_text import LAYOUTS, version_4, walker, write
 
-from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab import Choices, Markers
 from afo_sim.gait_lab.readers.opensim_joint import Pose
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel, read_opensim_model
 from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.gait_lab.readers.trc import read_trc
-from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.inverse_kinematics import Posed, pose_over, skeleton_of
 from afo_sim.gait_lab.trial.model_legs import legs_from_model_markers
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skin_markers import DEPTH, HIP, WIDTH, body, markers_of
 
-from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab import Choices
 from afo_sim.gait_lab.trial.joint_centres import hip_by_hara, hip_by_harrington, pelvis_frame
 from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
 

@@ -14,7 +14,7 @@ from gait_lab.osim_writer import write_osim
 from scipy.spatial.transform import Rotation
 from walking import SHANK, THIGH
 
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
 
 TIME = np.arange(0.0, 2.6, 0.001)
 

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait_lab.trial.chosen_stride import mean_cycle
+from afo_sim.common import InputError
+from afo_sim.gait import GaitCycle
+from afo_sim.gait_lab import mean_cycle
 
 PHASE = np.linspace(0.0, 1.0, 101)
 

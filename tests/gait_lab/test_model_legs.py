@@ -18,12 +18,11 @@ from osim_text import (
     write,
 )
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, Markers
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel, read_opensim_model
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
 from afo_sim.gait_lab.readers.trc import read_trc
-from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.model_legs import legs_from_angles, legs_from_model_markers
 

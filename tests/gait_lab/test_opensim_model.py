@@ -5,7 +5,7 @@ import pytest
 from osim_text import LAYOUTS, Part, document, linear, version_3, version_4, walker, write
 from scipy.spatial.transform import Rotation
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
 
 ANY = (0.0, -3.0, 3.0)

@@ -5,7 +5,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
 from afo_sim.gait_lab.readers.plates import plates_of
 from afo_sim.gait_lab.readers.unit_checks import angle_unit

@@ -11,8 +11,7 @@ from gait_lab.laboratory import Laboratory
 from gait_lab.patients import Patient, laboratory
 from gait_lab.trial_files import write_forces, write_trc
 
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.importing import Imported, import_gait
+from afo_sim.gait_lab import Choices, Imported, import_gait
 
 SET = "opensim c3d"
 

@@ -10,9 +10,8 @@ from gait_lab.gait_truth import beyond, differences
 from gait_lab.laboratory import Laboratory, Recorded
 from gait_lab.trial_files import write_forces, write_trc
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.importing import import_gait
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, import_gait
 
 Fault = Callable[[Recorded], Recorded]
 PLAIN = Laboratory()

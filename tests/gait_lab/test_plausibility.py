@@ -11,10 +11,9 @@ import pytest
 from analytic_walker import AnalyticWalker
 from walking import known_walk, write_forces, write_trc
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.importing import import_gait
+from afo_sim.common import InputError
+from afo_sim.gait import GaitCycle
+from afo_sim.gait_lab import Choices, import_gait
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.plausibility import doubts
 

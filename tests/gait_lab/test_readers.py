@@ -18,16 +18,14 @@ from walking import (
     write_trc,
 )
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, InputError
+from afo_sim.gait_lab import Choices, Imported, import_gait
 from afo_sim.gait_lab.readers.c3d import read_c3d
 from afo_sim.gait_lab.readers.opensim_table import read_opensim_table
 from afo_sim.gait_lab.readers.signals import evenly, fill_gaps, low_pass
 from afo_sim.gait_lab.readers.trc import read_trc
-from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.events import posture_return
 from afo_sim.gait_lab.trial.ground_force import find_contacts, foot_force
-from afo_sim.gait_lab.trial.importing import Imported, import_gait
 
 SLOW, FAST = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)  # 100 Hz and 1 kHz
 MASS = 67.2
@@ -86,9 +84,7 @@ def test_opensim_trial_is_recovered(walk: Walk, tmp_path: pathlib.Path, degrees:
 def test_markers_alone_are_enough_in_any_axes(
     walk: Walk, tmp_path: pathlib.Path, forward: str, up: str
 ) -> None:
-    from afo_sim.gait_lab.readers.markers import Markers
-    from afo_sim.gait_lab.readers.plates import Plate
-    from afo_sim.gait_lab.trial.files import WalkingTrial
+    from afo_sim.gait_lab import Markers, Plate, WalkingTrial
 
     file = write_trc(tmp_path / "walk.trc", walk, SLOW, forward=forward, up=up)
     read = read_trc(file)
@@ -100,7 +96,7 @@ def test_markers_alone_are_enough_in_any_axes(
         sign = -1.0 if axis.startswith("-") else 1.0
         force[:, "xyz".index(axis[-1])] = sign * push
         place[:, "xyz".index(axis[-1])] = sign * at
-    from afo_sim.gait_lab.trial.importing import cut_cycle
+    from afo_sim.gait_lab import cut_cycle
 
     done = cut_cycle(WalkingTrial((file,), (Plate("1", FAST, force, place),), markers=read), PLAIN)
     (told,) = done.frame.remarks
@@ -539,9 +535,8 @@ def test_c3d_holds_markers_and_plate_in_the_laboratorys_axes(walk: Walk, tmp_pat
 
 def test_foot_force_adds_what_two_plates_share(walk: Walk) -> None:
     """A foot across the joint of two plates, 30 to 70: their sum acts at their common centre of pressure."""
-    from afo_sim.gait_lab.readers.plates import Plate
+    from afo_sim.gait_lab import Plate, WalkingFrame
     from afo_sim.gait_lab.trial.leg_motion import LegMotion
-    from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
     forward, upward, place = walk.force(FAST)
     names = ("shank_angle", "knee_angle", "ankle_angle", "ankle_z")

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from real_trials import C3D, FOLDER, SUBJECT01, TRIALS, C3DTrial, Curve, Trial, c3d_trial, heel_strikes
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.importing import Imported, import_gait
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, Imported, import_gait
 
 pytestmark = [
     pytest.mark.skipif(

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from skin_markers import body, markers_of
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.markers import Markers
-from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, Markers, write_role_map
 from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
-from afo_sim.gait_lab.trial.roles import find_roles, read_role_map, write_role_map
+from afo_sim.gait_lab.trial.roles import find_roles, read_role_map
 
 TIME = np.arange(0.0, 1.5, 0.01)
 NAMES = {

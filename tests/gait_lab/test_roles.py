@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from skin_markers import body, markers_of
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.markers import Markers
-from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, Markers
 from afo_sim.gait_lab.trial.marker_legs import legs_from_markers
 from afo_sim.gait_lab.trial.roles import find_roles
 

@@ -5,9 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from skin_markers import SHANK_CLUSTER, body, markers_of
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.readers.markers import Markers
-from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, Markers
 from afo_sim.gait_lab.trial.clusters import fit_rigid
 from afo_sim.gait_lab.trial.marker_legs import legs_from_markers, quiet_part, standing_posture
 

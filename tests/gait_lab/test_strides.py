@@ -7,7 +7,7 @@ import pytest
 from recorded_leg import leg, plate, toe_off
 from walking import Walk, known_walk
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.strides import find_strides
 

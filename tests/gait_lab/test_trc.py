@@ -5,7 +5,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.gait_lab.readers.trc import read_trc
 
 NAMES = ("C7", "R.ASIS", "L.ASIS", "R.Knee", "R.Ankle", "R.Heel", "R.Toe")

@@ -9,12 +9,10 @@ import numpy as np
 from gait_lab.faulty_trials import FAULTS
 from understood_trial import stand_in
 
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY
+from afo_sim.gait_lab import Choices, import_gait, ten_lines, verdict
 from afo_sim.gait_lab.noted import note
-from afo_sim.gait_lab.trial.choices import Choices
-from afo_sim.gait_lab.trial.importing import import_gait
 from afo_sim.gait_lab.trial.leg_points import LegPoint
-from afo_sim.gait_lab.trial.understood import ten_lines, verdict
 
 
 def test_a_person_reads_ten_lines_in_the_order_of_their_questions() -> None:

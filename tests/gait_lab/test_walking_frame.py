@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from analytic_walker import AnalyticWalker, changed
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices
 from afo_sim.gait_lab.trial.leg_points import leg_length, unit_doubt
 from afo_sim.gait_lab.trial.travel import heading, stride_period
 from afo_sim.gait_lab.trial.walking_frame import find_frame

@@ -5,17 +5,8 @@ import numpy as np
 import pytest
 
 from afo_sim import native
-from afo_sim.lab.validation_knee import (
-    FEMUR_ANCHOR,
-    FITTINGS,
-    PIN,
-    TIBIA_ANCHOR,
-    KneeTest,
-    contraction_on_path,
-    knee_tests,
-    path,
-    torque,
-)
+from afo_sim.lab import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, knee_tests
+from afo_sim.lab.validation_knee import contraction_on_path, path, torque
 
 ONE_STIFFNESS = 12.9e3  # fitted to the measured torques [N/m]
 DEFAULT = 1e6  # of a muscle's cable [N/m]

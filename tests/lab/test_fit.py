@@ -14,19 +14,27 @@ import scipy.stats
 from command import call
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.lab.identifiability import rms
-from afo_sim.lab.law_fit import LawFit, fit_law, held_out
+from afo_sim.common import InputError, assets
+from afo_sim.description import load
+from afo_sim.lab import (
+    LawFit,
+    Measured,
+    StaticFit,
+    fit,
+    fit_law,
+    pose,
+    pressure_levels,
+    read_measured,
+    rms,
+    select,
+    take,
+)
+from afo_sim.lab.law_fit import held_out
 from afo_sim.lab.law_muscle import doubts, rank
-from afo_sim.lab.law_problem import errors, pose, pressure_levels, select, take
-from afo_sim.lab.law_result import StaticFit, fit, remarks, tables, write
-from afo_sim.lab.measured import Measured, read_measured
-from afo_sim.physics.curves import contractions, forces
-from afo_sim.physics.law import Braid
-from afo_sim.physics.laws import LAWS
-from afo_sim.show.fit_figure import write_fit_figure
+from afo_sim.lab.law_problem import errors
+from afo_sim.lab.law_result import remarks, tables, write
+from afo_sim.physics import LAWS, Braid, contractions, forces
+from afo_sim.show import write_fit_figure
 
 MUSCLES = assets.folder("models") / "muscles"
 

@@ -12,15 +12,14 @@ import pytest
 from command import call
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.portable import toml_text
-from afo_sim.description.reader import load
-from afo_sim.lab.run_fit import FitRun, channel_errors, doubts, fit_run
-from afo_sim.lab.run_problem import differences, find_parameters, pose, read_log, run_at
+from afo_sim.common import InputError, assets
+from afo_sim.description import load, toml_text
+from afo_sim.lab import FitRun, differences, fit_run
+from afo_sim.lab.run_fit import channel_errors, doubts
+from afo_sim.lab.run_problem import find_parameters, pose, read_log, run_at
 from afo_sim.lab.run_report import remarks, scenario_toml, write
-from afo_sim.show.fit_figure import write_log_figure
-from afo_sim.simulation.recording import Recording
+from afo_sim.show import write_log_figure
+from afo_sim.simulation import Recording
 
 SHORT = {"duration": "8 s"}
 FINE = {"timestep": "0.5 ms", "record_rate": "2 kHz"}  # of the run that a log is made of

@@ -10,12 +10,12 @@ from scipy.stats import f as fisher
 from scipy.stats import t
 
 from afo_sim.common import assets
-from afo_sim.description.reader import load
-from afo_sim.lab.law_fit import LawFit, fit_law, memory
+from afo_sim.description import load
+from afo_sim.lab import LawFit, Measured, fit, fit_law, pose, read_measured, select
+from afo_sim.lab.law_fit import memory
 from afo_sim.lab.law_muscle import muscle
-from afo_sim.lab.law_problem import errors, pose, predict, select
-from afo_sim.lab.law_result import fit, remarks, write
-from afo_sim.lab.measured import Measured, read_measured
+from afo_sim.lab.law_problem import errors, predict
+from afo_sim.lab.law_result import remarks, write
 
 LAW = "tondu_lopez_2000_bladder"
 PLANTED = {"braid_angle": 0.42, "bladder_force": 60.0, "bladder_stiffness": 400.0, "end_length": 0.03}  # SI

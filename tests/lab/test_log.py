@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.description.reader import load
+from afo_sim.common import AMBIENT_PRESSURE, InputError
+from afo_sim.description import load
 from afo_sim.lab.run_problem import read_log, read_noise, recorded_columns
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 SCENARIO = load("scenario", "seated")
 TITLES = "time [ms], angle [deg], pressure dorsiflexor [bar], force dorsiflexor [N]"

@@ -5,10 +5,8 @@ import pathlib
 import numpy as np
 import pytest
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
-from afo_sim.lab.measured import read_measured
+from afo_sim.common import AMBIENT_PRESSURE, GRAVITY, InputError, assets
+from afo_sim.lab import read_measured
 
 GOOD = """# total_length: 20 cm
 # a remark

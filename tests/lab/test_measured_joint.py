@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from afo_sim.lab import validation_knee
+from afo_sim.lab import FITTINGS, KneeTest, knee_tests, validation_knee
 from afo_sim.lab.validation_knee import (
-    FITTINGS,
-    KneeTest,
     contraction_on_path,
-    knee_tests,
     law_force,
     path,
     rigid_torque,

@@ -6,12 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from afo_sim.common.assets import find
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.reader import load
+from afo_sim.common import GRAVITY, InputError, find
+from afo_sim.description import load
+from afo_sim.lab import isobaric
 from afo_sim.lab.stand import stand
-from afo_sim.lab.stand_trial import COLUMNS, isobaric
+from afo_sim.lab.stand_trial import COLUMNS
 
 SHORT = {"static": True}
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.lab.torque_data import ONLY, Readings, read_torques
+from afo_sim.common import AMBIENT_PRESSURE, InputError
+from afo_sim.lab import Readings
+from afo_sim.lab.torque_data import ONLY, read_torques
 
 GOOD = {"angle [deg]": [0.0, 5.0, 10.0], "pressure [bar]": [2.0, 3.0, 3.0], "torque [N*m]": [1.0, 2.0, 1.5]}
 

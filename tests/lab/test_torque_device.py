@@ -8,12 +8,11 @@ import pytest
 from knee import knee_orthosis
 
 from afo_sim import native
-from afo_sim.description import reader
-from afo_sim.description.orthosis import Orthosis
+from afo_sim.description import Orthosis, reader
+from afo_sim.lab import Change, paths, statics
 from afo_sim.lab import validation_knee as pin_knee
-from afo_sim.lab.torque_device import Change, paths, statics
-from afo_sim.model.build import Built, build
-from afo_sim.model.mounting import muscle_names, sweep_ankle
+from afo_sim.model import Built, muscle_names, sweep_ankle
+from afo_sim.model.build import build
 from afo_sim.model.torque_map import chamber_torque
 
 ANGLES = np.radians(np.linspace(-18.0, 18.0, 7))

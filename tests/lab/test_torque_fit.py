@@ -11,10 +11,9 @@ from scipy.stats import binomtest, chi2
 from scipy.stats import t as student
 
 import afo_sim
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.description import reader
-from afo_sim.lab.torque_device import Change, paths, statics
-from afo_sim.lab.torque_fit import TorqueFit, fit_torque
+from afo_sim.lab import Change, TorqueFit, fit_torque, paths, statics
 from afo_sim.lab.torque_report import tables
 
 STIFFNESS, OFFSET = 20e3, 4e-3
@@ -195,7 +194,7 @@ def test_a_difference_to_the_unpressurised_takes_a_taut_strap_and_the_limb_away(
 
 @pytest.fixture(scope="module")
 def knee() -> dict[str, TorqueFit]:
-    from afo_sim.lab.validation_knee import knee_tests
+    from afo_sim.lab import knee_tests
 
     orthoses = {name: knee_orthosis(test) for name, test in knee_tests().items()}
     return {
@@ -232,7 +231,7 @@ def test_the_knees_offset_and_stiffness_are_not_told_one_by_one(knee: dict[str, 
 
 
 def test_the_knees_law_is_not_told_at_its_one_pressure(knee: dict[str, TorqueFit]) -> None:
-    from afo_sim.lab.validation_knee import knee_tests
+    from afo_sim.lab import knee_tests
 
     test = knee_tests()["48"]
     data = {"angle [rad]": test.angle, "pressure [Pa]": test.pressure, "torque [N*m]": test.torque}

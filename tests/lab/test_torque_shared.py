@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from afo_sim.description import reader
-from afo_sim.lab.torque_device import Change, paths, statics
-from afo_sim.lab.torque_fit import TorqueFit, fit_torque
+from afo_sim.lab import Change, TorqueFit, fit_torque, paths, statics
 from afo_sim.lab.torque_report import as_json, tables
 
 ANGLE = np.tile(np.radians(np.linspace(-18.0, 12.0, 11)), 3)

@@ -13,14 +13,13 @@ import pytest
 from command import call
 from scipy.integrate import solve_ivp
 
-from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
-from afo_sim.description.reader import load
+from afo_sim.common import AMBIENT_PRESSURE, GRAVITY
+from afo_sim.description import load
+from afo_sim.lab import Trial, read_measured, static_load
 from afo_sim.lab import stand_trial as stand
-from afo_sim.lab.measured import read_measured
 from afo_sim.lab.stand_plan import Laboratory, StandPlan, force_at, plan_isobaric, plan_release, slack
 from afo_sim.lab.stand_rig import roll
-from afo_sim.lab.stand_trial import Trial, static_load
-from afo_sim.physics.pneumatics import muscle_volume
+from afo_sim.physics import muscle_volume
 
 ROOT = pathlib.Path(__file__).parents[2]
 FRICTIONS = ["vo_minh_2011", "bouc_wen_1976", "tondu_lopez_2000_stribeck", "hunt_2017"]

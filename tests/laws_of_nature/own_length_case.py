@@ -22,12 +22,10 @@ from laws_of_nature.toe_reference import Toes, rest_extension, series
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from afo_sim.description.orthosis import MuscleGroup, Orthosis
-from afo_sim.description.scenario import Scenario
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.model.build import Built
-from afo_sim.model.person import person_of
-from afo_sim.simulation.recording import Recording
+from afo_sim.description import MuscleGroup, Orthosis, Scenario
+from afo_sim.gait import GaitCycle
+from afo_sim.model import Built, person_of
+from afo_sim.simulation import Recording
 
 FINE = 1e-4  # step of the tables that recorded walking is read from [s]
 

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.simulation.columns import describe
+from afo_sim.simulation import describe
 
 ROUNDING, OF_PRESSURE = 1e-9, 1e-3  # spans that are nothing but rounding; gauge pressures round at 1 bar [Pa]
 AIR = re.compile(r"/mass(_flow.*)?$")

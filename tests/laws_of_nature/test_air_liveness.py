@@ -9,12 +9,8 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.description.air.air_parts import PARTS, QuickExhaust, Restriction, Volume
-from afo_sim.description.air.chamber import Chamber
-from afo_sim.description.air.regulator import Regulator
-from afo_sim.description.air.source import Source
-from afo_sim.description.air.supply import Supply
-from afo_sim.description.air.tube import Tube
+from afo_sim.description import PARTS, Chamber, Regulator, Restriction, Source, Supply, Tube
+from afo_sim.description.air.air_parts import QuickExhaust, Volume
 
 WORDS = {"name", "description", "provenance"}
 MUSCLES, MANIFOLD = "chamber/dorsiflexor/pressure", "volume/manifold/pressure"

@@ -12,14 +12,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
+from afo_sim.common import InputError
+from afo_sim.description import load
+from afo_sim.model import sweep_ankle
 from afo_sim.model.build import build
-from afo_sim.model.mounting import sweep_ankle
 from afo_sim.show import panels, run_figure
 from afo_sim.show.rerun import write_rrd
 from afo_sim.show.run_view import alone
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 LAWS = ("kerscher_2006", "maximum_force", "sarosi_2012", "polynomial")
 GROUPS = ("flexor", "extensor")

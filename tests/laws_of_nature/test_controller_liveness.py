@@ -11,8 +11,7 @@ import pytest
 from laws_of_nature.liveness import leaves, nudged
 
 import afo_sim
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Scenario, load
 
 SCENARIO = "walk-dropfoot-afo"
 PLAIN = {"phases": None, "reference": None, "duration": "3.4 s"}

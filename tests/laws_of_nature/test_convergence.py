@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 ANGLE, PRESSURE, AIR = "ankle/angle", "chamber/dorsiflexor/pressure", "chamber/dorsiflexor/mass"
 RIGID = {

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.description.control.drive import WITHOUT, Drive
+from afo_sim.description import Drive
+from afo_sim.description.control.drive import WITHOUT
 
 KINDS = ("bang_bang", "pwm", "regulator")
 BASE: dict[str, dict[str, Any]] = {

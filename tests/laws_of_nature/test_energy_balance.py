@@ -8,10 +8,10 @@ import pytest
 
 import afo_sim
 from afo_sim import load
-from afo_sim.common.assets import names
-from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import as_run, why_walked
-from afo_sim.simulation.energy_balance import balance
+from afo_sim.common import names
+from afo_sim.model import Built, as_run, why_walked
+from afo_sim.model.build import build
+from afo_sim.simulation import balance
 
 pytestmark = pytest.mark.slow
 

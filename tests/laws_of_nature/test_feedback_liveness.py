@@ -6,18 +6,8 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.description.control.feedback import (
-    AngleLoop,
-    Impedance,
-    MomentLoop,
-    MomentReference,
-    PairPressures,
-    Pid,
-    PressureLoop,
-    PressureReference,
-    Reference,
-)
-from afo_sim.description.schema import fields_of
+from afo_sim.description import Impedance, MomentReference, Pid, PressureReference, Reference, fields_of
+from afo_sim.description.control.feedback import AngleLoop, MomentLoop, PairPressures, PressureLoop
 
 SINE = {"mean": "1 deg", "amplitude": "4 deg", "frequency": "1 Hz"}
 CHIRP = SINE | {"end_frequency": "3 Hz", "sweep_time": "1 s"}

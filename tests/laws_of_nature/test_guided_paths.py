@@ -8,10 +8,10 @@ import pytest
 
 import afo_sim
 from afo_sim import load
+from afo_sim.model import muscle_names
 from afo_sim.model.build import build
-from afo_sim.model.mounting import muscle_names
-from afo_sim.simulation.energy_balance import balance, wrap_heat
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording, balance
+from afo_sim.simulation.energy_balance import wrap_heat
 
 FRICTIONS = ("dorsiflexor", "dorsiflexor_side", "plantarflexor_side")
 

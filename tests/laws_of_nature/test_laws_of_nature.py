@@ -9,13 +9,12 @@ from scipy.integrate import solve_ivp
 
 import afo_sim
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.description.reader import load
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.description import load
 from afo_sim.model import controls as schedule
+from afo_sim.model import equilibrium, muscle_names
 from afo_sim.model.build import build
-from afo_sim.model.mounting import muscle_names
-from afo_sim.model.start import equilibrium
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 RUNS = ["seated", "antagonist"]
 HEAVY_DAMPER = {

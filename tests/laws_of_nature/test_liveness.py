@@ -13,10 +13,10 @@ import pytest
 from laws_of_nature.liveness import leaves, nudged
 
 import afo_sim
-from afo_sim.common.units import EXAMPLES, format_quantity, parse_quantity
-from afo_sim.description.reader import load
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import EXAMPLES, format_quantity, parse_quantity
+from afo_sim.description import load
+from afo_sim.physics import FRICTIONS
+from afo_sim.simulation import Recording
 
 SCENARIO = "seated-antagonist"
 SHORT = {"duration": "8.2 s"}

@@ -6,9 +6,9 @@ from laws_of_nature.own_length_case import device_of, rest, start_at, state_at, 
 from laws_of_nature.own_length_reference import Solution, solve
 
 import afo_sim
-from afo_sim.description.scenario import Scenario
-from afo_sim.model.build import Built
-from afo_sim.simulation.recording import Recording
+from afo_sim.description import Scenario
+from afo_sim.model import Built
+from afo_sim.simulation import Recording
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 ANGLE, PRESSURE, MOMENT = np.radians(0.02), 200.0, 0.005  # [rad], [Pa], of the largest torque

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 PACE = {"duration": "9 s", "gait.pace": [["2 s", 1.25], ["4 s", 0.0], ["6 s", 0.8]]}
 

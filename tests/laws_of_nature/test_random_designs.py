@@ -9,8 +9,7 @@ import pytest
 
 import afo_sim
 from afo_sim import load
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, assets
 
 pytestmark = pytest.mark.slow
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from laws_of_nature.similar import Similar
 
-from afo_sim.description.reader import load
+from afo_sim.description import load
 from afo_sim.model import patient
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 from afo_sim.simulation.run import run
 
 MASS, HEIGHT = 75.0, 1.75  # of the leg's own body [kg], [m]

@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.common import AMBIENT_PRESSURE
+from afo_sim.physics import FRICTIONS
 
 LENGTH, AREA, B = BRAID.nominal_length, math.pi * BRAID.nominal_radius**2, BRAID.b
 GRAVITY = 9.80665

@@ -12,9 +12,9 @@ import pytest
 from laws_of_nature.liveness import leaves, nudged
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import InputError
+from afo_sim.description import load
+from afo_sim.simulation import Recording
 
 SCENARIO = "walk-dropfoot-afo"
 # On a floor, with every value told that is optional.

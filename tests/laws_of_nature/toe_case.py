@@ -9,11 +9,10 @@ from laws_of_nature.toe_reference import GRAVITY, Point, Sole, series, shod, smo
 
 import afo_sim
 from afo_sim.common import assets
+from afo_sim.gait import GaitCycle
 from afo_sim.gait import file as gait_file
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.model.build import Built
-from afo_sim.model.person import person_of
-from afo_sim.simulation.recording import Recording
+from afo_sim.model import Built, person_of
+from afo_sim.simulation import Recording
 
 STACKS = ("heel_stack", "ball_stack", "heel_behind", "tip_ahead", "toe_spring")
 

@@ -9,9 +9,10 @@ import pytest
 from documents import ROOT
 
 import afo_sim as afo
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.legs.attached_files import attached, write_attached
+from afo_sim.common import GRAVITY
+from afo_sim.description import Orthosis
+from afo_sim.legs import write_attached
+from afo_sim.legs.attached_files import attached
 from afo_sim.model.controls import controls
 
 LEG = ROOT / "models" / "legs" / "adult_75kg" / "leg.xml"
@@ -93,7 +94,7 @@ def test_either_side_fills_alike() -> None:
 
 def test_an_entity_refuses_a_valve_that_it_does_not_command() -> None:
     pytest.importorskip("dm_control")
-    from afo_sim.rl.entity import OrthosisEntity
+    from afo_sim.rl import OrthosisEntity
 
     valve = {"kind": "valve", "valve": "mh1", "upstream": "dorsiflexor", "downstream": "plantarflexor"}
     with pytest.raises(afo.InputError, match="valve between two nodes"):

@@ -11,12 +11,10 @@ import pytest
 from documents import PAGES, ROOT
 
 import afo_sim as afo
-from afo_sim.common.errors import CallbackError, InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.attachment import Side
-from afo_sim.description.orthosis import Orthosis
+from afo_sim.common import GRAVITY, CallbackError, InputError
+from afo_sim.description import Orthosis, Side
+from afo_sim.legs import write_attached
 from afo_sim.legs.attached import Attached
-from afo_sim.legs.attached_files import write_attached
 from afo_sim.legs.attaching import masses
 from afo_sim.model.controls import controls
 

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 from turned_leg import hinge, in_a_body, shipped, told_otherwise, turned_round, with_ankle
 
-from afo_sim.common.errors import InputError
-from afo_sim.legs.cutting import cut, left_behind
-from afo_sim.legs.finding import find
-from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes
+from afo_sim.common import InputError
+from afo_sim.legs import LegNumbers, Part, Shape, Tree, cut, doubtful_notes, find
+from afo_sim.legs.cutting import left_behind
 from afo_sim.legs.mjcf_out import leg_text
-from afo_sim.legs.tree import Part, Shape, Tree
 
 SHIFT = 0.4
 

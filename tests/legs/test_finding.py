@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from turned_leg import hinge, in_a_body, shipped, told_otherwise, turned_round, with_ankle
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.description.orthosis import Side
+from afo_sim.legs import Part, Shape, Tree, find
 from afo_sim.legs.candidates import side_of
-from afo_sim.legs.finding import find
 from afo_sim.legs.mjcf import read_mjcf
-from afo_sim.legs.tree import Joint, Part, Shape, Tree
+from afo_sim.legs.tree import Joint
 
 
 def at(x: float, y: float, z: float) -> np.ndarray:

@@ -11,16 +11,13 @@ from turned_leg import in_a_body, shipped, told_otherwise, turned_round, with_an
 
 import afo_sim as afo
 from afo_sim.cli.doctor.kinds import check_file
-from afo_sim.common.assets import find as asset
-from afo_sim.common.errors import InputError
-from afo_sim.legs.exporting import export_leg
-from afo_sim.legs.importing import import_leg
-from afo_sim.legs.leg_numbers import LegNumbers
+from afo_sim.common import InputError
+from afo_sim.common import find as asset
+from afo_sim.legs import LegNumbers, export_leg, import_leg, read_tree
 from afo_sim.legs.mjcf_out import write_leg_file
-from afo_sim.legs.reading import read_tree
 from afo_sim.model.build import build
 from afo_sim.physics.passive_ankle import riener_edrich_1999
-from afo_sim.show.leg_picture import draw_leg
+from afo_sim.show import draw_leg
 
 LEG = asset("leg", "adult_75kg").parent / "leg.xml"
 

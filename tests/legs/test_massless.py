@@ -6,10 +6,9 @@ import pytest
 from leg_models import built, motion, random_mjcf
 from urdf_texts import BODY, joint, link, robot
 
+from afo_sim.legs import tree_of, write_urdf
 from afo_sim.legs.massless import merged
-from afo_sim.legs.mjcf import tree_of
 from afo_sim.legs.urdf import read_urdf
-from afo_sim.legs.urdf_out import write_urdf
 
 
 def test_a_hip_of_three_hinges_is_one_part(tmp_path) -> None:

@@ -8,9 +8,9 @@ import pytest
 from leg_models import built, motion, random_mjcf
 from urdf_texts import two
 
-from afo_sim.common.errors import InputError
-from afo_sim.legs.mjcf import read_mjcf, tree_of
-from afo_sim.legs.reading import read_tree
+from afo_sim.common import InputError
+from afo_sim.legs import read_tree, tree_of
+from afo_sim.legs.mjcf import read_mjcf
 
 LEG = """
 <mujoco>

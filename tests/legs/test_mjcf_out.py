@@ -9,11 +9,9 @@ import pytest
 import trimesh
 from turned_leg import shipped, told_otherwise
 
-from afo_sim.legs.cutting import cut
-from afo_sim.legs.finding import find
+from afo_sim.legs import Shape, Tree, cut, find
 from afo_sim.legs.mjcf import read_mjcf
 from afo_sim.legs.mjcf_out import write_leg_file
-from afo_sim.legs.tree import Shape, Tree
 
 
 def with_mesh(tree: Tree, mesh: trimesh.Trimesh) -> Tree:

@@ -10,9 +10,8 @@ import pytest
 import trimesh
 from urdf_texts import BODY, INERTIA, joint, link, robot, two
 
-from afo_sim.common.errors import InputError
-from afo_sim.legs.reading import second_opinion
-from afo_sim.legs.tree import Tree
+from afo_sim.common import InputError
+from afo_sim.legs import Tree, second_opinion
 from afo_sim.legs.urdf import read_urdf
 
 

@@ -11,12 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from leg_models import OPTIONS, built, motion, random_mjcf
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.legs import Part, Tree, tree_of, write_urdf
 from afo_sim.legs.massless import merged
-from afo_sim.legs.mjcf import tree_of
-from afo_sim.legs.tree import Part, Tree
 from afo_sim.legs.urdf import read_urdf
-from afo_sim.legs.urdf_out import write_urdf
 
 
 def random_tree(seed: int, most_joints: int = 1) -> Tree:

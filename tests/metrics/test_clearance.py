@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from synthetic_walk import MASS, STEP, TOE_OFF, UPRIGHT, walk_columns
 
+from afo_sim.metrics import Stride, WalkMetrics, walk_metrics
 from afo_sim.metrics.clearance import lowest_minimum
-from afo_sim.metrics.strides import Stride, strides
-from afo_sim.metrics.walking import WalkMetrics, walk_metrics
+from afo_sim.metrics.strides import strides
 
 Columns = dict[str, np.ndarray]
 

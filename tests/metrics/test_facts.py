@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from afo_sim.metrics.facts import Facts, MuscleLimits, Run, Skin, Supply, run_metrics
-from afo_sim.metrics.metric import Metric, Of, functions_of, made_of, of_strides
+from afo_sim.metrics import Facts, Metric, MuscleLimits, Run, Skin, Supply, made_of, of_strides, run_metrics
+from afo_sim.metrics.metric import Of, functions_of
 
 LIMITS: Any = SimpleNamespace(
     skin_pressure=(14e3, 53e3),

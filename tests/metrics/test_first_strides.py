@@ -5,19 +5,9 @@ from collections.abc import Sequence
 
 import pytest
 
-from afo_sim.metrics.first_strides import (
-    AIR_BEFORE,
-    AIR_FIRST,
-    LOWEST,
-    NAMES,
-    NEEDED,
-    UNTIL,
-    first_stride_metrics,
-    made_of,
-    strides_needed,
-    undefined,
-)
-from afo_sim.metrics.metric import Metric, entry
+from afo_sim.metrics import AIR_BEFORE, NAMES, Metric, first_stride_metrics, strides_needed, undefined
+from afo_sim.metrics.first_strides import AIR_FIRST, LOWEST, NEEDED, UNTIL, made_of
+from afo_sim.metrics.metric import entry
 
 
 def strides(heights: Sequence[float], air: float = 0.1) -> list[dict[str, Metric]]:

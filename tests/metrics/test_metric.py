@@ -13,22 +13,30 @@ import numpy as np
 import pytest
 from synthetic_walk import MASS, STEP, walk_columns, with_orthosis
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import parse_quantity
-from afo_sim.metrics import walking
-from afo_sim.metrics.ankle import ankle_metrics
-from afo_sim.metrics.beside_strides import energy_metrics, reference_metrics, settling_metrics
-from afo_sim.metrics.bottle import bottle_metrics, compressor_metrics, cycle_metrics
+from afo_sim.common import InputError, parse_quantity
+from afo_sim.metrics import (
+    GROUPS,
+    OTHER,
+    WORDS,
+    Metric,
+    ankle_metrics,
+    compressor_metrics,
+    energy_metrics,
+    first_stride_metrics,
+    reference_metrics,
+    settling_metrics,
+    walk_metrics,
+    walking,
+    words,
+)
+from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
-from afo_sim.metrics.first_strides import first_stride_metrics
-from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, Metric, entry, measured, reported, reporting
-from afo_sim.metrics.metric_words import WORDS, words
+from afo_sim.metrics.metric import METRICS, entry, measured, reported, reporting
 from afo_sim.metrics.safety import cuff_metrics, life_metrics, muscle_metrics, plate_metrics
 from afo_sim.metrics.supply import air_of, efficiency_metrics, sag_metrics
 from afo_sim.metrics.valves import filling
 from afo_sim.metrics.valves import life_metrics as valve_metrics
-from afo_sim.metrics.walking import walk_metrics
-from afo_sim.simulation.energy_balance import Energy
+from afo_sim.simulation import Energy
 
 clearance = Metric(12.5, "mm")
 

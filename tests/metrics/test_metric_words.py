@@ -7,11 +7,12 @@ import re
 import pytest
 from documents import PAGES
 
-from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
-from afo_sim.description.reader import load
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.description import load
 from afo_sim.metrics import metric_words as page
+from afo_sim.metrics import number
 from afo_sim.metrics.metric import RENAMED
-from afo_sim.metrics.metric_words import METRICS, number
+from afo_sim.metrics.metric_words import METRICS
 
 PAGE = PAGES["metrics"]
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from synthetic_walk import AMPLITUDE, MASS, STEP, UPRIGHT, walk_columns, with_orthosis
 
+from afo_sim.metrics import AGAINST, walk_metrics
 from afo_sim.metrics.metric import entry
-from afo_sim.metrics.verdict import AGAINST
-from afo_sim.metrics.walking import walk_metrics
 
 
 def values(columns: dict[str, np.ndarray]) -> dict[str, float]:

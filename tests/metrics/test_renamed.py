@@ -5,8 +5,9 @@ import pathlib
 import pytest
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.metrics.metric import RENAMED, Metric, Metrics
+from afo_sim.common import InputError
+from afo_sim.metrics import Metric, Metrics
+from afo_sim.metrics.metric import RENAMED
 from afo_sim.metrics.metric_words import METRICS
 from afo_sim.simulation.checks import check_metric
 

@@ -6,11 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from afo_sim.metrics.bottle import bottle_metrics, compressor_metrics, cycle_metrics
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.metric_words import words
-from afo_sim.metrics.supply import beside_inlets, efficiency_metrics, flow_metrics, sag_metrics, sag_of_both
-from afo_sim.metrics.verdict import Answer, Feed, verdict
+from afo_sim.metrics import Answer, Feed, Metric, compressor_metrics, sag_of_both, words
+from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
+from afo_sim.metrics.supply import beside_inlets, efficiency_metrics, flow_metrics, sag_metrics
+from afo_sim.metrics.verdict import verdict
 
 LIMITS = SimpleNamespace(
     toe_clearance=(0.010, 0.0),

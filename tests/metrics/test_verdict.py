@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 import afo_sim
-from afo_sim.metrics.metric import Metric, measured
-from afo_sim.metrics.verdict import QUESTIONS, Answer, verdict, with_draws
-from afo_sim.simulation.recording import Recording
+from afo_sim.metrics import Answer, Metric, with_draws
+from afo_sim.metrics.metric import measured
+from afo_sim.metrics.verdict import QUESTIONS, verdict
+from afo_sim.simulation import Recording
 
 LIMITS = SimpleNamespace(
     toe_clearance=(0.010, 0.0),

@@ -10,10 +10,9 @@ from synthetic_walk import AMPLITUDE, MASS, OMEGA, SHANK, STEP, STRIDE, TOE_OFF,
 
 import afo_sim
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics.ankle import ankle_metrics
-from afo_sim.metrics.metric import METRICS, Metric
-from afo_sim.metrics.strides import settled, strides
-from afo_sim.metrics.walking import WalkMetrics, walk_metrics
+from afo_sim.metrics import Metric, WalkMetrics, ankle_metrics, settled, walk_metrics
+from afo_sim.metrics.metric import METRICS
+from afo_sim.metrics.strides import strides
 
 
 def metrics(columns: dict[str, np.ndarray]) -> WalkMetrics:

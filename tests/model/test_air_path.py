@@ -8,10 +8,11 @@ import pytest
 
 import afo_sim
 from afo_sim import load
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.model.air_path import AirPath, half_of_tubes
+from afo_sim.description import Orthosis
+from afo_sim.model import AirPath
+from afo_sim.model.air_path import half_of_tubes
 from afo_sim.native import CircuitVolume
-from afo_sim.physics.gas import CO2
+from afo_sim.physics import CO2
 
 FROM_SUPPLY: dict[str, Any] = {"upstream": "supply", "downstream": "high"}
 LINE: dict[str, Any] = {

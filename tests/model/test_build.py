@@ -7,14 +7,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import with_code
-from afo_sim.description.reader import load
+from afo_sim.common import InputError, with_code
+from afo_sim.description import load
+from afo_sim.model import AIR_ACCURATE, sweep_ankle
 from afo_sim.model.assemble import collides, unused
 from afo_sim.model.build import build
-from afo_sim.model.mounting import sweep_ankle
-from afo_sim.model.stability import AIR_ACCURATE
-from afo_sim.physics.law import Braid
+from afo_sim.physics import Braid
 
 FORWARD = "orthosis.muscle.dorsiflexor"
 BACK = "orthosis.muscle.plantarflexor"
@@ -135,8 +133,8 @@ def test_joint_named_otherwise_is_found_and_called_ankle() -> None:
 @pytest.mark.parametrize("factor", [0.5, 1.5])
 def test_every_geometry_number_runs_clean_or_is_refused(factor: float) -> None:
     """Half and one and a half of every length of the mounting and the muscle, one at a time."""
-    from afo_sim.common.units import format_quantity
-    from afo_sim.simulation.run import run_built
+    from afo_sim.common import format_quantity
+    from afo_sim.simulation import run_built
 
     scenario = load("scenario", "seated")
     outcomes = []

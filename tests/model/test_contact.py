@@ -10,14 +10,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.reader import load
-from afo_sim.model.build import Built, build
-from afo_sim.physics.passive_ankle import passive_moment
-from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.run import run_built
+from afo_sim.common import GRAVITY, InputError, assets
+from afo_sim.description import load
+from afo_sim.model import Built
+from afo_sim.model.build import build
+from afo_sim.physics import passive_moment
+from afo_sim.simulation import Recording, run_built
 
 OWN_SIZE = {"patient.body_mass": "75 kg", "patient.body_height": "1.75 m"}  # the leg's
 CONTACT = {"ground.mode": "contact", "duration": "3.7 s"} | OWN_SIZE

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
+from afo_sim.common import InputError, assets
+from afo_sim.description import load
 from afo_sim.model.build import build
 
 

@@ -11,16 +11,11 @@ from sideways import Talus, moments
 
 import afo_sim
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.attachment import Side
-from afo_sim.description.leg import Subtalar
-from afo_sim.description.reader import load
-from afo_sim.model import controls
-from afo_sim.model.build import Built, build
+from afo_sim.common import GRAVITY, InputError
+from afo_sim.description import Side, Subtalar, load
+from afo_sim.model import Built, controls, equilibrium, get_state, muscle_names
+from afo_sim.model.build import build
 from afo_sim.model.inversion import axis_of
-from afo_sim.model.mounting import muscle_names
-from afo_sim.model.start import equilibrium, get_state
 from afo_sim.simulation.simulate import simulate
 
 STIFFNESS = 10.0  # [N·m/rad]

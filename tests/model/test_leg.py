@@ -8,12 +8,11 @@ import pytest
 
 import afo_sim
 from afo_sim import native
-from afo_sim.description.reader import load
+from afo_sim.description import load
+from afo_sim.model import Built, equilibrium, get_state
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.start import equilibrium, get_state
-from afo_sim.simulation.examine import make_recording
-from afo_sim.simulation.recording import Recording
+from afo_sim.model.build import build
+from afo_sim.simulation import Recording, make_recording
 from afo_sim.simulation.simulate import simulate
 
 FRICTION = 0.005  # [N·m]

@@ -8,11 +8,11 @@ import pytest
 
 import afo_sim
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError
+from afo_sim.description import Scenario
 from afo_sim.model.build import build
 from afo_sim.model.mirror import mirror
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 M = np.diag([1.0, -1.0, 1.0])
 # Every way to tell an orientation, an inertia and an axis; frames, a class, a crooked mesh.

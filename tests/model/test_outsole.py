@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.leg import Outsole
-from afo_sim.description.reader import load
-from afo_sim.model.build import Built, build
-from afo_sim.model.foot import Foot
+from afo_sim.common import GRAVITY, assets
+from afo_sim.description import Outsole, load
+from afo_sim.model import Built, Foot
+from afo_sim.model.build import build
 from afo_sim.model.outsole import outsole_points
 
 BARE = {"heel": (-0.06, -0.068), "ball": (0.12, -0.068), "pulp": (0.175, -0.068), "tip": (0.19, -0.060)}

@@ -11,12 +11,12 @@ import pytest
 from scipy.optimize import brentq
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError
-from afo_sim.model.design import Design, design
+from afo_sim.common import InputError
+from afo_sim.model import Design, PathFacts, along, path_points, rows
+from afo_sim.model.design import design
 from afo_sim.model.leg_shapes import DEEP, leg_shapes, through_leg, winding_number
-from afo_sim.model.path_facts import PathFacts, path_facts, spans_above
-from afo_sim.model.path_words import in_words, rows
-from afo_sim.model.paths import along, path_points
+from afo_sim.model.path_facts import path_facts, spans_above
+from afo_sim.model.path_words import in_words
 from afo_sim.model.torque_map import torque_map
 
 FRONT, BACK = "orthosis.muscle.dorsiflexor", "orthosis.muscle.plantarflexor"

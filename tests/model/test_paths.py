@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.reader import load
-from afo_sim.model.build import Built, build
-from afo_sim.model.mounting import sweep_ankle
-from afo_sim.model.paths import mean_length, paths_of, route_of, turns
+from afo_sim.common import InputError, assets
+from afo_sim.description import Orthosis, load
+from afo_sim.model import Built, mean_length, paths_of, sweep_ankle
+from afo_sim.model.build import build
+from afo_sim.model.paths import route_of, turns
 from afo_sim.simulation.facts import pull_on
 
 ANGLES = np.radians(np.linspace(-20.0, 20.0, 17))

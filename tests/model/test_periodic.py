@@ -5,21 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from afo_sim.common.notice import with_code
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import with_code
+from afo_sim.description import Scenario, load
+from afo_sim.model import AFTER, as_run, start_up, steps_of_stride, stride_time_of, two_strides, why_walked
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
-from afo_sim.model.periodic import (
-    AFTER,
-    as_run,
-    start_up,
-    steps_of_stride,
-    two_strides,
-    unseen_drift,
-    why_walked,
-)
-from afo_sim.model.walk import stride_time_of
+from afo_sim.model.periodic import unseen_drift
 from afo_sim.simulation.run import run
 
 

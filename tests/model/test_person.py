@@ -10,16 +10,14 @@ import pytest
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.description.scenario_text import body_height, body_mass
-from afo_sim.gait.file import read, write
-from afo_sim.model import assemble
+from afo_sim.description import Scenario, body_height, body_mass, load
+from afo_sim.gait import write
+from afo_sim.gait.file import read
+from afo_sim.model import Size, assemble, person_of, persons_stride, stride_time_of, with_person
 from afo_sim.model.build import build
-from afo_sim.model.person import Person, Size, person_of, persons_stride, with_person
-from afo_sim.model.walk import stride_time_of
+from afo_sim.model.person import Person
 from afo_sim.physics.passive_ankle import riener_edrich_1999
-from afo_sim.show.numbers import of_walker
+from afo_sim.show import of_walker
 
 LEG = (75.0, 1.75)  # mass [kg] and height [m] of the leg's own body
 RECORDED = 67.2, 1.78  # body mass [kg] and height [m] in the shipped gait's header

@@ -10,14 +10,13 @@ import pytest
 
 import afo_sim
 from afo_sim import InputError, native
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.description import load
 from afo_sim.description.orthosis import Chamber
-from afo_sim.description.reader import load
+from afo_sim.model import Built, air_before, start_up, walking_start
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import start_up
+from afo_sim.model.build import build
 from afo_sim.model.prefill import STEP, Held, filled
-from afo_sim.model.start import air_before, walking_start
 from afo_sim.simulation.simulate import simulate
 
 SHORT = "walk-dropfoot-afo-short"
@@ -91,7 +90,7 @@ def test_a_widening_chamber_is_what_scipy_integrates() -> None:
     from scipy.integrate import solve_ivp
     from scipy.optimize import brentq
 
-    from afo_sim.physics.pneumatics import sigma_rate, valve_flow
+    from afo_sim.physics import sigma_rate, valve_flow
 
     one, supply = chamber(), 4e5 + AMBIENT_PRESSURE
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
-from afo_sim.description.reader import load
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
+from afo_sim.description import load
+from afo_sim.model import Built, two_strides
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import two_strides
+from afo_sim.model.build import build
 from afo_sim.model.prefill import prefill, prefill_network
 from afo_sim.model.start import _at_first_posture
-from afo_sim.physics.pneumatics import valve_flow
+from afo_sim.physics import valve_flow
 
 TUBE = {
     "orthosis.chamber.dorsiflexor.tube": "pun_4x2_5",

@@ -6,12 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.reader import load
+from afo_sim.common import InputError
+from afo_sim.description import Orthosis, load
+from afo_sim.model import Ratio, fits, lengths_of, paths_of, write_rescaled
 from afo_sim.model.leg import lengthen
-from afo_sim.model.paths import paths_of
-from afo_sim.model.rescale import Ratio, fits, lengths_of, refit, write_rescaled
+from afo_sim.model.rescale import refit
 
 ROLLER = {"segment": "shank", "from_ankle": ["4.5 cm", "0 cm", "5 cm"], "surface": {"radius": "2 cm"}}
 

@@ -13,13 +13,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import expand, load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, assets
+from afo_sim.description import Scenario, expand, load
 from afo_sim.model import assemble, controls, leg, patient, person, walk
 from afo_sim.model.build import build
-from afo_sim.simulation.simulate import simulate_together
+from afo_sim.simulation import simulate_together
 
 SHARED = [
     value

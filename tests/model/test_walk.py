@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.interpolate import CubicHermiteSpline
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.model.build import Built, build
+from afo_sim.common import InputError
+from afo_sim.description import load
+from afo_sim.model import Built, why_walked
+from afo_sim.model.build import build
 from afo_sim.model.controls import controls
 from afo_sim.model.patient import ground_moment
-from afo_sim.model.periodic import why_walked
 from afo_sim.model.walk import Clock, Pace
 
 STOPPED = [["0.8 s", 1.3], ["2 s", 0.0], ["3.5 s", 0.8]]

@@ -9,10 +9,9 @@ import pytest
 from rig import charged, hanging_mass
 
 from afo_sim import native
-from afo_sim.common import assets
-from afo_sim.common.errors import CallbackError
+from afo_sim.common import CallbackError, assets
+from afo_sim.description import load
 from afo_sim.description.muscle import LawSet
-from afo_sim.description.reader import load
 from afo_sim.model.build import build
 from afo_sim.native import slots, struct_layout
 from afo_sim.physics.static_force import muscle_static_force

@@ -9,12 +9,9 @@ from rig import BRAID, LAW, hanging_mass
 from scipy.optimize import brentq
 
 from afo_sim import native
-from afo_sim.common.errors import CallbackError
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, CallbackError
 from afo_sim.native import slots
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.pneumatics import muscle_volume
+from afo_sim.physics import FRICTIONS, LAWS, muscle_volume
 
 ROW = {
     "law": "tondu_lopez_2000_bladder",

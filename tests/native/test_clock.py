@@ -6,7 +6,7 @@ import threading
 import pytest
 
 from afo_sim import native
-from afo_sim.native.compiled import mujoco_library
+from afo_sim.native import mujoco_library
 
 
 def clock() -> int | None:

@@ -13,7 +13,7 @@ from afo_sim import native
 from afo_sim.native.guides import turned
 from afo_sim.native.install import _flat, _FlatData
 from afo_sim.native.slots import MUSCLE_ROW
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import LAWS
 from afo_sim.physics.series import CREEP
 
 ORIGIN, EYE, END = np.array([-0.25, 0.05]), np.array([0.05, 0.05]), np.array([0.05, -0.01])  # forward, up [m]

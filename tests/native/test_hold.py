@@ -14,7 +14,7 @@ import mujoco
 import pytest
 
 from afo_sim import native
-from afo_sim.common.errors import CallbackError
+from afo_sim.common import CallbackError
 
 
 def pair() -> tuple[object, object]:

@@ -14,8 +14,7 @@ from afo_sim.native import balance, slots
 from afo_sim.native import network as solving
 from afo_sim.native import newton as newtons_method
 from afo_sim.native.install import _flat
-from afo_sim.physics.friction import FRICTIONS
-from afo_sim.physics.law import Braid
+from afo_sim.physics import FRICTIONS, Braid
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 CUFF, PLATE = (4e3, 0.0, 0.0, 0.0), (5e4, 0.0, 0.0, 0.0)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from afo_sim.physics import flow_edge
-from afo_sim.physics.flow_edge import FlowEdge, edge_flow, edge_flows
+from afo_sim.physics import FlowEdge, edge_flow, edge_flows, flow_edge
 
 C, B = 1.2e-9, 0.35
 EDGES = [

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from afo_sim.physics.friction import FRICTIONS
+from afo_sim.physics import FRICTIONS, Braid, LawParameter, register_all
 from afo_sim.physics.friction.bouc_wen import bouc_wen_pressure, bouc_wen_rate
 from afo_sim.physics.friction.hunt import hunt_dead_band
 from afo_sim.physics.friction.maxwell_slip import (
@@ -18,8 +18,6 @@ from afo_sim.physics.friction.maxwell_slip import (
     maxwell_slip_rates,
 )
 from afo_sim.physics.friction.tondu_lopez import SURFACE_LIMIT, contact_surface, tondu_lopez_friction
-from afo_sim.physics.jitable import register_all
-from afo_sim.physics.law import Braid, LawParameter
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 
 BRAID = Braid(0.1631, 5.75e-3, math.radians(22.0))  # S1's long muscle

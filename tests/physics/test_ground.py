@@ -9,15 +9,15 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from afo_sim import native
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.reader import load
-from afo_sim.model.build import Built, build
+from afo_sim.common import GRAVITY
+from afo_sim.description import load
+from afo_sim.model import POINTS, Built, walking_start
+from afo_sim.model.build import build
 from afo_sim.model.contact import pad_stiffness, shares, standing
 from afo_sim.model.controls import controls
-from afo_sim.model.outsole import POINTS, SOLE
+from afo_sim.model.outsole import SOLE
 from afo_sim.model.patient import ground_moment
-from afo_sim.model.start import walking_start
-from afo_sim.physics.ground import pad_force
+from afo_sim.physics import pad_force
 
 
 def contact_built() -> Built:

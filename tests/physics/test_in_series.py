@@ -8,17 +8,22 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from afo_sim.common.assets import names
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.reader import load
-from afo_sim.description.rest_curves import at_rest
-from afo_sim.physics.curves import contractions, crossing, forces
-from afo_sim.physics.in_series import row, tension, tensions
-from afo_sim.physics.jitable import register_all
-from afo_sim.physics.law import Braid
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.pneumatics import braid_volume, laminar_slope, valve_flow
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, names
+from afo_sim.description import Muscle, at_rest, load
+from afo_sim.physics import (
+    LAWS,
+    Braid,
+    contractions,
+    crossing,
+    forces,
+    laminar_slope,
+    register_all,
+    row,
+    tension,
+    tensions,
+    valve_flow,
+)
+from afo_sim.physics.pneumatics import braid_volume
 from afo_sim.physics.registry import typical_coefficients
 
 

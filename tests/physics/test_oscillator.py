@@ -7,8 +7,7 @@ import numba
 import numpy as np
 import pytest
 
-from afo_sim.physics import oscillator
-from afo_sim.physics.jitable import register_all
+from afo_sim.physics import oscillator, register_all
 
 N = 9
 

@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from afo_sim.physics.passive_ankle import (
-    LOWER,
-    UPPER,
-    passive_moment,
-    passive_moments,
-    riener_edrich_1999,
-)
+from afo_sim.physics import passive_moment, passive_moments
+from afo_sim.physics.passive_ankle import LOWER, UPPER, riener_edrich_1999
 
 # The published formula, tabulated apart from this code: moment [N m] by ankle angle, dorsiflexion positive
 # [deg], for three knee angles [deg]; text, so that each number carries its printed precision. One cell

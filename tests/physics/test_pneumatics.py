@@ -6,16 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from afo_sim.physics.pneumatics import (
-    LAMINAR_RATIO,
-    braid_volume,
-    chamber_pressure,
-    iso_6358_flow,
-    muscle_volume,
-    sigma_rate,
-    valve_flow,
-    valve_rates,
-)
+from afo_sim.physics import chamber_pressure, muscle_volume, sigma_rate, valve_flow, valve_rates
+from afo_sim.physics.pneumatics import LAMINAR_RATIO, braid_volume, iso_6358_flow
 
 T0 = 293.15  # ambient and ISO 6358 reference temperature [K]
 RHO0 = 1.185  # ISO 8778 [kg/m³]

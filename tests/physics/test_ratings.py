@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from afo_sim.common.units import (
+from afo_sim.common import (
     AMBIENT_TEMPERATURE,
     GAS_CONSTANT,
     HEAT_CAPACITY_RATIO,

@@ -8,12 +8,9 @@ import numba
 import numpy as np
 import pytest
 
-from afo_sim.physics import friction, laws, static_force
-from afo_sim.physics.friction import FRICTIONS, dispatch
+from afo_sim.physics import FRICTIONS, LAWS, MAX_COEFFICIENTS, Law, friction, laws, register_all, static_force
+from afo_sim.physics.friction import dispatch
 from afo_sim.physics.friction.law import Friction
-from afo_sim.physics.jitable import register_all
-from afo_sim.physics.law import MAX_COEFFICIENTS, Law
-from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import typical_coefficients
 
 LAW = """

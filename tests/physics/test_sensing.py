@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import kstest
 
-from afo_sim.native.sensing import compiled_sense
+from afo_sim.native import compiled_sense
 from afo_sim.physics import sensing as s
 
 TIMESTEP = 0.001

@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from afo_sim.physics.series import (
-    CREEP,
-    anchor_displacement,
-    anchor_energy,
-    anchor_force,
-    cable_tension,
-    capstan,
-    turn,
-)
+from afo_sim.physics import anchor_displacement, anchor_energy, anchor_force, cable_tension, capstan
+from afo_sim.physics.series import CREEP, turn
 
 LINEAR = (4e3, 33.0, 0.017)  # stiffness [N/m], force [N], length [m]
 STIFFENING = (0.0, 33.0, 0.017)  # a cuff on soft tissue

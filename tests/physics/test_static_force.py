@@ -12,14 +12,21 @@ from scipy.optimize import brentq, least_squares
 
 from afo_sim.common import assets
 from afo_sim.description import reader
-from afo_sim.physics.curves import contractions, forces
-from afo_sim.physics.law import MAX_COEFFICIENTS, Braid, Law
-from afo_sim.physics.laws import LAWS
+from afo_sim.physics import (
+    LAWS,
+    MAX_COEFFICIENTS,
+    Braid,
+    Law,
+    braid_force,
+    contractions,
+    forces,
+    signed_force,
+)
 from afo_sim.physics.laws.chou_hannaford import chou_hannaford_1996
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 from afo_sim.physics.pneumatics import braid_volume
 from afo_sim.physics.registry import typical_coefficients
-from afo_sim.physics.static_force import braid_force, muscle_static_force, signed_force, static_force
+from afo_sim.physics.static_force import muscle_static_force, static_force
 
 G = 9.81  # what the fits of S1's tables were made with [m/s²]
 BRAIDS = (Braid(0.1631, 5.75e-3, math.radians(22.0)), Braid(0.215, 5e-3, math.radians(37.0)))

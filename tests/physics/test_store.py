@@ -8,18 +8,23 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from afo_sim.metrics.bottle import COMPRESSIBILITY, air_given
-from afo_sim.physics.content import gas_density, gas_mass, mass_given
-from afo_sim.physics.flow_edge import compressor_flow, compressor_runs, regulator_flow, relief_flow
-from afo_sim.physics.gas import AIR, CO2, Gas
-from afo_sim.physics.store import (
-    gas_pressure,
+from afo_sim.metrics import air_given
+from afo_sim.metrics.bottle import COMPRESSIBILITY
+from afo_sim.physics import (
+    AIR,
+    CO2,
+    Gas,
+    compressor_flow,
+    compressor_runs,
+    gas_mass,
+    mass_given,
     saturation,
-    store_heat_capacity,
     store_pressure,
     store_temperature_rate,
-    vapour_density,
 )
+from afo_sim.physics.content import gas_density
+from afo_sim.physics.flow_edge import regulator_flow, relief_flow
+from afo_sim.physics.store import gas_pressure, store_heat_capacity, vapour_density
 
 WARM = 293.15
 ATM = 101_325.0

@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from afo_sim.physics.gas import AIR, CO2
-from afo_sim.physics.tube import (
-    end_losses,
-    friction_factor,
-    sound_delay,
-    tube_conductance,
-    tube_critical_ratio,
-    tube_volume,
-)
+from afo_sim.physics import AIR, CO2, sound_delay, tube_conductance, tube_critical_ratio, tube_volume
+from afo_sim.physics.tube import end_losses, friction_factor
 
 UNIT = 1e-8  # dm³/(s·bar) in m³/(s·Pa)
 

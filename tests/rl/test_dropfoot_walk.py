@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.rl import TASKS
 from afo_sim.rl.environments.episodes import Episodes, Setting, setting
 from afo_sim.rl.environments.task import Sample
-from afo_sim.rl.environments.tasks import AIR, CLEAR, POWER, SMOOTH, TASKS, walking_reward
+from afo_sim.rl.environments.tasks import AIR, CLEAR, POWER, SMOOTH, walking_reward
 
 
 @pytest.fixture(scope="module")

@@ -16,13 +16,11 @@ from dm_control.locomotion.walkers.cmu_humanoid import CMUHumanoid
 
 import afo_sim as afo
 from afo_sim import native
-from afo_sim.common.errors import CallbackError, InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.reader import load
+from afo_sim.common import GRAVITY, CallbackError, InputError
+from afo_sim.description import load
+from afo_sim.model import Built, equilibrium
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built
-from afo_sim.model.start import equilibrium
-from afo_sim.rl.entity import OrthosisEntity
+from afo_sim.rl import OrthosisEntity
 from afo_sim.rl.leg_entity import LegEntity
 
 SEATED = {"duration": "5 s"}

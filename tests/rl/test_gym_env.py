@@ -13,10 +13,10 @@ pytest.importorskip("gymnasium")
 import gymnasium
 from gymnasium.utils.env_checker import check_env
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.rl import TASKS
 from afo_sim.rl.environments import gym_id
 from afo_sim.rl.environments.gym_env import OrthosisEnv
-from afo_sim.rl.environments.tasks import TASKS
 
 IDS = [gym_id(name) for name in TASKS]
 

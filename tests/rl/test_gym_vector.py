@@ -9,10 +9,9 @@ pytest.importorskip("gymnasium")
 
 import gymnasium
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.rl import TASKS, OrthosisVectorEnv
 from afo_sim.rl.environments import gym_id
-from afo_sim.rl.environments.gym_env import OrthosisVectorEnv
-from afo_sim.rl.environments.tasks import TASKS
 
 MODE = "vector_entry_point"
 

@@ -24,8 +24,8 @@ def test_a_missing_library_is_one_sentence(library: str, module: str, words: str
 def test_older_names_are_the_same_modules() -> None:
     pytest.importorskip("dm_control")
     from afo_sim.environments import suite as older_suite
-    from afo_sim.rl.entity import OrthosisEntity
-    from afo_sim.rl.entity import OrthosisEntity as older_entity
+    from afo_sim.rl import OrthosisEntity
+    from afo_sim.rl import OrthosisEntity as older_entity
     from afo_sim.rl.environments import suite
 
     assert older_entity is OrthosisEntity and older_suite is suite

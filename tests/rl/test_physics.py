@@ -14,7 +14,7 @@ import pytest
 pytest.importorskip("dm_control")
 
 import afo_sim as afo
-from afo_sim.common.errors import CallbackError, InputError
+from afo_sim.common import CallbackError, InputError
 from afo_sim.model import controls as schedule
 from afo_sim.rl.dm import PhysicsError
 from afo_sim.rl.physics import ScenarioPhysics

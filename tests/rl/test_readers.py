@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.metrics.strides import stance
+from afo_sim.common import InputError
+from afo_sim.metrics import stance
+from afo_sim.rl import TASKS
 from afo_sim.rl.environments.episodes import Setting, setting
 from afo_sim.rl.environments.readers import FIELDS, readers
 from afo_sim.rl.environments.task import Sample
-from afo_sim.rl.environments.tasks import TASKS
-from afo_sim.simulation.columns import formulas
-from afo_sim.simulation.loop import frame_of
-from afo_sim.simulation.simulate import Stepped
+from afo_sim.simulation import Stepped, formulas, frame_of
 
 EXACT = ("ankle/", "chamber/", "shank/", "gait/", "ground/")  # the rest is computed in another order
 

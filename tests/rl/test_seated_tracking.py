@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
+from afo_sim.rl import TASKS
 from afo_sim.rl.environments.episodes import Episodes, setting
 from afo_sim.rl.environments.task import Sample
-from afo_sim.rl.environments.tasks import FASTEST, NEAR, SPAN, TASKS, reference, tracking_reward
+from afo_sim.rl.environments.tasks import FASTEST, NEAR, SPAN, reference, tracking_reward
 
 
 def test_the_reference_is_smooth_and_within_its_span() -> None:

@@ -13,10 +13,10 @@ pytest.importorskip("dm_control")
 
 from dm_env.test_utils import EnvironmentTestMixin
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.rl import TASKS
 from afo_sim.rl.environments import suite
 from afo_sim.rl.environments.episodes import Episodes, setting
-from afo_sim.rl.environments.tasks import TASKS
 
 
 class Conforming(EnvironmentTestMixin):

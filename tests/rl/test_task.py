@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
+from afo_sim.rl import TASKS, coils_of
 from afo_sim.rl.environments.episodes import setting
-from afo_sim.rl.environments.task import checked, coils_of
-from afo_sim.rl.environments.tasks import SEATED_TRACKING, TASKS, task_of
+from afo_sim.rl.environments.task import checked
+from afo_sim.rl.environments.tasks import SEATED_TRACKING, task_of
 
 
 def test_a_chamber_is_filled_vented_or_shut() -> None:

@@ -15,11 +15,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError
-from afo_sim.description.air.air_parts import AMBIENT
-from afo_sim.model.air_scheme import AirEdge, AirNode, AirScheme, conductance
-from afo_sim.show import air_symbols, style
-from afo_sim.show.air_drawing import NARROW, Layout, label, layout, page, page_size, scheme_of, ways
+from afo_sim.common import InputError
+from afo_sim.description import AMBIENT
+from afo_sim.model import AirEdge, AirScheme, conductance
+from afo_sim.model.air_scheme import AirNode
+from afo_sim.show import air_symbols, scheme_of, style, ways
+from afo_sim.show.air_drawing import NARROW, Layout, label, layout, page, page_size
 from afo_sim.show.air_routes import ports
 from afo_sim.show.style import ink
 

@@ -9,10 +9,9 @@ import pytest
 
 import afo_sim
 from afo_sim.lab.torque_belief import judged
-from afo_sim.show import bands
+from afo_sim.show import bands, write_report
 from afo_sim.show.panels import UNKNOWN_LABEL
-from afo_sim.show.report import write_report
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 
 @pytest.fixture(scope="module")

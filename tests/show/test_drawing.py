@@ -14,10 +14,10 @@ from PIL import Image
 
 import afo_sim as afo
 from afo_sim.cli.doctor.kinds import check_file
-from afo_sim.common.errors import InputError
-from afo_sim.model.design import Design, design
+from afo_sim.common import InputError
+from afo_sim.model import Design, rows
+from afo_sim.model.design import design
 from afo_sim.model.path_facts import path_facts
-from afo_sim.model.path_words import rows
 from afo_sim.show import style
 from afo_sim.show.drawing import PAGE, SIDE, page, table
 from afo_sim.show.drawing_views import Pose, lever, parts, scale_of, stacked

@@ -5,13 +5,13 @@ import dataclasses
 import pytest
 
 import afo_sim as afo
-from afo_sim.metrics.metric import Metric
+from afo_sim.metrics import Metric
+from afo_sim.show import RunView
 from afo_sim.show import effects as shown
 from afo_sim.show.report import page
-from afo_sim.show.run_view import RunView
-from afo_sim.simulation.recording import Recording
-from afo_sim.study.effects import AIR, CLEARANCE, FIRST, TORQUE, Effect, Effects
-from afo_sim.study.run_studies import EFFECTS, LEFT_OUT
+from afo_sim.simulation import Recording
+from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, TORQUE, Effects
+from afo_sim.study.effects import Effect
 
 BASE = {
     CLEARANCE: Metric(4.0, "mm"),

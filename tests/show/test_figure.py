@@ -17,10 +17,10 @@ from matplotlib.image import imread
 from yielding import rigid_run
 
 import afo_sim
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.show import panels, run_figure, style, video
 from afo_sim.show.run_view import alone
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 FILES = {
     f"{name}.{suffix}"

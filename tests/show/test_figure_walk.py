@@ -13,7 +13,7 @@ import afo_sim
 from afo_sim.show import panels, run_figure, video
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.run_view import alone
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 STANDING = 0.05 * 75.0 * 9.80665  # 5 % of the body weight [N]
 

@@ -10,10 +10,9 @@ import pytest
 from matplotlib.figure import Figure
 from understood_trial import stand_in
 
-from afo_sim.common.assets import find_gait
+from afo_sim.common import find_gait
 from afo_sim.gait.file import read
-from afo_sim.show.gait_figure import draw_gait
-from afo_sim.show.style import NORM
+from afo_sim.show import NORM, draw_gait
 
 
 @pytest.fixture

@@ -10,13 +10,13 @@ from rerun_files import read
 from yielding import STIFFNESS, rigid_run, yielding_run
 
 import afo_sim
-from afo_sim.description.reader import load
-from afo_sim.model.mounting import muscle_names
+from afo_sim.description import load
+from afo_sim.model import muscle_names
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun import write_rrd
 from afo_sim.show.rerun.muscle_shapes import POINTS, bow
 from afo_sim.show.rerun.scene import guided_lines
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,10 @@ import pathlib
 import pytest
 
 import afo_sim
-from afo_sim.description.reader import load
-from afo_sim.metrics.metric import Metric
-from afo_sim.show.numbers import cautions, doubts, of_leg
+from afo_sim.description import load
+from afo_sim.metrics import Metric
+from afo_sim.show import cautions
+from afo_sim.show.numbers import doubts, of_leg
 
 
 def told(totals: dict[str, Metric], strides: int) -> str:

@@ -11,15 +11,15 @@ from matplotlib.figure import Figure
 from yielding import STIFFNESS, rigid_run, yielding_run
 
 import afo_sim
-from afo_sim.description.reader import load
-from afo_sim.physics.gas import AIR, CO2
-from afo_sim.show import panels, report_figures, run_figure
+from afo_sim.description import load
+from afo_sim.physics import AIR, CO2
+from afo_sim.show import RunView, panels, report_figures, run_figure
 from afo_sim.show.report import page, read_runs
 from afo_sim.show.rerun.curves import curves, plots_of
 from afo_sim.show.rerun.run_rows import from_recording
 from afo_sim.show.run_figure import electronics, plain_numbers
-from afo_sim.show.run_view import RunView, alone
-from afo_sim.simulation.recording import Recording
+from afo_sim.show.run_view import alone
+from afo_sim.simulation import Recording
 
 APART = {"all cones": 0.12, "no green": 0.08, "no red": 0.08}  # least distances in OKLab
 WAIST = {"orthosis": "s1_waist", "duration": "1 s"}

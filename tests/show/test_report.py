@@ -16,17 +16,16 @@ from command import call
 from synthetic_walk import AMPLITUDE, MASS, STEP, TOE_OFF, walk_columns, with_orthosis
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.scenario_text import body_mass, facts, reference
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.metric_words import OTHER, in_short, lift, number, words
-from afo_sim.metrics.walking import walk_metrics
-from afo_sim.show import report_figures
-from afo_sim.show.report import page, read_runs, remarks, write_report
-from afo_sim.show.run_view import PHASE, RunView
-from afo_sim.show.style import RUNS, plain
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import InputError, assets
+from afo_sim.description import body_mass, facts
+from afo_sim.description.scenario_text import reference
+from afo_sim.metrics import Metric, in_short, lift, number, walk_metrics, words
+from afo_sim.metrics.metric_words import OTHER
+from afo_sim.show import RUNS, RunView, report_figures, write_report
+from afo_sim.show.report import page, read_runs, remarks
+from afo_sim.show.run_view import PHASE
+from afo_sim.show.style import plain
+from afo_sim.simulation import Recording
 
 
 class Reader(html.parser.HTMLParser):

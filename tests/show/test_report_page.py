@@ -11,9 +11,8 @@ import subprocess
 import pytest
 from colour_vision import contrast
 
+from afo_sim.show import STYLE, WIDTH
 from afo_sim.show.report import headed, page, read_runs
-from afo_sim.show.report_figures import WIDTH
-from afo_sim.show.style import STYLE
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 POINT = 96.0 / 72.0  # [CSS pixel]

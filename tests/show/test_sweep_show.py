@@ -15,7 +15,7 @@ from sweep_case import saltelli, write_sweep
 
 import afo_sim.study
 from afo_sim.cli.sweep import show_folder
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.show import sweep_figures as figures
 from afo_sim.study import analysis, scales
 from afo_sim.study.findings import EXACT, effects_of, findings, indices

@@ -10,12 +10,9 @@ from knee import knee_orthosis
 from matplotlib.figure import Figure
 
 from afo_sim.common import assets
-from afo_sim.description import reader
-from afo_sim.description.portable import toml_text
-from afo_sim.lab.torque_device import Change, paths, statics
-from afo_sim.lab.torque_fit import fit_torque
-from afo_sim.lab.validation_knee import knee_tests
-from afo_sim.show.torque_bench import write_torque_figure
+from afo_sim.description import reader, toml_text
+from afo_sim.lab import Change, fit_torque, knee_tests, paths, statics
+from afo_sim.show import write_torque_figure
 
 NAMES = {"fit_torque.json", "fit_torque.png", "fit_torque.pdf", "orthosis.toml"}
 ANGLE = np.tile(np.linspace(-16.0, 12.0, 8), 3)

@@ -15,30 +15,31 @@ from sweep_case import write_sweep
 import afo_sim
 from afo_sim.common import assets
 from afo_sim.gait import file as gait
-from afo_sim.lab.stand import Stand, stand
-from afo_sim.lab.stand_trial import Trial
-from afo_sim.metrics.metric import Metric
-from afo_sim.model.torque_map import TorqueMap
+from afo_sim.lab import Stand, Trial
+from afo_sim.lab.stand import stand
+from afo_sim.metrics import Metric
+from afo_sim.model import TorqueMap
 from afo_sim.show import (
+    RunView,
     compared_figures,
+    draw_search,
+    draw_study,
     gait_figure,
     report_figures,
     run_figure,
     sweep_figures,
     torque_map_figure,
+    write_fit_figure,
+    write_log_figure,
 )
-from afo_sim.show.fit_figure import write_fit_figure, write_log_figure
 from afo_sim.show.numbers import printed, readable
-from afo_sim.show.run_view import RunView
-from afo_sim.show.search_figure import draw_search
-from afo_sim.show.stand_figure import draw_study, draw_trials
+from afo_sim.show.stand_figure import draw_trials
 from afo_sim.show.style import plain
-from afo_sim.simulation.recording import Recording
-from afo_sim.study import read
+from afo_sim.simulation import Recording
+from afo_sim.study import OBJECTIVE, Limit, Problem, read
 from afo_sim.study.findings import effects_of
 from afo_sim.study.parameter import Parameter, Range
-from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
-from afo_sim.study.search.loop import Problem
+from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Objective
 
 NAME = r"a$x_1$ ^b\c"
 

@@ -12,12 +12,11 @@ import pytest
 from command import call
 
 import afo_sim
+from afo_sim.show import RUNS, RunView
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.notebook import recording_html
 from afo_sim.show.report import page
-from afo_sim.show.run_view import RunView
-from afo_sim.show.style import RUNS
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 
 @pytest.fixture(scope="module")

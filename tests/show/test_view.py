@@ -13,13 +13,13 @@ import pytest
 import rerun as rr
 from rerun_files import needs_vulkan, read, rerun
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
+from afo_sim.common import InputError
+from afo_sim.description import load
 from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
 from afo_sim.show.rerun.muscle_shapes import tube_radius
 from afo_sim.show.rerun.viewer import viewer_process
+from afo_sim.simulation import Recording
 from afo_sim.simulation.files import write_parquet
-from afo_sim.simulation.recording import Recording
 
 
 @pytest.fixture(scope="module")
@@ -253,8 +253,8 @@ def test_missing_driver_is_said_with_the_packages_name(
 def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
     """Headless here; the rows watched, put together, are the run."""
     from afo_sim.model.build import build
-    from afo_sim.show.rerun.viewer import live_viewer
-    from afo_sim.simulation.run import run_built
+    from afo_sim.show import live_viewer
+    from afo_sim.simulation import run_built
 
     seen: list[Recording] = []
     with live_viewer(headless=True) as watch:
@@ -271,7 +271,7 @@ def test_live_stream_reaches_a_viewer(tmp_path: pathlib.Path) -> None:
 
 def test_watched_run_is_the_unwatched_run(seated: Recording) -> None:
     from afo_sim.model.build import build
-    from afo_sim.simulation.run import run_built
+    from afo_sim.simulation import run_built
 
     watched = run_built(build(load("scenario", "seated", {"duration": "9 s"})), watch=lambda stretch: None)
     for name, values in watched.columns.items():

@@ -12,7 +12,7 @@ from colour_vision import VISIONS, contrast, nearest
 from rerun.blueprint.api import Container
 
 import afo_sim
-from afo_sim.metrics.metric_words import words
+from afo_sim.metrics import words
 from afo_sim.show.rerun import colours, texts, write_comparison
 from afo_sim.show.rerun.curves import compared_curves, curves, plots_of
 from afo_sim.show.rerun.events import BLANK, _fitting
@@ -21,7 +21,7 @@ from afo_sim.show.rerun.recording_file import RunScene, contents
 from afo_sim.show.rerun.run_rows import from_recording
 from afo_sim.show.rerun.scene import stage
 from afo_sim.show.rerun.walk_scene import Walker, carriage
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 SCENARIOS = ("seated", "arm-s1", "arm", "walk-dropfoot-afo", "walk-healthy")
 APART = {"all cones": 0.12, "no green": 0.08, "no red": 0.08}  # least distances in OKLab

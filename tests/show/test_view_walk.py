@@ -10,13 +10,12 @@ import rerun as rr
 from rerun_files import needs_vulkan, read, rerun
 
 import afo_sim
-from afo_sim.description.reader import load
+from afo_sim.description import load
 from afo_sim.model.build import build
 from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
 from afo_sim.show.rerun.run_rows import from_recording
 from afo_sim.show.rerun.walk_scene import ARROW, SIDE, SUNK
-from afo_sim.simulation.recording import Recording, read_recording
-from afo_sim.simulation.run import run_built
+from afo_sim.simulation import Recording, read_recording, run_built
 
 BODY = {"patient.body_mass": "75 kg", "patient.body_height": "1.75 m"}  # the leg's own
 BODY_WEIGHT = 75.0 * 9.80665
@@ -352,7 +351,7 @@ def test_picture_shows_leg_arrow_and_trail(
 
 @needs_vulkan
 def test_live_walk_reaches_a_viewer() -> None:
-    from afo_sim.show.rerun.viewer import live_viewer
+    from afo_sim.show import live_viewer
 
     with live_viewer(headless=True) as watch:
         run = run_built(build(load("scenario", "walk-dropfoot", {"duration": "0.6 s"})), watch=watch)

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.description.air.source import Source
-from afo_sim.description.reader import load
-from afo_sim.metrics.bottle import compressibility, emptied
-from afo_sim.metrics.metric import Metric
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, InputError
+from afo_sim.description import Source, load
+from afo_sim.metrics import Metric, emptied
+from afo_sim.metrics.bottle import compressibility
+from afo_sim.simulation import Recording
 
 WALK = "walk-dropfoot-afo"
 TUBE = {"kind": "tube", "tube": "pun_4x2_5", "length": "1 m"}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from afo_sim.common.units import (
+from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
     GAS_CONSTANT,

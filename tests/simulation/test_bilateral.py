@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import STANDARD_DENSITY
-from afo_sim.simulation.bilateral import Both, described, laid_together
+from afo_sim.common import STANDARD_DENSITY, InputError
+from afo_sim.simulation import Both, described
+from afo_sim.simulation.bilateral import laid_together
 from afo_sim.simulation.bilateral_air import Cycle, mean_over
 
 WALK = "walk-dropfoot-afo"

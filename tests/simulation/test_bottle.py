@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
-from afo_sim.metrics.bottle import COMPRESSIBILITY, air_given, bottle_metrics, compressibility
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.metrics import air_given
+from afo_sim.metrics.bottle import COMPRESSIBILITY, bottle_metrics, compressibility
 
 RT = GAS_CONSTANT * AMBIENT_TEMPERATURE
 

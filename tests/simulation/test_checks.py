@@ -16,10 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.metrics.metric import Metric
-from afo_sim.simulation.checks import CheckEntry, Expectation, check_metric, expect, read_checks, run_checks
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import InputError
+from afo_sim.metrics import Metric
+from afo_sim.simulation import Recording, read_checks, run_checks
+from afo_sim.simulation.checks import CheckEntry, Expectation, check_metric, expect
 
 CHECKS = pathlib.Path(__file__).parents[2] / "models" / "checks"
 PERIOD, STEP = 2.0, 0.01

@@ -8,11 +8,11 @@ import pytest
 from command import call
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.show.compared_figures import write
-from afo_sim.simulation.compare import angle_differences, common_laws, compare_laws, tables
-from afo_sim.simulation.recording import Recording, read_recording
+from afo_sim.common import InputError
+from afo_sim.description import load
+from afo_sim.show import write
+from afo_sim.simulation import Recording, angle_differences, compare_laws, read_recording, tables
+from afo_sim.simulation.compare import common_laws
 
 LAWS = ("kerscher_2006", "maximum_force", "sarosi_2012", "polynomial")
 ANGLE = "ankle/angle"

@@ -9,16 +9,14 @@ import pytest
 from matplotlib.figure import Figure
 
 import afo_sim
-from afo_sim.control.controller import Observation
-from afo_sim.description.reader import load
+from afo_sim.control import Observation
+from afo_sim.description import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.show import panels
 from afo_sim.show.run_view import alone
-from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.rollout import Recipe, Rollout, roll_out
+from afo_sim.simulation import Recipe, Recording, Rollout, fixed, roll_out
 from afo_sim.simulation.simulate import case_of
-from afo_sim.simulation.stepping import fixed
 
 DRIVES: dict[str, dict[str, Any]] = {
     "bang_bang": {"kind": "bang_bang", "dead_band": "50 mbar", "least_on": "8 ms"},

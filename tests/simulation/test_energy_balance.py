@@ -10,10 +10,11 @@ from scipy.integrate import quad
 
 import afo_sim
 from afo_sim import load
-from afo_sim.description.orthosis import Orthosis
+from afo_sim.description import Orthosis
 from afo_sim.model.build import build
-from afo_sim.physics.laws import LAWS
-from afo_sim.simulation.energy_balance import Energy, balance, balance_of
+from afo_sim.physics import LAWS
+from afo_sim.simulation import Energy, balance
+from afo_sim.simulation.energy_balance import balance_of
 
 AMBIENT = 101_325.0
 FRONT = "muscle.dorsiflexor"

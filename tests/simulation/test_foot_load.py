@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.description.reader import load
-from afo_sim.model.build import Built, build
-from afo_sim.simulation.recording import Recording
+from afo_sim.description import load
+from afo_sim.model import Built
+from afo_sim.model.build import build
+from afo_sim.simulation import Recording
 
 SETS = {"duration": "2.4 s", "gait.settled": "walked"}
 CASES = ("recorded", "contact")

@@ -5,11 +5,10 @@ import pytest
 from sideways import Talus, moments
 
 import afo_sim
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Scenario, load
 from afo_sim.metrics.torque import inversion_peaks
-from afo_sim.model.mounting import muscle_names
-from afo_sim.simulation.recording import Recording
+from afo_sim.model import muscle_names
+from afo_sim.simulation import Recording
 
 INSIDE = {"orthosis.muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "1.5 cm", "-1 cm"]}
 CROSSING = INSIDE | {"orthosis.muscle.plantarflexor.origin.from_ankle": ["-6 cm", "-2 cm", "30 cm"]}

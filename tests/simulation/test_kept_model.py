@@ -13,16 +13,13 @@ import pytest
 
 import afo_sim
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.model.build import Built, build
+from afo_sim.common import AMBIENT_PRESSURE, InputError
+from afo_sim.model import Built, as_run, equilibrium, get_state, two_strides, walking_start
+from afo_sim.model.build import build
 from afo_sim.model.controls import controls
-from afo_sim.model.periodic import as_run, two_strides
-from afo_sim.model.start import equilibrium, get_state, walking_start
+from afo_sim.simulation import Recording, fixed, read_recording, to_binary
 from afo_sim.simulation import files as kept_model
-from afo_sim.simulation.files import LABEL, packed, to_binary, unpacked
-from afo_sim.simulation.recording import Recording, read_recording
-from afo_sim.simulation.stepping import fixed
+from afo_sim.simulation.files import LABEL, packed, unpacked
 
 SHORT = {"duration": "1 s"}
 VERSION = slice(12, 16)  # of MuJoCo, in the binary

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 SHORT = {"duration": "0.5 s"}
 LATE = 0.2  # from when on a controller fails [s]

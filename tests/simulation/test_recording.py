@@ -10,11 +10,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.writing import replacing
+from afo_sim.common import InputError, Notice, replacing
+from afo_sim.simulation import Recording, read_recording
 from afo_sim.simulation import display_hooks as shown
-from afo_sim.simulation.recording import Recording, read_recording
 
 
 @pytest.fixture(scope="module")

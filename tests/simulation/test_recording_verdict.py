@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 import afo_sim
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 
 @pytest.fixture(scope="module")

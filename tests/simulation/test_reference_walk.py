@@ -5,11 +5,10 @@ import itertools
 import pytest
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError
+from afo_sim.description import Scenario, load
+from afo_sim.simulation import References, reference_of
 from afo_sim.simulation import reference_walk as reference
-from afo_sim.simulation.reference_walk import References, reference_of
 from afo_sim.study.parameter import span
 
 SHORT = {"duration": "3 s"}

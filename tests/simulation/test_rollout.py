@@ -8,16 +8,13 @@ import pytest
 
 import afo_sim
 from afo_sim import native
-from afo_sim.common.errors import CallbackError, SimulationError
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.description.reader import load
+from afo_sim.common import AMBIENT_PRESSURE, CallbackError, SimulationError
+from afo_sim.description import load
+from afo_sim.model import Built, equilibrium
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.start import equilibrium
-from afo_sim.simulation.rollout import STATE, Case, Recipe, Rollout, roll_out
-from afo_sim.simulation.run import run_built
+from afo_sim.model.build import build
+from afo_sim.simulation import STATE, Case, Moment, Policy, Recipe, Rollout, fixed, roll_out, run_built
 from afo_sim.simulation.simulate import simulate
-from afo_sim.simulation.stepping import Moment, Policy, fixed
 
 PACKAGE = pathlib.Path(afo_sim.__file__).parent
 SUPPLIES = (2e5, 3e5, 4e5)

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 from afo_sim.simulation.run import _warnings
 
 

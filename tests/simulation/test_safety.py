@@ -11,14 +11,14 @@ from yielding import rigid_run, yielding_run
 import afo_sim
 from afo_sim import load
 from afo_sim.cli.doctor.kinds import check_file
-from afo_sim.description.attachment import Segment
+from afo_sim.description import Segment
+from afo_sim.metrics import WORDS
 from afo_sim.metrics.metric import SAFETY
-from afo_sim.metrics.metric_words import WORDS
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
-from afo_sim.simulation.examine import Asked, examine
+from afo_sim.simulation import Asked, Recording
+from afo_sim.simulation.examine import examine
 from afo_sim.simulation.facts import pull_on
-from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.simulate import simulate
 from afo_sim.study import engine
 

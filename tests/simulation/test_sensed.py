@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.control.controller import Observation
-from afo_sim.description.control.sensor import FIELDS, Calibration, Sensor
-from afo_sim.description.reader import load
-from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.sensed import SensorBank, sensor_columns
+from afo_sim.common import InputError, assets
+from afo_sim.control import Observation
+from afo_sim.description import Sensor, load
+from afo_sim.description.control.sensor import FIELDS, Calibration
+from afo_sim.simulation import Recording, sensor_columns
+from afo_sim.simulation.sensed import SensorBank
 
 PRESSURE, LENGTH = "chamber/dorsiflexor/pressure", "muscle/dorsiflexor_1/length"
 SENSORS: dict[str, Any] = {

@@ -6,17 +6,14 @@ import numpy as np
 import pytest
 
 from afo_sim import native, read_recording
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Scenario, load
+from afo_sim.model import AFTER, Built, steps_of_stride, two_strides, why_walked, with_person
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import AFTER, steps_of_stride, two_strides, why_walked
-from afo_sim.model.person import with_person
+from afo_sim.model.build import build
+from afo_sim.simulation import Rollout, Settled, simulate_together
 from afo_sim.simulation.examine import examine
-from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.run import run
-from afo_sim.simulation.settle import Settled, settle
-from afo_sim.simulation.simulate import simulate_together
+from afo_sim.simulation.settle import settle
 from afo_sim.simulation.stride_search import AIR, ANGLE
 
 SHIPPED = ("walk-dropfoot-afo", "walk-dropfoot-afo-short", "walk-dropfoot", "walk-healthy")

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from afo_sim import native
-from afo_sim.common.units import AMBIENT_PRESSURE
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import AMBIENT_PRESSURE
+from afo_sim.description import Scenario, load
+from afo_sim.model import Built, steps_of_stride, two_strides, why_walked
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.periodic import steps_of_stride, two_strides, why_walked
+from afo_sim.model.build import build
+from afo_sim.simulation import Settled
 from afo_sim.simulation.air_slopes import AirRows, air_slopes
 from afo_sim.simulation.network_slopes import network_slopes
-from afo_sim.simulation.settle import Settled, settle
+from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
 from afo_sim.simulation.stride_search import AIR, ANGLE, network_rows
 

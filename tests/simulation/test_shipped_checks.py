@@ -7,8 +7,7 @@ from command import call
 
 import afo_sim
 from afo_sim.common import assets
-from afo_sim.simulation.checks import read_checks
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording, read_checks
 
 SCENARIOS = assets.names("scenario")
 # Of each scenario another one that must fail some of its checks, and one of the columns or metrics where.

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common.errors import CallbackError, InputError
-from afo_sim.description.reader import load
+from afo_sim.common import CallbackError, InputError
+from afo_sim.description import load
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.native import slots
-from afo_sim.simulation.examine import make_recording
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording, make_recording
 from afo_sim.simulation.simulate import simulate
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common.errors import CallbackError, InputError
+from afo_sim.common import CallbackError, InputError
 
 SHORT = {"duration": "0.4 s"}
 COLUMNS = ("time", "ankle/angle", "ankle/velocity", "chamber/dorsiflexor/pressure")

@@ -7,12 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import afo_sim as afo
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.description.reader import load
-from afo_sim.metrics.bottle import until_empty
-from afo_sim.metrics.metric import Metric
-from afo_sim.physics.gas import CO2
-from afo_sim.physics.store import store_pressure, store_temperature_rate
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.description import load
+from afo_sim.metrics import Metric, until_empty
+from afo_sim.physics import CO2, store_pressure, store_temperature_rate
 
 WALK = "walk-dropfoot-afo"
 TANK = {

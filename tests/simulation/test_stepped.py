@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from afo_sim.description.reader import load
+from afo_sim.description import load
 from afo_sim.model.build import build
-from afo_sim.simulation.rollout import METRIC_FIELDS
-from afo_sim.simulation.simulate import Stepped
+from afo_sim.simulation import METRIC_FIELDS, Stepped
 
 WALK = {"duration": "2 s", "gait.settled": "walked"}
 

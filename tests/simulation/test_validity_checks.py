@@ -8,12 +8,13 @@ import pytest
 
 import afo_sim
 from afo_sim import load
-from afo_sim.metrics.metric_words import words
+from afo_sim.metrics import words
+from afo_sim.model import Built
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
+from afo_sim.model.build import build
+from afo_sim.simulation import balance, make_recording
 from afo_sim.simulation.columns import columns_of
-from afo_sim.simulation.energy_balance import balance, law_forces, with_static_forces
-from afo_sim.simulation.examine import make_recording
+from afo_sim.simulation.energy_balance import law_forces, with_static_forces
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.simulate import simulate
 from afo_sim.simulation.validity_checks import validity_warnings

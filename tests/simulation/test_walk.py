@@ -7,20 +7,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import GRAVITY
-from afo_sim.description.reader import load
-from afo_sim.description.walking import Gait
+from afo_sim.common import GRAVITY, InputError, assets
+from afo_sim.description import Gait, load
+from afo_sim.gait import GaitCycle, fit_to_leg
 from afo_sim.gait import file as gait_file
-from afo_sim.gait.ankle_alignment import fit_to_leg
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.model.build import Built, build
+from afo_sim.model import Built, phase_at
+from afo_sim.model.build import build
 from afo_sim.model.foot import turned
 from afo_sim.model.patient import needed_moment
-from afo_sim.model.walk import phase_at
-from afo_sim.physics.passive_ankle import passive_moment
-from afo_sim.simulation.recording import Recording
+from afo_sim.physics import passive_moment
+from afo_sim.simulation import Recording
 
 HALF_STEP = {"timestep": "0.5 ms"}  # of the shipped scenario's
 # one recorded walker at the leg's own size, whatever the scenarios walk with

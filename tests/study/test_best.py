@@ -8,9 +8,9 @@ import pytest
 
 import afo_sim as afo
 from afo_sim.common import assets
-from afo_sim.model.rescale import fits
+from afo_sim.model import fits
+from afo_sim.study import BestDesign
 from afo_sim.study.search import plan
-from afo_sim.study.search.best import BestDesign
 from tests.command import call
 
 FORCES = {

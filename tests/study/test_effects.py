@@ -9,28 +9,12 @@ from typing import Any
 import pytest
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError, SimulationError
-from afo_sim.description.reader import load
-from afo_sim.metrics.verdict import Status
-from afo_sim.simulation.recording import Recording
-from afo_sim.study.effects import (
-    AIR,
-    CLEARANCE,
-    FIRST,
-    METRICS,
-    PITCH,
-    TORQUE_PER_MASS,
-    WORK,
-    Aim,
-    Effect,
-    Effects,
-    Run,
-    Wanted,
-    aim_of,
-    rank,
-    wanted_of,
-)
-from afo_sim.study.run_studies import EFFECTS, LEFT_OUT, with_studies
+from afo_sim.common import InputError, SimulationError
+from afo_sim.description import load
+from afo_sim.metrics import Status
+from afo_sim.simulation import Recording
+from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, PITCH, WORK, Effects, with_studies
+from afo_sim.study.effects import METRICS, TORQUE_PER_MASS, Aim, Effect, Run, Wanted, aim_of, rank, wanted_of
 
 WALK, TIMER = "walk-dropfoot-afo", "walk-dropfoot-afo-timer"
 FAST: dict[str, Any] = {"timestep": "4 ms", "duration": "6.1 s"}

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import afo_sim as afo
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Scenario
 from afo_sim.study.effects_parameters import Step, steps, takes_air
 
 WALK = "walk-dropfoot-afo"

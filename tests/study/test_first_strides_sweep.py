@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.metrics.first_strides import NAMES
-from afo_sim.simulation.examine import Asked
+from afo_sim.metrics import NAMES
+from afo_sim.simulation import Asked
 from afo_sim.study import engine
 
 SHORT = "walk-dropfoot-afo-short"

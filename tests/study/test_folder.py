@@ -11,16 +11,14 @@ from sweep_runs import SEATED, opened
 from sweep_runs import written as written_sweep
 
 import afo_sim
-from afo_sim.common import assets, versions
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, assets, versions
+from afo_sim.description import load
 from afo_sim.description.portable import portable
-from afo_sim.description.reader import load
-from afo_sim.study import folder
+from afo_sim.study import folder, open_search
 from afo_sim.study.runner import sweep
 from afo_sim.study.search import plan as search_plan
 from afo_sim.study.search import store
 from afo_sim.study.search.best import spread_over_starts
-from afo_sim.study.search.runner import open_search
 
 PACKAGE = pathlib.Path(afo_sim.__file__).parent
 SEARCH = """
@@ -194,7 +192,7 @@ def test_the_best_design_runs_wherever_its_folder_goes(
 
 @pytest.mark.parametrize("name", assets.names("scenario"))
 def test_shipped_scenarios_are_portable_without_a_copy(tmp_path: pathlib.Path, name: str) -> None:
-    from afo_sim.description.portable import toml_text
+    from afo_sim.description import toml_text
 
     scenario = load("scenario", name)
     moved = portable(scenario.resolved(), tmp_path)

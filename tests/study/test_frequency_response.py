@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.common.units import GAS_CONSTANT
-from afo_sim.study.frequency_curve import Crossing, Curve, falls_to, first_harmonic, unwrapped
-from afo_sim.study.frequency_response import FrequencyResponse, bode, settled_harmonic
+from afo_sim.common import GAS_CONSTANT
+from afo_sim.study import Curve, FrequencyResponse, bode, first_harmonic
+from afo_sim.study.frequency_curve import Crossing, falls_to, unwrapped
+from afo_sim.study.frequency_response import settled_harmonic
 
 PRESSURE = "chamber/dorsiflexor/pressure"
 PID = {

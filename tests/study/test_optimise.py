@@ -19,16 +19,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afo_sim
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.show.search_figure import draw_search
+from afo_sim.common import InputError, assets
+from afo_sim.show import draw_search
+from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, cases_of, statement
 from afo_sim.study.constraint import read_constraint
-from afo_sim.study.design import cases_of
 from afo_sim.study.parameter import Parameter, Range
 from afo_sim.study.search import plan, store
-from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim, Limit, Objective
-from afo_sim.study.search.best import statement
-from afo_sim.study.search.loop import Answers, Columns, Evolution, Problem, best_of, evolve
+from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Objective
+from afo_sim.study.search.loop import Answers, Evolution, evolve
 
 LOWEST = Objective("f", "lowest")
 X = Parameter("x", ("x",), "", Range(0.1, 5.0))

@@ -10,8 +10,8 @@ from sweep_runs import assert_same, exact, swept, table
 
 import afo_sim
 import afo_sim.study
-from afo_sim.description.reader import expand
-from afo_sim.simulation.examine import Asked
+from afo_sim.description import expand
+from afo_sim.simulation import Asked
 from afo_sim.study import engine, replay
 
 # Cases of three layouts, with two settings that end in failures: at 1 kN·m the ankle goes through its

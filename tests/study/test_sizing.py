@@ -8,12 +8,13 @@ from typing import Any
 import pytest
 
 import afo_sim as afo
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.model.rescale import fits
+from afo_sim.common import InputError
+from afo_sim.description import load
+from afo_sim.model import fits
+from afo_sim.study import Requirement
 from afo_sim.study.sizing.air_parts import one_coil, times_for, two_coils, why_not, within
 from afo_sim.study.sizing.muscles import link_for
-from afo_sim.study.sizing.requirement import Requirement, read_requirements, usual
+from afo_sim.study.sizing.requirement import read_requirements, usual
 from afo_sim.study.sizing.sizes import size
 
 SHORT = {"duration": "2 s"}

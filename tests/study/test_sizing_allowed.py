@@ -4,12 +4,13 @@ from typing import Any
 
 import pytest
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
+from afo_sim.common import InputError
+from afo_sim.description import load
+from afo_sim.study import Tried
 from afo_sim.study.sizing import sizes
 from afo_sim.study.sizing.muscles import DERIVED, UPPER_BOUND, doubt_of
 from afo_sim.study.sizing.pressures import exceeded, highest_allowed
-from afo_sim.study.sizing.requirement import Candidate, Tried, read_requirements
+from afo_sim.study.sizing.requirement import Candidate, read_requirements
 from afo_sim.study.sizing.result import best_of, nearest_miss, smallest
 from afo_sim.study.sizing.sizes import size
 

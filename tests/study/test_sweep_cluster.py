@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from sweep_runs import SEATED, SWEEP, assert_same, exact, opened, swept, table, written
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import expand
+from afo_sim.common import InputError
+from afo_sim.description import expand
 from afo_sim.study import engine, folder, runner
 from afo_sim.study.pool import compute
 

@@ -17,11 +17,9 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.stats import qmc
 
-from afo_sim.common import assets, units
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.study import design, sweep_plan
-from afo_sim.study.design import Cases, cases_of
+from afo_sim.common import InputError, assets, units
+from afo_sim.description import load
+from afo_sim.study import Cases, cases_of, design, sweep_plan
 
 PRESSURE = '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "6 bar"\n'
 ARM = "orthosis.muscle.dorsiflexor.insertion.from_ankle[0]"
@@ -284,7 +282,7 @@ def test_one_parameter_sets_several_keys_alike(tmp_path: pathlib.Path) -> None:
 def test_a_laws_own_parameter(tmp_path: pathlib.Path) -> None:
     muscle = load("muscle", "s1_215mm")
     name, value = next((n, v) for n, v in muscle.law_set.parameters.items() if v > 0.0)
-    from afo_sim.physics.laws import LAWS
+    from afo_sim.physics import LAWS
 
     unit = LAWS[muscle.law].parameter(name).unit
     low, high = (units.format_quantity(f * value, unit) for f in (0.9, 1.1))

@@ -21,16 +21,11 @@ from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, exact, opened, swept
 import afo_sim
 import afo_sim.study
 from afo_sim.cli.sweep import reporter
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import expand
-from afo_sim.metrics.metric import OTHER, Metric
-from afo_sim.metrics.metric_words import words
-from afo_sim.study import engine, folder, replay, runner, store, sweep_plan
-from afo_sim.study.engine import Outcome
+from afo_sim.common import InputError, assets
+from afo_sim.description import expand
+from afo_sim.metrics import OTHER, Metric, words
+from afo_sim.study import Outcome, Store, SweepProgress, engine, folder, replay, runner, store, sweep_plan
 from afo_sim.study.findings import indices
-from afo_sim.study.runner import SweepProgress
-from afo_sim.study.store import Store
 
 
 @pytest.fixture(scope="module")

@@ -7,13 +7,9 @@ import mujoco
 import numpy as np
 
 from afo_sim.cli.doctor.kinds import Findings
-from afo_sim.common.errors import InputError
-from afo_sim.description.attachment import Side
-from afo_sim.legs.cutting import cut
-from afo_sim.legs.finding import find
-from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes
-from afo_sim.legs.reading import read_tree
-from afo_sim.legs.tree import Tree
+from afo_sim.common import InputError
+from afo_sim.description import Side
+from afo_sim.legs import LegNumbers, Tree, cut, doubtful_notes, find, read_tree
 
 
 def mjcf(path: pathlib.Path) -> Findings:

@@ -8,8 +8,7 @@ import pathlib
 from collections.abc import Mapping
 from typing import Any
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError, assets
 
 Findings = list[tuple[str, str]]
 _HERE = "afo_sim.cli.doctor"
@@ -85,8 +84,7 @@ def _described_in(folder: pathlib.Path) -> pathlib.Path:
 
 def check_gait(path: pathlib.Path) -> Findings:
     """Findings of a gait cycle's CSV, or a norm's."""
-    from afo_sim.gait import file, norm
-    from afo_sim.gait.checks import findings
+    from afo_sim.gait import file, findings, norm
 
     if norm.is_norm(path):
         return [("kind", "gait norm"), ("rows", str(len(norm.read(path).phase)))]
@@ -97,7 +95,7 @@ def check_toml(path: pathlib.Path) -> Findings:
     """Findings of a TOML file of any kind."""
     table = assets.read_toml(path)
     if "check" in table:
-        from afo_sim.simulation.checks import read_checks
+        from afo_sim.simulation import read_checks
 
         return [("kind", "checks"), ("checks", str(len(read_checks(path))))]
     if "objective" in table:
@@ -109,12 +107,12 @@ def check_toml(path: pathlib.Path) -> Findings:
 
 
 def _check_description(path: pathlib.Path, kind: str) -> Findings:
-    from afo_sim.description.reader import load
+    from afo_sim.description import load
 
     findings = [("kind", kind), *_checked(_OF_DESCRIPTION[kind], load(kind, str(path)))]
     if kind in ("orthosis", "leg"):
         # neither runs alone: put it into a shipped scenario
-        from afo_sim.model.design import scenario_of
+        from afo_sim.model import scenario_of
 
         own = {"leg": str(path.resolve())}
         whole = scenario_of(path) if kind == "orthosis" else load("scenario", "seated", own)
@@ -124,8 +122,8 @@ def _check_description(path: pathlib.Path, kind: str) -> Findings:
 
 def _kind_of(path: pathlib.Path, table: Mapping[str, Any]) -> str:
     """The kind of description that has most of a file's keys; of several, the file's namesake."""
+    from afo_sim.description import fields_of
     from afo_sim.description.reader import SPECS
-    from afo_sim.description.schema import fields_of
 
     shared = {
         kind: len(table.keys() & fields_of(spec).keys() - {"name", "description"})

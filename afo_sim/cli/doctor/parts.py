@@ -1,19 +1,21 @@
 """Findings on one described part: a muscle, a piece of the air path, a person, a shoe."""
 
 from afo_sim.cli.doctor.kinds import Findings
-from afo_sim.description.air.nominal_flow import DENSITIES
-from afo_sim.description.air.regulator import Regulator
-from afo_sim.description.air.source import Source
-from afo_sim.description.air.tube import Tube
-from afo_sim.description.control.sensor import SensorType
-from afo_sim.description.handmade import BraidFacts
-from afo_sim.description.leg import Shoe
-from afo_sim.description.muscle import Muscle
+from afo_sim.description import (
+    DENSITIES,
+    BraidFacts,
+    Limits,
+    Muscle,
+    Patient,
+    Regulator,
+    SensorType,
+    Shoe,
+    Source,
+    Tube,
+    amount,
+)
 from afo_sim.description.orthosis import Valve
-from afo_sim.description.quantity import amount
-from afo_sim.description.walking import Limits, Patient
-from afo_sim.physics.laws import LAWS
-from afo_sim.physics.ratings import nominal_flow
+from afo_sim.physics import LAWS, nominal_flow
 
 
 def muscle(muscle: Muscle) -> Findings:

@@ -5,18 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from afo_sim.cli.doctor.kinds import Findings
-from afo_sim.description.leg import Leg
-from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.quantity import Described
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Described, Leg, Orthosis, Scenario
 from afo_sim.description.scenario_text import reference
-from afo_sim.model import stability
+from afo_sim.model import design_of, stability, sweep_ankle
+from afo_sim.model import rows as path_rows
 from afo_sim.model.build import build
-from afo_sim.model.design import design_of
-from afo_sim.model.mounting import sweep_ankle
-from afo_sim.model.path_words import rows as path_rows
-from afo_sim.simulation.loop import described_policy
-from afo_sim.simulation.reference_walk import reference_of
+from afo_sim.simulation import described_policy, reference_of
 
 _SKIN = {"shank": "cuff", "foot": "plate's strap"}
 

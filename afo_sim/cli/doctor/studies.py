@@ -7,7 +7,7 @@ from afo_sim.cli.doctor.kinds import Findings
 
 def sweep(path: pathlib.Path) -> Findings:
     """Cases and parameters of a sweep."""
-    from afo_sim.study.design import cases_of
+    from afo_sim.study import cases_of
     from afo_sim.study.sweep_plan import read
 
     plan = read(path)
@@ -44,6 +44,7 @@ def search(path: pathlib.Path) -> Findings:
 
 def spreads(path: pathlib.Path) -> Findings:
     """What is not known, and how far."""
-    from afo_sim.study.uncertainty.spreads import in_words, read
+    from afo_sim.study import in_words
+    from afo_sim.study.uncertainty.spreads import read
 
     return [("kind", "uncertainty"), *in_words(read(path))]

@@ -7,13 +7,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import model_validator
 
-from afo_sim.common.units import AMBIENT_PRESSURE, STANDARD_DENSITY
+from afo_sim.common import AMBIENT_PRESSURE, STANDARD_DENSITY
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.air.valve import Valve
 from afo_sim.description.quantity import Described, Quantity, refusal
-from afo_sim.physics import flow_edge
-from afo_sim.physics.flow_edge import FlowEdge
+from afo_sim.physics import FlowEdge, flow_edge
 
 AMBIENT, SUPPLY = flow_edge.AMBIENT, flow_edge.SUPPLY  # nodes whose pressures are given
 

@@ -4,7 +4,7 @@ too large for compiled code.
 
 from collections.abc import Iterator
 
-from afo_sim.common.errors import nearest_name
+from afo_sim.common import nearest_name
 from afo_sim.description.air.air_graph import HasAir, Way, reached, ways
 from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, Restriction
 from afo_sim.description.quantity import amount, refusal

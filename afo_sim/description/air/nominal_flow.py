@@ -5,10 +5,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import field_validator, model_validator
 
-from afo_sim.common.errors import nearest_name
-from afo_sim.common.units import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, nearest_name
 from afo_sim.description.quantity import Described, Quantity, amount, refusal
-from afo_sim.physics.ratings import conductance_of_nominal_flow
+from afo_sim.physics import conductance_of_nominal_flow
 
 GaugePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=5e6)]
 Norm = Literal["ANR", "DIN 1343"]

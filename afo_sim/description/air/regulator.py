@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import model_validator
 
-from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.common import STANDARD_DENSITY
 from afo_sim.description.quantity import Described, Quantity, refusal
 
 Gauge = Annotated[float, Quantity("Pa", at_least=0.0, at_most=3.5e6)]

@@ -5,12 +5,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import model_validator
 
-from afo_sim.common.units import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.description.quantity import Described, Quantity, amount, refusal
-from afo_sim.physics.content import gas_mass, mass_given, mass_given_at
-from afo_sim.physics.flow_edge import compressor_flow
-from afo_sim.physics.gas import CO2, GASES, Gas
-from afo_sim.physics.store import saturation
+from afo_sim.physics import CO2, GASES, Gas, compressor_flow, gas_mass, mass_given, mass_given_at, saturation
 
 Gauge = Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
 Flow = Annotated[float, Quantity("m^3/s", above=0.0, at_most=0.1)]

@@ -5,8 +5,7 @@ from typing import Annotated, Self
 from pydantic import model_validator
 
 from afo_sim.description.quantity import Described, Quantity, refusal
-from afo_sim.physics.gas import AIR, Gas
-from afo_sim.physics.tube import sound_delay, tube_conductance, tube_critical_ratio, tube_volume
+from afo_sim.physics import AIR, Gas, sound_delay, tube_conductance, tube_critical_ratio, tube_volume
 
 Diameter = Annotated[float, Quantity("m", above=0.0, at_most=0.05)]
 

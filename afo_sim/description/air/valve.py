@@ -6,11 +6,11 @@ from typing import Annotated, Any, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from afo_sim.common.units import format_quantity, parse_quantity
+from afo_sim.common import format_quantity, parse_quantity
 from afo_sim.description.air.nominal_flow import HOW, NominalFlow
 from afo_sim.description.air.ratings import CONDUCTANCE, CRITICAL_RATIO, RATINGS
 from afo_sim.description.quantity import Described, Provenance, Quantity, amount, refusal
-from afo_sim.physics.ratings import (
+from afo_sim.physics import (
     conductance_of_cv,
     conductance_of_kv,
     conductance_of_orifice,

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import model_validator
 
-from afo_sim.common.errors import nearest_name
+from afo_sim.common import nearest_name
 from afo_sim.description.control.feedback import Impedance, Pid
 from afo_sim.description.control.switching import ClockTimer, GaitPhase, StateMachine, Threshold, in_si
 from afo_sim.description.muscle import Pressure

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from afo_sim.common.units import dimension, parse_quantity, read_any_quantity
+from afo_sim.common import dimension, parse_quantity, read_any_quantity
 from afo_sim.description.quantity import Described, Quantity, refusal
-from afo_sim.physics.sensing import line_output, line_value
+from afo_sim.physics import line_output, line_value
 
 _SensorTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
 _VOLT = "V"

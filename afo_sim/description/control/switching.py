@@ -13,8 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from afo_sim.common.errors import nearest_name
-from afo_sim.common.units import format_quantity, parse_quantity, read_any_quantity
+from afo_sim.common import format_quantity, nearest_name, parse_quantity, read_any_quantity
 from afo_sim.description.muscle import GaugePressure
 from afo_sim.description.quantity import Described, Quantity, refusal
 from afo_sim.description.walking import Phase

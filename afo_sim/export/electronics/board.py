@@ -5,10 +5,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from afo_sim.common.errors import InputError
-from afo_sim.control.state_machine import DIGITS, Machine, Transition
-from afo_sim.control.timer import SLIGHTLY
-from afo_sim.description.control.switching import STATE_TIME, ClockTimer, Phases, Timer, in_si
+from afo_sim.common import InputError
+from afo_sim.control import DIGITS, SLIGHTLY, Machine, Transition
+from afo_sim.description import STATE_TIME, ClockTimer, Phases, Timer, in_si
 
 MICROSECOND = 1e-6  # [s]
 _TICKS = (1000, 1)  # of the board's clock, millis() and micros() [us]; the longest that fits is taken

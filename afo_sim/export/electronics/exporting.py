@@ -5,12 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, SimulationError
-from afo_sim.control.command import Command, coils
-from afo_sim.control.controller import Controller, Observation, make
-from afo_sim.control.state_machine import machine_of
-from afo_sim.control.switch_log import Coils, Log
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, SimulationError
+from afo_sim.control import Coils, Command, Controller, Log, Observation, coils, machine_of, make
+from afo_sim.description import Scenario
 from afo_sim.export.electronics.board import (
     MICROSECOND,
     MOST_CHAMBERS,
@@ -27,13 +24,10 @@ from afo_sim.export.electronics.board import (
     timer_clock,
     whole,
 )
+from afo_sim.model import Built, stride_time_of
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
-from afo_sim.model.walk import stride_time_of
-from afo_sim.simulation.columns import SENSOR
-from afo_sim.simulation.loop import unit_of
-from afo_sim.simulation.run import run_controlled
-from afo_sim.simulation.simulate import Progress
+from afo_sim.model.build import build
+from afo_sim.simulation import SENSOR, Progress, run_controlled, unit_of
 
 _EXPORTED = (
     "a [timer], [phases] with strides of one duration, [controller.timer] or [controller.state_machine]"

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import parse_quantity
+from afo_sim.common import InputError, Notice, parse_quantity
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.text import unique_names
 

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 _Function = Callable[[Sequence[np.ndarray]], np.ndarray]  # coordinates, (n,) each → values that fit (n,)
 

@@ -8,8 +8,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_joint import (
     Coordinate,

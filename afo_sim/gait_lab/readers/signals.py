@@ -4,8 +4,7 @@ import pathlib
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import note
 
 _WOBBLE = 0.005  # share of a step by which steps may differ and count as even [-]; assumed

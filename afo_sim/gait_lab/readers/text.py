@@ -4,8 +4,7 @@ import math
 import pathlib
 import re
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 
 _MISSING = re.compile(
     r"-?(nan(\(.*\))?|n/?a|null|none|-+|\?+|[+-]?1[.,]#(qnan|snan|ind|nan)[0-9]*)?$", re.IGNORECASE

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 
 _PERSON = (0.5, 2.5)  # largest extent of a person's markers [m]; assumed: a leg alone to arms stretched up

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import GRAVITY
-from afo_sim.gait.checks import RANGES
+from afo_sim.common import GRAVITY, InputError, Notice
+from afo_sim.gait import RANGES
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride

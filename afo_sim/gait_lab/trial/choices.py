@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import parse_quantity
-from afo_sim.gait.checks import BODY_HEIGHT, SOLE_THICKNESS
+from afo_sim.common import InputError, parse_quantity, unknown
+from afo_sim.gait import BODY_HEIGHT, SOLE_THICKNESS
 
 ROLES = ("hip", "knee", "ankle", "heel", "toe")
 SIDES = ("right", "left")

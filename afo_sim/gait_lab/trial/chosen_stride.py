@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.gait.checks import examine
-from afo_sim.gait.cycle import KINEMATICS, GaitCycle
+from afo_sim.common import InputError
+from afo_sim.gait import KINEMATICS, GaitCycle, examine
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 

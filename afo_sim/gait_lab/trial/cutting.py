@@ -6,12 +6,8 @@ from typing import Self
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import GRAVITY
-from afo_sim.gait.checks import COP_FORCE, LATE_SWING, MOMENT_ERROR, RANGES
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.flat_foot import flat_part
+from afo_sim.common import GRAVITY, InputError, Notice
+from afo_sim.gait import COP_FORCE, LATE_SWING, MOMENT_ERROR, RANGES, GaitCycle, flat_part
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.signals import evenly, fill_gaps

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 from afo_sim.gait_lab.readers.markers import Markers

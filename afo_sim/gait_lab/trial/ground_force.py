@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice, unknown
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.plates import PRESSED, Plate
 from afo_sim.gait_lab.readers.signals import evenly, low_pass

@@ -6,8 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.opensim_joint import Pose
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel

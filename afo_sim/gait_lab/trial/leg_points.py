@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from afo_sim.common.notice import Notice
+from afo_sim.common import Notice
 from afo_sim.gait_lab.noted import Noted
 
 # Hip centre to ankle centre, toddlers to the tallest. Adults have 0.49 of the body's height (Winter 2009,

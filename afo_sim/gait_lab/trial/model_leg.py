@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.gait_lab.readers.opensim_joint import Joint
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
 

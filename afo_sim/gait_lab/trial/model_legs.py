@@ -7,8 +7,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice, nearest_name
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_joint import Coordinate

@@ -5,11 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
-from afo_sim.gait.checks import COP_FORCE, HEIGHT_ERROR, LATE_SWING, STANCE_FORCE
-from afo_sim.gait.cycle import GaitCycle
-from afo_sim.gait.flat_foot import LEAST, WITHIN
+from afo_sim.common import InputError, Notice
+from afo_sim.gait import COP_FORCE, HEIGHT_ERROR, LATE_SWING, LEAST, STANCE_FORCE, WITHIN, GaitCycle
 from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 _AROUND = 50  # samples beside a stride that its spline knows: 0.27^50 is nothing (de Boor 1978)
 WIDEST = 0.05  # gap that is bridged, as a share of the period [-] (assumed: 0.1 to 0.3 deg in a known walk)

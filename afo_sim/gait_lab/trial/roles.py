@@ -9,10 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import tomli_w
 
-from afo_sim.common.assets import read_toml
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.notice import Notice
-from afo_sim.common.writing import write_text
+from afo_sim.common import InputError, Notice, read_toml, unknown, write_text
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import SIDES, Choices

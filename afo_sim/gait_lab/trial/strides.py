@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.gait_lab.trial.events import (
     STANCE,
     STEP,

@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from afo_sim.common.notice import with_code
-from afo_sim.common.units import GRAVITY
-from afo_sim.gait.checks import LATE_SWING, STANCE_FORCE
-from afo_sim.gait.cycle import GaitCycle
+from afo_sim.common import GRAVITY, with_code
+from afo_sim.gait import LATE_SWING, STANCE_FORCE, GaitCycle
 from afo_sim.gait_lab.trial.cutting import FROM_GROUND_FORCE
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import Closing, RecordedStride

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import Notice
+from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.signals import low_pass
 from afo_sim.gait_lab.trial.choices import AXES, Choices

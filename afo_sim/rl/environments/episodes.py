@@ -6,14 +6,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from afo_sim.common.errors import InputError, SimulationError
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, SimulationError
+from afo_sim.description import Scenario, load
+from afo_sim.model import Built
 from afo_sim.model import controls as schedule
-from afo_sim.model.build import Built, build
+from afo_sim.model.build import build
 from afo_sim.rl.environments.readers import FIELDS, readers
 from afo_sim.rl.environments.task import Reader, Sample, Task, coils_of
-from afo_sim.simulation.simulate import Stepped
+from afo_sim.simulation import Stepped
 
 
 class Random(Protocol):

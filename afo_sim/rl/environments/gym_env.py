@@ -10,8 +10,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.model.mounting import ANKLE
+from afo_sim.common import InputError, unknown
+from afo_sim.model import ANKLE
 from afo_sim.rl.environments.episodes import Episodes, Setting, setting
 from afo_sim.rl.environments.task import checked
 from afo_sim.rl.environments.tasks import task_of

@@ -10,15 +10,11 @@ from typing import Any
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import AMBIENT_PRESSURE, GRAVITY
-from afo_sim.metrics.strides import loaded
-from afo_sim.metrics.torque import HEEL_RISE
-from afo_sim.model.build import Built
-from afo_sim.model.walk import JOINTS
-from afo_sim.model.walk_bodies import ACTIVE, GROUND, SPASTIC, STIFFNESS
+from afo_sim.common import AMBIENT_PRESSURE, GRAVITY, InputError
+from afo_sim.metrics import HEEL_RISE, loaded
+from afo_sim.model import ACTIVE, GROUND, JOINTS, SPASTIC, STIFFNESS, Built
 from afo_sim.rl.environments.task import Reader, Sample
-from afo_sim.simulation.walk_columns import LOWEST, NARROWEST
+from afo_sim.simulation import LOWEST, NARROWEST
 
 FIELDS = ("actuator_force", "qfrc_actuator", "userdata")  # of MjData that readers need beside the state
 

@@ -10,14 +10,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.rl.dm import dm  # noqa: F401  one sentence where dm_control is missing
 from afo_sim.rl.environments.episodes import Setting, setting
 from afo_sim.rl.environments.task import checked, coils_of
 from afo_sim.rl.environments.tasks import task_of
 from afo_sim.rl.physics import FULL, ScenarioPhysics
-from afo_sim.simulation.rollout import STATE
-from afo_sim.simulation.simulate import state_parts
+from afo_sim.simulation import STATE, state_parts
 
 from dm_control.rl import control  # isort: skip
 from dm_control.utils import containers  # isort: skip

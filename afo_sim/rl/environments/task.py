@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 
 Reader = Callable[["Sample"], Any]
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import unknown
+from afo_sim.common import unknown
 from afo_sim.rl.environments.task import Observed, Sample, Task
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")

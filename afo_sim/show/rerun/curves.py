@@ -7,11 +7,9 @@ import numpy as np
 import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END
-from afo_sim.model.inversion import free
-from afo_sim.model.mounting import muscle_names
-from afo_sim.physics.gas import AIR, Gas
+from afo_sim.description import MuscleGroup
+from afo_sim.model import OUTLET, SOURCE, TUBE_END, VALVE_END, free, muscle_names
+from afo_sim.physics import AIR, Gas
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
 _ANGLES = ("ankle/angle", "gait/ankle_angle")

@@ -10,10 +10,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from afo_sim.model.design import Design
-from afo_sim.model.mounting import ANKLE, muscle_names
-from afo_sim.model.path_facts import PathFacts
-from afo_sim.model.path_words import pressure, rows
+from afo_sim.model import ANKLE, Design, PathFacts, muscle_names, pressure, rows
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun import colours, scene
 from afo_sim.show.rerun.layout import CAMERA

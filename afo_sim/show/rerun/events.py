@@ -3,7 +3,7 @@
 import numpy as np
 import rerun as rr
 
-from afo_sim.metrics.strides import SOLVED, stance, stance_force
+from afo_sim.metrics import SOLVED, stance, stance_force
 from afo_sim.show.rerun.colours import of_muscle
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides
 

@@ -7,9 +7,8 @@ import numpy as np
 import pyarrow as pa
 import rerun as rr
 
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.model.mounting import chamber_of
+from afo_sim.description import Muscle, MuscleGroup
+from afo_sim.model import chamber_of
 from afo_sim.show.rerun.run_rows import Columns, send
 
 _FORCE_SCALE = 100.0  # force at which a muscle is fully coloured [N]

@@ -20,7 +20,7 @@ import afo_sim.show.rerun.texts as texts
 import afo_sim.show.rerun.walk_scene as walk_scene
 from afo_sim.show.rerun.layout import Contents, blueprint
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, from_folder, from_recording, require_rows
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 _END = b"RRF2FOOT"  # stands in the last bytes of a complete file
 _SCARCE = 1 << 20  # free bytes below which a disk counts as full

@@ -9,14 +9,11 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.strides import SOLVED
-from afo_sim.model.periodic import as_run
-from afo_sim.simulation.examine import described_cycle
-from afo_sim.simulation.files import open_parquet
-from afo_sim.simulation.recording import Recording, recording_header
+from afo_sim.common import InputError
+from afo_sim.description import Scenario, load
+from afo_sim.metrics import SOLVED
+from afo_sim.model import as_run
+from afo_sim.simulation import Recording, described_cycle, open_parquet, recording_header
 
 _BLOCK = 8192  # rows per block and per message: the viewer need not take a long run in one piece
 

@@ -8,10 +8,9 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.metrics.strides import stance_force
-from afo_sim.model.mounting import ANKLE, muscle_names
-from afo_sim.model.paths import path_points
+from afo_sim.description import MuscleGroup
+from afo_sim.metrics import stance_force
+from afo_sim.model import ANKLE, muscle_names, path_points
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun.muscle_shapes import DrawnMuscle
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send

@@ -8,8 +8,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from afo_sim.lab.stand_table import set_point_text
-from afo_sim.lab.stand_trial import AXES, Trial
+from afo_sim.lab import AXES, Trial, set_point_text
 from afo_sim.show.rerun.muscle_shapes import PULLING, SLACK, tube_radius
 from afo_sim.show.rerun.recording_file import APPLICATION, saving
 from afo_sim.show.rerun.run_rows import TIMELINE, send

@@ -6,9 +6,9 @@ from typing import Any
 import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
-from afo_sim.description.scenario_text import reference, worn
-from afo_sim.metrics.metric import GROUPS
-from afo_sim.metrics.metric_words import unit, words
+from afo_sim.description import worn
+from afo_sim.description.scenario_text import reference
+from afo_sim.metrics import GROUPS, unit, words
 from afo_sim.show import bands, effects
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import readable

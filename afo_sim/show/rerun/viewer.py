@@ -17,11 +17,11 @@ import rerun as rr
 import afo_sim.show.rerun.curves as curves
 import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.walk_scene as walk_scene
-from afo_sim.common.errors import InputError
+from afo_sim.common import InputError
 from afo_sim.show.rerun.layout import blueprint
 from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, RunScene, contents, log_poses, log_still
 from afo_sim.show.rerun.run_rows import TIMELINE, Source, from_recording
-from afo_sim.simulation.recording import Recording
+from afo_sim.simulation import Recording
 
 _LOOPBACK = "127.0.0.1"
 _START_LIMIT = 60.0  # how long a viewer may take to start or load [s]

@@ -12,13 +12,10 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from afo_sim.common import assets
-from afo_sim.common.units import GRAVITY
+from afo_sim.common import GRAVITY, assets
 from afo_sim.gait import file as gait
-from afo_sim.metrics.strides import loaded, stance_force
-from afo_sim.model.foot import TOE_POINTS, foot_of
-from afo_sim.model.mounting import ANKLE
-from afo_sim.model.walk import phase_at
+from afo_sim.metrics import loaded, stance_force
+from afo_sim.model import ANKLE, TOE_POINTS, foot_of, phase_at
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.rerun.colours import SOLE
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides

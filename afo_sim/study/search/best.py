@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics import metric_words
-from afo_sim.metrics.metric import Metric
-from afo_sim.simulation.display_hooks import shown
+from afo_sim.description import Scenario, load
+from afo_sim.metrics import Metric, metric_words
+from afo_sim.simulation import shown
 from afo_sim.study.scales import human_scale
 from afo_sim.study.search.plan import SearchPlan
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.simulation.examine import Asked
+from afo_sim.common import InputError
+from afo_sim.simulation import Asked
 from afo_sim.study.constraint import Constraint
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import OK

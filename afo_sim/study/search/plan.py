@@ -19,11 +19,9 @@ from pydantic import (
 )
 from pydantic import Field as Option
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.quantity import refusal
-from afo_sim.metrics.metric import instead, told
+from afo_sim.common import InputError, assets, parse_quantity
+from afo_sim.description import refusal
+from afo_sim.metrics import instead, told
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range, Span

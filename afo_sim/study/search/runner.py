@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.writing import together, write_json, write_text
-from afo_sim.description.portable import portable, toml_text
-from afo_sim.description.reader import expand, load
+from afo_sim.common import together, write_json, write_text
+from afo_sim.description import expand, load, toml_text
+from afo_sim.description.portable import portable
 from afo_sim.study.design import Cases
 from afo_sim.study.folder import AGAIN, Changed
 from afo_sim.study.pool import Pool, pool

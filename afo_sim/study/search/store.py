@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.writing import disk, keeping
+from afo_sim.common import InputError, disk, keeping
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 
 MANIFEST, GENERATIONS = "search.json", "generations"

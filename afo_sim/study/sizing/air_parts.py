@@ -5,15 +5,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.description.air.source import Source
-from afo_sim.description.air.tube import Tube
-from afo_sim.description.air.valve import Valve
-from afo_sim.description.reader import USUAL_LIMITS, load
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.metric_words import words
-from afo_sim.physics.gas import AIR
+from afo_sim.common import InputError, assets
+from afo_sim.description import USUAL_LIMITS, Scenario, Source, Tube, Valve, load
+from afo_sim.metrics import words
+from afo_sim.physics import AIR
 from afo_sim.study.sizing.pressures import bar
 from afo_sim.study.sizing.requirement import Candidate, Requirement, Tried, doubted, shown
 from afo_sim.study.sizing.result import Sizing, larger_is_worse, smallest

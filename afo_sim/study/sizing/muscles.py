@@ -10,10 +10,7 @@ import dataclasses
 import math
 
 from afo_sim.common import assets
-from afo_sim.description.muscle import Muscle
-from afo_sim.description.orthosis import MuscleGroup
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.description import Muscle, MuscleGroup, Scenario, load
 from afo_sim.study.effects import SHARES, beyond_limit
 from afo_sim.study.sizing.pressures import bar
 from afo_sim.study.sizing.requirement import Candidate, Tried, doubted

@@ -10,11 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import with_code
-from afo_sim.description.air.air_graph import highest_pressures
-from afo_sim.description.scenario import Scenario
-from afo_sim.model.air_checks import valves_of
+from afo_sim.common import InputError, with_code
+from afo_sim.description import Scenario, highest_pressures
+from afo_sim.model import valves_of
 from afo_sim.study.effects import BEYOND_LIMIT
 from afo_sim.study.sizing.requirement import Candidate, Tried
 from afo_sim.study.sizing.result import Sizing, nearest_miss

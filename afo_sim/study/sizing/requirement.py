@@ -6,14 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.notice import Notice
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.reader import USUAL_LIMITS, load
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.metric import OTHER, instead, told
-from afo_sim.metrics.metric_words import METRICS, UNITS, WORDS, number, words
-from afo_sim.metrics.valves import FILL, VENT, is_filling
+from afo_sim.common import InputError, Notice, parse_quantity, unknown
+from afo_sim.description import USUAL_LIMITS, Scenario, load
+from afo_sim.metrics import FILL, OTHER, UNITS, VENT, WORDS, instead, is_filling, number, told, words
+from afo_sim.metrics.metric_words import METRICS
 
 _FIRST_STRIDE = "toe_clearance_stride_1"
 _EXAMPLE = "toe_clearance >= 10 mm"

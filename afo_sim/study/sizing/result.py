@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from afo_sim.common.notice import Notice
-from afo_sim.metrics.metric_words import UNITS, words
-from afo_sim.simulation.display_hooks import shown as pictures
+from afo_sim.common import Notice
+from afo_sim.metrics import UNITS, words
+from afo_sim.simulation import shown as pictures
 from afo_sim.study.folder import write_answer
 from afo_sim.study.sizing.requirement import Requirement, Tried, as_number, closeness
 from afo_sim.study.sizing.trial import Trials, sentence_of

@@ -7,13 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from afo_sim.common.errors import InputError, unknown
-from afo_sim.common.units import parse_quantity
-from afo_sim.description.air.air_parts import TubeLength
-from afo_sim.description.air.supply import Pressure
-from afo_sim.description.quantity import Quantity
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError, parse_quantity, unknown
+from afo_sim.description import Pressure, Quantity, Scenario, TubeLength, load
 from afo_sim.study.sizing.air_parts import SIDES, size_supply, size_tube, size_valve
 from afo_sim.study.sizing.muscles import size_muscle
 from afo_sim.study.sizing.pressures import size_pressure

@@ -6,12 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import with_code
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.valves import is_filling
-from afo_sim.model.stability import check_air
-from afo_sim.simulation.examine import Asked
+from afo_sim.common import InputError, with_code
+from afo_sim.description import Scenario
+from afo_sim.metrics import is_filling
+from afo_sim.model import check_air
+from afo_sim.simulation import Asked
 from afo_sim.study.effects import SHARES, beyond_limit
 from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome, in_order
 from afo_sim.study.pool import processors

@@ -10,15 +10,10 @@ import numpy as np
 from scipy import stats
 from scipy.stats import qmc
 
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import format_quantity, parse_quantity
-from afo_sim.description.keys import Field, field_at, holder
-from afo_sim.description.muscle import Muscle
+from afo_sim.common import InputError, format_quantity, nearest_name, parse_quantity
+from afo_sim.description import Field, Muscle, Scenario, field_at, holder, leaves
 from afo_sim.description.reader import split_key
-from afo_sim.description.scenario import Scenario
-from afo_sim.description.schema import leaves
-from afo_sim.model.person import recorded_stride
-from afo_sim.model.walk import stride_time_of
+from afo_sim.model import recorded_stride, stride_time_of
 from afo_sim.study.parameter import Joint, Parameter
 from afo_sim.study.parameter_table import is_free
 from afo_sim.study.uncertainty.spreads import (

@@ -8,16 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common.errors import InputError
-from afo_sim.common.notice import with_code
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.metrics.clearance import BELOW
-from afo_sim.metrics.metric_words import words
-from afo_sim.metrics.strides import ORTHOSIS, Stride, settled, strides
-from afo_sim.model.person import person_of
-from afo_sim.simulation.examine import Asked
-from afo_sim.simulation.recording import Recording
+from afo_sim.common import InputError, with_code
+from afo_sim.description import Scenario, load
+from afo_sim.metrics import BELOW, ORTHOSIS, Stride, settled, words
+from afo_sim.metrics.strides import strides
+from afo_sim.model import person_of
+from afo_sim.simulation import Asked, Recording
 from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome, in_order
 from afo_sim.study.pool import processors
 from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw

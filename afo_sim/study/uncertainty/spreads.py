@@ -13,11 +13,8 @@ from pydantic import Field as Option
 from pydantic import StrictBool, StrictStr, ValidationError
 from scipy import stats
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError, nearest_name
-from afo_sim.common.units import parse_quantity, read_any_quantity
-from afo_sim.description.scenario import Scenario
-from afo_sim.description.schema import SETS, fields_of, of_chambers, tables
+from afo_sim.common import InputError, assets, nearest_name, parse_quantity, read_any_quantity
+from afo_sim.description import SETS, Scenario, fields_of, of_chambers, tables
 from afo_sim.study.parameter_table import StrictTable, first_error
 
 Kind = Literal["normal", "lognormal", "uniform", "pearson3"]

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
+from afo_sim.common import InputError
+from afo_sim.description import Scenario, load
 from afo_sim.study.uncertainty.draw import Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
 

@@ -9,10 +9,9 @@ import pytest
 from sweep_runs import swept
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.study import sweep_plan
-from afo_sim.study.design import cases_of
+from afo_sim.common import InputError
+from afo_sim.description import load
+from afo_sim.study import cases_of, sweep_plan
 from afo_sim.study.replay import replay
 from afo_sim.study.results import read as read_results
 from afo_sim.study.uncertainty.draw import applied, draw

@@ -11,13 +11,12 @@ import pytest
 from scipy import stats
 
 import afo_sim
-from afo_sim.common.errors import InputError
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.simulation.recording import Recording, read_recording
+from afo_sim.common import InputError
+from afo_sim.description import Scenario, load
+from afo_sim.simulation import Recording, read_recording
 from afo_sim.simulation.run import run
+from afo_sim.study import with_studies
 from afo_sim.study.engine import CYCLE
-from afo_sim.study.run_studies import with_studies
 from afo_sim.study.uncertainty.running import (
     check_draws,
     explained,

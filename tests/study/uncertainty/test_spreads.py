@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from afo_sim.common import assets
-from afo_sim.common.errors import InputError
-from afo_sim.common.units import format_quantity
-from afo_sim.description.reader import load
-from afo_sim.description.scenario import Scenario
-from afo_sim.study.engine import outcomes
+from afo_sim.common import InputError, assets, format_quantity
+from afo_sim.description import Scenario, load
+from afo_sim.study import outcomes
 from afo_sim.study.uncertainty.draw import Applied, applied
 from afo_sim.study.uncertainty.spreads import Distribution, Kind, read
 

@@ -1,0 +1,16 @@
+from .readers.markers import Markers as Markers
+from .readers.plates import Plate as Plate
+from .trial.choices import Choices as Choices
+from .trial.choices import read_options as read_options
+from .trial.chosen_stride import mean_cycle as mean_cycle
+from .trial.files import WalkingTrial as WalkingTrial
+from .trial.files import read_trial as read_trial
+from .trial.importing import Imported as Imported
+from .trial.importing import cut_cycle as cut_cycle
+from .trial.importing import import_gait as import_gait
+from .trial.roles import write_role_map as write_role_map
+from .trial.understood import direction as direction
+from .trial.understood import taken_words as taken_words
+from .trial.understood import ten_lines as ten_lines
+from .trial.understood import verdict as verdict
+from .trial.walking_frame import WalkingFrame as WalkingFrame

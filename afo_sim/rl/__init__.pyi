@@ -1,0 +1,6 @@
+from .entity import OrthosisEntity as OrthosisEntity
+from .environments.gym_env import OrthosisVectorEnv as OrthosisVectorEnv
+from .environments.suite import OrthosisEnvironment as OrthosisEnvironment
+from .environments.suite import load as load
+from .environments.task import coils_of as coils_of
+from .environments.tasks import TASKS as TASKS
