@@ -14,7 +14,7 @@ assert run.status == "ok", run.status
 assert "peak_dorsiflexion_angle" in run.metrics
 walk = afo.run("walk-dropfoot-afo", {"duration": "2.6 s"})
 assert walk.verdict, walk.warnings
-walk.save("walked", recording=False)
+walk.save("walked", rrd=False)
 again = afo.read_recording("walked")
 assert (again["ankle/angle"] == walk["ankle/angle"]).all() and again.metrics == walk.metrics
 with afo.Simulator("seated") as simulator:

@@ -4,6 +4,7 @@ import functools
 import gc
 import inspect
 import shutil
+import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -57,6 +58,7 @@ def _options(
 Sets = Annotated[
     list[str] | None, Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"')
 ]
+RecordingOption = Annotated[bool | None, Option("--rrd/--no-rrd", help="write recording.rrd")]
 Rate = Annotated[str | None, Option(help='samples a second in the Rerun file, for example "200 Hz"')]
 Threads = Annotated[int, Option(help="threads; all of this machine's by default")]
 Workers = Annotated[int, Option(help="processes of a Dask cluster on this machine instead")]
@@ -66,6 +68,16 @@ _MOST_WORKERS = 4096
 _MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
 _MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
 Scenario = Annotated[str, Argument(help="a shipped scenario's name, or a TOML file")]
+
+
+def drawn(rrd: bool | None) -> bool:
+    """Whether a Rerun recording is written: where nothing is said, if its library is installed."""
+    from afo_sim.common.extras import MissingExtra, installed
+
+    there = installed("rerun")
+    if rrd is None and not there:
+        print(f"note: no recording.rrd is written: {MissingExtra('rerun', 'show')}", file=sys.stderr)
+    return there if rrd is None else rrd
 
 
 def one_group(body: Callable[[Any], None]) -> Callable[..., None]:

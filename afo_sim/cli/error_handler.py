@@ -109,7 +109,9 @@ def _report(error: BaseException) -> int:
 
 def _message(error: BaseException) -> tuple[int, str]:
     from afo_sim.common import reason
+    from afo_sim.common.extras import missing_extra
 
+    error = missing_extra(error) or error
     if isinstance(error, AfoSimError):
         return error.exit_code, str(error)
     if isinstance(error, KeyboardInterrupt):

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
-from afo_sim.cli.common import Sets, app, one_group, picked, print_table, print_tables, progress, read_sets
+from afo_sim.cli.common import (
+    Sets,
+    app,
+    drawn,
+    one_group,
+    picked,
+    print_table,
+    print_tables,
+    progress,
+    read_sets,
+)
 from afo_sim.cli.overwriting import check_folder
 
 if TYPE_CHECKING:
@@ -39,7 +49,7 @@ class _Test:
         list[str] | None, Option("--set", metavar="KEY=VALUE", help='of the muscle: damping="1e-4 m^2*s"')
     ] = None
     out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
-    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write a Rerun recording")] = True
+    rrd: Annotated[bool | None, Option("--rrd/--no-rrd", help="write a Rerun recording")] = None
 
 
 @app.command("stand")
@@ -63,7 +73,7 @@ def stand_command(test: _Test) -> None:
         written = {}
         for kind in tests.kinds:
             report(0, 0, f"writing {kind}")
-            written[kind] = write_stand_files(tests.of(kind), target(test.out, kind), rrd=test.rrd)
+            written[kind] = write_stand_files(tests.of(kind), target(test.out, kind), rrd=drawn(test.rrd))
     for kind, files in written.items():
         _print_trials(tests.of(kind), files)
 

@@ -9,9 +9,11 @@ from typer import Option
 from afo_sim.cli.common import (
     Plain,
     Rate,
+    RecordingOption,
     Scenario,
     Sets,
     app,
+    drawn,
     hertz_of,
     plainly,
     print_table,
@@ -32,7 +34,7 @@ def run(
     scenario: Scenario = "seated",
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario> by default")] = None,
     sets: Sets = None,
-    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+    rrd: RecordingOption = None,
     rate: Rate = None,
     plain: Plain = False,
     change: Annotated[
@@ -70,7 +72,7 @@ def run(
         recording = with_studies(
             recording, description, effects=change, draws=uncertainty, spreads=spreads, report=report
         )
-        recording.save(folder, rrd=rrd, rate=hertz)
+        recording.save(folder, rrd=drawn(rrd), rate=hertz)
     print_run(recording, folder, numbers=numbers)
     _stop({} if recording.ok else {"": recording.status})
 
@@ -91,7 +93,7 @@ def compare(
     ] = "",
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-laws by default")] = None,
     sets: Sets = None,
-    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = True,
+    rrd: Annotated[bool | None, Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = None,
 ) -> None:
     """One scenario with several muscle laws, side by side."""
     values = read_sets(sets)
@@ -103,6 +105,7 @@ def compare(
         check_folder(folder, "comparison of laws")
         names = [name.strip() for name in laws.split(",") if name.strip()]
         runs = comparing.compare_laws(scenario, names, values, report=report)
+        rrd = drawn(rrd)
         write(runs, folder, rrd=rrd)
     print_tables(comparing.tables(runs))
     for name, recording in runs.items():
@@ -227,7 +230,7 @@ def both_command(
     apart: Annotated[
         float | None, Option(help="share of a stride that the left leg is behind; 0.5, seated 0")
     ] = None,
-    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd of each leg")] = True,
+    rrd: Annotated[bool | None, Option("--rrd/--no-rrd", help="write recording.rrd of each leg")] = None,
     rate: Rate = None,
     numbers: Annotated[bool, Option("--numbers", help="print every number of both legs")] = False,
     force: Annotated[bool, Option("--force", help="replace the run of other descriptions")] = False,
@@ -245,7 +248,7 @@ def both_command(
         shift = legs.checked(*pair, apart)
         _check_folder(folder, [with_person(each).resolved() for each in pair], shift, force=force)
         found = legs.both(*pair, apart=shift, progress=report)
-        found.save(folder, rrd=rrd, rate=hertz)
+        found.save(folder, rrd=drawn(rrd), rate=hertz)
     _print_both(found, folder, numbers=numbers)
     _stop({} if found.ok else {"": found.status})
 

@@ -13,12 +13,14 @@ from typer import Argument, Option
 
 from afo_sim.cli.common import (
     Plain,
+    RecordingOption,
     Scheduler,
     Threads,
     Workers,
     app,
     check_changed,
     check_counts,
+    drawn,
     duration,
     one_group,
     print_table,
@@ -148,7 +150,7 @@ def replay(
     folder: Annotated[Path, Argument(metavar="DIR", help="a sweep's folder")],
     case: Annotated[int, Argument(help="the case's number")],
     out: Annotated[Path | None, Option(help="folder to write to; DIR/recordings/case_N by default")] = None,
-    rrd: Annotated[bool, Option("--rrd/--no-rrd", help="write recording.rrd")] = True,
+    rrd: RecordingOption = None,
 ) -> None:
     """One case of a sweep again, with its whole recording."""
     with progress("reading, compiling the muscles") as report:
@@ -157,7 +159,7 @@ def replay(
         target = out or replaying.recording_folder(folder, case)
         check_folder(target, "run")
         again = replaying.replay(folder, case, progress=report)
-        again.recording.save(target, rrd=rrd)
+        again.recording.save(target, rrd=drawn(rrd))
     if again.different:
         rows = [[name, f"{row!r}", f"{now!r}"] for name, (row, now) in again.different.items()]
         print_table("not as in the sweep's row", ["metric", "row", "now"], rows)

@@ -4,6 +4,7 @@ The extras are those of `pyproject.toml`; a test holds the two tables against ea
 """
 
 import importlib
+import importlib.util
 from typing import Any
 
 from afo_sim.common.errors import AfoSimError
@@ -47,6 +48,14 @@ def missing_extra(error: BaseException) -> MissingExtra | None:
     package = (error.name or "").partition(".")[0]
     package = _WITH.get(package, package)
     return MissingExtra(package, _EXTRA_OF[package]) if package in _EXTRA_OF else None
+
+
+def installed(package: str) -> bool:
+    """Whether a library of an extra is there; it is not imported."""
+    try:
+        return importlib.util.find_spec(package) is not None
+    except (ImportError, ValueError):
+        return False
 
 
 def optional(module: str) -> Any:

@@ -3,10 +3,7 @@
 import mujoco
 import numpy as np
 
-_MISSING = (
-    "dm_control is not installed, and its interface here needs it: pip install 'dm-control>=1.0.50,<2' "
-    "(on Python 3.13 its part labmaze has no wheel: take Python 3.11 or 3.12)"
-)
+from afo_sim.common.extras import missing_extra
 
 try:
     from dm_control import composer, mjcf
@@ -14,9 +11,7 @@ try:
     from dm_control.composer.observation import observable
     from dm_control.rl.control import PhysicsError
 except ImportError as error:
-    if (error.name or "").split(".")[0] not in ("dm_control", "labmaze", "dm_env"):
-        raise
-    raise ImportError(_MISSING) from None
+    raise missing_extra(error) or error from None
 
 __all__ = ["PhysicsError", "Present", "composer", "dm", "mjcf", "observable"]
 

@@ -117,7 +117,7 @@ class Both:
         }
 
     def save(
-        self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None
+        self, folder: str | os.PathLike[str], *, rrd: bool | None = None, rate: float | None = None
     ) -> pathlib.Path:
         """Write the runs to right/ and left/, both.json and, of legs that ran to their ends, both.png.
 
@@ -126,7 +126,7 @@ class Both:
         Parameters
         ----------
         folder : made if need be
-        rrd : also write each leg's recording.rrd
+        rrd : also write each leg's recording.rrd; by default where the library rerun is installed
         rate : samples a second in it [Hz]; the run's own by default
 
         Returns

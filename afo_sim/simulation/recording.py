@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from afo_sim.common import InputError, Notice, nearest_name
+from afo_sim.common.extras import installed
 from afo_sim.description import USUAL_LIMITS, Limits, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, undecided, with_draws
 from afo_sim.metrics.verdict import verdict
@@ -127,7 +128,7 @@ class Recording:
         return xarray.Dataset(variables, coords={"time": time}, attrs=facts)
 
     def save(
-        self, folder: str | os.PathLike[str], *, rrd: bool = True, rate: float | None = None
+        self, folder: str | os.PathLike[str], *, rrd: bool | None = None, rate: float | None = None
     ) -> pathlib.Path:
         """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd.
 
@@ -136,14 +137,14 @@ class Recording:
         Parameters
         ----------
         folder : made if need be
-        rrd : also write recording.rrd
+        rrd : also write recording.rrd; by default where the library rerun is installed
         rate : samples a second in it [Hz]; the run's own by default
 
         Returns
         -------
         the folder
         """
-        drawn = rrd and len(self["time"]) > 0
+        drawn = (installed("rerun") if rrd is None else rrd) and len(self["time"]) > 0
         picture = (lambda path: shown().write(self, path, rate)) if drawn else None
         return write_run(self, pathlib.Path(folder), picture)
 

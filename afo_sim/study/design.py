@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from afo_sim.common import InputError
+from afo_sim.common.extras import optional
 from afo_sim.description import load
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 from afo_sim.study.sweep_plan import Plan
@@ -220,16 +221,7 @@ def _samples(plan: Plan, dimensions: int) -> Iterator[np.ndarray]:
 
 def _saltelli(plan: Plan, dimensions: int) -> np.ndarray:
     """Saltelli's scheme for first, second and total order (cases·(2·dimensions + 2), dimensions)."""
-    try:
-        from SALib.sample import sobol
-    except ImportError:
-        raise InputError(
-            "needs the library SALib",
-            file=plan.file,
-            field="design",
-            value=plan.design,
-            allowed="after: pip install 'afo-sim[sweep]', or -e '.[sweep]' in a clone",
-        ) from None
+    sobol = optional("SALib.sample.sobol")
     names = [f"x{k}" for k in range(dimensions)]
     problem = {"num_vars": dimensions, "names": names, "bounds": [[0.0, 1.0]] * dimensions}
     with warnings.catch_warnings():

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.common import InputError
+from afo_sim.common.extras import optional
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import program
-from afo_sim.study.results import optional
 
 _AHEAD = 3  # chunks that wait for each worker, so that none of them waits
 
@@ -126,7 +126,7 @@ def _client(distributed: Any, scheduler: str) -> Any:
 
 def _dask() -> Any:
     """Dask's `distributed`, or what to install."""
-    return optional("distributed", "cluster")
+    return optional("distributed")
 
 
 def _local_options(workers: int) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """Results of a sweep: one row per case, read from its folder, finished or not."""
 
-import importlib
 import json
 import math
 import os
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim.common import InputError
+from afo_sim.common.extras import optional
 from afo_sim.metrics import instead, told
 from afo_sim.simulation import shown
 
@@ -190,17 +190,6 @@ def _read_tables(paths: list[pathlib.Path]) -> tuple[Any, dict[str, Any]]:
         tables.append(table)
     sweep = json.loads(tables[0].schema.metadata[b"sweep"])
     return pa.concat_tables(tables, promote_options="permissive").sort_by("case"), sweep
-
-
-def optional(module: str, extra: str = "sweep") -> Any:
-    """A library that comes with an extra only, imported when it is asked for."""
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        raise InputError(
-            f"this needs the library {module.partition('.')[0]}",
-            allowed=f"after: pip install 'afo-sim[{extra}]', or -e '.[{extra}]' in a clone",
-        ) from None
 
 
 def _levels(values: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 
 HIDDEN = "import sys; sys.modules[{library!r}] = None; import afo_sim.rl.environments; "
 MISSING = [
-    ("gymnasium", "afo_sim.rl.environments.gym_env", "pip install 'afo-sim[gym]'"),
+    ("gymnasium", "afo_sim.rl.environments.gym_env", "pip install 'afo-sim[rl]'"),
     ("dm_control", "afo_sim.rl.environments.suite", "pip install 'dm-control"),
     ("dm_control", "afo_sim.rl.entity", "pip install 'dm-control"),
 ]

@@ -537,7 +537,7 @@ def test_without_cma_it_says_what_to_install(
     monkeypatch.setitem(sys.modules, "cma", None)
     code, _, err = call(capsys, "optimise", written(tmp_path), "--out", tmp_path / "out")
     assert code == 2
-    assert "pip install 'afo-sim[sweep]'" in err
+    assert "pip install 'afo-sim[study]'" in err
     assert not (tmp_path / "out").exists()
 
 

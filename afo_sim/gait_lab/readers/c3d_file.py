@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError
+from afo_sim.common.extras import optional
 
 _BLOCK = 512  # bytes; C3D counts in them
 PATIENCE = 20.0  # that a file is given [s]
@@ -58,14 +59,7 @@ class C3dFile:
 
 def read_c3d_file(path: pathlib.Path) -> C3dFile:
     """Read a C3D file."""
-    try:
-        import ezc3d  # noqa: F401 - the process below needs it
-    except ImportError:
-        raise InputError(
-            "reading C3D needs the library ezc3d",
-            file=path,
-            allowed="after: pip install 'afo-sim[c3d]', or -e '.[c3d]' in a clone",
-        ) from None
+    optional("ezc3d")  # the process below needs it
     size = _refuse_damaged(path)
     command = [sys.executable, "-m", CHILD, str(path)]
     paths = {"PYTHONPATH": os.pathsep.join(entry or "." for entry in sys.path)}

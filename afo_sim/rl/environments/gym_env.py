@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from afo_sim.common import InputError, unknown
+from afo_sim.common.extras import missing_extra
 from afo_sim.model import ANKLE
 from afo_sim.rl.environments.episodes import Episodes, Setting, setting
 from afo_sim.rl.environments.task import checked
@@ -21,10 +22,7 @@ try:
     from gymnasium.utils import seeding
     from gymnasium.vector.utils import batch_space
 except ImportError as error:
-    if (error.name or "").split(".")[0] != "gymnasium":
-        raise
-    missing = "gymnasium is not installed, and its environments here need it: pip install 'afo-sim[gym]'"
-    raise ImportError(missing) from None
+    raise missing_extra(error) or error from None
 
 RENDER_MODES = ("rgb_array",)
 FPS = 100  # frames of real time: one every control period

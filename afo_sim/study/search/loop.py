@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError
+from afo_sim.common.extras import optional
 from afo_sim.simulation import Asked
 from afo_sim.study.constraint import Constraint
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import OK
 from afo_sim.study.parameter import Parameter
 from afo_sim.study.pool import Pool
-from afo_sim.study.results import optional
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, outside
 
