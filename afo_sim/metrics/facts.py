@@ -30,7 +30,7 @@ class Source(Protocol):
 
 
 class RunLimits(Protocol):
-    """What metrics need of a scenario's limits; `description.limits.Limits` has it."""
+    """What metrics need of a scenario's limits; `description.walking.Limits` has it."""
 
     @property
     def skin_pressure(self) -> tuple[float, float]: ...

@@ -405,9 +405,30 @@ VOLUME_DATA: VolumeData = places(VolumeData)
 EDGE_DATA = 1  # results of a restriction: its flow
 
 
+# Numbers that the compiled model gives later, and those that only some parts of a kind have.
+_OF_SOME = frozenset(
+    {"bandwidth", "closing_delay", "coil", "dead_band", "follows", "law", "opening_delay", "parameters"}
+)
+MAY_LACK = {
+    KIND_MUSCLE: frozenset({"inverse_mass", "friction", "friction_coefficients", "damper"}),
+    KIND_CHAMBER: frozenset({"real_gas"}),
+    KIND_VOLUME: frozenset({"real_gas"}),
+    KIND_VALVE: _OF_SOME,
+    KIND_RESTRICTION: _OF_SOME,
+}
+
+
 def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
-    """`actuator_user` of an actuator, its numbers by the names of its kind's tables; others are 0."""
+    """`actuator_user` of an actuator, its numbers by the names of its kind's tables.
+
+    A number may be missing only if `MAY_LACK` names it; it is 0.
+    """
     found, tables = np.zeros(N_USER), ROWS[kind]
+    missing = (
+        {name for table in tables for name in table._fields} - values.keys() - MAY_LACK.get(kind, frozenset())
+    )
+    if missing:
+        raise TypeError(f"a row of kind {kind:g} lacks {', '.join(sorted(missing))}")
     found[:FIRST] = MARK, kind
     for name, value in values.items():
         place = next(getattr(table, name) for table in tables if name in table._fields)

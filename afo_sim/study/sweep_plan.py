@@ -406,7 +406,7 @@ def parameter_tables(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]
     """{column: table as [parameters.NAME] has it}; keys, values and result as `plan_of` has them."""
     if not isinstance(parameters, Mapping):
         example = '{"supply.pressure": ["2 bar", "4 bar"]}'
-        raise InputError("is no dict", field="parameters", value=parameters, allowed="as in " + example)
+        raise InputError("is not a dict", field="parameters", value=parameters, allowed="as in " + example)
     found: dict[str, dict[str, Any]] = {}
     names = column_names([key for key, values in parameters.items() if not _has_key(values)])
     for key, values in parameters.items():
