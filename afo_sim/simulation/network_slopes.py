@@ -190,7 +190,6 @@ def network_rows(built: Built, nodes: list[int], rows: Rows, inputs: np.ndarray,
     pressures += [native.read_volume(model, userdata, volume) for volume in volumes]
     known = given | dict(zip(nodes, pressures, strict=True))
     numbers = {node: k for k, node in enumerate(nodes)}
-    numbers = {node: k for k, node in enumerate(nodes)}
     ways = []
     for way in native.ways_of(model):
         known[native.TO_SUPPLY] = np.minimum(supply, known.get(way.upstream, supply))
