@@ -10,7 +10,9 @@ run is made, and its calls are watched.
 import argparse
 import ast
 import html
+import importlib
 import pathlib
+import pkgutil
 import re
 import sys
 import textwrap
@@ -90,9 +92,13 @@ def direct(arrows: Arrows) -> Arrows:
 
 
 def way_of_a_run() -> list[str]:
-    """The rooms in the order in which a run enters them."""
+    """The rooms in the order in which a run enters them; calls that an import makes are no part of a run."""
     import afo_sim
 
+    for room in CORE:
+        package = importlib.import_module(f"afo_sim.{room}")
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            importlib.import_module(module.name)
     entered: list[str] = []
     prefix = f"{PACKAGE}/"
 

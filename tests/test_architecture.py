@@ -174,4 +174,4 @@ def test_the_picture_tells_the_page_its_order(script: types.ModuleType) -> None:
         r'id="(\w+)" x=[^>]*/>(?:\n<text[^\n]*)*\n<circle[^\n]*\n<text[^>]*>(\d+)<', picture
     )
     way = [room for room, _ in sorted(numbered, key=lambda pair: int(pair[1]))]
-    assert way and f"enters the room: {', '.join(way)}](architecture.svg)" in PAGE
+    assert way and f"enters the rooms: {', '.join(way)}](architecture.svg)" in PAGE
