@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 import afo_sim
-from afo_sim.lab.torque_belief import judged
 from afo_sim.show import bands, write_report
 from afo_sim.show.panels import UNKNOWN_LABEL
 from afo_sim.simulation import Recording
@@ -124,6 +123,6 @@ def test_a_name_from_a_file_cannot_break_the_page(tmp_path: pathlib.Path, walk: 
 def test_answer_and_band_tell_the_same_share_of_trips(walk: Recording, share: float, told: str) -> None:
     touch = {"height": 0.0, "share": share, "of_one": [0.0, 0.0, 1.0]}
     run = changed(walk, trips={"touch": touch, "within_10mm": touch | {"height": 0.01}})
-    answer = judged.verdict_of(run)[0].text
+    answer = run.verdict[0].text
     assert f"not known, {told} touch the floor" in answer
     assert any(f"{told} of the drawn strides trip" in line for line in bands.lines(run))
