@@ -7,6 +7,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pytest
+from figures import leave_blank
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -485,7 +486,8 @@ def test_words_failures_constants_and_one_parameter_are_drawn(tmp_path: pathlib.
 
 
 @pytest.mark.slow
-def test_four_metrics_take_two_figures(tmp_path: pathlib.Path) -> None:
+def test_four_metrics_take_two_figures(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_blank(monkeypatch)
     x = design_of(40)
     y = {name: (np.random.default_rng(k).random(40), "s") for k, name in enumerate("abcd")}
     results = read(write_sweep(tmp_path, "random", x, y))
