@@ -4,6 +4,7 @@ import gc
 from typing import Any
 
 import numpy as np
+import pytest
 from matplotlib.figure import Figure
 
 from afo_sim.common import InputError
@@ -20,6 +21,16 @@ def panel(draw: Any, recording: Recording) -> Any:
 
 def lines(axis: Any) -> dict[str, np.ndarray]:
     return {line.get_label(): line.get_ydata() for line in axis.lines}
+
+
+def leave_blank(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write pictures with nothing on them: for a test that asks only whether they are there."""
+    save = Figure.savefig
+
+    def save_blank(figure: Figure, *place: object, **options: object) -> None:
+        save(Figure(figsize=(1.0, 1.0)), *place, **options | {"dpi": 20})
+
+    monkeypatch.setattr(Figure, "savefig", save_blank)
 
 
 def opengl_missing() -> str:

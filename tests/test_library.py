@@ -155,8 +155,8 @@ def test_pandas_and_xarray_carry_units(short: Recording) -> None:
 
 @pytest.mark.slow
 def test_a_notebook_shows_status_warnings_numbers_and_figures(short: Recording, walked: Recording) -> None:
-    for run in (short, walked):
-        page = run._repr_html_()
+    pages = [run._repr_html_() for run in (short, walked)]
+    for run, page in zip((short, walked), pages, strict=True):
         assert run.scenario["name"] in page and f"{len(run['time'])} rows" in page
         assert page.count("⚠") == len(run.warnings)
         for name in run.metrics:
@@ -165,10 +165,10 @@ def test_a_notebook_shows_status_warnings_numbers_and_figures(short: Recording, 
         assert len(pictures) == 2 and all(picture.startswith(b"\x89PNG") for picture in pictures)
         assert len(page) < 400_000 and "http" not in page
     for answer in walked.verdict:
-        assert answer.question in walked._repr_html_() and answer.question not in short._repr_html_()
-    assert "a clearance is good to some 8 mm" in walked._repr_html_()  # what the answers hang on
+        assert answer.question in pages[1] and answer.question not in pages[0]
+    assert "a clearance is good to some 8 mm" in pages[1]  # what the answers hang on
     assert len(walked.verdict) == 4 and short.verdict == ()
-    assert "<details open>" in short._repr_html_() and "<details>" in walked._repr_html_()
+    assert "<details open>" in pages[0] and "<details>" in pages[1]
 
 
 def test_a_run_that_never_began_is_shown_too(short: Recording) -> None:

@@ -1,7 +1,6 @@
 """The command line as a person meets it: exit codes, one message, nothing half-written."""
 
 import json
-import os
 import pathlib
 import re
 import subprocess
@@ -16,17 +15,14 @@ from afo_sim.model import controls as schedule
 ROOT = pathlib.Path(__file__).parents[2]
 
 
-def afo_sim(*arguments: str, folder: pathlib.Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "afo_sim", *arguments]
-    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=120)
-
-
 @pytest.mark.slow
-def test_run_without_arguments_writes_the_seated_run(tmp_path: pathlib.Path) -> None:
-    done = afo_sim("run", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "range_of_motion" in done.stdout
+def test_run_without_arguments_writes_the_seated_run(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, printed, complaint = call(capsys, "run")
+    assert code == 0, complaint
+    assert "range_of_motion" in printed
     summary = json.loads((tmp_path / "runs" / "seated" / "summary.json").read_text())
     assert summary["status"] == "ok"
     assert 10.0 < summary["metrics"]["range_of_motion"]["value"] < 45.0
@@ -236,14 +232,20 @@ def test_other_commands_refuse_with_exit_2(
     assert complaint.startswith("afo-sim: ")
 
 
-@pytest.mark.slow
-def test_view_without_a_display_says_so(tmp_path: pathlib.Path) -> None:
+@pytest.fixture
+def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+
+
+@pytest.mark.usefixtures("no_display")
+def test_view_without_a_display_says_so(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     if not sys.platform.startswith("linux"):
         pytest.skip("displays are found otherwise here")
     (tmp_path / "recording.rrd").write_bytes(b"")
-    done = afo_sim("view", str(tmp_path), folder=tmp_path)
-    assert done.returncode == 2
-    assert "no display" in done.stderr
+    code, _, complaint = call(capsys, "view", tmp_path)
+    assert code == 2
+    assert "no display" in complaint
 
 
 def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
@@ -372,13 +374,16 @@ def test_run_without_checks_of_its_own_wants_a_file(
     assert (code, "carries no checks" in complaint) == (2, True)
 
 
-@pytest.mark.slow
-def test_live_needs_a_display(tmp_path: pathlib.Path) -> None:
+@pytest.mark.usefixtures("no_display")
+def test_live_needs_a_display(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     if not sys.platform.startswith("linux"):
         pytest.skip("displays are found otherwise here")
-    done = afo_sim("run", "--live", folder=tmp_path)
-    assert done.returncode == 2
-    assert "no display" in done.stderr
+    monkeypatch.chdir(tmp_path)
+    code, _, complaint = call(capsys, "run", "--live")
+    assert code == 2
+    assert "no display" in complaint
     assert not (tmp_path / "runs").exists()
 
 

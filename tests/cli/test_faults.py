@@ -15,7 +15,6 @@ import pyarrow.parquet as pq
 import pytest
 from command import call
 from faults import DISK, contents, hidden, largest_file, refuse
-from matplotlib.figure import Figure
 from walking import known_walk, write_angles, write_forces, write_trc
 
 import afo_sim
@@ -111,14 +110,8 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
 
 
 @pytest.fixture(autouse=True)
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+def quick(blank: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out what takes seconds and writes nothing: curves on the pictures, what `validate` computes."""
-    save = Figure.savefig
-
-    def save_blank(figure: Figure, *place: object, **options: object) -> None:
-        save(Figure(figsize=(1.0, 1.0)), *place, **options | {"dpi": 20})
-
-    monkeypatch.setattr(Figure, "savefig", save_blank)
     monkeypatch.setattr(validation, "validate", lambda report: [])
 
 

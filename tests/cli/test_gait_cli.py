@@ -73,6 +73,7 @@ def test_import_writes_a_cycle_and_its_picture(
     assert picture.read_bytes().startswith(b"%PDF")
 
 
+@pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_a_doubtful_mass_is_a_warning_and_none_is_an_estimate(
     trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
@@ -94,6 +95,7 @@ def test_a_doubtful_mass_is_a_warning_and_none_is_an_estimate(
     assert abs(gait.read(out).body_mass / 67.2 - 1.0) < 0.05
 
 
+@pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_a_map_of_markers_is_written_edited_and_read(
     trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
@@ -120,6 +122,7 @@ def test_a_map_of_markers_is_written_edited_and_read(
     assert code == 0, complaint
 
 
+@pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_second_stride_and_units_are_options(
     trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
@@ -206,6 +209,7 @@ def test_documents_commands_run(
     assert (tmp_path / "walk.png").is_file() and (tmp_path / "stride.png").is_file()
 
 
+@pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_documents_three_commands_go_from_opensims_files_to_a_report(
     trial: list[str],

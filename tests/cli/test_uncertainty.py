@@ -5,7 +5,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 import tomllib
 from typing import Any
 
@@ -136,15 +135,29 @@ def test_bounds_that_leave_out_the_own_value_are_named(
     assert "allowed: at most 4000 N/m" in err
 
 
+STOPPED = """
+import os, signal, sys
+from afo_sim import cli
+from afo_sim.study.uncertainty import running
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
+in_order, number = running.in_order, int(sys.argv.pop(1))
+def stopped(*arguments):
+    *rest, report = arguments
+    def told(done, count):
+        report(done, count)
+        if done == 3:  # others are rolled out in their threads, more wait
+            os.kill(os.getpid(), number)
+    return in_order(*rest, told)
+running.in_order = stopped
+cli.main()
+"""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_draws_that_are_stopped_leave_nothing(number: int, code: int, tmp_path: pathlib.Path) -> None:
     walk = ["run", "walk-dropfoot-afo", "--no-rrd", "--no-change", "--uncertainty", "20000"]
-    command = [sys.executable, "-m", "afo_sim", *walk, "--out", str(tmp_path / "run")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as done:
-        time.sleep(12.0)  # in the middle of the draws
-        assert done.poll() is None
-        done.send_signal(number)
-        out, err = done.communicate(timeout=30)
-    assert (done.returncode, out, err) == (code, "", "afo-sim: stopped\n")
+    command = [sys.executable, "-c", STOPPED, str(int(number)), *walk, "--out", str(tmp_path / "run")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (code, "", "afo-sim: stopped\n")
     assert not list(tmp_path.iterdir())

@@ -5,6 +5,7 @@ import re
 import subprocess
 
 import pytest
+from campaign import size
 from export.boards import MACHINE, compile_host, compile_sketch, controlled, export, printed
 
 from afo_sim.common import InputError
@@ -12,6 +13,7 @@ from afo_sim.control import Machine, Transition, differences, read_log
 from afo_sim.export import board_of, commanded
 from afo_sim.export.electronics.board import states_of
 
+STRIDES = size(30, 100)
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 
 
@@ -35,8 +37,8 @@ def test_a_few_strides(tmp_path: pathlib.Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_hundred_strides(tmp_path: pathlib.Path) -> None:
-    check_machine(tmp_path, "112 s", 300)
+def test_many_strides(tmp_path: pathlib.Path) -> None:
+    check_machine(tmp_path, f"{1.12 * STRIDES:.1f} s", 3 * STRIDES)
 
 
 def test_the_sketch_does_not_switch_until_its_inputs_are_calibrated(tmp_path: pathlib.Path) -> None:

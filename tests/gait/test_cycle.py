@@ -323,10 +323,10 @@ TEXT = {
     "unit in the name": (("shank_angle_deg", "shank_angle_rad"), "shank_angle_deg", "shank_angle_rad"),
     "column twice": (("ankle_x_m,ankle_z_m", "ankle_z_m,ankle_z_m"), "ankle_x_m", "missing"),
     "missing key": (("# stride_time_s:", "# stridetime_s:"), "stride_time_s", "there is 'stridetime_s'"),
-    "no number": (("# body_mass_kg: 67.2", "# body_mass_kg: heavy"), "body_mass_kg", "is no number"),
+    "no number": (("# body_mass_kg: 67.2", "# body_mass_kg: heavy"), "body_mass_kg", "is not a number"),
     "grams": (("# body_mass_kg: 67.2", "# body_mass_kg: 67200"), "body_mass_kg", "out of range"),
     "no side": (("# side: right", "# side: R"), "side", "is not a valid side"),
-    "a word in a cell": (("\n0.5,", "\nhalf,"), "phase", "is no number (line"),
+    "a word in a cell": (("\n0.5,", "\nhalf,"), "phase", "is not a number (line"),
     "separator": ((",", ";"), "header", "between semicolons"),
     "a cell too many": (("\n0.5,", "\n0.5,1,"), "", "has 11 values where the header names 10"),
 }

@@ -10,6 +10,7 @@ import numpy as np
 import pandas
 import pytest
 from command import call
+from figures import leave_blank
 
 import afo_sim
 from afo_sim.common import InputError, assets
@@ -374,8 +375,12 @@ def test_a_searched_number_beyond_all_bounds_is_the_bound() -> None:
 
 @pytest.mark.slow
 def test_command_writes_table_figure_numbers_and_scenario(
-    planted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    planted: pathlib.Path,
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    leave_blank(monkeypatch)
     asked = ["--scenario", "seated", "--set", "duration=8 s", "--fit", "inlet_conductance, time_offset"]
     out = tmp_path / "fit"
     noise = ["--noise", "angle=0.1 deg", "--hold-out", "0"]
@@ -391,7 +396,7 @@ def test_command_writes_table_figure_numbers_and_scenario(
     assert told["channels"]["angle"]["noise"] == pytest.approx(np.radians(0.1))
     assert "time_offset = " in (out / "scenario.toml").read_text()
     code, _, complaint = call(
-        capsys, "run", str(out / "scenario.toml"), "--no-rrd", "--out", str(tmp_path / "r")
+        capsys, "run", out / "scenario.toml", "--set", "duration=1 s", "--no-rrd", "--out", tmp_path / "r"
     )
     assert code == 0, complaint
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaign import size
 from knee import knee_data, knee_orthosis
 from scipy.stats import binomtest, chi2
 from scipy.stats import t as student
@@ -19,7 +20,7 @@ from afo_sim.lab.torque_report import tables
 STIFFNESS, OFFSET = 20e3, 4e-3
 ANGLE = np.tile(np.radians(np.linspace(-25.0, 15.0, 9)), 3)
 GAUGE = np.repeat([2e5, 3e5, 4e5], 9)
-TRIALS = 60
+TRIALS = size(30, 60)
 DEVICE = Change(STIFFNESS, OFFSET)
 
 

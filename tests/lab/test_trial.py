@@ -1,6 +1,7 @@
 """The test stand against the formula, against independent solutions, and against what must hold."""
 
 import dataclasses
+import functools
 import json
 import math
 import pathlib
@@ -38,6 +39,15 @@ def worst(trial: Trial, name: str) -> float:
     return max(found[name].value for found in trial.metrics)
 
 
+USUAL = {test.__name__: test for test in (stand.isobaric, stand.isotonic, stand.isometric, stand.step)}
+
+
+@functools.cache
+def usual(test: str, name: str) -> Trial:
+    """A test with all that is chosen by default, run once."""
+    return USUAL[test](name)
+
+
 @pytest.fixture(scope="module")
 def rubbed() -> dict[str, Trial]:
     """Isobaric loops with each friction, without any other damping."""
@@ -56,8 +66,8 @@ def sets(friction: str) -> dict[str, str]:
 @pytest.mark.parametrize("name", ["dmsp_20", "s1_120mm", "shadow_30mm", "serres_2009"])
 def test_slow_sweeps_give_the_formula(name: str) -> None:
     """Within 0.5 % of the greatest force at the speeds that are chosen by default, friction off."""
-    for test in (stand.isobaric, stand.isotonic, stand.isometric):
-        trial = test(name)
+    for test in ("isobaric", "isotonic", "isometric"):
+        trial = usual(test, name)
         assert worst(trial, "off_formula_share") <= 0.5
         assert trial.plan.kind != "isobaric" or worst(trial, "pressure_off") <= 0.2
 
@@ -283,11 +293,11 @@ def test_release_against_a_load_ends_where_the_load_hangs() -> None:
 @pytest.mark.slow
 def test_static_load_gives_the_published_lines() -> None:
     """Reynolds 2003 and Serres 2009 typed in: F_ce within 0.1 %, K within 1 %."""
-    found = static_load(stand.isobaric("reynolds_2003"))
+    found = static_load(usual("isobaric", "reynolds_2003"))
     assert found.start == pytest.approx(179.2, rel=2e-3)
     assert found.slope == pytest.approx(1.39e-3, rel=2e-3)
     assert found.stiffness == pytest.approx(5710.0 + 0.0307 * found.pressure, rel=0.01)
-    found = static_load(stand.isobaric("serres_2009"))
+    found = static_load(usual("isobaric", "serres_2009"))
     assert found.contractile_force == pytest.approx(44.6 + 2.91e-3 * found.pressure, rel=2e-3)
 
 
@@ -353,9 +363,8 @@ def test_command_writes_all_three_characteristics(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
 ) -> None:
     out = str(tmp_path / "new")
-    code, said, complaint = call(
-        capsys, "stand", "all", "dmsp_20", "--law", "sarosi_2012", "--law", "bolen_2026", "--out", out
-    )
+    laws = ("--law", "sarosi_2012", "--law", "bolen_2026")
+    code, said, complaint = call(capsys, "stand", "all", "dmsp_20", *laws, "--load", "76 N", "--out", out)
     assert code == 0, complaint
     for kind in ("isobaric", "isotonic", "isometric"):
         for suffix in ("csv", "parquet", "png", "pdf", "json", "rrd"):
@@ -417,10 +426,14 @@ def test_command_steps_and_releases(
 
 
 @pytest.mark.slow
-def test_study_of_s0_runs(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+def test_study_of_s0_runs(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path
+) -> None:
     import runpy
 
-    sys.argv = ["static_load_study.py", str(tmp_path)]
+    for test in ("isobaric", "isotonic", "step"):
+        monkeypatch.setattr(stand, test, functools.partial(usual, test))
+    monkeypatch.setattr(sys, "argv", ["static_load_study.py", str(tmp_path)])
     runpy.run_path(str(ROOT / "scripts" / "static_load_study.py"), run_name="__main__")
     assert "F_ce = 179.2 N" in capsys.readouterr().out
     assert (tmp_path / "static_load.png").stat().st_size > 10_000

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command import call
+from figures import leave_blank
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -227,6 +228,7 @@ def test_the_command_writes_all_that_is_asked_for(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    leave_blank(monkeypatch)
     code, printed, said = call(
         capsys, "draw", "s1", "--out", "a.png", "--out", "sub/b.pdf", "--pressure", "3 bar"
     )

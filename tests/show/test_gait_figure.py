@@ -29,6 +29,22 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     return figures
 
 
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Figure]:
+    """A trial of two legs, and its page as it was laid out."""
+    done, figures = stand_in(), []
+    with pytest.MonkeyPatch.context() as patch:
+        savefig = Figure.savefig
+
+        def save(self: Figure, *arguments: Any, **options: Any) -> None:
+            savefig(self, *arguments, **options)
+            figures.append(self)
+
+        patch.setattr(Figure, "savefig", save)
+        draw_gait(done.cycle, tmp_path_factory.mktemp("usual") / "a.png", done)
+    return done, figures[0]
+
+
 def panels(figure: Figure) -> list[Any]:
     return [axis for part in figure.subfigs for axis in part.axes]
 
@@ -80,19 +96,15 @@ def test_nothing_lies_over_anything_else(case: str, tmp_path: pathlib.Path, draw
 
 
 @pytest.mark.slow
-def test_points_are_labelled_with_their_errors(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
-    done = stand_in()
-    draw_gait(done.cycle, tmp_path / "a.png", done)
-    words = {text.get_text() for text in panel(drawn[0], "ahead of the ankle").texts}
+def test_points_are_labelled_with_their_errors(usual: tuple[Any, Figure]) -> None:
+    words = {text.get_text() for text in panel(usual[1], "ahead of the ankle").texts}
     assert words == {"hip ±20 mm", "knee ±10 mm", "ankle ±8 mm", "heel", "toe"}
 
 
 @pytest.mark.slow
-def test_events_by_force_are_filled_and_others_open(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
+def test_events_by_force_are_filled_and_others_open(usual: tuple[Any, Figure]) -> None:
     """The stand-in's heel strikes are where force begins; its toe-offs are not where force ends."""
-    done = stand_in()
-    draw_gait(done.cycle, tmp_path / "a.png", done)
-    events = drawn[0].subfigs[0].axes[0]
+    events = usual[1].subfigs[0].axes[0]
     filling = {
         mark: {line.get_markerfacecolor() for line in events.lines if line.get_marker() == mark}
         for mark in "v^"
@@ -102,14 +114,13 @@ def test_events_by_force_are_filled_and_others_open(tmp_path: pathlib.Path, draw
 
 @pytest.mark.slow
 def test_the_moment_is_drawn_as_laboratories_do_over_its_band(
-    tmp_path: pathlib.Path, drawn: list[Figure]
+    usual: tuple[Any, Figure], tmp_path: pathlib.Path, drawn: list[Figure]
 ) -> None:
-    done = stand_in()
-    draw_gait(done.cycle, tmp_path / "a.png", done)
+    done, page = usual
     draw_gait(done.cycle, tmp_path / "b.png")
     for axis in (
-        panel(drawn[0], "ankle moment"),
-        next(a for a in drawn[1].axes if "moment" in a.get_ylabel()),
+        panel(page, "ankle moment"),
+        next(a for a in drawn[0].axes if "moment" in a.get_ylabel()),
     ):
         assert "plantarflexion +" in axis.get_ylabel()
         (line,) = [line for line in axis.lines if line.get_label() in ("taken", "of the file")]
@@ -150,10 +161,8 @@ def test_the_view_from_above_ends_where_the_walk_does(tmp_path: pathlib.Path, dr
 
 
 @pytest.mark.slow
-def test_the_way_from_above_has_left_on_the_left(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
-    done = stand_in()
-    draw_gait(done.cycle, tmp_path / "a.png", done)
-    ways = {line.get_label(): line.get_xydata() for line in panel(drawn[0], "seen from above").lines}
+def test_the_way_from_above_has_left_on_the_left(usual: tuple[Any, Figure]) -> None:
+    ways = {line.get_label(): line.get_xydata() for line in panel(usual[1], "seen from above").lines}
     assert ways["left ankle"][:, 1].mean() > ways["pelvis"][:, 1].mean() > ways["right ankle"][:, 1].mean()
     assert all(ways[name][-1, 0] > ways[name][0, 0] + 1.0 for name in ("left ankle", "right ankle", "pelvis"))
 

@@ -7,18 +7,19 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pytest
+from figures import leave_blank
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from matplotlib.image import imread
 from sweep_case import saltelli, write_sweep
 
-import afo_sim.study
 from afo_sim.cli.sweep import show_folder
 from afo_sim.common import InputError
 from afo_sim.show import sweep_figures as figures
 from afo_sim.study import analysis, scales
 from afo_sim.study.findings import EXACT, effects_of, findings, indices
+from afo_sim.study.results import read
 
 PI = {"x1": (-np.pi, np.pi), "x2": (-np.pi, np.pi), "x3": (-np.pi, np.pi)}
 FILES = {"distributions.png", "main_effects.png", "maps.png", "pareto.png"}
@@ -68,7 +69,7 @@ def walk_metrics(x: dict[str, tuple[np.ndarray, str]]) -> dict[str, tuple[np.nda
 def test_one_line_gives_a_frame_with_units(tmp_path: pathlib.Path) -> None:
     x = design_of(9)
     write_sweep(tmp_path, "random", x, walk_metrics(x), failed={4: ("unstable", "NaN at 0.3 s")})
-    frame = afo_sim.study.read(tmp_path).to_pandas()
+    frame = read(tmp_path).to_pandas()
     assert list(frame["case"]) == list(range(9))
     assert np.array_equal(frame["pressure"], x["pressure"][0])
     assert frame["toe_clearance"].isna().tolist() == [k == 4 for k in range(9)]
@@ -83,7 +84,7 @@ def test_a_grid_is_an_array_over_its_parameters(tmp_path: pathlib.Path) -> None:
     x = {"pressure": (pressure[cells[:, 0]], "Pa"), "law": (law[cells[:, 1]], "")}
     x["count"] = (count[cells[:, 2]], "")
     y = x["pressure"][0] * np.where(x["law"][0] == "cubic", 2.0, 1.0) + x["count"][0]
-    results = afo_sim.study.read(write_sweep(tmp_path, "grid", x, {"force": (y, "N")}))
+    results = read(write_sweep(tmp_path, "grid", x, {"force": (y, "N")}))
     data = results.to_xarray()
     assert data["force"].dims == ("pressure", "law", "count")
     assert data["pressure"].values.tolist() == [2e5, 3e5, 4e5] and data["pressure"].attrs["units"] == "Pa"
@@ -98,7 +99,7 @@ def test_an_unfinished_grid_has_holes(tmp_path: pathlib.Path) -> None:
     a, b = (v.ravel() for v in np.meshgrid([1.0, 2.0, 3.0], [0.1, 0.2], indexing="ij"))
     rows = [np.array([3, 4]), np.array([0, 1])]  # chunks end in any order
     write_sweep(tmp_path, "grid", bare({"a": a, "b": b}), {"y": (a * b, "m")}, chunks=rows)
-    results = afo_sim.study.read(tmp_path)
+    results = read(tmp_path)
     assert results.unfinished and len(results) == 4 and results.planned == 6
     assert results["case"].tolist() == [0, 1, 3, 4]
     data = results.to_xarray()
@@ -108,7 +109,7 @@ def test_an_unfinished_grid_has_holes(tmp_path: pathlib.Path) -> None:
 
 def test_other_designs_have_one_dimension(tmp_path: pathlib.Path) -> None:
     x = design_of(5)
-    data = afo_sim.study.read(write_sweep(tmp_path, "random", x, walk_metrics(x))).to_xarray()
+    data = read(write_sweep(tmp_path, "random", x, walk_metrics(x))).to_xarray()
     assert data["arm"].dims == ("case",) and data["arm"].attrs["units"] == "m"
 
 
@@ -116,7 +117,7 @@ def test_finished_wins_over_chunks(tmp_path: pathlib.Path) -> None:
     x = design_of(5)
     write_sweep(tmp_path, "random", x, walk_metrics(x), chunks=[np.arange(2)])
     write_sweep(tmp_path, "random", x, walk_metrics(x))
-    results = afo_sim.study.read(tmp_path)
+    results = read(tmp_path)
     assert len(results) == 5 and not results.unfinished
 
 
@@ -132,7 +133,7 @@ def test_a_folder_that_is_no_sweep(tmp_path: pathlib.Path, name: str, text: byte
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_bytes(text)
     with pytest.raises(InputError, match=problem):
-        afo_sim.study.read(tmp_path)
+        read(tmp_path)
 
 
 def test_a_run_is_no_sweep(tmp_path: pathlib.Path) -> None:
@@ -141,7 +142,7 @@ def test_a_run_is_no_sweep(tmp_path: pathlib.Path) -> None:
 
     pq.write_table(pa.table({"time": [0.0]}), tmp_path / "results.parquet")
     with pytest.raises(InputError, match="not a result of a sweep"):
-        afo_sim.study.read(tmp_path)
+        read(tmp_path)
 
 
 @pytest.mark.parametrize("missing", ["pandas", "xarray", "SALib"])
@@ -149,7 +150,7 @@ def test_a_missing_library_is_named(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, missing: str
 ) -> None:
     x = saltelli(PI, 16)
-    results = afo_sim.study.read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (ishigami(x), "")}))
+    results = read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (ishigami(x), "")}))
     for name in [n for n in sys.modules if n.split(".")[0] == missing]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, missing, None)  # what makes an import fail
@@ -245,7 +246,7 @@ def test_shares_of_an_unfinished_grid_are_no_exact_ones(
     y = b**2
     columns = {"a": (a, ""), "b": (b, "")}
     folder = write_sweep(tmp_path / "s", "grid", columns, {"y": (y, "")}, chunks=[np.arange(55)])
-    results = afo_sim.study.read(folder)
+    results = read(folder)
     assert results.levels() is not None and results.lacking("y") == 45
     exact = analysis.effect(a[:55], y[:55], grid=True)
     assert exact.share > 0.05
@@ -320,7 +321,7 @@ def test_a_case_without_a_metric_is_on_no_front() -> None:
 
 def test_indices_of_ishigami(tmp_path: pathlib.Path) -> None:
     x = saltelli(PI, 1024)
-    results = afo_sim.study.read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (ishigami(x), "")}))
+    results = read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (ishigami(x), "")}))
     found = indices(results, "y")
     first, total, second = ishigami_indices()
     assert np.abs(found.first - first).max() < 0.03
@@ -337,7 +338,7 @@ def test_indices_of_ishigami(tmp_path: pathlib.Path) -> None:
 
 def test_binned_shares_of_ishigami(tmp_path: pathlib.Path) -> None:
     x = saltelli(PI, 1024)
-    results = afo_sim.study.read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (ishigami(x), "")}))
+    results = read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (ishigami(x), "")}))
     t = np.linspace(-np.pi, np.pi, 12_001)
     t = 0.5 * (t[1:] + t[:-1])
     conditional = (np.sin(t) * (1.0 + 0.1 * np.pi**4 / 5.0), 7.0 * np.sin(t) ** 2, 0.0 * t)
@@ -357,7 +358,7 @@ def test_of_a_saltelli_design_one_share_is_told(
     monkeypatch.setenv("COLUMNS", "200")
     x = saltelli(PI, n)
     folder = write_sweep(tmp_path / "s", "saltelli", bare(x), {"y": (ishigami(x), "")})
-    results = afo_sim.study.read(folder)
+    results = read(folder)
     found = findings(results, {"y": "lowest"})
     index = found.indices["y"].first
     binned = analysis.effect(x["x2"], ishigami(x), bins=4).share
@@ -390,7 +391,7 @@ def test_shares_between_bins_are_named_as_such(
 def test_of_a_sum_first_order_is_total(tmp_path: pathlib.Path) -> None:
     x = saltelli({"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (0.0, 1.0)}, 1024)
     y = 3.0 * x["a"] + 2.0 * x["b"] + x["c"]
-    results = afo_sim.study.read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (y, "")}))
+    results = read(write_sweep(tmp_path, "saltelli", bare(x), {"y": (y, "")}))
     found = indices(results, "y")
     expected = np.array([9.0, 4.0, 1.0]) / 14.0
     assert np.abs(found.first - expected).max() < 0.01
@@ -402,7 +403,7 @@ def test_every_case_s_own_seed_has_no_part_in_the_indices(tmp_path: pathlib.Path
     columns = bare(x) | {"noise": (np.random.default_rng(1).integers(0, 2**32, len(x["a"])) + 0.0, "")}
     y = 3.0 * x["a"] + x["b"]
     folder = write_sweep(tmp_path, "saltelli", columns, {"y": (y, "")}, seeds=("noise",))
-    results = afo_sim.study.read(folder)
+    results = read(folder)
     found = indices(results, "y")
     assert found.parameters == ("a", "b") and found.blocks == 1024
     assert np.abs(found.first - [0.9, 0.1]).max() < 0.01
@@ -413,13 +414,13 @@ def test_few_failures_leave_out_their_base_samples(tmp_path: pathlib.Path) -> No
     x = saltelli(PI, 512)
     bad = dict.fromkeys([8 * 17 + 2, 8 * 17 + 3, 8 * 300], ("unstable", "NaN"))
     y = {"y": (ishigami(x), "")}
-    results = afo_sim.study.read(write_sweep(tmp_path / "a", "saltelli", bare(x), y, failed=bad))
+    results = read(write_sweep(tmp_path / "a", "saltelli", bare(x), y, failed=bad))
     found = indices(results, "y")
     assert (found.blocks, found.left_out) == (512, 2)
     whole = np.setdiff1d(np.arange(512), [17, 300])
     kept = {name: values.reshape(512, 8)[whole].ravel() for name, values in x.items()}
     again = write_sweep(tmp_path / "b", "saltelli", bare(kept), {"y": (ishigami(kept), "")})
-    same = indices(afo_sim.study.read(again), "y")
+    same = indices(read(again), "y")
     assert np.array_equal(found.first, same.first) and np.array_equal(found.total, same.total)
     assert any("2 of 512 base samples" in r for r in findings(results, {"y": "lowest"}).remarks)
 
@@ -428,17 +429,17 @@ def test_indices_that_cannot_be_are_refused(tmp_path: pathlib.Path) -> None:
     x = saltelli(PI, 32)
     y = {"y": (ishigami(x), ""), "flat": (np.ones(256), "")}
     many = dict.fromkeys(range(0, 256, 80), ("unstable", "NaN"))  # 4 of 256
-    failed = afo_sim.study.read(write_sweep(tmp_path / "a", "saltelli", bare(x), y, failed=many))
+    failed = read(write_sweep(tmp_path / "a", "saltelli", bare(x), y, failed=many))
     with pytest.raises(InputError, match=r"1\.6 % of the cases have no y.*less than 1 %"):
         indices(failed, "y")
     assert "1.6 % of the cases have no y" in " ".join(findings(failed, {"y": "lowest"}).remarks)
-    whole = afo_sim.study.read(write_sweep(tmp_path / "b", "saltelli", bare(x), y))
+    whole = read(write_sweep(tmp_path / "b", "saltelli", bare(x), y))
     with pytest.raises(InputError, match="does not vary"):
         indices(whole, "flat")
-    part = afo_sim.study.read(write_sweep(tmp_path / "c", "saltelli", bare(x), y, chunks=[np.arange(80)]))
+    part = read(write_sweep(tmp_path / "c", "saltelli", bare(x), y, chunks=[np.arange(80)]))
     with pytest.raises(InputError, match=r"every case.*80 of 256"):
         indices(part, "y")
-    other = afo_sim.study.read(write_sweep(tmp_path / "d", "random", bare(x), y))
+    other = read(write_sweep(tmp_path / "d", "random", bare(x), y))
     with pytest.raises(InputError, match="allowed: saltelli"):
         indices(other, "y")
 
@@ -474,21 +475,22 @@ def test_words_failures_constants_and_one_parameter_are_drawn(tmp_path: pathlib.
     y = {"force": (pressure * (law == "linear"), "N"), "flat": (np.ones(16), "m")}
     y |= {"never": (np.full(16, np.nan), "s"), "depth": (-1e-3 * pressure, "mm")}
     failed = {1: ("unstable", "NaN"), 2: ("error", "out of memory"), 3: ("unstable", "NaN")}
-    results = afo_sim.study.read(write_sweep(tmp_path / "a", design, x, y, failed=failed))
+    results = read(write_sweep(tmp_path / "a", design, x, y, failed=failed))
     paths = figures.show(results, tmp_path / "f", list(y))
     assert {path.name for path in paths} == FILES
     assert all(shade(path) > 0.005 for path in paths)
     assert "no case has a value of never" in findings(results, dict.fromkeys(y, "lowest")).remarks
     one = {"pressure": x["pressure"]}
-    alone = afo_sim.study.read(write_sweep(tmp_path / "b", design, one, {"force": y["force"]}))
+    alone = read(write_sweep(tmp_path / "b", design, one, {"force": y["force"]}))
     assert {p.name for p in figures.show(alone, tmp_path / "g")} == {"distributions.png", "main_effects.png"}
 
 
 @pytest.mark.slow
-def test_four_metrics_take_two_figures(tmp_path: pathlib.Path) -> None:
+def test_four_metrics_take_two_figures(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_blank(monkeypatch)
     x = design_of(40)
     y = {name: (np.random.default_rng(k).random(40), "s") for k, name in enumerate("abcd")}
-    results = afo_sim.study.read(write_sweep(tmp_path, "random", x, y))
+    results = read(write_sweep(tmp_path, "random", x, y))
     names = {path.name for path in figures.show(results, tmp_path / "f", list("abcd"))}
     assert names == FILES | {"distributions_2.png", "main_effects_2.png", "maps_2.png"}
     only = figures.show(results, tmp_path / "g", ["a"], {"b": "lowest", "c": "highest"})
@@ -509,7 +511,7 @@ def test_every_case_failed(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture
 def test_a_heat_map_has_the_mean_of_each_cell(tmp_path: pathlib.Path) -> None:
     a, b, c = (v.ravel() for v in np.meshgrid([1e5, 2e5, 4e5], [0.1, 0.2], [1.0, 2.0], indexing="ij"))
     y = a * 1e-5 + 100.0 * b + c
-    results = afo_sim.study.read(
+    results = read(
         write_sweep(tmp_path, "grid", {"a": (a, "Pa"), "b": (b, ""), "c": (c, "")}, {"y": (y, "mm")})
     )
     from matplotlib.figure import Figure
@@ -563,10 +565,10 @@ def test_an_unknown_metric_has_a_nearest_name(tmp_path: pathlib.Path) -> None:
 def test_metrics_that_matter_most_come_by_themselves(tmp_path: pathlib.Path) -> None:
     x = design_of(6)
     y = walk_metrics(x)
-    results = afo_sim.study.read(write_sweep(tmp_path / "a", "random", x, y))
+    results = read(write_sweep(tmp_path / "a", "random", x, y))
     assert list(scales.chosen(results, [])) == [name for name in y if name != "stance"]
     plain = {name: (np.arange(6.0), "") for name in "wxyz"}
-    assert list(scales.chosen(afo_sim.study.read(write_sweep(tmp_path / "b", "random", x, plain)), [])) == [
+    assert list(scales.chosen(read(write_sweep(tmp_path / "b", "random", x, plain)), [])) == [
         "w",
         "x",
         "y",
@@ -593,5 +595,5 @@ def test_axes_are_in_units_that_people_read(
     tmp_path: pathlib.Path, unit: str, largest: float, factor: float, shown: str
 ) -> None:
     x = {"x": (np.linspace(0.0, largest, 4), unit)}
-    look = scales.scale(afo_sim.study.read(write_sweep(tmp_path, "random", x, {"y": (np.ones(4), "")})), "x")
+    look = scales.scale(read(write_sweep(tmp_path, "random", x, {"y": (np.ones(4), "")})), "x")
     assert look.factor == pytest.approx(factor, rel=1e-12) and look.unit == shown

@@ -7,11 +7,13 @@ import pathlib
 import re
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 from command import call
 
 import afo_sim
+from afo_sim import simulation, study
 from afo_sim.show import RUNS, RunView
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.notebook import recording_html
@@ -127,6 +129,9 @@ def test_the_colours_have_contrast_enough() -> None:
 # --- the terminal
 
 
+KEPT: list[Recording] = []  # what the command has run, with what a change does: the same on every terminal
+
+
 def ran(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -134,6 +139,15 @@ def ran(
     width: str,
     *more: str,
 ) -> list[str]:
+    run, studies = simulation.run_scenario, study.with_studies
+
+    def studied(recording: Recording, *arguments: Any, **options: Any) -> Recording:
+        if not KEPT:
+            KEPT.append(studies(recording, *arguments, **options))
+        return KEPT[0]
+
+    monkeypatch.setattr(simulation, "run_scenario", lambda *a, **o: KEPT[0] if KEPT else run(*a, **o))
+    monkeypatch.setattr(study, "with_studies", studied)
     monkeypatch.setenv("COLUMNS", width)
     code, said, _ = call(capsys, "run", "walk-dropfoot-afo", "--no-rrd", "--force", "--out", folder, *more)
     assert code == 0
