@@ -64,13 +64,13 @@ def in_new_processes(*folders: pathlib.Path) -> list[Found]:
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory: pytest.TempPathFactory) -> tuple[pathlib.Path, list[Found]]:
-    """A cache that a process has filled, at night two at once; what they and one without a cache computed.
+    """A cache that a process has filled, and what it computed; at night two at once, and one without a cache.
 
     Each compiles everything, which takes nearly all the time of these tests.
     """
     folder, file = tmp_path_factory.mktemp("cache"), tmp_path_factory.mktemp("none") / "file"
     file.write_text("", encoding="utf-8")
-    return folder, in_new_processes(*[folder] * size(1, 2), file / "below a file")
+    return folder, in_new_processes(*[folder, folder, file / "below a file"][: size(1, 3)])
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def counted(
 def test_later_process_compiles_nothing_and_computes_the_same(
     first: tuple[pathlib.Path, list[Found]],
 ) -> None:
-    folder, (one, *others, _) = first
+    folder, (one, *others) = first
     complaint, compiles, forces = one
     assert compiles > 50
     assert complaint.rpartition(" ")[0] in COMPLAINTS
@@ -138,9 +138,14 @@ def test_curves_of_a_later_process_are_the_same_and_need_no_compiler(tmp_path: p
 
 
 @pytest.mark.slow
-def test_without_a_folder_the_same_is_computed(first: tuple[pathlib.Path, list[Found]]) -> None:
-    _, (one, *_, homeless) = first
-    assert homeless == one
+def test_without_a_folder_code_is_compiled_each_time(
+    counted: list[str | None], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (file,) = (tmp_path / "cache").iterdir()
+    monkeypatch.setenv(user_cache.VARIABLE, str(file / "below a file"))
+    compiled.callbacks()
+    compiled.callbacks()
+    assert counted == [fingerprint()] * 2
 
 
 @pytest.mark.slow
