@@ -32,6 +32,7 @@ from .frequency_response import excited as excited
 from .pool import processors as processors
 from .replay import recording_folder as recording_folder
 from .results import Results as Results
+from .results import read as read
 from .run_studies import EFFECTS as EFFECTS
 from .run_studies import LEFT_OUT as LEFT_OUT
 from .run_studies import check_studies as check_studies

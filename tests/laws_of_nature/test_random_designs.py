@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaign import size
 
 import afo_sim
 from afo_sim import load
@@ -13,7 +14,7 @@ from afo_sim.common import InputError, assets
 
 pytestmark = pytest.mark.slow
 
-DESIGNS = {"seated": 25, "walk-dropfoot-afo": 15}
+DESIGNS = {"seated": size(11, 25), "walk-dropfoot-afo": size(6, 15)}
 STEP, FINE = 1e-3, 2.5e-4  # [s]
 NEAR = 0.5  # of the angle at a fine step [deg]
 COLDEST, HOTTEST = 150.0, 600.0  # [K]

@@ -5,6 +5,7 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from campaign import NIGHTLY
 from laws_of_nature.own_length_case import foot_of, size_of, toes_of
 from laws_of_nature.toe_case import (
     Compared,
@@ -48,7 +49,12 @@ WALKS: dict[str, tuple[str, dict[str, object], int]] = {
 }
 
 
-SLOW = [pytest.param(name, marks=[pytest.mark.slow] if name != "barefoot" else []) for name in WALKS]
+# In the suite a case of each kind: of foot, toes, outsole, orthosis and person.
+FEW = ("barefoot", "soft toes", "more extended", "small and tight", "braced and soled", "braced and shod")
+SLOW = [
+    pytest.param(name, marks=[pytest.mark.slow] if name != "barefoot" else [])
+    for name in (WALKS if NIGHTLY else FEW)
+]
 
 
 @pytest.fixture(scope="module", params=SLOW)

@@ -367,7 +367,7 @@ def independent_leg(built: Built, run: Recording, first: int, n: int) -> np.ndar
     for name in names:
         start += [run[name][first], (run[name][first + 1] - run[name][first - 1]) / (2.0 * step)]
     at = times[first : first + n]
-    found = solve_ivp(rhs, (at[0], at[-1]), start, t_eval=at, max_step=1e-3, rtol=1e-6, atol=1e-9)
+    found = solve_ivp(rhs, (at[0], at[-1]), start, t_eval=at, max_step=2e-3, rtol=1e-6, atol=1e-9)
     return found.y[::2]
 
 

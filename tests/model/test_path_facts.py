@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 import afo_sim as afo
 from afo_sim.common import InputError
+from afo_sim.description import Orthosis
 from afo_sim.model import Design, PathFacts, along, path_points, rows
 from afo_sim.model.design import design
 from afo_sim.model.leg_shapes import DEEP, leg_shapes, through_leg, winding_number
@@ -28,9 +29,14 @@ def facts(pressure: float | None = None) -> dict[str, PathFacts]:
     return {entry.name: entry for entry in path_facts(afo.build("seated"), pressure)}
 
 
+@functools.cache
+def s1() -> Orthosis:
+    return afo.load("orthosis", "s1")
+
+
 def distance(name: str, angle: float) -> float:
     """Distance between S1's anchors of the middle of a group, the foot turned about the ankle [m]."""
-    group = afo.load("orthosis", "s1").muscle[name]
+    group = s1().muscle[name]
     assert group.origin is not None and group.insertion is not None
     x, _, z = group.insertion.from_ankle  # toe up: x sin θ goes up
     turned = x * math.cos(angle) - z * math.sin(angle), x * math.sin(angle) + z * math.cos(angle)

@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import itertools
 import pathlib
 import re
 import shutil
@@ -12,6 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from campaign import size
 
 from afo_sim.common import InputError, assets
 from afo_sim.description import Scenario, expand, load
@@ -26,6 +28,7 @@ SHARED = [
     if hasattr(value, "cache_clear") and value.__module__ == module.__name__
 ]
 SHORT = {"duration": "0.1 s"}
+EACH = size(3, 1)  # of the numbers of a description: in the suite every third is changed
 WALK = expand("scenario", "walk-dropfoot-afo")
 # of shapes, and the tolerance of sleep, which MuJoCo takes from their extent
 OF_SHAPES = re.compile(
@@ -107,12 +110,12 @@ def test_no_number_of_a_description_is_lost_on_what_is_shared(name: str) -> None
     table = load("scenario", name, SHORT).model_dump(mode="json", exclude_none=True)
     first = load("scenario", table)
     unchanged, found = all_of(first), {}
-    for key, value in changes(table):
+    for key, value in itertools.islice(changes(table), 0, None, EACH):
         with contextlib.suppress(InputError):
             case = load("scenario", table, {key: value})
             build(first)
             found[key] = case, all_of(case)
-    assert sum(different(entry, unchanged) != ["built.scenario"] for _, entry in found.values()) > 30
+    assert sum(different(entry, unchanged) != ["built.scenario"] for _, entry in found.values()) > 30 / EACH
     for key, (case, entry) in found.items():
         assert different(entry, anew(case)) == [], key
 

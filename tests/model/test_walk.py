@@ -26,11 +26,13 @@ def built() -> Built:
     return build(load("scenario", "walk-dropfoot-afo", CHANGED))
 
 
+KNOTS, LEVELS = [-1.0, 0.8, 1.4, 2.0, 2.6, 3.5, 4.1, 9.0], [1.0, 1.0, 1.3, 1.3, 0.0, 0.0, 0.8, 0.8]
+SPLINE = CubicHermiteSpline(KNOTS, LEVELS, np.zeros(8))
+
+
 def factor(time: float) -> float:
     """The factor of `CHANGED`: level pieces joined by cubics without a slope at either end."""
-    knots = [-1.0, 0.8, 1.4, 2.0, 2.6, 3.5, 4.1, 9.0]
-    levels = [1.0, 1.0, 1.3, 1.3, 0.0, 0.0, 0.8, 0.8]
-    return float(CubicHermiteSpline(knots, levels, np.zeros(8))(time))
+    return float(SPLINE(time))
 
 
 def test_the_walk_comes_as_far_as_the_integral_of_the_factor() -> None:

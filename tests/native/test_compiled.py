@@ -10,6 +10,7 @@ import sys
 
 import mujoco
 import pytest
+from campaign import size
 from test_walls import ROOMS
 
 from afo_sim.common import machine_code, user_cache
@@ -49,24 +50,27 @@ def fingerprint() -> str | None:
 Found = tuple[str, int, str]  # complaint, number of functions compiled, checksum of all forces
 
 
-def in_new_processes(folder: pathlib.Path, number: int = 1) -> list[Found]:
-    """What so many processes say that run at once over one cache folder."""
-    there = {user_cache.VARIABLE: str(folder), "PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, "-c", PROGRAM]
+def in_new_processes(*folders: pathlib.Path) -> list[Found]:
+    """What processes say that run at once, each over its cache folder."""
+    command, path = [sys.executable, "-c", PROGRAM], os.pathsep.join(sys.path)
+    environments = [os.environ | {user_cache.VARIABLE: str(folder), "PYTHONPATH": path} for folder in folders]
     processes = [
-        subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | there)
-        for _ in range(number)
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=there) for there in environments
     ]
     said = [process.communicate(timeout=280)[0].splitlines() for process in processes]
-    assert [process.returncode for process in processes] == [0] * number
+    assert [process.returncode for process in processes] == [0] * len(folders)
     return [(complaint, int(numbers.split()[0]), numbers.split()[1]) for complaint, numbers in said]
 
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory: pytest.TempPathFactory) -> tuple[pathlib.Path, list[Found]]:
-    """A cache that two processes have filled at once, and what they computed."""
-    folder = tmp_path_factory.mktemp("cache")
-    return folder, in_new_processes(folder, 2)
+    """A cache that a process has filled, and what it computed; at night two at once, and one without a cache.
+
+    Each compiles everything, which takes nearly all the time of these tests.
+    """
+    folder, file = tmp_path_factory.mktemp("cache"), tmp_path_factory.mktemp("none") / "file"
+    file.write_text("", encoding="utf-8")
+    return folder, in_new_processes(*[folder, folder, file / "below a file"][: size(1, 3)])
 
 
 @pytest.fixture
@@ -94,11 +98,11 @@ def counted(
 def test_later_process_compiles_nothing_and_computes_the_same(
     first: tuple[pathlib.Path, list[Found]],
 ) -> None:
-    folder, (one, other) = first
+    folder, (one, *others) = first
     complaint, compiles, forces = one
     assert compiles > 50
     assert complaint.rpartition(" ")[0] in COMPLAINTS
-    assert other == one
+    assert others == [one] * len(others)
     assert len(list(folder.iterdir())) == 1
     assert in_new_processes(folder) == [(complaint, 0, forces)]
 
@@ -134,10 +138,14 @@ def test_curves_of_a_later_process_are_the_same_and_need_no_compiler(tmp_path: p
 
 
 @pytest.mark.slow
-def test_without_a_folder_the_same_is_computed(first: tuple[pathlib.Path, list[Found]]) -> None:
-    folder, (one, _) = first
-    (file,) = folder.iterdir()
-    assert in_new_processes(file / "below a file") == [one]
+def test_without_a_folder_code_is_compiled_each_time(
+    counted: list[str | None], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (file,) = (tmp_path / "cache").iterdir()
+    monkeypatch.setenv(user_cache.VARIABLE, str(file / "below a file"))
+    compiled.callbacks()
+    compiled.callbacks()
+    assert counted == [fingerprint()] * 2
 
 
 @pytest.mark.slow

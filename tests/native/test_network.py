@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 from ankle_rig import STIFFENING, Ankle, pulses
+from campaign import size
 from mujoco.batch import Batch
 
 from afo_sim import native
@@ -177,7 +178,7 @@ def contractions(model: object, data: mujoco.MjData) -> np.ndarray:
 
 @pytest.mark.slow
 @every_rig
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", range(1, 1 + size(1, 2)))
 @pytest.mark.parametrize("rest", [False, True])
 def test_bisection_finds_what_newton_finds(
     rig: Ankle, seed: int, rest: bool, monkeypatch: pytest.MonkeyPatch

@@ -23,6 +23,11 @@ def legs() -> Both:
     return afo.both(WALK, left_sets=OTHER)
 
 
+@pytest.fixture(scope="module")
+def alike() -> Both:
+    return afo.both(WALK)
+
+
 def test_the_air_of_both_is_the_sum_of_two_runs_alone(legs: Both) -> None:
     """Each leg is simulated here by itself: an ideal supply lets neither disturb the other."""
     alone = [afo.run(WALK).metrics["air_per_stride"], afo.run(WALK, OTHER).metrics["air_per_stride"]]
@@ -60,9 +65,9 @@ def test_a_cosine_shifted_is_a_cosine_with_another_phase(apart: float) -> None:
     assert mean_over(phase, expected**2) == pytest.approx(0.5, abs=1e-12)
 
 
-def test_together_the_peaks_add_up_and_apart_they_do_not() -> None:
+def test_together_the_peaks_add_up_and_apart_they_do_not(alike: Both) -> None:
     """Each leg's inlet is open for less than half a stride: half a stride apart the flows never overlap."""
-    together, apart = afo.both(WALK, apart=0.0), afo.both(WALK)
+    together, apart = afo.both(WALK, apart=0.0), alike
     one = float(together.numbers["peak_flow_right"])
     assert float(together.numbers["peak_flow_both"]) == pytest.approx(2.0 * one, rel=1e-12)
     assert float(apart.numbers["peak_flow_both"]) == pytest.approx(one, rel=1e-9)
@@ -71,9 +76,9 @@ def test_together_the_peaks_add_up_and_apart_they_do_not() -> None:
     )
 
 
-def test_a_bottle_lasts_half_as_far_for_two_like_legs() -> None:
+def test_a_bottle_lasts_half_as_far_for_two_like_legs(alike: Both) -> None:
     """A stride is 1.21573 m/s · 1.0929 s long (Bovi et al. 2011, as the gait's file has them)."""
-    found = afo.both(WALK).numbers
+    found = alike.numbers
     assert float(found["strides_per_bottle_both"]) == pytest.approx(
         0.5 * float(found["strides_per_bottle_right"])
     )
@@ -93,9 +98,9 @@ def test_strides_on_one_bottle_are_a_runs_own_for_one_leg() -> None:
     assert (lift.leg, lift.status) == ("left", "bad")  # a drop foot without orthosis trips
 
 
-def test_the_air_of_both_is_judged_together() -> None:
+def test_the_air_of_both_is_judged_together(alike: Both) -> None:
     """875 strides of one bottle are bad, where 1750 of either leg alone are doubtful (limits `usual`)."""
-    air = next(worse for worse in afo.both(WALK).verdict if worse.name == "air")
+    air = next(worse for worse in alike.verdict if worse.name == "air")
     assert {who: answer.status for who, answer in air.answers.items()} == {
         "right": "doubtful", "left": "doubtful", "both": "bad",
     }  # fmt: skip

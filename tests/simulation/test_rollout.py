@@ -203,4 +203,4 @@ def test_nobody_else_steps() -> None:
         if re.search(r"mj_step\(|from mujoco\.batch|import mujoco\.rollout", path.read_text("utf-8"))
     }
     # dm_control's Physics is stepped by its user, outside any roll-out; a network is filled before it begins
-    assert users == {"simulation/stepping.py", "rl/bridge/physics.py", "model/network_prefill.py"}
+    assert users == {"simulation/stepping.py", "rl/physics.py", "model/prefill.py"}

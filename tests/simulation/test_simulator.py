@@ -192,7 +192,7 @@ def test_what_simulators_cannot_do_is_a_sentence() -> None:
 
 
 def test_a_pressure_as_text_is_no_pressure_of_a_map() -> None:
-    with pytest.raises(InputError, match=r"mean.*is no pressure"):
+    with pytest.raises(InputError, match=r"mean.*is not a valid pressure"):
         afo_sim.pressure_map("seated", mean="2 bar", half_range=1e5)  # type: ignore[arg-type]
 
 

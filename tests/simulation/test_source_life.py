@@ -90,7 +90,7 @@ def test_nothing_comes_out_of_what_has_too_little() -> None:
 
 def test_the_life_of_a_settled_walk_is_that_of_a_long_one() -> None:
     """Solved for, and walked until it is empty; the first strides of that one take up to a fifth more."""
-    source = {"supply.source": "co2_12g"}
+    source = {"supply.source": "co2_12g", "reference": None}
     solved = afo.run(WALK, source | {"duration": "4 s"})
     walked = afo.run(WALK, source | {"duration": "96 s", "gait.settled": "walked"})
     warm = load("source", "co2_12g").given(4e5) / (1e-3 * float(solved.metrics["air_per_stride"]))

@@ -177,13 +177,12 @@ def test_a_table_of_all_steps(found: Effects) -> None:
     assert "steps run" in repr(found)
 
 
-def test_threads_change_nothing(found: Effects, walked: Recording) -> None:
-    assert afo.effects(WALK, FAST, recording=walked, threads=1).to_json() == found.to_json()
-
-
-def test_progress_is_reported(walked: Recording) -> None:
+def test_threads_change_nothing_and_progress_is_reported(found: Effects, walked: Recording) -> None:
     seen: list[tuple[int, int]] = []
-    afo.effects(WALK, FAST, recording=walked, report=lambda done, total, what: seen.append((done, total)))
+    alone = afo.effects(
+        WALK, FAST, recording=walked, threads=1, report=lambda done, total, what: seen.append((done, total))
+    )
+    assert alone.to_json() == found.to_json()
     assert [done for done, _ in seen] == list(range(1, seen[0][1] + 1))
 
 

@@ -38,16 +38,25 @@ goal = "lowest"
 """
 
 
-def changed(tmp_path: pathlib.Path, file: str, old: str, new: str) -> bool:
-    """Whether the fingerprint of a copied package is another once a line of it is another."""
-    copy = tmp_path / "afo_sim"
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """A copy of the package, whose fingerprint is the package's."""
+    copy = tmp_path_factory.mktemp("copied") / "afo_sim"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    before = versions.code_fingerprint.__wrapped__(copy)
-    assert before == versions.code_fingerprint()
-    text = (copy / file).read_text(encoding="utf-8")
+    assert versions.code_fingerprint.__wrapped__(copy) == versions.code_fingerprint()
+    return copy
+
+
+def changed(copy: pathlib.Path, file: str, old: str, new: str) -> bool:
+    """Whether the fingerprint of a copied package is another while a line of it is another."""
+    path = copy / file
+    text = path.read_text(encoding="utf-8")
     assert old in text
-    (copy / file).write_text(text.replace(old, new, 1), encoding="utf-8")
-    return versions.code_fingerprint.__wrapped__(copy) != before
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    try:
+        return versions.code_fingerprint.__wrapped__(copy) != versions.code_fingerprint()
+    finally:
+        path.write_text(text, encoding="utf-8")
 
 
 @pytest.mark.slow
@@ -61,10 +70,8 @@ def changed(tmp_path: pathlib.Path, file: str, old: str, new: str) -> bool:
         ("common/units.py", '"""', '"""Another word: '),
     ],
 )
-def test_what_no_row_depends_on_is_no_other_code(
-    tmp_path: pathlib.Path, file: str, old: str, new: str
-) -> None:
-    assert not changed(tmp_path, file, old, new)
+def test_what_no_row_depends_on_is_no_other_code(copied: pathlib.Path, file: str, old: str, new: str) -> None:
+    assert not changed(copied, file, old, new)
 
 
 @pytest.mark.slow
@@ -76,8 +83,8 @@ def test_what_no_row_depends_on_is_no_other_code(
         ("metrics/ankle.py", "(0.1, 0.9)", "(0.2, 0.8)"),
     ],
 )
-def test_what_rows_depend_on_is_other_code(tmp_path: pathlib.Path, file: str, old: str, new: str) -> None:
-    assert changed(tmp_path, file, old, new)
+def test_what_rows_depend_on_is_other_code(copied: pathlib.Path, file: str, old: str, new: str) -> None:
+    assert changed(copied, file, old, new)
 
 
 def test_the_rooms_that_compute_are_rooms_of_the_package() -> None:

@@ -19,6 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import afo_sim
+from afo_sim import cli
 from afo_sim.common import InputError, assets
 from afo_sim.show import draw_search
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, cases_of, statement
@@ -581,8 +582,12 @@ def killed_after(generations: int, process: "subprocess.Popen[bytes]", out: path
 @pytest.fixture(scope="module")
 def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     folder = tmp_path_factory.mktemp("whole")
-    _, err = started(written(folder), folder / "out").communicate()
-    assert (folder / "out" / store.BEST).is_file(), err
+    arguments = ["optimise", str(written(folder)), "--out", str(folder / "out"), "--threads", "1"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["afo-sim", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+    assert not stop.value.code
     return folder
 
 

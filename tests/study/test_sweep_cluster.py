@@ -22,11 +22,20 @@ distributed = pytest.importorskip("distributed")
 pytestmark = [pytest.mark.filterwarnings("ignore"), pytest.mark.slow]
 
 
+OPTIONS = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+
+
 @pytest.fixture
 def two_workers() -> Iterator[Any]:
-    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
-    with distributed.LocalCluster(n_workers=2, **options) as local:
+    with distributed.LocalCluster(n_workers=2, processes=True, **OPTIONS) as local:
         yield local
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Clients that give a scheduler up after a second."""
+    real = distributed.Client
+    monkeypatch.setattr(distributed, "Client", lambda address, timeout: real(address, timeout="1 s"))
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +44,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def test_local_workers_give_the_same_rows(whole: Any, tmp_path: pathlib.Path) -> None:
-    assert_same(whole, swept(tmp_path, workers=2))
+    assert_same(whole, swept(tmp_path, workers=1))  # two, in the next test
 
 
 def test_a_killed_worker_loses_and_doubles_no_row(
@@ -60,8 +69,7 @@ def test_a_killed_worker_loses_and_doubles_no_row(
 
 
 def test_workers_that_come_late_are_waited_for_and_used(tmp_path: pathlib.Path) -> None:
-    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
-    with distributed.LocalCluster(n_workers=0, **options) as local:
+    with distributed.LocalCluster(n_workers=0, processes=False, protocol="tcp://", **OPTIONS) as local:
         late = threading.Timer(1.0, local.scale, [2])
         late.start()
         rows = swept(tmp_path, SEATED, chunk=1, scheduler=local.scheduler_address)
@@ -89,19 +97,18 @@ def test_a_worker_with_other_code_is_refused(monkeypatch: pytest.MonkeyPatch) ->
         compute(expand("scenario", "seated"), cases, folder.program() | {"code": "0"})
 
 
-def test_a_scheduler_that_is_not_there(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = distributed.Client
-    monkeypatch.setattr(distributed, "Client", lambda address, timeout: real(address, timeout="1 s"))
+@pytest.mark.usefixtures("impatient")
+def test_a_scheduler_that_is_not_there(tmp_path: pathlib.Path) -> None:
     sweep = opened(written(tmp_path, SEATED), tmp_path / "out")
     for address in ("tcp://127.0.0.1:9", "nonsense"):
         with pytest.raises(InputError, match="cannot be reached"):
             runner.run(sweep, scheduler=address)
 
 
+@pytest.mark.usefixtures("impatient")
 def test_a_scheduler_that_goes_away_is_said_and_the_sweep_goes_on(whole: Any, tmp_path: pathlib.Path) -> None:
     sweep = opened(written(tmp_path, SWEEP, chunk=1), tmp_path / "out")
-    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
-    local = distributed.LocalCluster(n_workers=1, **options)
+    local = distributed.LocalCluster(n_workers=1, processes=True, **OPTIONS)
 
     def close(state: runner.SweepProgress) -> None:
         if state.new == 3:
