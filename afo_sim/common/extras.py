@@ -7,7 +7,7 @@ import importlib
 import importlib.util
 from typing import Any
 
-from afo_sim.common.errors import AfoSimError
+from afo_sim.common.errors import InputError
 
 # {extra: the packages, as they are imported, that it brings}
 EXTRAS = {
@@ -22,7 +22,7 @@ _WITH = {"labmaze": "dm_control", "rerun_cli": "rerun", "mpl_toolkits": "matplot
 NO_WHEEL = "; on Python 3.13 its part labmaze has no wheel: take Python 3.11 or 3.12"
 
 
-class MissingExtra(AfoSimError, ImportError):
+class MissingExtra(InputError, ImportError):
     """A library of an extra is not installed; `package` is its name, `extra` what brings it.
 
     Examples

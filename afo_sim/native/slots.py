@@ -410,7 +410,9 @@ _OF_SOME = frozenset(
     {"bandwidth", "closing_delay", "coil", "dead_band", "follows", "law", "opening_delay", "parameters"}
 )
 MAY_LACK = {
-    KIND_MUSCLE: frozenset({"inverse_mass", "friction", "friction_coefficients", "damper"}),
+    KIND_MUSCLE: frozenset(
+        {"inverse_mass", "return_stiffness", "friction", "friction_coefficients", "damper"}
+    ),
     KIND_CHAMBER: frozenset({"real_gas"}),
     KIND_VOLUME: frozenset({"real_gas"}),
     KIND_VALVE: _OF_SOME,

@@ -461,7 +461,7 @@ def test_c3d_without_the_library_says_how_to_get_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "ezc3d", None)  # as if it were not installed
     (tmp_path / "walk.c3d").write_bytes(b"")
-    with pytest.raises(InputError, match=r"pip install 'afo-sim\[c3d\]'"):
+    with pytest.raises(InputError, match=r"pip install 'afo-sim\[gait\]'"):
         import_gait([tmp_path / "walk.c3d"], PLAIN)
 
 

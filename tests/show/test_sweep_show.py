@@ -159,7 +159,7 @@ def test_a_missing_library_is_named(
         "xarray": results.to_xarray,
         "SALib": lambda: indices(results, "y"),
     }
-    with pytest.raises(InputError, match=rf"{missing}.*pip install 'afo-sim\[sweep\]'"):
+    with pytest.raises(InputError, match=rf"{missing}.*pip install 'afo-sim\[study\]'"):
         asked[missing]()
 
 
