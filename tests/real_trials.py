@@ -14,7 +14,7 @@ import numpy as np
 
 REPOSITORY = pathlib.Path(__file__).parents[1]
 FOLDER = pathlib.Path(os.environ.get("AFO_SIM_TRIALS", REPOSITORY.parent / "shared" / "data" / "gait_trials"))
-COMPUTED = REPOSITORY / "tests" / "gait" / "opensim_reference"
+COMPUTED = REPOSITORY / "tests" / "gait_lab" / "opensim_reference"
 MOCO, SUBJECT01, C3D = FOLDER / "moco_3d_walking", FOLDER / "subject01_walk1", FOLDER / "c3d"
 STEP = 20.0  # upward force of a foot on the floor [N]
 
