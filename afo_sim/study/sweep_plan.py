@@ -376,10 +376,7 @@ def plan_of(
     cases: int | None = None,
     **options: Any,
 ) -> Plan:
-    """A sweep without a file; `options` as its file has them, "" and None for what is not stated.
-
-    Units: parameters [parameters.NAME].
-    """
+    """A sweep without a file; `options` as its file has them, "" and None for what is not stated."""
     for name in ("metrics", "constraints"):
         if isinstance(listed := options.get(name, ()), str):
             raise InputError("is one text, not a list", field=name, value=listed, allowed=f"[{listed!r}]")

@@ -138,10 +138,7 @@ def plain(name: str) -> str:
 
 
 def readings(names: Sequence[str]) -> dict[str, list[_Reading]]:
-    """Ways to read each of a file's names, the likeliest first; computed signals are left out.
-
-    Units: returns [(side, rest), …].
-    """
+    """Ways to read each of a file's names, the likeliest first; computed signals are left out."""
     markers = [name for name in names if not _COMPUTED.search(plain(name))]
     start = _common_start([_bare(name) for name in markers])
     return {name: list(_readings(_bare(name).removeprefix(start))) for name in markers}
@@ -228,10 +225,7 @@ def _duplicate(markers: Markers, name: str, twin: str) -> Notice:
 
 
 def read_role_map(path: pathlib.Path) -> dict[str, dict[str, tuple[str, ...]]]:
-    """Read a map of roles.
-
-    Units: path ["NAME", "NAME"].
-    """
+    """Read a map of roles."""
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for group, table in read_toml(path).items():
         if group not in _GROUPS:

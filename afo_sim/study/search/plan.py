@@ -247,10 +247,7 @@ def search_of(
     patients: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> SearchPlan:
-    """A design search without a file.
-
-    Units: over [parameters.NAME], patients [patients].
-    """
+    """A design search without a file."""
     file = pathlib.Path("search")
     if bool(lowest) == bool(highest):
         raise InputError("is not stated, or twice", file=file, field="objective", allowed="lowest or highest")

@@ -102,10 +102,7 @@ def _valve_sets(scenario: Scenario, chamber: str, side: str, name: str, valve: V
 
 
 def one_coil(inlets: Sequence[Interval], outlets: Sequence[Interval], period: float) -> list[Interval]:
-    """Intervals in which a 3/2 valve's coil is on, in place of an inlet and an outlet.
-
-    Units: inlets, outlets [from, to].
-    """
+    """Intervals in which a 3/2 valve's coil is on, in place of an inlet and an outlet."""
     if not outlets:
         return list(inlets)
     found: dict[float, Interval] = {}
