@@ -18,21 +18,12 @@ import sys
 import textwrap
 from collections.abc import Iterable
 
+from afo_sim.common.versions import CORE
+
 ROOT = pathlib.Path(__file__).parents[1]
 PACKAGE = ROOT / "afo_sim"
 PICTURE = ROOT / "docs" / "architecture.svg"
-CORE = (
-    "cli",
-    "common",
-    "physics",
-    "gait",
-    "description",
-    "native",
-    "control",
-    "metrics",
-    "model",
-    "simulation",
-)
+BLUE = (*CORE, "cli")
 WIDTH, HEIGHT, GAP, FLOOR = 190, 78, 26, 132
 STYLE = """
 text { font-family: system-ui, sans-serif; font-size: 12px; fill: #1b2733 }
@@ -95,7 +86,7 @@ def way_of_a_run() -> list[str]:
     """The rooms in the order in which a run enters them; calls that an import makes are no part of a run."""
     import afo_sim
 
-    for room in CORE:
+    for room in BLUE:
         package = importlib.import_module(f"afo_sim.{room}")
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             importlib.import_module(module.name)
@@ -162,7 +153,7 @@ def svg(arrows: Arrows, way: list[str]) -> str:
                 f'd="M{x:.0f} {y:.0f}C{x:.0f} {y + 45:.0f} {u:.0f} {v - 45:.0f} {u:.0f} {v:.0f}"/>'
             )
     for room, (x, y) in place.items():
-        kind = "room" if room in CORE else "extra"
+        kind = "room" if room in BLUE else "extra"
         box = f'x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}" rx="6"'
         parts.append(f'<rect class="{kind}" id="{room}" {box}/>')
         parts.append(label("name", x + 10, y + 20, room))

@@ -8,11 +8,14 @@ import tempfile
 import textwrap
 from collections.abc import Iterable
 
+from test_walls import ROOMS as HOUSE
+
 from afo_sim.common.extras import EXTRAS
+from afo_sim.common.versions import CORE
 
 ROOT = pathlib.Path(__file__).parents[1]
 ROOM_OF = {"gait": "gait_lab"}  # an extra and its room have one name otherwise
-ROOMS = ("gait_lab", "legs", "study", "lab", "rl", "export", "show")
+ROOMS = tuple(room for room in HOUSE if room not in (*CORE, "cli"))  # of the extras
 BLOCKER = """
 import sys
 class Blocker:

@@ -5,6 +5,7 @@ import os
 import pytest
 
 import afo_sim
+from afo_sim.common.versions import CORE
 from afo_sim.simulation import Recording
 
 os.environ["COLUMNS"] = "200"  # tables as on a wide terminal, wherever the tests run
@@ -20,8 +21,7 @@ def antagonist() -> Recording:
     return afo_sim.run("seated-antagonist")
 
 
-CORE_FOLDERS = {"common", "physics", "gait", "description", "native", "air", "model", "control", "metrics"}
-CORE_FOLDERS |= {"simulation", "laws_of_nature"}
+CORE_FOLDERS = {*CORE, "air", "laws_of_nature"}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

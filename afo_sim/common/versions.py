@@ -7,18 +7,9 @@ import importlib.metadata
 import pathlib
 import platform
 
+CORE = ("common", "physics", "gait", "description", "native", "control", "metrics", "model", "simulation")
 # The rooms that results depend on; who only fits, validates, shows or asks changes no row of a study.
-COMPUTING: tuple[str, ...] = (
-    "common",
-    "physics",
-    "gait",
-    "description",
-    "native",
-    "control",
-    "metrics",
-    "model",
-)
-COMPUTING += ("simulation", "study")
+COMPUTING = (*CORE, "study")
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
 
