@@ -19,8 +19,8 @@ from typing import Any
 
 import lazy_loader
 
-from afo_sim.common.extras import missing_extra
-from afo_sim.simulation.display_hooks import show_with
+from afo_sim.common import missing_extra
+from afo_sim.simulation import show_with
 
 # A name is imported when it is first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
 _resolve, _, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -13,8 +13,7 @@ import small_png
 from PIL import Image
 
 from afo_sim.show import sweep_figures as show
-from afo_sim.study import design, processors, runner, sweep_plan
-from afo_sim.study.results import read
+from afo_sim.study import design, processors, read, runner, sweep_plan
 
 METRICS = ("toe_clearance", "air_per_stride")
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from test_walls import ROOMS as HOUSE
 
-from afo_sim.common.extras import EXTRAS
+from afo_sim.common import EXTRAS
 from afo_sim.common.versions import CORE
 
 ROOT = pathlib.Path(__file__).parents[1]

@@ -159,7 +159,7 @@ def test_the_picture_is_that_of_the_code() -> None:
 
 
 def test_the_table_has_every_room_and_its_extra(script: types.ModuleType) -> None:
-    from afo_sim.common.extras import EXTRAS
+    from afo_sim.common import EXTRAS
 
     table = dict(re.findall(r"^\| `(\w+)` \| [^|]+ \|\s*(.*?)\s*\|$", PAGE, flags=re.M))
     assert set(table) == set(script.rooms())

@@ -5,7 +5,7 @@ import importlib.util
 import pytest
 from blocked import ROOM_OF, ROOMS, packages_of, without
 
-from afo_sim.common.extras import EXTRAS
+from afo_sim.common import EXTRAS
 
 CORE = """
 import afo_sim as afo
@@ -37,7 +37,7 @@ def call(*words):
 code, said, wrong = call("run", "seated", "--set", "duration=1 s", "--out", "run")
 assert code == 0, wrong
 assert pathlib.Path("run/recording.parquet").is_file() and not pathlib.Path("run/recording.rrd").exists()
-assert "afo-sim[show]" in wrong + said, wrong + said
+assert "afo-sim[show]" in wrong and "afo-sim view" not in said, wrong + said
 assert call("list", "muscles")[0] == 0
 code, said, wrong = call("report", "run")
 assert code == 2 and "pip install 'afo-sim[show]'" in wrong and "Traceback" not in wrong, wrong

@@ -6,8 +6,9 @@ import pathlib
 import re
 
 import pytest
+from documents import TEXT
 
-from afo_sim.common.extras import EXTRAS
+from afo_sim.common import EXTRAS
 
 PACKAGE = pathlib.Path(__file__).parents[1] / "afo_sim"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -209,6 +210,43 @@ def test_command_line_imports_nothing_heavy() -> None:
     commands = [f"cli/{path.name}" for path in (PACKAGE / "cli").glob("*.py")]
     for name in (*commands, "common/errors.py", "__init__.py"):
         assert not heavy & {i.split(".")[0] for i in imported(PACKAGE / name, at_top=True)}
+
+
+def faces() -> dict[str, dict[str, str]]:
+    """{room: {name: its module}} of the tables in `__init__.pyi`."""
+    return {
+        stub.parent.name: {
+            alias.name: f"afo_sim.{stub.parent.name}.{node.module}"
+            for node in ast.parse(stub.read_text(encoding="utf-8")).body
+            if isinstance(node, ast.ImportFrom)
+            for alias in node.names
+        }
+        for stub in PACKAGE.glob("*/__init__.pyi")
+    }
+
+
+def test_a_name_of_a_face_is_imported_through_it() -> None:
+    """By other rooms, tests and scripts, so that a room may move what stands behind its face."""
+    folders = (PACKAGE, PACKAGE.parent / "tests", PACKAGE.parent / "scripts")
+    past, tables = [], faces()
+    for path in (path for folder in folders for path in folder.rglob("*.py")):
+        room = path.relative_to(PACKAGE).parts[0] if path.is_relative_to(PACKAGE) else ""
+        for other, names in tables.items():
+            if other != room:
+                through = {f"{module}.{name}" for name, module in names.items()}
+                past += [f"{path}: {each}" for each in imported(path) & through]
+    assert not past, "\n".join(past)
+
+
+def test_a_face_names_only_what_another_room_uses() -> None:
+    tests = (PACKAGE.parent / "tests", PACKAGE.parent / "scripts")
+    words = {
+        path: set(re.findall(r"\w+", path.read_text(encoding="utf-8")))
+        for path in (*SOURCES, *(path for folder in tests for path in folder.rglob("*.py")))
+    }
+    for room, names in faces().items():
+        outside = set().union(*(w for path, w in words.items() if not path.is_relative_to(PACKAGE / room)))
+        assert not names.keys() - outside - set(re.findall(r"\w+", TEXT)), room
 
 
 def test_public_names_resolve() -> None:

@@ -72,7 +72,7 @@ Scenario = Annotated[str, Argument(help="a shipped scenario's name, or a TOML fi
 
 def drawn(rrd: bool | None) -> bool:
     """Whether a Rerun recording is written: where nothing is said, if its library is installed."""
-    from afo_sim.common.extras import MissingExtra, installed
+    from afo_sim.common import MissingExtra, installed
 
     there = installed("rerun")
     if rrd is None and not there:

@@ -108,8 +108,7 @@ def _report(error: BaseException) -> int:
 
 
 def _message(error: BaseException) -> tuple[int, str]:
-    from afo_sim.common import reason
-    from afo_sim.common.extras import missing_extra
+    from afo_sim.common import missing_extra, reason
 
     error = missing_extra(error) or error
     if isinstance(error, AfoSimError):

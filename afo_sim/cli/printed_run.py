@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from afo_sim.cli.common import print_table
+from afo_sim.common import installed
 
 _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
@@ -34,7 +35,8 @@ def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
             f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
         )
     more = "" if numbers or not has_verdict else "; every number: --numbers"
-    print_line(f"written to {folder}; look at it with: afo-sim view {folder}{more}")
+    look = f"; look at it with: afo-sim view {folder}" if installed("rerun") else ""
+    print_line(f"written to {folder}{look}{more}")
 
 
 def _print_verdict(recording: Any) -> None:

@@ -130,9 +130,8 @@ def show_folder(folder: Path, out: Path | None, metrics: list[str], best: int) -
     with progress("reading"):
         from afo_sim.show import FIGURES, tables
         from afo_sim.show.sweep_figures import write_figures
-        from afo_sim.study import chosen
+        from afo_sim.study import chosen, read
         from afo_sim.study.findings import findings
-        from afo_sim.study.results import read
 
         results = read(folder)
         found = findings(results, chosen(results, metrics))

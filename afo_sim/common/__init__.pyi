@@ -28,7 +28,11 @@ from .errors import InputError as InputError
 from .errors import SimulationError as SimulationError
 from .errors import nearest_name as nearest_name
 from .errors import unknown as unknown
+from .extras import EXTRAS as EXTRAS
+from .extras import MissingExtra as MissingExtra
+from .extras import installed as installed
 from .extras import missing_extra as missing_extra
+from .extras import optional as optional
 from .machine_code import Compiled as Compiled
 from .machine_code import address as address
 from .machine_code import functions as functions

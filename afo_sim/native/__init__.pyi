@@ -1,11 +1,8 @@
 from .air_circuit import AMBIENT_NAME as AMBIENT_NAME
-from .air_circuit import SUPPLY_NAME as SUPPLY_NAME
 from .air_circuit import CircuitStore as CircuitStore
 from .air_circuit import CircuitVolume as CircuitVolume
-from .air_reading import NOWHERE as NOWHERE
 from .air_reading import TO_AMBIENT as TO_AMBIENT
 from .air_reading import TO_SUPPLY as TO_SUPPLY
-from .air_reading import AirEnd as AirEnd
 from .air_reading import Way as Way
 from .air_reading import ends_at_ambient as ends_at_ambient
 from .air_reading import ends_at_supply as ends_at_supply

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from afo_sim.common.extras import missing_extra
+from afo_sim.common import missing_extra
 
 try:
     from dm_control import composer, mjcf

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, nearest_name
-from afo_sim.common.extras import installed
+from afo_sim.common import InputError, Notice, installed, nearest_name
 from afo_sim.description import USUAL_LIMITS, Limits, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, undecided, with_draws
 from afo_sim.metrics.verdict import verdict

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from afo_sim.common import InputError
-from afo_sim.common.extras import optional
+from afo_sim.common import InputError, optional
 from afo_sim.description import load
 from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 from afo_sim.study.sweep_plan import Plan

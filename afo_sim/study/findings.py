@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from afo_sim.common import InputError
-from afo_sim.common.extras import optional
+from afo_sim.common import InputError, optional
 from afo_sim.study import analysis
 from afo_sim.study.analysis import Effect
 from afo_sim.study.results import OWN_SEED, Results

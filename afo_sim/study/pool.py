@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.common import InputError
-from afo_sim.common.extras import optional
+from afo_sim.common import InputError, optional
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.engine import Jobs, Outcome

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim.common import InputError
-from afo_sim.common.extras import optional
+from afo_sim.common import InputError, optional
 from afo_sim.metrics import instead, told
 from afo_sim.simulation import shown
 

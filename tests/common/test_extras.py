@@ -8,8 +8,7 @@ import tomllib
 
 import pytest
 
-from afo_sim.common import AfoSimError, missing_extra
-from afo_sim.common.extras import EXTRAS, MissingExtra, optional
+from afo_sim.common import EXTRAS, AfoSimError, MissingExtra, missing_extra, optional
 
 ROOT = pathlib.Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -17,9 +17,8 @@ from sweep_case import saltelli, write_sweep
 from afo_sim.cli.sweep import show_folder
 from afo_sim.common import InputError
 from afo_sim.show import sweep_figures as figures
-from afo_sim.study import analysis, scales
+from afo_sim.study import analysis, read, scales
 from afo_sim.study.findings import EXACT, effects_of, findings, indices
-from afo_sim.study.results import read
 
 PI = {"x1": (-np.pi, np.pi), "x2": (-np.pi, np.pi), "x3": (-np.pi, np.pi)}
 FILES = {"distributions.png", "main_effects.png", "maps.png", "pareto.png"}

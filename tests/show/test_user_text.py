@@ -36,10 +36,9 @@ from afo_sim.show.numbers import printed, readable
 from afo_sim.show.stand_figure import draw_trials
 from afo_sim.show.style import plain
 from afo_sim.simulation import Recording
-from afo_sim.study import OBJECTIVE, Limit, Problem
+from afo_sim.study import OBJECTIVE, Limit, Problem, read
 from afo_sim.study.findings import effects_of
 from afo_sim.study.parameter import Parameter, Range
-from afo_sim.study.results import read
 from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Objective
 
 NAME = r"a$x_1$ ^b\c"

@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError
-from afo_sim.common.extras import optional
+from afo_sim.common import InputError, optional
 
 _BLOCK = 512  # bytes; C3D counts in them
 PATIENCE = 20.0  # that a file is given [s]

@@ -10,8 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError, unknown
-from afo_sim.common.extras import missing_extra
+from afo_sim.common import InputError, missing_extra, unknown
 from afo_sim.model import ANKLE
 from afo_sim.rl.environments.episodes import Episodes, Setting, setting
 from afo_sim.rl.environments.task import checked

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError
-from afo_sim.common.extras import optional
+from afo_sim.common import InputError, optional
 from afo_sim.simulation import Asked
 from afo_sim.study.constraint import Constraint
 from afo_sim.study.design import Cases

@@ -12,8 +12,8 @@ import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.study import cases_of, sweep_plan
+from afo_sim.study import read as read_results
 from afo_sim.study.replay import replay
-from afo_sim.study.results import read as read_results
 from afo_sim.study.uncertainty.draw import applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
