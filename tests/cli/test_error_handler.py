@@ -153,7 +153,8 @@ def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
 
 
 SLOW = """
-import pathlib, sys, time
+import pathlib, signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
 from afo_sim import cli
 from afo_sim.cli.doctor import kinds
 from afo_sim.common.writing import together
@@ -172,13 +173,18 @@ cli.main()
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_signals_clean_up(number: int, code: int, tmp_path: pathlib.Path) -> None:
     command = [sys.executable, "-c", SLOW]
-    done = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert done.stdout is not None
-    assert done.stdout.readline() == "writing\n"
-    assert [path.name[:8] for path in tmp_path.iterdir()] == [".out.new"]
-    begun = time.monotonic()
-    done.send_signal(number)
-    _, complaint = done.communicate(timeout=30)
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as done:
+        try:
+            assert done.stdout is not None
+            assert done.stdout.readline() == "writing\n"
+            assert [path.name[:8] for path in tmp_path.iterdir()] == [".out.new"]
+            begun = time.monotonic()
+            done.send_signal(number)
+            _, complaint = done.communicate(timeout=30)
+        finally:
+            done.kill()
     assert done.returncode == code
     assert complaint == "afo-sim: stopped\n"
     assert not list(tmp_path.iterdir())
