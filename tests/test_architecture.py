@@ -115,6 +115,8 @@ def test_every_recipe_is_short_and_has_a_check() -> None:
     for title, text in sections().items():
         kinds = [block.order.partition(":")[0] for block in blocks() if block.section == title]
         assert kinds[-1] == "check" and kinds.count("check") == 1 and len(kinds) > 1, title
+        (check,) = [block.code for block in blocks() if block.section == title and block.order == "check"]
+        assert "assert " in check, title
         assert text.count("```") == 2 * len(kinds), f"{title}: a block without a first line that says where"
         words = re.sub(r"^```.*?^```", "", text.partition("\n")[2], flags=re.M | re.S)
         assert len([line for line in words.splitlines() if line.strip()]) <= TEXT_LINES, title

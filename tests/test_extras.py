@@ -83,7 +83,7 @@ ALONE = {
         print("ok")
     """,
 }
-NEEDS = {"rl": {"legs"}, "lab": {"study"}, "export": {"legs"}, "show": {"study", "lab"}}
+NEEDS = {"rl": {"legs"}, "export": {"legs"}, "show": {"study", "lab"}}
 
 
 @pytest.mark.slow

@@ -51,20 +51,24 @@ def test_commands_take_a_former_run(
     command: str, folder: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(folder / "walk", tmp_path / "walk")
-    words = {"report": (), "figure": (), "export": ("--to", "csv", "--out", str(tmp_path / "walk.csv"))}
-    code, _, wrong = call(capsys, command, tmp_path / "walk", *words[command])
+    out = tmp_path / {"report": "walk.html", "figure": "figures", "export": "walk.csv"}[command]
+    words = ("--to", "csv") if command == "export" else ()
+    code, _, wrong = call(capsys, command, tmp_path / "walk", *words, "--out", out)
     assert code == 0, wrong
+    files = [out] if out.is_file() else list(out.glob("*.png"))
+    assert files and all(file.stat().st_size > 5000 for file in files)
 
 
 @each_version
-def test_results_of_a_sweep_open_and_a_finished_one_computes_nothing(
+def test_results_of_a_sweep_open_and_are_shown(
     folder: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     results = study.read(folder / "sweep")
     assert [row["pressure"] for row in results.to_pandas().to_dict("records")] == [2e5, 3e5]
     shutil.copytree(folder / "sweep", tmp_path / "sweep")
-    code, _said, wrong = call(capsys, "sweep", "--show", tmp_path / "sweep")
-    assert code == 0, wrong
+    code, said, wrong = call(capsys, "sweep", "--show", tmp_path / "sweep")
+    assert code == 0 and "pressure" in said, wrong
+    assert list((tmp_path / "sweep").rglob("*.png"))
 
 
 @each_version
@@ -74,6 +78,9 @@ def test_the_best_of_a_search_runs(
     words = ("run", folder / "search" / "best.toml", "--no-rrd", "--out", tmp_path / "best")
     code, _, wrong = call(capsys, *words)
     assert code == 0, wrong
+    best = json.loads((folder / "search" / "best.json").read_text(encoding="utf-8"))
+    angle = afo.read_recording(tmp_path / "best").metrics["peak_dorsiflexion_angle"]
+    assert float(angle) == pytest.approx(best["objective"]["value"], rel=1e-6)
 
 
 @each_version

@@ -10,6 +10,7 @@ import textwrap
 import zipfile
 
 import pytest
+from campaign import NIGHTLY
 from command import call
 from documents import PAGES, README, TEXT
 
@@ -38,21 +39,22 @@ PYTHON = [
 def test_documents_python_runs(
     block: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    if NIGHTLY:  # nothing that another test has imported is there
+        assert run([sys.executable, "-c", block], tmp_path)
+        return
     monkeypatch.chdir(tmp_path)
     exec(compile(block, "<document>", "exec"), {"__name__": "__main__"})
     assert capsys.readouterr().out.startswith("ok") or "run.status" not in block
     assert "three-bar" not in block or (tmp_path / "runs" / "three-bar" / "recording.parquet").is_file()
 
 
-RUNS = dict.fromkeys(re.findall(r"^ +\.venv/bin/afo-sim (run .*)$", TEXT, flags=re.M))
+RUNS = list(dict.fromkeys(re.findall(r"^ +\.venv/bin/afo-sim (run .*)$", TEXT, flags=re.M)))
 # Lines of what another command writes first, in tests/cli and tests/study, and of a search of minutes.
 FOLLOWS = ("gait.cycle=my_walk.csv", "legs/mine", "orthoses/mine", "runs/placement", "runs/least-air")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "line", dict.fromkeys(re.findall(r"^ +\.venv/bin/afo-sim (run .*)$", TEXT, flags=re.M))
-)
+@pytest.mark.parametrize("line", RUNS)
 def test_documents_runs_run(
     line: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -61,7 +63,20 @@ def test_documents_runs_run(
     monkeypatch.chdir(tmp_path)
     code, said, wrong = call(capsys, *shlex.split(line))
     assert (code, bool(said)) == (0, True), wrong
-    assert len(list(tmp_path.glob("runs/*/summary.json"))) == 1
+    (written,) = tmp_path.glob("runs/*/summary.json")
+    assert "--out" not in line or f"--out {written.parent.relative_to(tmp_path)}" in line
+
+
+def test_documents_have_lines_that_run() -> None:
+    assert len(RUNS) > 2 * len(FOLLOWS) and any("runs/slack" in line for line in RUNS)
+
+
+def test_files_stay_small() -> None:
+    """A file is read alone: none needs more than 500 lines."""
+    long = {
+        path: len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / "afo_sim").rglob("*.py")
+    }
+    assert not {path: lines for path, lines in long.items() if lines > 500}
 
 
 def test_documents_name_every_command_and_law() -> None:

@@ -32,7 +32,7 @@ ROOMS = {
     "legs": PLANT | {"model"},
     "export": CORE | {"legs"},
     "study": CORE,
-    "lab": CORE | {"study"},
+    "lab": CORE,
     "rl": CORE | {"legs"},
     "show": CORE | {"study", "lab", "gait_lab", "legs"},
     "cli": CORE | {"gait_lab", "legs", "export", "study", "lab", "rl", "show"},

@@ -136,7 +136,7 @@ def test_bounds_that_leave_out_the_own_value_are_named(
 
 
 STOPPED = """
-import os, signal, sys
+import os, signal, sys, threading
 from afo_sim import cli
 from afo_sim.study.uncertainty import running
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
@@ -146,7 +146,7 @@ def stopped(*arguments):
     def told(done, count):
         report(done, count)
         if done == 3:  # others are rolled out in their threads, more wait
-            os.kill(os.getpid(), number)
+            threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
     return in_order(*rest, told)
 running.in_order = stopped
 cli.main()

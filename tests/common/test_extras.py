@@ -1,6 +1,5 @@
 """One table of optional libraries; one sentence where one is missing."""
 
-import importlib.metadata
 import pathlib
 import re
 import sys
@@ -43,7 +42,8 @@ def test_a_missing_library_is_one_sentence_with_its_command(
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(MissingExtra, match=re.escape(f"pip install 'afo-sim[{extra}]'")) as caught:
         optional(package)
-    assert caught.value.exit_code == 2 and isinstance(caught.value, AfoSimError | ImportError)
+    assert caught.value.exit_code == 2 and isinstance(caught.value, AfoSimError)
+    assert isinstance(caught.value, ImportError)
     assert str(caught.value).count("\n") == 0
 
 
@@ -57,12 +57,11 @@ def test_other_failures_of_an_import_are_not_explained_away() -> None:
 def test_the_parts_that_a_library_brings_name_the_library() -> None:
     missing = missing_extra(ModuleNotFoundError("No module named 'labmaze'", name="labmaze"))
     assert missing is not None and missing.extra == "rl"
-    assert importlib.metadata.version("afo-sim")
 
 
 def test_the_page_of_the_installation_lists_each_library_with_its_licence() -> None:
     page = (ROOT / "docs" / "installation.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| ([\w ,-]+) \| (?:core|\w+) \|", page, flags=re.M)
+    rows = re.findall(r"^\| ([\w ,-]+) \| \w+ \| [^|]*(?:MIT|BSD|Apache|PSF)[^|]* \|$", page, flags=re.M)
     listed = set(re.findall(r"[\w-]+", " ".join(rows)))
     extras = [PROJECT["optional-dependencies"][extra] for extra in EXTRAS]
     assert set().union(*map(named, (PROJECT["dependencies"], *extras))) <= listed

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from afo_sim.common import with_code
 from afo_sim.description import reader
 from afo_sim.lab import Change, TorqueFit, fit_torque, paths, statics
 from afo_sim.lab.torque_report import as_json, tables
@@ -45,6 +46,7 @@ def test_a_stiffness_that_stands_on_an_assumed_cuff_is_warned_of() -> None:
     assert 1.0 / fit_of_cuff.values["series_stiffness"] == pytest.approx(softer, rel=1e-3)
     assert found.intervals["series_stiffness"] is not None
     assert any("series_stiffness depends on cuff_stiffness" in warning for warning in found.warnings)
+    assert with_code(found.warnings, "depends-on-held")
     alone = fitted(Change(offset=3e-3, shank=6e3), ("offset", "cuff_stiffness"), "s1", "dorsiflexor", 0.1)
     assert not any(warning.code == "depends-on-held" for warning in alone.warnings)
     assert "scatter alone" in alone.source(alone.problem.free[0])

@@ -193,7 +193,7 @@ def same_lengths(orthosis: Orthosis) -> bool:
 AXES = ([0.0, 1.0, 0.0], [0.0, 1.0, 0.4], [1.0, 0.0, 0.2])
 
 
-@pytest.mark.parametrize("count", [1, 3])
+@pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize(
     "spacings", [(0.02, 0.02, 0.02), (0.03, 0.01, 0.03), (0.03, 0.02, 0.01), (0.0, 0.02, 0.0)]
 )

@@ -18,8 +18,8 @@ def scenario(name: str = "walk-dropfoot-afo", **sets: object) -> Scenario:
     return load("scenario", name, {key.replace("__", "."): value for key, value in sets.items()})
 
 
-@pytest.mark.parametrize("step", ["0.1 ms", "1 ms", "10 ms"])
-@pytest.mark.parametrize("stride", [None, "0.7 s", "1.7999 s"])
+@pytest.mark.parametrize("step", ["0.1 ms", "0.3 ms", "1 ms", "2 ms", "7 ms", "10 ms"])
+@pytest.mark.parametrize("stride", [None, "0.7 s", "1.2 s", "1.7999 s"])
 def test_a_stride_is_a_whole_number_of_steps(step: str, stride: str | None) -> None:
     sets = {} if stride is None else {"gait.stride_time": stride}
     described = scenario(timestep=step).set(sets)
@@ -47,8 +47,8 @@ def test_the_second_stride_takes_the_inputs_of_the_first(step: str, start: float
     assert built.walk is not None and built.walk.phase[1] == 0.0  # from heel strike
 
 
-@pytest.mark.parametrize("start", [0.0, 0.37, 0.499, 0.501, 0.9999, 1.0])
-@pytest.mark.parametrize("duration", [0.1, 2.5, 14.4])
+@pytest.mark.parametrize("start", [0.0, 0.2, 0.37, 0.499, 0.501, 0.9, 0.9999, 1.0])
+@pytest.mark.parametrize("duration", [0.1, 1.3, 2.5, 3.61, 5.0, 14.4])
 def test_strides_from_the_start_end_at_a_heel_strike(duration: float, start: float) -> None:
     described = scenario().set({"duration": f"{duration} s", "gait.start_phase": start})
     begun, n = start_up(described), steps_of_stride(described)
@@ -62,7 +62,7 @@ def test_strides_from_the_start_end_at_a_heel_strike(duration: float, start: flo
         assert round(first) + begun.n_step + 2 * n == whole * n
 
 
-@pytest.mark.parametrize("rate", ["100 Hz", "1000 Hz"])
+@pytest.mark.parametrize("rate", ["100 Hz", "1000 Hz", "500 Hz", "250 Hz"])
 def test_every_so_many_steps_are_recorded_as_was_asked_for(rate: str) -> None:
     described = scenario(record_rate=rate)
     for adjusted in (start_up(described), two_strides(described)):

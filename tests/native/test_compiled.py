@@ -64,13 +64,13 @@ def in_new_processes(*folders: pathlib.Path) -> list[Found]:
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory: pytest.TempPathFactory) -> tuple[pathlib.Path, list[Found]]:
-    """A cache that a process has filled, and what it computed; at night two at once, and one without a cache.
+    """A cache that two processes have filled at once, and what they computed; at night one without a cache.
 
     Each compiles everything, which takes nearly all the time of these tests.
     """
     folder, file = tmp_path_factory.mktemp("cache"), tmp_path_factory.mktemp("none") / "file"
     file.write_text("", encoding="utf-8")
-    return folder, in_new_processes(*[folder, folder, file / "below a file"][: size(1, 3)])
+    return folder, in_new_processes(*[folder, folder, file / "below a file"][: size(2, 3)])
 
 
 @pytest.fixture

@@ -40,6 +40,8 @@ def test_what_is_told_of_an_open_edge_is_what_flows(edge: FlowEdge) -> None:
     for p1, p2, conductance in ((high, low, edge.forth), (low, high, edge.back)):
         state, own = (p1, t, p2, t), (edge.conductance, edge.critical_ratio)
         flow = edge_flow(edge.law, *state, 1.0, *own, (*numbers, low), 0, 4, 1)
-        if edge.law not in (flow_edge.REGULATED, flow_edge.RELIEF) or conductance == 0.0:
-            expected = conductance * flow_edge.STANDARD_DENSITY * high
+        expected = conductance * flow_edge.STANDARD_DENSITY * high
+        if edge.law in (flow_edge.REGULATED, flow_edge.RELIEF) and conductance > 0.0:
+            assert 0.0 < abs(flow) <= expected * (1.0 + 1e-12)  # its set pressure may hold some of it
+        else:
             assert abs(flow) == pytest.approx(expected if p1 > p2 or edge.back else 0.0)

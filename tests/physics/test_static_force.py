@@ -126,6 +126,11 @@ def test_every_law_is_tried():
     assert {case.law.name for _, case in CASES} == set(LAWS)
 
 
+def test_every_law_has_a_shipped_set():
+    shipped = {law for name in assets.names("muscle") for law in reader.load("muscle", name).laws}
+    assert shipped == set(LAWS)
+
+
 def _zero(case, pressure):
     """The contraction at which the force first becomes zero, 0 where it never pulls, at most 1."""
     if case(0.0, pressure) <= 0.0:

@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from afo_sim.common import MissingExtra
+
 HIDDEN = "import sys; sys.modules[{library!r}] = None; import afo_sim.rl.environments; "
 MISSING = [
     ("gymnasium", "afo_sim.rl.environments.gym_env", "pip install 'afo-sim[rl]'"),
@@ -19,6 +21,7 @@ def test_a_missing_library_is_one_sentence(library: str, module: str, words: str
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     last = found.stderr.strip().splitlines()[-1]
     assert found.returncode == 1 and words in last and "MissingExtra: " in last
+    assert issubclass(MissingExtra, ImportError)
 
 
 def test_older_names_are_the_same_modules() -> None:

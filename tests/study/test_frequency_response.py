@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaign import size
 
 import afo_sim
 from afo_sim.common import GAS_CONSTANT
@@ -57,11 +58,12 @@ def test_a_faster_square_wave_moves_less(valves: FrequencyResponse) -> None:
     assert (valves.what, valves.chamber, valves.input_unit) == ("valves", "dorsiflexor", "")
 
 
-def test_the_reference_is_what_the_angle_is_over() -> None:
+@pytest.mark.parametrize("frequency", [1.0, 0.25][: size(1, 2)])
+def test_the_reference_is_what_the_angle_is_over(frequency: float) -> None:
     """The same sine as a run of as many periods, with Fourier's sum of the angle over its second half."""
-    found = bode("seated", PID, frequencies=[1.0])
-    duration = found.periods[0] / 1.0
-    sets = {"duration": f"{duration} s", "controller.pid.angle.reference.frequency": "1 Hz"}
+    found = bode("seated", PID, frequencies=[frequency])
+    duration = found.periods[0] / frequency
+    sets = {"duration": f"{duration} s", "controller.pid.angle.reference.frequency": f"{frequency} Hz"}
     run = afo_sim.run("seated", PID | sets)
     last = run["time"] >= 0.5 * duration - 1e-9
     phasor = 2.0 * np.mean(run["ankle/angle"][last] * np.exp(-2j * math.pi * run["time"][last]))

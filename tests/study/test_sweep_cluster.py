@@ -44,7 +44,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def test_local_workers_give_the_same_rows(whole: Any, tmp_path: pathlib.Path) -> None:
-    assert_same(whole, swept(tmp_path, workers=1))  # two, in the next test
+    assert_same(whole, swept(tmp_path, workers=2))
 
 
 def test_a_killed_worker_loses_and_doubles_no_row(

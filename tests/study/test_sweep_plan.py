@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from campaign import size
+from campaign import NIGHTLY, size
 from command import call
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -307,7 +307,7 @@ def test_every_case_has_its_own_seed_and_not_the_neighbours() -> None:
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=size(25, 100))
+@settings(derandomize=not NIGHTLY, deadline=None, max_examples=size(25, 100))
 @given(
     pressure=st.floats(1.0, 2e6, exclude_min=True),
     x=st.floats(-2.0, 2.0),

@@ -54,7 +54,7 @@ def test_the_sweep_of_these_tests_has_every_kind_of_case(whole: pathlib.Path) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("chunk", "threads"), [(1, 1), (100, 3), (7, 1), (4, 2)][: size(2, 4)])
+@pytest.mark.parametrize(("chunk", "threads"), [(1, 1), (4, 2), (100, 3), (7, 1)][: size(2, 4)])
 def test_rows_depend_on_neither_chunk_nor_threads(
     whole: pathlib.Path, tmp_path: pathlib.Path, chunk: int, threads: int
 ) -> None:
@@ -305,16 +305,16 @@ def killed(command: list[str], out: pathlib.Path, more: int) -> bool:
 
 
 @pytest.mark.slow
-def test_killed_twice_it_goes_on_and_ends_with_the_same_rows(
+def test_killed_three_times_it_goes_on_and_ends_with_the_same_rows(
     whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, out = written(tmp_path), tmp_path / "out"
     arguments = [str(file), "--out", str(out), "--threads", "1"]
     there: list[dict[str, int]] = []
-    for _ in range(2):
+    for _ in range(3):
         assert killed([*COMMAND, *arguments], out, 1)
         there.append({path.name: path.stat().st_mtime_ns for path in out.glob("chunks/*.parquet")})
-    assert there[0].items() <= there[1].items()  # none is computed twice
+    assert there[0].items() <= there[1].items() <= there[2].items()  # none is computed twice
     assert not (out / "results.parquet").exists()
     code, said, _ = call(capsys, "sweep", *arguments)
     assert code == 0
