@@ -405,36 +405,51 @@ VOLUME_DATA: VolumeData = places(VolumeData)
 EDGE_DATA = 1  # results of a restriction: its flow
 
 
-# Numbers that the compiled model gives later, and those that only some parts of a kind have.
-_OF_SOME = frozenset(
-    {"bandwidth", "closing_delay", "coil", "dead_band", "follows", "law", "opening_delay", "parameters"}
-)
+# Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
+# parts of the kind have them.
+_OF_SOME = {
+    "bandwidth",
+    "closing_delay",
+    "coil",
+    "dead_band",
+    "follows",
+    "law",
+    "opening_delay",
+    "parameters",
+}
 MAY_LACK = {
-    KIND_MUSCLE: frozenset(
-        {"inverse_mass", "return_stiffness", "friction", "friction_coefficients", "damper"}
-    ),
-    KIND_CHAMBER: frozenset({"real_gas"}),
-    KIND_VOLUME: frozenset({"real_gas"}),
+    KIND_MUSCLE: {"inverse_mass", "return_stiffness", "friction", "friction_coefficients", "damper"},
+    KIND_CHAMBER: {"real_gas"},
+    KIND_VOLUME: {"real_gas"},
     KIND_VALVE: _OF_SOME,
     KIND_RESTRICTION: _OF_SOME,
 }
+_PLACES = {
+    kind: {name: getattr(table, name) for table in tables for name in table._fields}
+    for kind, tables in ROWS.items()
+}
+_NEEDED = {kind: found.keys() - MAY_LACK.get(kind, set()) for kind, found in _PLACES.items()}
 
 
 def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
     """`actuator_user` of an actuator, its numbers by the names of its kind's tables.
 
-    A number may be missing only if `MAY_LACK` names it; it is 0.
+    Raises
+    ------
+    TypeError
+        A number is missing that `MAY_LACK` does not name.
+    KeyError
+        The kind has no number of that name.
     """
-    found, tables = np.zeros(N_USER), ROWS[kind]
-    missing = (
-        {name for table in tables for name in table._fields} - values.keys() - MAY_LACK.get(kind, frozenset())
-    )
-    if missing:
+    found, own = np.zeros(N_USER), _PLACES[kind]
+    if missing := _NEEDED[kind] - values.keys():
         raise TypeError(f"a row of kind {kind:g} lacks {', '.join(sorted(missing))}")
     found[:FIRST] = MARK, kind
     for name, value in values.items():
-        place = next(getattr(table, name) for table in tables if name in table._fields)
-        found[place : place + np.size(value)] = value
+        if hasattr(value, "__len__"):
+            found[own[name] : own[name] + len(value)] = value
+        else:
+            found[own[name]] = value
     return found
 
 

@@ -198,3 +198,12 @@ def test_chambers_whose_muscles_share_anchors_are_one_network() -> None:
     muscles = tuple(dataclasses.replace(muscle, chamber="0") for muscle in one_chamber.muscles)
     with pytest.raises(ValueError, match="pull on different anchors"):
         dataclasses.replace(one_chamber, muscles=muscles).networks()
+
+
+def test_a_row_that_lacks_a_number_or_has_a_strange_one_is_refused() -> None:
+    full = {"gain": 1.0}
+    assert slots.row(slots.KIND_SPASTIC, **full)[slots.FIRST :].max() == 1.0
+    with pytest.raises(TypeError, match="lacks gain"):
+        slots.row(slots.KIND_SPASTIC)
+    with pytest.raises(KeyError, match="gian"):
+        slots.row(slots.KIND_SPASTIC, gian=1.0, **full)
