@@ -111,7 +111,9 @@ BACK = 0.05  # phase by which it waits instead of running back [-]
 class PhaseEstimate:
     """Estimator of gait phase and stride time from samples of the shank's angle.
 
-    Units: lead [s].
+    Parameters
+    ----------
+    lead : time by which it reports the phase ahead of the sample, as old as samples are [s]
     """
 
     def __init__(self, lead: float = 0.0) -> None:

@@ -192,6 +192,16 @@ class RecordedController:
 
     At a rate of a command in each step it switches within steps, as the scenario's own `[timer]` does. A
     chamber without a row is shut, and after the log's end each keeps its coils.
+
+    Parameters
+    ----------
+    file : see `read_log`
+    chambers : of the orthosis
+
+    Raises
+    ------
+    InputError
+        The file is no such log, or names another chamber.
     """
 
     def __init__(self, file: str | os.PathLike[str], chambers: Sequence[str]):

@@ -202,13 +202,27 @@ class Draws:
     def drawn(self: _Muscle, normals: np.ndarray) -> dict[str, np.ndarray]:
         """Values of the numbers that were fitted together, about the muscle's own, by their joint covariance.
 
+        Parameters
+        ----------
+        normals : standard normal deviates (n, k), a column for each of `covariance.parameters`
+
+        Returns
+        -------
+        {dotted key below the muscle: values (n,) [SI]}, in the order of `covariance.parameters`; empty where
+        `without_draws` says why. The normal distribution knows no bounds: `legal` says which draws are
+        muscles. Reject the others, all parameters at once. Clipping would heap them up at the bound, and
+        reflecting one parameter would undo its correlations.
+
+        Raises
+        ------
+        InputError
+            `normals` has another number of columns.
+
         Examples
         --------
         >>> muscle = load("muscle", "dmsp_20")
         >>> muscle.drawn(np.zeros((1, 4))), muscle.without_draws
         ({}, 'the muscle has no covariance of a fit')
-
-        Units: normals (n, k), returns [SI].
         """
         if self.covariance is None or self.without_draws:
             return {}
@@ -216,7 +230,16 @@ class Draws:
         return self.covariance.draws(normals, about)
 
     def legal(self: _Muscle, drawn: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Which draws are muscles: within the bounds of every parameter, the ends shorter than the whole."""
+        """Which draws are muscles: within the bounds of every parameter, the ends shorter than the whole.
+
+        Parameters
+        ----------
+        drawn : from `drawn`, not empty
+
+        Returns
+        -------
+        mask (n,)
+        """
         masks = []
         for key, values in drawn.items():
             lower, upper = _bounds_of(type(self), key)

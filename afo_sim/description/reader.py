@@ -154,7 +154,18 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
 
 
 def with_keys(description: D, sets: Mapping[str, Any]) -> D:
-    """A copy of a description with dotted keys set, checked as a file's are."""
+    """A copy of a description with dotted keys set, checked as a file's are.
+
+    Parameters
+    ----------
+    description : Scenario, Leg, Orthosis, Muscle, Valve, Patient, Shoe or Limits
+    sets : dotted keys and their values, as `load` takes them; a value may be a description itself
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
     _require_table(sets)
     kind = KINDS[type(description)]
     table = description.model_dump(mode="json", exclude_none=True)

@@ -63,6 +63,24 @@ class RestCurves:
 
         F falls with κ, so there is one such κ. Without tension the muscle is slack, and F is zero.
 
+        Parameters
+        ----------
+        pressure : gauge, a number [Pa] or a text such as "3 bar"; `limits` are not checked here
+        contraction : ratio [-]; this or `length`
+        length : of the active braid, a number [m] or a text such as "28 cm"
+        series_stiffness : k of what is in series with the muscle, above 0 [N/m]; by default nothing gives
+        offset : length that it has gained before it carries anything, ≥ 0 [m]
+
+        Returns
+        -------
+        force [N], ≥ 0, of the broadcast shape; with infinite stiffness and no offset the muscle's own
+
+        Raises
+        ------
+        InputError
+            A quantity has no unit or another dimension; contraction and length are both given, or neither;
+            a stiffness is not above zero, an offset is below.
+
         Examples
         --------
         >>> muscle = load("muscle", "dmsp_20")
@@ -72,8 +90,6 @@ class RestCurves:
         array([241., 463.])
         >>> muscle.force("3 bar", contraction=[0, 0.05, 0.10], series_stiffness="20 kN/m").round()
         array([400., 297., 203.])
-
-        Units: pressure [Pa], contraction [-], length [m], series_stiffness [N/m], offset [m], returns [N].
         """
         kappa = _contraction(self, contraction, length)
         stiffness, gained = _si("series_stiffness", series_stiffness, "N/m"), _si("offset", offset, "m")
@@ -90,12 +106,24 @@ class RestCurves:
     def contraction(self: _Muscle, pressure: _Amount, *, force: _Amount) -> _Found:
         """Contraction ratio at which a force is carried: where a hung weight comes to rest.
 
+        Parameters
+        ----------
+        pressure : gauge [Pa]
+        force : [N]; 0 gives the contraction at which the muscle goes slack
+
+        Returns
+        -------
+        contraction [-], between the braid's lock and 0.7; NaN where no contraction carries the force
+
+        Raises
+        ------
+        InputError
+            A quantity has no unit or another dimension.
+
         Examples
         --------
         >>> round(load("muscle", "dmsp_20").contraction("3 bar", force="100 N"), 3)
         0.174
-
-        Units: pressure [Pa], force [N], returns [-].
         """
         bare, lock = at_rest(self), self.braid.lock
         return _over(
@@ -109,12 +137,25 @@ class RestCurves:
     ) -> _Found:
         """Lowest pressure that carries a force.
 
+        Parameters
+        ----------
+        force : [N]
+        contraction : ratio [-]; this or `length`
+        length : of the active braid [m]
+
+        Returns
+        -------
+        gauge pressure [Pa], from 0 to `limits.pressure`; NaN where that is too little
+
+        Raises
+        ------
+        InputError
+            As for `force`.
+
         Examples
         --------
         >>> round(load("muscle", "dmsp_20").pressure("100 N", contraction=0.174) / 1e5, 1)
         3.0
-
-        Units: force [N], contraction [-], length [m], returns [Pa].
         """
         bare, highest = at_rest(self), self.limits.pressure
         return _over(
@@ -126,6 +167,20 @@ class RestCurves:
     def volume(self: _Muscle, *, contraction: _Amount | None = None, length: _Amount | None = None) -> _Found:
         """Volume of air in the muscle: the ideal braid's, never less than the dead volume.
 
+        Parameters
+        ----------
+        contraction : ratio [-]; this or `length`
+        length : of the active braid [m]
+
+        Returns
+        -------
+        volume [m³]
+
+        Raises
+        ------
+        InputError
+            As for `force`.
+
         Source
         ------
         Chou & Hannaford 1996: V = π r0² L0 (1 − κ) [1 − cos²α0 (1 − κ)²]/sin²α0.
@@ -134,8 +189,6 @@ class RestCurves:
         --------
         >>> (1e6 * load("muscle", "dmsp_20").volume(contraction=[0, 0.1])).round()  # ml
         array([ 96., 157.])
-
-        Units: contraction [-], length [m], returns [m³].
         """
         braid, dead = self.braid, self.dead_volume
         return _over(

@@ -187,13 +187,20 @@ _FORCES = ("grf_x", "grf_z", "ankle_moment")
 
 
 def resampled(phase: np.ndarray, curves: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Published points as smooth columns of _ROWS rows over one closed stride.
+    """Published points as smooth columns of ROWS rows over one closed stride.
 
     What an angle fails to close by is taken out as a straight line about mid-stride, as `FourierSeries.fit`
     does, so that the stride repeats; periodic cubic splines run through the points. Forces and moment are
     monotone between their points (PCHIP), so that nothing overshoots at heel strike and toe-off.
 
-    Units: phase [-] (n,), curves (n,).
+    Parameters
+    ----------
+    phase : 0…1 [-] (n,)
+    curves : by the names of ANGLES and FORCES, in the units and signs of `GaitCycle`, each (n,)
+
+    Returns
+    -------
+    {"phase" and each name: (ROWS,)}
     """
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
@@ -219,7 +226,13 @@ def _centre_of_pressure(
 
 
 def with_derived_path(cycle: GaitCycle, foot: FootShape, chain: Chain) -> GaitCycle:
-    """The same stride with its ankle's path and centre of pressure derived from its other columns."""
+    """The same stride with its ankle's path and centre of pressure derived from its other columns.
+
+    Parameters
+    ----------
+    cycle : its `ankle_x`, `ankle_z` and `cop_x` are not looked at
+    foot, chain : shape of the foot and lengths of the leg
+    """
     length = cycle.walking_speed * cycle.stride_time
     angles = cycle.shank_angle, cycle.knee_angle, cycle.ankle_angle
     path = ankle_path(cycle.phase, angles, cycle.grf_z, length, foot, chain)

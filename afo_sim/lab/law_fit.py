@@ -94,7 +94,18 @@ class LawFit:
 
 
 def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawFit:
-    """Fit a law from several starts."""
+    """Fit a law from several starts.
+
+    Parameters
+    ----------
+    problem : from `pose`
+    seed : of the starts
+    starts : how many
+
+    Returns
+    -------
+    LawFit, without held-out errors
+    """
     found = _search(problem, problem.data, _starts(problem, starts, seed))
     if starts >= ENOUGH and _agreeing(found) < ENOUGH:
         found += _search(problem, problem.data, _starts(problem, 3 * starts, seed + 1))

@@ -82,7 +82,18 @@ def pose(
 ) -> LawProblem:
     """Decide what of a law is free, from the data and from what the caller says.
 
-    Units: fixed [SI].
+    Parameters
+    ----------
+    law_name : of LAWS
+    data : one Measured per muscle, all with the same kind of residual
+    free : parameters to fit beside those that the law usually is fitted by
+    fixed : parameters that are known [SI]
+    loss : of scipy's `least_squares`
+
+    Raises
+    ------
+    InputError
+        Unknown law or parameter, data that do not determine the fit, or a length that is needed.
     """
     if law_name not in LAWS:
         raise unknown(law_name, [*LAWS, "all"], field="law", problem="is an unknown law")

@@ -101,6 +101,21 @@ def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measur
     Header lines "# key: value" may state total_length, end_length, bore, braid_angle, hanger (mass added
     to each load), damping, braid_stiffness, dead_volume, mass, source, licence; then one line of column
     titles with units, then the points.
+
+    Parameters
+    ----------
+    data : path to a CSV; {title with unit: array} or a pandas DataFrame of such titles, in which texts (or
+        `attrs`) stand for the header lines
+    known : properties of the muscle that the header may leave out, SI; the header has precedence
+
+    Returns
+    -------
+    Measured
+
+    Raises
+    ------
+    InputError
+        A column or unit is missing or unknown, a value is no finite number, or too few points.
     """
     table = table_of(data, EXAMPLE, "data")
     file = table.file

@@ -108,7 +108,25 @@ def isobaric(
 ) -> Trial:
     """Force over contraction at constant pressure: the carriage is driven up and down.
 
-    Units: pressures [Pa], span [-], duration [s], progress (steps done, steps in all).
+    Parameters
+    ----------
+    muscle : description, or the name of a shipped one
+    pressures : gauge [Pa]; every whole bar by default
+    span : contraction from, to [-]; zero to slack by default, and None is to slack
+    laboratory : what stands around it
+    duration : of one branch [s]; by default so long that damping adds at most 0.5 % of the greatest force
+    progress : called with (steps done, steps in all)
+
+    Returns
+    -------
+    Trial
+
+    Raises
+    ------
+    InputError
+        What is asked lies outside what the muscle, the braid or the supply allows; says what is possible.
+    SimulationError
+        A curve became unstable.
     """
     return run(plan_isobaric(_muscle(muscle), pressures, span, laboratory, duration), progress)
 
@@ -159,7 +177,13 @@ def step(
 ) -> Trial:
     """Open loop: the inlet valve opens to a supply at each pressure [Pa], then the outlet to ambient.
 
-    Units: load [N], contraction [-], duration [s].
+    Parameters
+    ----------
+    load : weight on the muscle [N]; a fifth of its strength by default
+    contraction : or the length is held, at this contraction [-]
+    duration : of filling, and of venting [s]; by default long enough to settle
+
+    The other parameters, result and errors as in `isobaric`.
     """
     return run(plan_step(_muscle(muscle), pressures, load, contraction, laboratory, duration), progress)
 

@@ -58,7 +58,10 @@ class Change:
 def paths(orthosis: Orthosis, angle: np.ndarray) -> list[Path]:
     """The paths of an orthosis' muscles, alike ones together.
 
-    Units: angle [rad] (n,).
+    Parameters
+    ----------
+    orthosis : described
+    angle : of the joint, dorsiflexion positive [rad] (n,)
     """
     found = []
     guided = _guided(orthosis, angle)
@@ -104,7 +107,17 @@ def statics(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Torque and pull on the anchors at rest.
 
-    Units: pressure [Pa] (n,), returns [N·m].
+    Parameters
+    ----------
+    orthosis : described
+    geometry : from `paths`, at n angles
+    chamber : that is filled; the others are at ambient pressure
+    pressure : gauge [Pa] (n,)
+    change : of the orthosis' values
+
+    Returns
+    -------
+    (torque of all muscles, dorsiflexion positive [N·m] (n,), pull on cuff and plate [N] (n,))
     """
     anchors = _anchors(orthosis, change)
     pulling, torque, pull = [], np.zeros(len(pressure)), np.zeros(len(pressure))

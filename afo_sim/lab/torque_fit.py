@@ -196,6 +196,13 @@ def fit_torque(
 ) -> TorqueFit:
     """Fit the compliance between device and joint, and the muscle's law, to measured static torque.
 
+    The joint is held at an angle, the muscle is filled, and the torque is read: dorsiflexion positive. At
+    each reading the muscle is in balance with its cable, cuff and plate,
+
+        κ = κ_path(φ) + [offset + F(κ, p)/k + Σ z(n F)]/L0,    M = Σ r(φ) F(κ, p),
+
+    with path and moment arm r of the orthosis and k the `series_stiffness`.
+
     Parameters
     ----------
     data : path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles; or a list of these.

@@ -30,6 +30,23 @@ def write_urdf(
 
     URDF's joint frame is the child link's frame: a link's frame is its part's, moved without a turn to the
     part's last joint. Coordinates count from the posture that the tree stands in.
+
+    Parameters
+    ----------
+    tree : any; its ball joints are refused
+    path : `.urdf`; all files appear together or not at all
+    name : of the robot; by default the file's stem
+    points : whether each point becomes a massless fixed link `NAME_point`
+
+    Returns
+    -------
+    tuple of str
+        what URDF does not hold, or holds otherwise
+
+    Raises
+    ------
+    InputError
+        The tree has a ball joint, no part, or a number that is not finite, or the files cannot be written.
     """
     path = pathlib.Path(path)
     _check(tree, path)

@@ -197,12 +197,20 @@ def compressor_metrics(
 def air_given(volume: float, pressure: float, supply: float) -> float:
     """Air that a full bottle gives until it is down to the supply's pressure [kg].
 
+    Parameters
+    ----------
+    volume : of the bottle [m³]
+    pressure : gauge, of the full bottle [Pa]; up to 1000 bar
+    supply : gauge, before the valves [Pa]
+
+    Returns
+    -------
+    0 where the bottle is not above the supply
+
     Notes
     -----
     m = V/(R T) · (p₁/Z(p₁) − p₂/Z(p₂)), absolute pressures, at 20 °C: it is emptied slowly enough to stay
     warm.
-
-    Units: volume [m³], pressure [Pa], supply [Pa].
     """
     full, left = (p / compressibility(p) for p in (pressure + AMBIENT_PRESSURE, supply + AMBIENT_PRESSURE))
     return max(0.0, volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE) * (full - left))

@@ -246,7 +246,16 @@ def add_circuit(
     userdata: int = 0,
     default: mujoco.MjsDefault | None = None,
 ) -> None:
-    """Add the actuators of a circuit to a model whose tendons are named like the muscles."""
+    """Add the actuators of a circuit to a model whose tendons are named like the muscles.
+
+    Parameters
+    ----------
+    spec : it grows
+    circuit : by its own names
+    prefix : of the names of tendons and actuators in the model
+    userdata : first place in `userdata` that is the circuit's; what stands before is somebody else's
+    default : class of the actuators; the spec's own by default
+    """
     add_muscles(spec, circuit, prefix=prefix, default=default)
     add_chambers(spec, circuit, prefix=prefix, userdata=userdata, default=default)
 

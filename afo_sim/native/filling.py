@@ -180,7 +180,15 @@ LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
 def fill_circuit(
     model: mujoco.MjModel, circuit: Circuit, ids: CircuitIds | None = None, *, userdata: int = 0
 ) -> CircuitIds:
-    """Write the exact parameters of a circuit into a compiled model."""
+    """Write the exact parameters of a circuit into a compiled model.
+
+    Parameters
+    ----------
+    model : compiled with the circuit's actuators
+    circuit : as they were added from
+    ids : its actuators, where they are known
+    userdata : first place in `userdata` that is the circuit's, as it was added with
+    """
     ids, user = ids or circuit_ids(model, circuit), _rows(model)
     chambers = {chamber.name: chamber for chamber in circuit.chambers}
     nodes, edges = air_rows(circuit, ids)
@@ -312,7 +320,10 @@ def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | 
 
     The callbacks must be installed: they solve the muscles' own lengths at the present posture.
 
-    Units: pressure [Pa].
+    Parameters
+    ----------
+    model, data : with this project's actuators
+    pressure : of all chambers, or by actuator id, the others at ambient pressure [Pa]
     """
     chambers, networks = list(_of_kind(model, KIND_CHAMBER)), list(_of_kind(model, KIND_NETWORK))
     gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
@@ -355,7 +366,18 @@ def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
-    """Refuse limp muscles: with 3 bar in every chamber each must carry its law's force."""
+    """Refuse limp muscles: with 3 bar in every chamber each must carry its law's force.
+
+    Parameters
+    ----------
+    model : with this project's actuators
+    state : mjSTATE_INTEGRATION row of the posture
+
+    Raises
+    ------
+    CallbackError
+        An actuator has lost its parameters, or a muscle carries another force than its law's.
+    """
     assert_rows(model)
     data = scratch(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)

@@ -215,6 +215,16 @@ def installed(mode: Mode = "native") -> Iterator[None]:
 
     Blocks may lie within each other, in several threads, and beside a `Hold`: the first to begin installs,
     the last to end restores. A block of the other mode may lie within what its own thread holds.
+
+    Parameters
+    ----------
+    mode : "native" (compiled, needed by mujoco.batch) or "python" (the same kernels, uncompiled)
+
+    Raises
+    ------
+    CallbackError
+        Another program's callback is installed, another thread holds this package's in the other mode, or
+        this MuJoCo's structs cannot be verified; or they were replaced within the block.
     """
     holder = object()
     outer = CALLBACKS.take(holder, mode, block=True)
@@ -239,6 +249,11 @@ def assert_rows(model: mujoco.MjModel) -> None:
     """Check that this project's actuators, and all that ask for a callback, name actuators that exist.
 
     An actuator of MuJoCo's own types without a mark is somebody else's and needs nothing of this.
+
+    Raises
+    ------
+    CallbackError
+        A row without mark or kind would be passed over by the callbacks in silence.
     """
     kinds = {
         KIND_MUSCLE: {
@@ -286,7 +301,18 @@ def assert_rows(model: mujoco.MjModel) -> None:
 
 
 def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[int]) -> None:
-    """Check, against the kernels run as plain Python, that every muscle really pulls."""
+    """Check, against the kernels run as plain Python, that every muscle really pulls.
+
+    Parameters
+    ----------
+    model, data : MuJoCo model and a forwarded state whose chambers are pressurised
+    muscles : actuator ids
+
+    Raises
+    ------
+    CallbackError
+        A muscle is limp or carries another force than its law's.
+    """
     plain, flat, found = _flat(model), _FlatData(data), data.userdata.copy()
     data.userdata[:] = 0.0
     ours = model.actuator_user[:, 0] == MARK

@@ -470,7 +470,12 @@ def muscle_row(*, law: str, braid: Braid, **values: Any) -> np.ndarray:
 def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:
     """`actuator_user` of the passive ankle.
 
-    Units: scale, offset [-], load [N·m], damping [N·m·s/rad].
+    Parameters
+    ----------
+    scale, offset : [-], [rad]
+    load : against positive angles [N·m]
+    damping : half of the joint's, which is taken at the start of a step [N·m·s/rad]; the other half is
+        MuJoCo's, which takes it at the end
     """
     return row(KIND_PASSIVE, scale=scale, offset=offset, load=load, damping=damping)
 
@@ -488,6 +493,9 @@ def spastic_row(*, gain: float) -> np.ndarray:
 def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
     """`actuator_user` of a pad under the sole.
 
-    Units: stiffness [N/m], damping [N·s/m], floor: actuator id.
+    Parameters
+    ----------
+    stiffness, damping : [N/m], [s/m]
+    floor : id of the actuator whose input is the floor's height [m]
     """
     return row(KIND_PAD, stiffness=stiffness, damping=damping, floor=floor)

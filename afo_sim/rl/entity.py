@@ -73,7 +73,18 @@ class OrthosisEntity(Driven):
     Valves are commanded by `set_valves` and `supply_pressure`; every step writes these commands over the
     action's numbers for them. Each episode begins with ambient air in the chambers and shut valves.
 
-    Units: supply_pressure [Pa].
+    Parameters
+    ----------
+    orthosis : a shipped name, the path of an orthosis's TOML file or folder, or an Orthosis
+    side : of the leg; by default as found there
+    supply_pressure : gauge [Pa], 0 to 2e6
+    name : of its PyMJCF model
+    observable_options : as of any Composer entity
+
+    Raises
+    ------
+    InputError
+        The description is wrong; a muscle is mounted too taut for its range of motion.
     """
 
     def _build(

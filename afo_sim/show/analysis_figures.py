@@ -40,7 +40,13 @@ def _draw_curves(curves: Mapping[str, Curve], path: pathlib.Path, title: str = "
 
 
 def bode_panels(figure: Any, curves: Mapping[str, Curve]) -> None:
-    """Gain above phase, in a Matplotlib figure or a part of one."""
+    """Gain above phase, in a Matplotlib figure or a part of one.
+
+    Parameters
+    ----------
+    figure : empty
+    curves : by the name that the legend shows
+    """
     gain, phase = figure.subplots(2, 1, sharex=True)
     for k, (name, curve) in enumerate(curves.items()):
         look = {

@@ -173,7 +173,13 @@ def draw_study(
     step: Sequence[Trial],
     path: pathlib.Path,
 ) -> None:
-    """Draw S0's figures, a row a muscle: F_ce with its line, contraction under loads, open loop."""
+    """Draw S0's figures, a row a muscle: F_ce with its line, contraction under loads, open loop.
+
+    Parameters
+    ----------
+    isobaric, isotonic, step : a test of each muscle, in the same order
+    path : file to write; its suffix is the format
+    """
 
     def fill(figure: Any) -> None:
         rows = figure.subplots(len(isobaric), 3, squeeze=False)

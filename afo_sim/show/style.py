@@ -104,7 +104,16 @@ def _format_of(path: pathlib.Path) -> str:
 def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
     """Draw a figure and write it, whole or not at all.
 
-    Units: size [inch].
+    Parameters
+    ----------
+    path : file to write; its suffix, one of FORMATS, is the format
+    size : width, height [inch]
+    fill : called with an empty Matplotlib figure
+
+    Raises
+    ------
+    InputError
+        The suffix is no format.
     """
     suffix = _format_of(path)
     import matplotlib

@@ -25,7 +25,24 @@ def show(
     metrics: Sequence[str] | None = None,
     objectives: Mapping[str, Better] | None = None,
 ) -> list[pathlib.Path]:
-    """Write the figures of a sweep as PNG, each whole or not at all."""
+    """Write the figures of a sweep as PNG, each whole or not at all.
+
+    Parameters
+    ----------
+    results : of the sweep
+    out_dir : made if need be
+    metrics : names, with ":lowest" or ":highest" after them where need be; those that matter most if None
+    objectives : {metric: "lowest" or "highest"} of which Pareto fronts are drawn; `metrics` if None
+
+    Returns
+    -------
+    the files
+
+    Raises
+    ------
+    InputError
+        A metric that the sweep has not, or a folder that cannot be written to.
+    """
     found = findings(results, chosen(results, list(metrics or ())))
     asked = [f"{name}:{end}" for name, end in (objectives or {}).items()]
     return write_figures(found, out_dir, chosen(results, asked) if asked else found.objectives)

@@ -76,7 +76,16 @@ class Energy:
 def balance(built: Built, columns: Columns, static: Columns | None = None) -> Energy:
     """Energy balance of a run, or of a part of it.
 
-    Units: static [N].
+    Parameters
+    ----------
+    built : compiled scenario
+    columns : of a recording, or rows of it in their order, all at the same time step; SI
+    static : F_static(κ, p) of each leading muscle in the same rows [N], as `with_static_forces` has it;
+        by default the law is asked anew in every row, which takes longer than the run
+
+    Returns
+    -------
+    Energy
     """
     return balance_of(built.scenario.orthosis, columns, static)
 

@@ -170,7 +170,11 @@ def _fill(row: np.ndarray, name: str, sensor: Sensor, timestep: float) -> None:
 def sensor_columns(built: Built, columns: Mapping[str, np.ndarray], seed: int = 0) -> dict[str, np.ndarray]:
     """Columns "sensor/<name>", and "sensor/<name>/output" [V] of calibrated ones, of all rows of a run.
 
-    Units: columns (n,).
+    Parameters
+    ----------
+    built : compiled scenario
+    columns : of every step of the run (n,)
+    seed : of the noise, added to the sensors' own
     """
     if not built.scenario.sensor:
         return {}

@@ -150,7 +150,20 @@ def outcomes(
     chunk: int = 32,
     asked: Asked = EVERYTHING,
 ) -> Iterator[Numbered]:
-    """Run cases."""
+    """Run cases.
+
+    Parameters
+    ----------
+    scenario : what all cases begin with, as `reader.load` takes it
+    cases : number and overrides of each
+    threads : that roll out, beside the one that calls; below two that one does it
+    chunk : cases after which all that were begun are brought to their end
+    asked : metrics and warnings of each
+
+    Yields
+    ------
+    (number, Outcome), the numbers of a chunk in no particular order
+    """
     _keep_flat()
     most_bytes = _BATCH_BYTES / (1 if threads < 2 else threads + _AHEAD)
     batches = _batches(scenario, cases, chunk, most_bytes, asked.first_strides)
@@ -216,7 +229,14 @@ def _side_by_side(batches: Iterable[Batched], threads: int, asked: Asked) -> Ite
 def prepare(
     scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, Any], first_strides: int = 0
 ) -> Prepared | Outcome:
-    """Read and compile a case, or say why that cannot be."""
+    """Read and compile a case, or say why that cannot be.
+
+    Parameters
+    ----------
+    scenario, number, sets : of the case
+    first_strides : from the start that are walked where the settled stride is solved for; where it is walked
+        to, they are there anyway
+    """
     try:
         description = load("scenario", scenario, sets)
         solved = description.walking and not why_walked(description)

@@ -32,7 +32,11 @@ class Harmonic:
 def first_harmonic(time: np.ndarray, signal: np.ndarray, frequency: float) -> Harmonic:
     """The first harmonic by least squares; over whole periods it is Fourier's.
 
-    Units: time [s] (n,), signal (n,), frequency [Hz].
+    Parameters
+    ----------
+    time : [s] (n,)
+    signal : (n,)
+    frequency : [Hz]
     """
     turn = 2.0 * math.pi * frequency * time
     basis = np.column_stack([np.ones_like(turn), np.cos(turn), np.sin(turn)])

@@ -271,7 +271,20 @@ def probe(
     file: pathlib.Path,
     evaluate: Evaluate = engine.outcomes,
 ) -> tuple[dict[str, str], float]:
-    """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s]."""
+    """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s].
+
+    Parameters
+    ----------
+    scenario : what all cases begin with
+    sets : overrides of each case
+    file : of the study
+    evaluate : what computes cases
+
+    Raises
+    ------
+    InputError
+        None of them runs.
+    """
     next(evaluate(scenario, [(0, sets[0])], 1, 1, EVERYTHING))  # compiles what only the first run compiles
     begun = time.perf_counter()
     found = [

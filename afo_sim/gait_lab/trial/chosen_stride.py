@@ -95,6 +95,20 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
     Forces are the mean of the strides that have them. The centre of pressure is weighted by the upward
     force, so that force times place is the mean moment. The ankle's x is each stride's way from its own
     beginning. The walking speed is the mean way over the mean time.
+
+    Parameters
+    ----------
+    cycles : of the same rows; `grf_x`, `grf_z`, `cop_x` and `ankle_moment` are NaN where a stride has none
+
+    Returns
+    -------
+    (the mean, its band: the standard deviation between strides of each signal (n,), by field; NaN where
+    fewer than two strides have it)
+
+    Raises
+    ------
+    InputError
+        No cycle, or cycles of other rows.
     """
     if not cycles:
         raise InputError("a mean needs at least one stride", field="cycles")

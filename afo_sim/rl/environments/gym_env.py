@@ -146,6 +146,13 @@ class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nd
 
     An episode that is over begins anew in the next step, whose action it ignores (Gymnasium's
     `AutoresetMode.NEXT_STEP`). A simulation that becomes unstable is truncated; the others go on.
+
+    Parameters
+    ----------
+    task : "seated_tracking" or "dropfoot_walk"
+    num_envs : simulations
+    sets : dotted keys and values laid over the task's scenario
+    threads : that step; all processors by default
     """
 
     metadata: dict[str, Any] = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}  # noqa: RUF012

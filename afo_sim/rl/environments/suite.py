@@ -167,7 +167,19 @@ def load(
 ) -> OrthosisEnvironment:
     """A dm_control environment of a task.
 
-    Units: task_kwargs [s].
+    Parameters
+    ----------
+    task_name : "seated_tracking" or "dropfoot_walk"
+    task_kwargs : `random`, a seed or a RandomState; `sets`, dotted keys and values laid over the scenario;
+        `time_limit` of an episode [s], the task's own by default and at most
+    environment_kwargs : of `dm_control.rl.control.Environment`: `flat_observation`, `legacy_step`
+
+    Raises
+    ------
+    InputError
+        There is no such task, or an argument is wrong.
+    CallbackError
+        The muscle callbacks cannot be installed.
     """
     task_of(task_name)
     made: OrthosisEnvironment = SUITE[task_name](

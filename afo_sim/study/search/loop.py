@@ -43,7 +43,21 @@ def answers(
     metrics: Sequence[str],
     who: Pool,
 ) -> Answers:
-    """Simulate every design with every patient."""
+    """Simulate every design with every patient.
+
+    Parameters
+    ----------
+    scenario : what all cases begin with
+    designs : to be judged
+    patients : the same for all designs; the scenario's own alone if None
+    metrics : that are looked at
+    who : simulates; the answers are, bit for bit, the same whoever does
+
+    Raises
+    ------
+    InputError
+        The cluster cannot be reached, or its workers die over and over.
+    """
     jobs = _Jobs(designs, patients)
     many, chunks = jobs.many, range(-(-len(jobs) // _CHUNK))
     done = who.outcomes(scenario, jobs, chunks, asked=Asked(frozenset(metrics), doubts=False))
