@@ -8,6 +8,7 @@ import subprocess
 import sys
 import textwrap
 import zipfile
+from typing import Any
 
 import pytest
 from campaign import NIGHTLY
@@ -72,7 +73,7 @@ def test_documents_have_lines_that_run() -> None:
 
 
 def test_files_stay_small() -> None:
-    """A file is read alone: none needs more than 500 lines."""
+    """A file is read alone."""
     long = {
         path: len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / "afo_sim").rglob("*.py")
     }
@@ -165,3 +166,19 @@ def test_documents_links_lead_somewhere() -> None:
 
 def test_readme_leads_to_every_page() -> None:
     assert all(f"(docs/{page}.md)" in README for page in PAGES)
+
+
+def test_options_that_the_documents_name_are_there() -> None:
+    from typer.main import get_command
+
+    from afo_sim.cli import app
+
+    def options(command: Any) -> set[str]:
+        own = {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)}
+        return own.union(*map(options, getattr(command, "commands", {}).values()))
+
+    # of Slurm, of Dask, of pytest, and of scripts/
+    foreign = {"--array", "--cpus-per-task", "--nthreads", "--nworkers", "--port", "--dist"}
+    foreign |= {"--check", "--cost", "--parts", "--table", "--walkers", "--write"}
+    known = options(get_command(app)) | {"--help"}
+    assert not set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", TEXT)) - known - foreign

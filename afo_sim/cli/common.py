@@ -58,7 +58,9 @@ def _options(
 Sets = Annotated[
     list[str] | None, Option("--set", metavar="KEY=VALUE", help='for example supply.pressure="3 bar"')
 ]
-RecordingOption = Annotated[bool | None, Option("--rrd/--no-rrd", help="write recording.rrd")]
+RecordingOption = Annotated[
+    bool | None, Option("--rrd/--no-rrd", help="write recording.rrd; by default where rerun is installed")
+]
 Rate = Annotated[str | None, Option(help='samples a second in the Rerun file, for example "200 Hz"')]
 Threads = Annotated[int, Option(help="threads; all of this machine's by default")]
 Workers = Annotated[int, Option(help="processes of a Dask cluster on this machine instead")]

@@ -49,7 +49,10 @@ class _Test:
         list[str] | None, Option("--set", metavar="KEY=VALUE", help='of the muscle: damping="1e-4 m^2*s"')
     ] = None
     out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
-    rrd: Annotated[bool | None, Option("--rrd/--no-rrd", help="write a Rerun recording")] = None
+    rrd: Annotated[
+        bool | None,
+        Option("--rrd/--no-rrd", help="write a Rerun recording; by default where rerun is installed"),
+    ] = None
 
 
 @app.command("stand")

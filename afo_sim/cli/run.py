@@ -93,7 +93,10 @@ def compare(
     ] = "",
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-laws by default")] = None,
     sets: Sets = None,
-    rrd: Annotated[bool | None, Option("--rrd/--no-rrd", help="write recording.rrd of all runs")] = None,
+    rrd: Annotated[
+        bool | None,
+        Option("--rrd/--no-rrd", help="write recording.rrd of all runs; by default where rerun is installed"),
+    ] = None,
 ) -> None:
     """One scenario with several muscle laws, side by side."""
     values = read_sets(sets)
@@ -230,7 +233,10 @@ def both_command(
     apart: Annotated[
         float | None, Option(help="share of a stride that the left leg is behind; 0.5, seated 0")
     ] = None,
-    rrd: Annotated[bool | None, Option("--rrd/--no-rrd", help="write recording.rrd of each leg")] = None,
+    rrd: Annotated[
+        bool | None,
+        Option("--rrd/--no-rrd", help="write recording.rrd of each leg; by default where rerun is installed"),
+    ] = None,
     rate: Rate = None,
     numbers: Annotated[bool, Option("--numbers", help="print every number of both legs")] = False,
     force: Annotated[bool, Option("--force", help="replace the run of other descriptions")] = False,

@@ -98,7 +98,8 @@ def write_storage(
     `version=1` is what Storage writes, and what GUI and tools of OpenSim 2.4 to 4.6 read; DataType is what
     the table adapters of 4.x look for. A line OpenSimVersion would say that OpenSim wrote the file.
 
-    Units: columns [s], report (rows done, rows in all).
+    Units: columns [s].
+    `report` is called with rows done and rows in all.
     """
     labels = list(columns)
     assert labels[0] == TIME and not any(re.search(r"\s", label) for label in labels)

@@ -135,7 +135,7 @@ def _titles(rows: Rows) -> list[str]:
 def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
     """Write rows as CSV; a number that is not finite stands there as nan, inf or -inf.
 
-    Units: report (rows done, rows in all).
+    `report` is called with rows done and rows in all.
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)  # CR LF after each line
@@ -146,7 +146,8 @@ def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
 def write_numbers(write: Write, columns: list[np.ndarray], report: Report) -> None:
     """Write columns (n,) row by row, each number as the shortest text that is read back to the same bits.
 
-    Units: columns (n,), report (rows done, rows in all).
+    Units: columns (n,).
+    `report` is called with rows done and rows in all.
     """
     count = len(columns[0])
     for start in range(0, count, _BLOCK):

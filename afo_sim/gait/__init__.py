@@ -1,4 +1,4 @@
-"""Recorded walking: cycles, their checks and norm, readers of laboratory files. No MuJoCo."""
+"""Recorded walking: cycles, their checks, variants and norm. No MuJoCo."""
 
 import lazy_loader
 

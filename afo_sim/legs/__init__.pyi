@@ -3,6 +3,7 @@ from .attaching import attach as attach
 from .cutting import FOOT as FOOT
 from .cutting import SHANK as SHANK
 from .cutting import cut as cut
+from .cutting import from_ankle as from_ankle
 from .exporting import export_leg as export_leg
 from .extent import moved as moved
 from .extent import surface as surface

@@ -352,7 +352,7 @@ def _below_foot(leg: Tree) -> list[Part]:
     return leg.below(FOOT)
 
 
-def _from_ankle(leg: Tree, part: Part) -> np.ndarray:
+def from_ankle(leg: Tree, part: Part) -> np.ndarray:
     """Pose of a part from the ankle, in the axes of the leg (4, 4)."""
     found = leg.world_pose(part.name).copy()
     found[:3, 3] -= leg.parts[SHANK].pose[:3, 3]
@@ -362,7 +362,7 @@ def _from_ankle(leg: Tree, part: Part) -> np.ndarray:
 def _own(leg: Tree) -> dict[str, np.ndarray]:
     """The file's points of these names, from the ankle [m]."""
     return {
-        name: moved(_from_ankle(leg, part), at[None])[0]
+        name: moved(from_ankle(leg, part), at[None])[0]
         for part in _below_foot(leg)
         for name, at in part.points.items()
         if name in (*POINTS, OLD_TOE)
@@ -391,6 +391,6 @@ def _placed(leg: Tree, points: dict[str, np.ndarray]) -> Tree:
         parts[name] = dataclasses.replace(part, points=kept)
     for point, at in points.items():
         segment = TOES if TOES in parts and point not in ("heel", "ball") else FOOT
-        origin = _from_ankle(leg, leg.parts[segment])[:3, 3]
+        origin = from_ankle(leg, leg.parts[segment])[:3, 3]
         parts[segment].points[point] = at - origin
     return dataclasses.replace(leg, parts=parts)

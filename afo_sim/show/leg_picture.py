@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from afo_sim.legs import FOOT, SHANK, LegNumbers, Part, Shape, Tree, moved, surface
+from afo_sim.legs import FOOT, SHANK, LegNumbers, Shape, Tree, from_ankle, moved, surface
 from afo_sim.model import OLD_TOE, POINTS
 from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
 
@@ -41,7 +41,7 @@ def _page(figure: Any, leg: Tree, title: str) -> None:
         for part in leg.parts.values():
             for shape in part.shapes:
                 colour = _SKIN[FOOT if part.name in foot else SHANK]
-                _silhouette(axis, _from_ankle(leg, part), shape, columns, colour)
+                _silhouette(axis, from_ankle(leg, part), shape, columns, colour)
         _signs(axis, numbers, columns)
         _sole(axis, leg, columns)
         axis.set(xlabel=label, title=name)
@@ -57,16 +57,9 @@ def _page(figure: Any, leg: Tree, title: str) -> None:
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
-def _from_ankle(leg: Tree, part: Part) -> np.ndarray:
-    """Pose of a part from the ankle (4, 4)."""
-    found = leg.world_pose(part.name).copy()
-    found[:3, 3] -= leg.parts[SHANK].pose[:3, 3]
-    return found
-
-
 def _foot_reach(leg: Tree) -> float:
     """From the ankle to the foremost point of the foot [m]."""
-    own = [moved(_from_ankle(leg, part), surface(shape)) for part in leg.below(FOOT) for shape in part.shapes]
+    own = [moved(from_ankle(leg, part), surface(shape)) for part in leg.below(FOOT) for shape in part.shapes]
     return float(np.concatenate(own)[:, 0].max()) if own else 0.2
 
 
@@ -102,7 +95,7 @@ def _sole(axis: Any, leg: Tree, columns: tuple[int, int]) -> None:
     for part in leg.below(FOOT):
         for name, at in part.points.items():
             if name in (*POINTS, OLD_TOE):
-                place = 1e3 * moved(_from_ankle(leg, part), at[None])[0][list(columns)]
+                place = 1e3 * moved(from_ankle(leg, part), at[None])[0][list(columns)]
                 axis.plot(*place, "v", color=BLUE, ms=4, zorder=4)
                 if columns[0] == 0:
                     look = {"color": BLUE, "ha": "center", "va": "top", "fontsize": 7.5}

@@ -117,8 +117,8 @@ def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
         found.append(Notice("mirrored", words, subject=side, what=what, other=other, verb=verb))
     if scenario["leg"].get("subtalar") and scenario.get("gait"):
         words = (
-            "recorded walking tells nothing of the subtalar joint: it does not turn here, and the moment "
-            "about it is told (subtalar/moment/orthosis)"
+            "recorded walking says nothing of the subtalar joint: it does not turn here, and the moment "
+            "about it is reported (subtalar/moment/orthosis)"
         )
         found.append(Notice("subtalar-still", words))
     return [*found, *_of_own_leg(scenario)]

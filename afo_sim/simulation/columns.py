@@ -12,7 +12,7 @@ from afo_sim.common import AMBIENT_PRESSURE, unknown
 from afo_sim.control import TOLD
 from afo_sim.metrics import SOLVED
 from afo_sim.model import JOINTS, SINK, SUBTALAR, free
-from afo_sim.simulation.frame import Column, Frame
+from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
 from afo_sim.simulation.supply_columns import SUPPLY_COLUMNS
 from afo_sim.simulation.walk_columns import WALKING, WalkFrame
 
@@ -84,7 +84,7 @@ def _mass_flow(f: Frame, node: int, direction: float) -> np.ndarray:
     """Sum of all flows in one direction: 1 into a node, −1 out of it."""
     total = np.zeros(f.n)
     for edge, sign in native.touching(f.built.model, node):
-        total = total + np.maximum(direction * sign * _edge_flow(f, edge), 0.0)
+        total = total + np.maximum(direction * sign * edge_flow(f, edge), 0.0)
     return total
 
 
@@ -94,14 +94,6 @@ def _mass_flow_in(f: Frame, node: int) -> np.ndarray:
 
 def _mass_flow_out(f: Frame, node: int) -> np.ndarray:
     return _mass_flow(f, node, -1.0)
-
-
-def _edge_flow(f: Frame, edge: int) -> np.ndarray:
-    return native.read_flow(f.built.model, f.rows["userdata"], edge)
-
-
-def _volume_pressure(f: Frame, node: int) -> np.ndarray:
-    return native.read_volume(f.built.model, f.rows["userdata"], node) - AMBIENT_PRESSURE
 
 
 def _held(f: Frame, node: int, place: int) -> np.ndarray:
@@ -289,12 +281,12 @@ COLUMNS = (
         "seat, 0 to 1",
         lambda f, i: native.read_opening(f.built.model, f.rows["act"], i),
     ),
-    Column("valve/*/mass_flow", "kg/s", "supply to chamber to ambient positive", _edge_flow),
-    Column("restriction/*/mass_flow", "kg/s", "upstream to downstream positive", _edge_flow),
-    Column("volume/*/pressure", "Pa", "gauge", _volume_pressure),
+    Column("valve/*/mass_flow", "kg/s", "supply to chamber to ambient positive", edge_flow),
+    Column("restriction/*/mass_flow", "kg/s", "upstream to downstream positive", edge_flow),
+    Column("volume/*/pressure", "Pa", "gauge", volume_pressure),
     Column("volume/*/mass", "kg", "gas in the volume", lambda f, i: _held(f, i, 0)),
     Column("volume/*/temperature", "K", "absolute", _temperature),
-    Column("store/*/pressure", "Pa", "gauge", _volume_pressure),
+    Column("store/*/pressure", "Pa", "gauge", volume_pressure),
     Column("store/*/mass", "kg", "gas and liquid in it", lambda f, i: _held(f, i, 0)),
     Column("store/*/temperature", "K", "absolute", lambda f, i: _held(f, i, 1)),
     *SUPPLY_COLUMNS,

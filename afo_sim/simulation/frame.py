@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from afo_sim import native
+from afo_sim.common import AMBIENT_PRESSURE
+
 if TYPE_CHECKING:
     from afo_sim.model import Built
 
@@ -68,3 +71,13 @@ class Column:
     whole: bool = False
     where: Callable[["Built"], Any] = lambda built: True
     of: Callable[["Built", int], Any] = lambda built, owner: True
+
+
+def edge_flow(f: Frame, edge: int) -> np.ndarray:
+    """Mass flow through an edge of the air, along it positive [kg/s] (n,)."""
+    return native.read_flow(f.built.model, f.rows["userdata"], edge)
+
+
+def volume_pressure(f: Frame, node: int) -> np.ndarray:
+    """Gauge pressure of a rigid volume or a store [Pa] (n,)."""
+    return native.read_volume(f.built.model, f.rows["userdata"], node) - AMBIENT_PRESSURE

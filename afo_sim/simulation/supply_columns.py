@@ -5,7 +5,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
 from afo_sim.model import OUTLET, SOURCE, Built
-from afo_sim.simulation.frame import Column, Frame
+from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
 
 COMPRESSOR = "compressor"  # the restriction by which it fills its tank
 
@@ -26,23 +26,15 @@ def _pressure(f: Frame) -> np.ndarray:
     """Behind the regulator; with an ideal one the set pressure, or that of a source that has less."""
     index, supply = f.built.index, f.built.scenario.supply
     if supply.regulator is not None:
-        return _gauge(f, index.volumes[OUTLET])
+        return volume_pressure(f, index.volumes[OUTLET])
     if supply.source is not None:
-        return np.minimum(_set_pressure(f), _gauge(f, _source(f.built)))
+        return np.minimum(_set_pressure(f), volume_pressure(f, _source(f.built)))
     return _set_pressure(f)
-
-
-def _gauge(f: Frame, node: int) -> np.ndarray:
-    return native.read_volume(f.built.model, f.rows["userdata"], node) - AMBIENT_PRESSURE
 
 
 def _source(built: Built) -> int:
     """Actuator of the bottle, the cartridge or the compressor's tank."""
     return (built.index.stores | built.index.volumes)[SOURCE]
-
-
-def _flow(f: Frame, edge: int) -> np.ndarray:
-    return native.read_flow(f.built.model, f.rows["userdata"], edge)
 
 
 def _taken(f: Frame) -> np.ndarray:
@@ -54,14 +46,14 @@ def _taken(f: Frame) -> np.ndarray:
         drawing = [(edge, -sign) for edge, sign in at_source if not native.is_compressor(model, edge)]
     total = np.zeros(f.n)
     for edge, sign in drawing:
-        total = total + sign * _flow(f, edge)
+        total = total + sign * edge_flow(f, edge)
     return total
 
 
 def _vented(f: Frame) -> np.ndarray:
     total = np.zeros(f.n)
     for end in native.ends_at_ambient(f.built.model):
-        total = total + end.sign * _flow(f, end.edge)
+        total = total + end.sign * edge_flow(f, end.edge)
     return total
 
 
@@ -85,7 +77,7 @@ def _exergy_vented(f: Frame) -> np.ndarray:
     """Σ ṁ [h − h0 − T0 (s − s0)] of the nodes that vent; air that comes in from outside has none."""
     total = np.zeros(f.n)
     for end in native.ends_at_ambient(f.built.model):
-        out = np.maximum(end.sign * _flow(f, end.edge), 0.0)
+        out = np.maximum(end.sign * edge_flow(f, end.edge), 0.0)
         total = total + out * (_specific(f, end.node) if end.node >= 0 else _specific_of_supply(f))
     return total
 

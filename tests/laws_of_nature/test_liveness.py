@@ -82,7 +82,7 @@ NOT_PHYSICAL = (
     "*.damper",
     "*.path",  # straight here; test_path_and_its_friction_act moves those of guided
     "*.wrap_friction",
-    "*.pulley",  # none here; tests/test_arm.py moves those of the arm
+    "*.pulley",  # none here; test_arm.py moves those of the arm
     "*.directions",
     "*side",  # the next tests move these two
     "leg.subtalar*",
