@@ -15,7 +15,8 @@ class Notice(str):
     text : the sentence, with the data in braces as `str.format` takes them
     subject : what it is about: a key, a column or a part's name; in braces as {subject}
     severity : a "note" explains, a "warning" makes a number doubtful, an "error" makes it useless
-    data : numbers and names of the sentence, in SI units where they have one
+    data : numbers and names of the sentence, in SI units where they have one; `beyond` is by how much a
+        limit is passed, in the unit of the limit
 
     Raises
     ------
@@ -45,6 +46,11 @@ class Notice(str):
         """The same notice with words before its sentence."""
         text = words.replace("{", "{{").replace("}", "}}") + self._text
         return type(self)(self.code, text, subject=self.subject, severity=self.severity, **self.data)
+
+    def says_no_more_than(self, other: "Notice") -> bool:
+        """Whether it is about what another is about, and is not beyond its limit by more, but for 2 %."""
+        ours, theirs = (one.data.get("beyond", 0.0) for one in (self, other))
+        return (self.code, self.subject) == (other.code, other.subject) and ours <= 1.02 * theirs
 
     def with_severity(self, severity: Severity) -> Self:
         """The same notice, taken more or less seriously."""

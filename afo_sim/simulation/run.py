@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import Notice, unique
+from afo_sim.common import Notice
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
@@ -306,5 +306,6 @@ def _found(first: Built, before: Examined, after: Examined, beside: dict[str, Me
 def _warnings(first: Built, before: Examined, after: Examined, settled: Settled) -> tuple[str, ...]:
     """Of the description, of the settled stride, and of the strides before it what is not said twice."""
     said = (*first.warnings, *unsettled_warning(settled), *after.limits, *after.found.warnings)
-    new = unique((*said, *before.limits))[len(unique(said)) :]
-    return (*said, *(warning.after("before it settles: ") for warning in new if isinstance(warning, Notice)))
+    settled_ones = [one for one in said if isinstance(one, Notice)]
+    new = (one for one in before.limits if not any(one.says_no_more_than(each) for each in settled_ones))
+    return (*said, *(one.after("before it settles: ") for one in new))

@@ -57,6 +57,7 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
                 "where {subject} moves; {step} would tell more",
                 subject=muscle,
                 share=100.0 * found / done,
+                beyond=float(abs(found) / done),
                 problem=problem,
                 time=time,
                 step=_shorter(step, FINER),
@@ -81,6 +82,7 @@ def _air(built: Built, columns: Columns) -> Iterator[Notice]:
                 time=float(columns["time"][worst]),
                 coldest=COLDEST,
                 hottest=HOTTEST,
+                beyond=float(beyond[worst]),
                 step=_shorter(step, FINER),
             )
 
@@ -98,6 +100,7 @@ def _motion(built: Built, columns: Columns) -> Iterator[Notice]:
                 "{most:.0f} % is not to be believed; {step} would do",
                 subject=name,
                 moved=100.0 * float(moved[worst]),
+                beyond=float(moved[worst]),
                 time=float(columns["time"][worst]),
                 most=100.0 * MOVED,
                 step=_shorter(step, moved[worst] / MOVED),
@@ -193,6 +196,7 @@ def _muscle_limits(
                 what=word,
                 value=float(values[worst]),
                 limit=limit,
+                beyond=float(values[worst]) - limit,
                 unit=unit,
                 time=float(time[worst]),
                 kind=provenance_note(limits, key),
@@ -278,6 +282,7 @@ def _law_warnings(
                 value=float(values[worst]),
                 lower=float(lower),
                 upper=float(upper),
+                beyond=float(beyond[worst]),
                 unit=unit,
                 time=float(time[worst]),
             )
@@ -311,6 +316,7 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
             subject=part,
             who=WHO[segment],
             pressure=pressure,
+            beyond=pressure - discomfort,
             pull=found[f"{part}_pull_along"].value,
             worse=worse,
             limit_kind=_kinds(limits, "skin_pressure", mark="; "),

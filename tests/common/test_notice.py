@@ -42,3 +42,17 @@ def test_braces_in_data_stay_as_they_are() -> None:
 def test_data_that_a_sentence_lacks_is_a_fault_of_the_code() -> None:
     with pytest.raises(KeyError):
         Notice("source-empty", TEXT, subject="supply")
+
+
+def test_a_worse_one_is_said_beside_a_milder_one_of_the_same_thing() -> None:
+    """The start-up of a walk may pass a limit further than the settled stride does."""
+
+    def passed(muscle: str, value: float) -> Notice:
+        text = "{subject} reaches {value:.3g}"
+        return Notice("muscle-contraction", text, subject=muscle, value=value, beyond=value - 0.25)
+
+    settled = passed("dorsiflexor_1", 0.29)
+    assert passed("dorsiflexor_1", 0.29).says_no_more_than(settled)
+    assert passed("dorsiflexor_1", 0.27).says_no_more_than(settled)
+    assert not passed("dorsiflexor_1", 0.31).says_no_more_than(settled)
+    assert not passed("dorsiflexor_2", 0.27).says_no_more_than(settled)
