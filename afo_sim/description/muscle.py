@@ -12,7 +12,7 @@ from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
 from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
 from afo_sim.description.rest_curves import RestCurves
-from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter
+from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter, LawVolume, law_volume
 
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
 Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]
@@ -338,7 +338,16 @@ class Muscle(Described, RestCurves, Draws):
             "damper": () if self.damper is None else self.damper.coefficients,
             "friction": 0 if self.friction == "none" else FRICTIONS[self.friction].native_id,
             "friction_coefficients": self.friction_coefficients,
+            "law_volume": self.law_volume.numbers,
         }
+
+    @property
+    def law_volume(self) -> LawVolume:
+        """Its volume by the law in use; the braid's, and why, where that is not plausible."""
+        used = self.law_set
+        return law_volume(
+            self.law, self.coefficients, self.braid, used.pressure_range, used.contraction_range
+        )
 
     @property
     def nominal_length(self) -> float:

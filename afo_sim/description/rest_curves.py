@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from afo_sim.common import InputError, parse_quantity
-from afo_sim.physics import LAWS, AtRest, Braid, muscle_volume, row, tension
+from afo_sim.physics import LAWS, AtRest, Braid, LawVolume, own_volume, row, tension
 
 _Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
 _Found = Any  # a float of plain numbers, an array of arrays
@@ -34,6 +34,8 @@ class _Muscle(Protocol):
     def braid(self) -> Braid: ...
     @property
     def nominal_length(self) -> float: ...
+    @property
+    def law_volume(self) -> LawVolume: ...
 
 
 class RestCurves:
@@ -164,17 +166,24 @@ class RestCurves:
             _contraction(self, contraction, length),
         )
 
-    def volume(self: _Muscle, *, contraction: _Amount | None = None, length: _Amount | None = None) -> _Found:
-        """Volume of air in the muscle: the ideal braid's, never less than the dead volume.
+    def volume(
+        self: _Muscle,
+        *,
+        contraction: _Amount | None = None,
+        length: _Amount | None = None,
+        pressure: _Amount = 3e5,
+    ) -> _Found:
+        """Volume of air in the muscle: its law's, or the ideal braid's where that is not plausible.
 
         Parameters
         ----------
         contraction : ratio [-]; this or `length`
         length : of the active braid [m]
+        pressure : gauge [Pa]; most laws' volumes do not depend on it above 1 bar
 
         Returns
         -------
-        volume [m³]
+        volume [m³], never less than the dead volume
 
         Raises
         ------
@@ -183,17 +192,29 @@ class RestCurves:
 
         Source
         ------
-        Chou & Hannaford 1996: V = π r0² L0 (1 − κ) [1 − cos²α0 (1 − κ)²]/sin²α0.
+        ∂V/∂κ = L0 ∂F/∂p (`physics.law_volume`), from π r0² L0; or Chou & Hannaford 1996,
+        V = π r0² L0 (1 − κ) [1 − cos²α0 (1 − κ)²]/sin²α0.
 
         Examples
         --------
         >>> (1e6 * load("muscle", "dmsp_20").volume(contraction=[0, 0.1])).round()  # ml
-        array([ 96., 157.])
+        array([ 96., 162.])
         """
-        braid, dead = self.braid, self.dead_volume
+        braid, numbers = self.braid, self.law_volume.numbers
+        own = (
+            braid.nominal_length,
+            braid.nominal_radius,
+            braid.b,
+            float(LAWS[self.law].braids),
+            self.dead_volume,
+            self.return_stiffness,
+            numbers,
+            0,
+        )
         return _over(
-            lambda kappa: muscle_volume(kappa, braid.nominal_length, braid.nominal_radius, braid.b, dead)[0],
+            lambda kappa, gauge: own_volume(kappa, gauge, *own)[0],
             _contraction(self, contraction, length),
+            _si("pressure", pressure, "Pa"),
         )
 
 

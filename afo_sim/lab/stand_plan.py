@@ -16,7 +16,7 @@ from afo_sim.common import AMBIENT_PRESSURE, GRAVITY, InputError
 from afo_sim.description import Muscle, provenance_note
 from afo_sim.description import load as load_description
 from afo_sim.description.orthosis import Valve
-from afo_sim.physics import FRICTIONS, crossing, muscle_volume
+from afo_sim.physics import FRICTIONS, crossing
 
 Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]
 KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release")
@@ -336,9 +336,7 @@ def _slow(muscle: Muscle, pressure: float, way: float) -> float:
 
 
 def _greatest_volume(muscle: Muscle) -> float:
-    braid = muscle.braid
-    volumes = muscle_volume(0.6, braid.nominal_length, braid.nominal_radius, braid.b, muscle.dead_volume)
-    return volumes[0]
+    return float(muscle.volume(contraction=0.6))
 
 
 def _two_digits(value: float) -> float:

@@ -31,7 +31,7 @@ from afo_sim.common import (
 )
 from afo_sim.lab.stand_plan import StandPlan, rest_force
 from afo_sim.model import get_state
-from afo_sim.physics import laminar_slope, muscle_volume
+from afo_sim.physics import laminar_slope
 from afo_sim.simulation import Case, Moment, Policy, Recipe, Rollout, roll_out
 
 MOUNTAIN = 1e15  # inertia of a carriage whose length is prescribed [kg]: moved 1e-12 m/s² by 1 kN
@@ -131,7 +131,7 @@ def _stability(plan: StandPlan) -> dict[str, float]:
 def _per_slope(plan: StandPlan) -> float:
     """A chamber's fastest rate over the slope of its valves' flow [Pa/kg], at its smallest volume."""
     kappa = min(float(plan.contraction.min()), 0.0)
-    volume = plan.laboratory.tube_volume + _volume(plan, kappa)
+    volume = plan.laboratory.tube_volume + float(plan.muscle.volume(contraction=kappa))
     return HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE / volume
 
 
@@ -139,12 +139,6 @@ def _regulator_conductance(plan: StandPlan) -> float:
     """As wide as the time step allows: the chamber follows within a few steps [m³/(s·Pa)]."""
     number = REGULATOR_NUMBER / plan.timestep
     return number / (_per_slope(plan) * laminar_slope(1.0, REGULATOR_RATIO))
-
-
-def _volume(plan: StandPlan, contraction: float) -> float:
-    braid = plan.muscle.braid
-    dead = plan.muscle.dead_volume
-    return muscle_volume(contraction, braid.nominal_length, braid.nominal_radius, braid.b, dead)[0]
 
 
 def _hook(plan: StandPlan, k: int) -> np.ndarray:

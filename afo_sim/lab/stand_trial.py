@@ -35,7 +35,6 @@ from afo_sim.lab.stand_plan import (
 )
 from afo_sim.lab.stand_rig import Progress, Rows, roll
 from afo_sim.metrics import Metric
-from afo_sim.physics import muscle_volume
 
 # Unit and meaning of every column.
 COLUMNS = {
@@ -243,10 +242,7 @@ def static(plan: StandPlan, rows: int = 200) -> Trial:
         if not plan.held:
             load = float(plan.load[k])
             kappa = np.array([hanging(plan.muscle, load, float(x)) for x in p])
-        braid, dead = plan.muscle.braid, plan.muscle.dead_volume
-        volume = plan.laboratory.tube_volume + np.array(
-            [muscle_volume(x, braid.nominal_length, braid.nominal_radius, braid.b, dead)[0] for x in kappa]
-        )
+        volume = plan.laboratory.tube_volume + plan.muscle.volume(contraction=kappa, pressure=p)
         columns = {
             "time": times,
             "pressure": p,

@@ -69,6 +69,7 @@ EACH = "per counted stride; of a fixed shank per cycle begun"
     ("spring_change", "J", "Stored in springs", f"change in cables, cuff and plate; {EACH}"),
     ("bladder_change", "J", "Stored in bladders", f"change of what the muscles hold without air; {EACH}"),
     ("law_mismatch", "J", "Given by the laws alone", f"work beyond that of their air's volume; {EACH}"),
+    ("law_mismatch_share", "percent", "Given by the laws, share", "of the net work of the air"),
     (
         "energy_error",
         "percent",
@@ -91,4 +92,7 @@ def energy_metrics(terms: Mapping[str, float], number: int, error: float) -> dic
     dict of Metric by name
     """
     found = {name: measured(name, value / number) for name, value in terms.items()}
+    if terms["air_work"] != 0.0:
+        share = 100.0 * terms["law_mismatch"] / abs(terms["air_work"])
+        found["law_mismatch_share"] = measured("law_mismatch_share", share)
     return found | {"energy_error": measured("energy_error", 100.0 * error)}

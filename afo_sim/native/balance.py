@@ -1,7 +1,9 @@
 """What a network must balance at given contractions: anchors, volumes, pressures, forces left over."""
 
+import math
 from typing import Any
 
+from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.muscle import cable, imbalance, imbalance_at_rest, stretch
 from afo_sim.native.slots import (
     AIR_ROW,
@@ -13,9 +15,14 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics import anchor_displacement, chamber_pressure, muscle_volume, register_jitable
+from afo_sim.physics import anchor_displacement, chamber_pressure, own_volume, register_jitable
 
 LONGEST, SHORTEST = 0.999, 0.9  # of the lock, and the contraction ratio, that a muscle stays between
+PRESSURE_STEPS, SETTLED_PRESSURE = (
+    20,
+    1e-7,
+)  # of a pressure that its own volume depends on; what is left is its square
+SOFTEST_AIR = 0.2  # of the slope of ln σ by ln p that is believed
 
 
 @register_jitable
@@ -62,35 +69,59 @@ def shift(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, float
 
 
 @register_jitable
-def volume_of(m: Any, d: Any, q: int) -> float:
-    """Volume of the chamber whose row starts at q [m³]; writes dV/dκ of its leaders' muscles together."""
+def volume_of(m: Any, d: Any, q: int, absolute: float) -> tuple[float, float]:
+    """Volume of the chamber whose row starts at q at a pressure [m³], and its slope by that [m³/Pa].
+
+    Writes dV/dκ of its leaders' muscles together.
+    """
     u, data = m.actuator_user, d.userdata
-    volume, leader = u[q + AIR_ROW.volume], int(u[q + CHAMBER_ROW.first_muscle])
+    volume, by_pressure, leader = u[q + AIR_ROW.volume], 0.0, int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
         own = int(u[k + MUSCLE_ROW.userdata])
-        part, slope = muscle_volume(
+        part, slope, more = own_volume(
             data[own + LEADER_DATA.contraction],
+            absolute - AMBIENT_PRESSURE,
             u[k + MUSCLE_ROW.nominal_length],
             u[k + MUSCLE_ROW.nominal_radius],
             u[k + MUSCLE_ROW.b],
+            u[k + MUSCLE_ROW.braids],
             u[k + MUSCLE_ROW.dead_volume],
+            u[k + MUSCLE_ROW.return_stiffness],
+            u,
+            k + MUSCLE_ROW.law_volume,
         )
         volume += u[k + MUSCLE_ROW.parallel] * part
+        by_pressure += u[k + MUSCLE_ROW.parallel] * more
         data[own + LEADER_DATA.volume_slope] = u[k + MUSCLE_ROW.parallel] * slope
         leader = int(u[k + MUSCLE_ROW.next])
-    return volume
+    return volume, by_pressure
 
 
 @register_jitable
-def pressure_of(m: Any, d: Any, chamber: int, volume: float, rest: bool) -> tuple[float, float]:
-    """Absolute pressure of a chamber at a volume [Pa], and −dp/dV [Pa/m³]; at rest the last one."""
-    adr = m.actuator_actadr[chamber]
+def air_of(m: Any, d: Any, chamber: int, rest: bool) -> tuple[float, float, float]:
+    """Volume [m³] and absolute pressure [Pa] of a chamber at its leaders' contractions, and −dp/dV [Pa/m³].
+
+    Where a muscle's volume depends on its pressure, Newton's method on ln p solves p V(κ, p)^γ = σ. −dp/dV is
+    that of muscles that move, γ p/(V + γ p ∂V/∂p). At rest the pressure is the last one.
+    """
+    adr, q = m.actuator_actadr[chamber], m.nuser_actuator * chamber
+    absolute = d.act[adr + CHAMBER_ACT.last_pressure]
+    volume, by_pressure = volume_of(m, d, q, absolute)
     if rest:
-        return d.act[adr + CHAMBER_ACT.last_pressure], 0.0
-    gamma = m.actuator_user[m.nuser_actuator * chamber + AIR_ROW.heat_capacity_ratio]
-    pressure = chamber_pressure(d.act[adr + CHAMBER_ACT.sigma], volume, gamma)
-    return pressure, gamma * pressure / volume
+        return volume, absolute, 0.0
+    gamma, sigma = m.actuator_user[q + AIR_ROW.heat_capacity_ratio], d.act[adr + CHAMBER_ACT.sigma]
+    if by_pressure == 0.0:
+        absolute = chamber_pressure(sigma, volume, gamma)
+    for _ in range(PRESSURE_STEPS):
+        if by_pressure == 0.0:
+            break
+        off = math.log(chamber_pressure(sigma, volume, gamma) / absolute)
+        absolute *= math.exp(off / max(1.0 + gamma * absolute * by_pressure / volume, SOFTEST_AIR))
+        volume, by_pressure = volume_of(m, d, q, absolute)
+        if abs(off) < SETTLED_PRESSURE:
+            break
+    return volume, absolute, gamma * absolute / (volume + gamma * absolute * by_pressure)
 
 
 @register_jitable

@@ -17,7 +17,7 @@ from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.air import chamber_complaint
-from afo_sim.native.balance import SHORTEST, lacking, pressure_of, shift, volume_of, within
+from afo_sim.native.balance import SHORTEST, air_of, lacking, shift, within
 from afo_sim.native.error_codes import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
 from afo_sim.native.guides import friction_carried
 from afo_sim.native.muscle import cable, law_force, stretch
@@ -80,21 +80,21 @@ def highest_pressure(m: Any, d: Any, chamber: int) -> float:
         k = m.nuser_actuator * leader
         d.userdata[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction] = within(u, k, -1.0)
         leader = int(u[k + MUSCLE_ROW.next])
-    return pressure_of(m, d, chamber, volume_of(m, d, q), False)[0]
+    return air_of(m, d, chamber, False)[1]
 
 
 @register_jitable
 def bisect_chamber(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> None:
     """The contractions of a chamber's leaders at a displacement of their anchors, into `userdata`."""
     if rest:
-        leaders_at(m, d, chamber, pressure_of(m, d, chamber, 1.0, rest)[0], moved, rest)
+        leaders_at(m, d, chamber, air_of(m, d, chamber, rest)[1], moved, rest)
         return
     # p − σ/V(κ(p))^γ rises with p, up to where the muscles are as long as they can be
     low, high = 0.0, highest_pressure(m, d, chamber)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         leaders_at(m, d, chamber, middle, moved, rest)
-        if middle < pressure_of(m, d, chamber, volume_of(m, d, m.nuser_actuator * chamber), rest)[0]:
+        if middle < air_of(m, d, chamber, rest)[1]:
             low = middle
         else:
             high = middle
@@ -172,9 +172,8 @@ def write_back(m: Any, d: Any, i: int, j: int, pull: float, rest: bool) -> None:
 def write_chamber(m: Any, d: Any, chamber: int, moved: float, per_step: float, rest: bool) -> float:
     """A chamber's volume and pressure and its leaders' tensions; Σ n dT/dx of these, anchors held [N/m]."""
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
-    volume, place = volume_of(m, d, q), int(u[q + AIR_ROW.userdata])
-    data[place + CHAMBER_DATA.volume] = volume
-    data[place + CHAMBER_DATA.pressure] = pressure_of(m, d, chamber, volume, rest)[0]
+    place = int(u[q + AIR_ROW.userdata])
+    data[place + CHAMBER_DATA.volume], data[place + CHAMBER_DATA.pressure], _ = air_of(m, d, chamber, rest)
     total, leader = 0.0, int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
@@ -299,7 +298,7 @@ def unsolved(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
     while chamber >= 0:
         q = m.nuser_actuator * chamber
         highest_pressure(m, d, chamber)
-        if volume_of(m, d, q) <= 0.0:
+        if air_of(m, d, chamber, False)[0] <= 0.0:
             return NO_VOLUME, chamber
         gauge = d.act[m.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure] - AMBIENT_PRESSURE
         leader = int(u[q + CHAMBER_ROW.first_muscle])

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from afo_sim.native.balance import held, lacking, pressure_of, shift, volume_of, within
+from afo_sim.native.balance import air_of, held, lacking, shift, within
 from afo_sim.native.slots import (
     ANCHOR,
     ANCHOR_ACT,
@@ -54,7 +54,7 @@ def linearise(
     Units: returns [N].
     """
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
-    absolute, by_volume = pressure_of(m, d, chamber, volume_of(m, d, q), rest)
+    _, absolute, by_volume = air_of(m, d, chamber, rest)
     from_left, from_pressure, from_pull = 0.0, 0.0, 0.0
     leader = int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:

@@ -27,10 +27,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from afo_sim.physics import DAMPER_COEFFICIENTS, LAWS, MAX_COEFFICIENTS, MAX_FRICTION_COEFFICIENTS, Braid
+from afo_sim.physics import (
+    DAMPER_COEFFICIENTS,
+    LAW_VOLUME,
+    LAWS,
+    MAX_COEFFICIENTS,
+    MAX_FRICTION_COEFFICIENTS,
+    Braid,
+)
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2831.0  # tells this project's actuators from anybody else's; another number where the places move
+MARK = 2833.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
@@ -84,6 +91,7 @@ class MuscleRow(NamedTuple):
     wrap_friction: int
     friction_coefficients: int
     damper: int
+    law_volume: int
     coefficients: int
 
 
@@ -246,7 +254,11 @@ class PadRow(NamedTuple):
 
 FIRST = 2  # place in a row behind the mark and the kind
 MUSCLE_ROW: MuscleRow = places(
-    MuscleRow, FIRST, friction_coefficients=MAX_FRICTION_COEFFICIENTS, damper=DAMPER_COEFFICIENTS
+    MuscleRow,
+    FIRST,
+    friction_coefficients=MAX_FRICTION_COEFFICIENTS,
+    damper=DAMPER_COEFFICIENTS,
+    law_volume=LAW_VOLUME,
 )
 CHAMBER_ROW: ChamberRow = places(ChamberRow, FIRST)
 VOLUME_ROW: VolumeRow = places(VolumeRow, FIRST)
@@ -418,7 +430,14 @@ _OF_SOME = {
     "parameters",
 }
 MAY_LACK = {
-    KIND_MUSCLE: {"inverse_mass", "return_stiffness", "friction", "friction_coefficients", "damper"},
+    KIND_MUSCLE: {
+        "inverse_mass",
+        "return_stiffness",
+        "friction",
+        "friction_coefficients",
+        "damper",
+        "law_volume",
+    },
     KIND_CHAMBER: {"real_gas"},
     KIND_VOLUME: {"real_gas"},
     KIND_VALVE: _OF_SOME,

@@ -51,6 +51,10 @@ from .law import MAX_COEFFICIENTS as MAX_COEFFICIENTS
 from .law import Braid as Braid
 from .law import Law as Law
 from .law import LawParameter as LawParameter
+from .law_volume import LAW_VOLUME as LAW_VOLUME
+from .law_volume import LawVolume as LawVolume
+from .law_volume import law_volume as law_volume
+from .law_volume import own_volume as own_volume
 from .laws import LAWS as LAWS
 from .oscillator import SHAPE as SHAPE
 from .oscillator import advance as advance

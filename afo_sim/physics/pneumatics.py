@@ -193,13 +193,22 @@ def muscle_volume(
     (V [m³], dV/dκ [m³]), V ≥ dead_volume
     """
     volume, slope = braid_volume(contraction, nominal_length, nominal_radius, b)
-    blend = 0.1 * math.pi * nominal_radius * nominal_radius * nominal_length
+    volume, factor = bounded_volume(volume, 0.1 * math.pi * nominal_radius * nominal_radius * nominal_length)
+    return dead_volume + volume, factor * slope
+
+
+@register_jitable
+def bounded_volume(volume: float, blend: float) -> tuple[float, float]:
+    """A volume that falls smoothly to zero and stays there, and the factor on its slopes: (m³, -).
+
+    Units: blend, below which it leaves the given one [m³].
+    """
     if volume <= 0.0:
-        return dead_volume, 0.0
+        return 0.0, 0.0
     if volume < blend:
         x = volume / blend
-        return dead_volume + volume * x * (2.0 - x), slope * x * (4.0 - 3.0 * x)
-    return dead_volume + volume, slope
+        return volume * x * (2.0 - x), x * (4.0 - 3.0 * x)
+    return volume, 1.0
 
 
 @register_jitable

@@ -90,7 +90,7 @@ def three_element_damping(
 
 
 SLACK_BLEND = 5e-4  # stretch over which a bladder that pushes leaves the braid [-]
-_RETURN_PRESSURE = 1e5  # gauge pressure from which no return force acts [Pa]
+RETURN_PRESSURE = 1e5  # gauge pressure from which no return force acts [Pa]
 
 _StaticForce = Callable[[float, float, float, Any, int], float]
 
@@ -182,7 +182,7 @@ def signed_force(
     κ ≥ 0:  F = law(κ, p)
     κ < 0:  F = law(0, p)⁺ − law(0, p)⁻ max(0, 1 + κ/κ_b) + f p π r0² 3 (b − 1) [(1 − κ)² − 1] + braid(κ)
 
-    and − k_r κ (1 − p/1 bar) below 1 bar. Stretched, the pressure pulls on a braid by virtual work,
+    and − k_r κ (1 − p/1 bar)² below 1 bar. Stretched, the pressure pulls on a braid by virtual work,
     p [V'(κ) − V'(0)]/L0. A measured fluidic muscle of 20 mm does not show it, so that other laws are held at
     κ = 0. A bladder that pushes leaves the braid over κ_b = 0.05 % of stretch. The return force gives a
     muscle without air its nominal length; above 1 bar the law is untouched.
@@ -218,6 +218,7 @@ def signed_force(
         area = math.pi * nominal_radius * nominal_radius
         force += braids * pressure * area * 3.0 * (b - 1.0) * (x * x - 1.0)
         force += braid_force(contraction, braid_stiffness)
-    if pressure < _RETURN_PRESSURE:
-        force -= return_stiffness * contraction * (1.0 - pressure / _RETURN_PRESSURE)
+    if pressure < RETURN_PRESSURE:
+        left = 1.0 - pressure / RETURN_PRESSURE
+        force -= return_stiffness * contraction * left * left
     return force

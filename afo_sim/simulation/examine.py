@@ -35,7 +35,7 @@ from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import sensor_columns
-from afo_sim.simulation.validity_checks import limit_warnings, validity_warnings
+from afo_sim.simulation.validity_checks import limit_warnings, mismatch_warning, validity_warnings
 
 FEWEST = 3  # rows that have an energy balance
 
@@ -237,7 +237,8 @@ def _energy(
     rows, static = with_static_forces(built, rollout, columns)
     whole = balance(built, rows, static)
     reported = balance_metrics(built, rows, static, whole, _period(built.scenario))
-    return reported, list(validity_warnings(built, rows, static, whole))
+    doubts = [*validity_warnings(built, rows, static, whole), *mismatch_warning(reported)]
+    return reported, doubts
 
 
 def _limits(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> Iterator[Notice]:

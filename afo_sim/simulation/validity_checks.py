@@ -11,7 +11,7 @@ import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import Described, Muscle, MuscleGroup, provenance_note
-from afo_sim.metrics import Facts, skin_metrics, stance
+from afo_sim.metrics import Facts, Metric, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
 from afo_sim.physics.static_force import static_force
@@ -20,6 +20,7 @@ from afo_sim.simulation.facts import PARTS, facts_of
 
 COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
 MOVED = 0.01  # of its length that a muscle may move in a step [-]
+MADE = 10.0  # of the air's net work that laws may give or take [percent]
 UNBALANCED = 0.01  # of the work that may be found nowhere [-]
 NOTHING = 1e-3  # work that is too little to judge [J]
 STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
@@ -62,6 +63,24 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
                 time=time,
                 step=_shorter(step, FINER),
             )
+
+
+def mismatch_warning(energy: Mapping[str, Metric]) -> Iterator[Notice]:
+    """Warning of laws whose work is not that of their air, from the metrics of the balance."""
+    if "law_mismatch_share" not in energy or abs(energy["law_mismatch"]) < NOTHING:
+        return
+    share = float(energy["law_mismatch_share"])
+    if abs(share) > MADE:
+        yield Notice(
+            "law-mismatch",
+            "the muscles' laws {way} {work:.3g} J a cycle beside the {net:.3g} J that the air does: force "
+            "and volume contradict each other, and torque, air or clearance are off; choose another law",
+            subject="law",
+            way="give" if share > 0.0 else "take",
+            work=abs(float(energy["law_mismatch"])),
+            net=float(energy["air_work"]),
+            beyond=abs(share),
+        )
 
 
 def _air(built: Built, columns: Columns) -> Iterator[Notice]:
@@ -146,6 +165,10 @@ def limit_warnings(
             n = len(given)
             rows = columns["time"][:n], pressure[:n], contraction[:n]
             yield from _law_warnings(name, group.type, *rows, given)
+            if why := group.type.law_volume.reason:
+                text = "{subject}: the braid's volume is used, not that which follows from {law}: {why}"
+                label = name.rsplit("_", 1)[0]
+                yield Notice("law-volume", text, subject=label, law=group.type.law, why=why, severity="note")
             if why := group.type.length_warning:
                 yield Notice("muscle-length", "{subject}: {why}", subject=name.rsplit("_", 1)[0], why=why)
         filled = float(pressure.max())

@@ -26,6 +26,10 @@ def muscle(muscle: Muscle) -> Findings:
         ("locks at a contraction of", f"{muscle.braid.lock:.4f}"),
         *_by_length(muscle),
         *(BraidFacts.of(muscle).rows() if LAWS[muscle.law].braids else ()),
+        (
+            "volume",
+            muscle.law_volume.reason or "of its law" if any(muscle.law_volume.numbers) else "of the braid",
+        ),
         ("covariance of the fit", _covariance(muscle)),
     ] + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
 
