@@ -115,3 +115,40 @@ def test_without_a_stretched_muscle_its_law_has_no_mismatch(name: str) -> None:
     built, columns = ran(name)
     assert derives(built)
     assert abs(balance(built, columns).mismatch) <= SHARE
+
+
+FLUIDIC = {
+    "orthosis.muscle.dorsiflexor.count": 1,
+    "orthosis.muscle.dorsiflexor.type": "dmsp_10",
+    "orthosis.muscle.dorsiflexor.link_length": "2.2 cm",
+    "orthosis.chamber.dorsiflexor.inlet": "vt307",
+    "orthosis.chamber.dorsiflexor.outlet": "vt307",
+    "gait.stride_time": "0.9 s",
+}
+
+
+@pytest.mark.parametrize("law", ["sarosi_2012", "polynomial"])
+def test_a_volume_by_the_law_leaves_no_mismatch(law: str) -> None:
+    """Of a fast walk on wide valves. The polynomial's volume depends on its pressure."""
+    run = afo_sim.run("walk-dropfoot-afo", FLUIDIC | {"orthosis.muscle.dorsiflexor.type.law": law})
+    assert run.ok and run.metrics["air_work"] > 1.0
+    assert abs(run.metrics["law_mismatch_share"]) < 1.0
+    kappa, pressure, held = (
+        run[name]
+        for name in (
+            "muscle/dorsiflexor_1/contraction",
+            "chamber/dorsiflexor/pressure",
+            "chamber/dorsiflexor/volume",
+        )
+    )
+    muscle = load("muscle", "dmsp_10").using(law=law)
+    rows = slice(0, None, 97)
+    own = muscle.volume(contraction=kappa[rows], pressure=pressure[rows])
+    assert np.ptp(held[rows] - own) < 1e-6 * held.max()  # the tube's and the valves' beside it
+
+
+def test_a_law_whose_volume_is_not_plausible_is_reported() -> None:
+    run = afo_sim.run("walk-dropfoot-afo", FLUIDIC | {"orthosis.muscle.dorsiflexor.type.law": "kerscher_2006"})
+    codes = {warning.code for warning in run.warnings}
+    assert {"law-volume", "law-mismatch"} <= codes
+    assert abs(run.metrics["law_mismatch_share"]) > 10.0
