@@ -42,6 +42,7 @@ class Energy:
     bladder_change : rise of the energy in bladder, braid and return force, −n L0 ∫ F(κ, p = 0) dκ
     law_mismatch : n L0 ∫ [F(κ, p) − F(κ, 0)] dκ − ∫ p dV, which a law that derives from its volume has not
         (but where its muscle is stretched: under pressure its bladder pushes on, without air it has let go)
+        (a volume that depends on the pressure stores some, and gives it back by the end of a cycle)
     turnover : ∫ |p dV|, the air's work without its sign
     """
 
