@@ -13,6 +13,7 @@ from afo_sim.description import (
     SUPPLY,
     Chamber,
     Orthosis,
+    Regulator,
     Source,
     Supply,
     quick_exhaust_edges,
@@ -70,7 +71,7 @@ class AirPath:
         elif source is not None:
             stores.append(_store(source))
         if regulator is not None:
-            volumes.append(native.CircuitVolume(OUTLET, regulator.outlet_volume, 0.0, pressure))
+            volumes.append(native.CircuitVolume(OUTLET, outlet_room(orthosis, regulator), 0.0, pressure))
             restrictions += regulator_edges(OUTLET, regulator, pressure, before, OUTLET)
         scaled = tuple(_in_gas(each, gas) for each in restrictions)
         upstream = SOURCE if source is not None and regulator is None else ""
@@ -97,7 +98,7 @@ def _volumes(orthosis: Orthosis, pressure: float) -> Iterator[native.CircuitVolu
         start = volume.start_pressure
         if start is None:
             start = brought.get(name, 0.0)
-        room = volume.volume + _beside(orthosis, name)
+        room = volume.volume + beside(orthosis, name)
         yield native.CircuitVolume(name, room, volume.wall_conductance, start)
 
 
@@ -134,10 +135,10 @@ def half_of_tubes(orthosis: Orthosis, name: str) -> float:
     total = 0.0
     if chamber.tube is not None and chamber.tube_length is not None and chamber.quick_exhaust is None:
         total += 0.5 * chamber.tube.volume(chamber.tube_length)
-    return total + _beside(orthosis, name)
+    return total + beside(orthosis, name)
 
 
-def _beside(orthosis: Orthosis, name: str) -> float:
+def beside(orthosis: Orthosis, name: str) -> float:
     """Air of restrictions that counts at a node [m³]: half of each tube's, all of a regulator's outlet."""
     total = 0.0
     for each in orthosis.restriction.values():
@@ -146,6 +147,11 @@ def _beside(orthosis: Orthosis, name: str) -> float:
         elif each.regulator is not None and name == each.downstream:
             total += each.regulator.outlet_volume
     return total
+
+
+def outlet_room(orthosis: Orthosis, regulator: Regulator) -> float:
+    """Air behind a supply's regulator [m³]: its outlet, and what leads on from the supply."""
+    return regulator.outlet_volume + beside(orthosis, SUPPLY)
 
 
 def _tube_ends(name: str, chamber: Chamber) -> Iterator[native.CircuitVolume]:

@@ -24,7 +24,7 @@ from afo_sim.description import (
     tube_edge,
     tube_lines,
 )
-from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END, half_of_tubes
+from afo_sim.model.air_path import OUTLET, SOURCE, TUBE_END, VALVE_END, beside, half_of_tubes, outlet_room
 from afo_sim.physics import QUICK_EXHAUST, FlowEdge
 
 LITRE = 1e8  # C in dm³/(s·bar) of one in m³/(s·Pa)
@@ -147,7 +147,7 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
     """
     if not orthosis.chamber:
         raise InputError("has no muscle, and no air", field="orthosis", value=orthosis.name)
-    nodes, edges = _supply(supply)
+    nodes, edges = _supply(orthosis, supply)
     origin = next(iter(nodes))
     feed = next(reversed(nodes))
     nodes |= _volumes(orthosis)
@@ -181,7 +181,7 @@ def _fed(each: AirEdge, feed: str) -> AirEdge:
     return replace(each, upstream=a, downstream=b, exhaust=c)
 
 
-def _supply(supply: Supply) -> tuple[dict[str, AirNode], list[AirEdge]]:
+def _supply(orthosis: Orthosis, supply: Supply) -> tuple[dict[str, AirNode], list[AirEdge]]:
     """Nodes and edges of a supply; the first node is where air comes from, the last feeds the orthosis."""
     source, regulator = supply.source, supply.regulator
     set_to = bar(supply.pressure)
@@ -203,7 +203,7 @@ def _supply(supply: Supply) -> tuple[dict[str, AirNode], list[AirEdge]]:
     edges = tuple(regulator_edges("", regulator, supply.pressure, before, OUTLET))
     lines = regulator_lines(regulator, supply.pressure)
     edge = _drawn("regulator", REGULATOR, regulator.name or "regulator", edges, lines)
-    room = regulator.outlet_volume
+    room = outlet_room(orthosis, regulator)
     return {before: first, OUTLET: AirNode("point", "regulator outlet", (_millilitres(room),), room)}, [edge]
 
 
@@ -225,14 +225,10 @@ def _of_source(source: Source) -> tuple[str, ...]:
 def _volumes(orthosis: Orthosis) -> dict[str, AirNode]:
     found = {}
     for name, each in orthosis.volume.items():
-        tubes = sum(
-            0.5 * part.tube.volume(part.length)
-            for part in orthosis.restriction.values()
-            if part.tube is not None and part.length is not None and name in (part.upstream, part.downstream)
-        )
-        told = _millilitres(each.volume) + (f" + {1e6 * tubes:.3g} ml" if tubes else "")
-        lines = (told, "with half tubes") if tubes else (told,)
-        found[name] = AirNode("volume", name, lines, each.volume + tubes)
+        more = beside(orthosis, name)
+        told = _millilitres(each.volume) + (f" + {1e6 * more:.3g} ml" if more else "")
+        lines = (told, "with its lines") if more else (told,)
+        found[name] = AirNode("volume", name, lines, each.volume + more)
     return found
 
 

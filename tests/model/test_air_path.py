@@ -84,6 +84,20 @@ def test_the_outlet_of_a_regulator_between_two_nodes_has_its_air() -> None:
     assert half_of_tubes(into, "dorsiflexor") == pytest.approx(5e-6)
 
 
+def test_every_tube_behind_a_regulator_has_all_its_air() -> None:
+    device = load("orthosis", "s1_waist")
+    sets = {"supply.regulator": "droop_tenth", "supply.line_pressure": "8 bar"}
+    supply = load("scenario", "seated", sets).supply
+    told = [(each.tube, each.length) for each in device.restriction.values()]
+    told += [(each.tube, each.tube_length) for each in device.chamber.values()]
+    air = sum(tube.volume(length) for tube, length in told if tube is not None and length is not None)
+    air += sum(each.volume for each in device.volume.values())
+    assert supply.regulator is not None
+    found = sum(each.volume for each in AirPath.of(device, supply).volumes)
+    found += sum(half_of_tubes(device, name) for name in device.chamber)
+    assert found == pytest.approx(air + supply.regulator.outlet_volume, rel=1e-12)
+
+
 def test_a_regulator_that_is_as_far_open_lets_more_mass_of_carbon_dioxide_through() -> None:
     laws = {}
     for source in ("bottle_0_5l_10bar", "co2_8g"):
