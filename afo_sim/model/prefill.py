@@ -27,7 +27,7 @@ from afo_sim.physics import laminar_slope, sigma_rate, valve_flow
 OFF = -1.0  # input of a drive that leaves its valves to their own inputs
 NETWORK_TRIES = 40  # of the pressure at rest
 GIVES = 0.3  # d ln V/d ln p of a chamber, about [-]
-LOOK = 64  # steps between two looks at that
+LOOK = 0.064  # between two looks at whether a network is full [s]
 
 
 def prefill_network(built: Built, data: mujoco.MjData) -> None:
@@ -68,7 +68,10 @@ def _rest(
 
 
 def _stepped(built: Built, data: mujoco.MjData, times: dict[str, float]) -> dict[int, np.ndarray]:
-    """Mass and σ of every chamber and volume after the longest time; but for `userdata` all stays."""
+    """Mass and σ of every chamber and volume after the longest time; but for `userdata` all stays.
+
+    What changed between two looks, with all inlets open, bounds what changes until the end.
+    """
     model, index, step = built.model, built.index, built.model.opt.timestep
     before = {name: getattr(data, name).copy() for name in ("qpos", "qvel", "act", "ctrl")}
     time, nodes = data.time, (*index.chambers.values(), *index.volumes.values())
@@ -76,18 +79,19 @@ def _stepped(built: Built, data: mujoco.MjData, times: dict[str, float]) -> dict
     data.ctrl[list(index.valves.values())] = 0.0
     data.ctrl[list(index.drives.values())] = OFF
     data.qvel[:] = 0.0
-    steps = math.ceil(max(times.values()) / step)
-    last = np.array([native.read_held(model, data.act, k) for k in nodes])
+    steps, look = math.ceil(max(times.values()) / step), max(round(LOOK / step), 1)
+    last: np.ndarray | float = math.inf
     for k in range(steps):
         left = (steps - k) * step
         data.ctrl[inlets] = np.clip([(t - left) / step + 1.0 for t in times.values()], 0.0, 1.0)
         mujoco.mj_step(model, data)
         data.qpos[:], data.qvel[:] = before["qpos"], 0.0
-        if k % LOOK == LOOK - 1 and data.ctrl[inlets].all():
-            now = np.array([native.read_held(model, data.act, k) for k in nodes])
-            if np.max(np.abs(now / last - 1.0)) < STILL * LOOK * step:
-                break
-            last = now
+        if (k + 1) % look or not all(native.read_opening(model, data.act, v) > 0.0 for v in inlets):
+            continue
+        now = np.array([native.read_held(model, data.act, k) for k in nodes])
+        if np.max(np.abs(now / last - 1.0)) * max(left, 1.0) < STILL * LOOK:
+            break
+        last = now
     held = {k: native.read_held(model, data.act, k).copy() for k in nodes}
     for name, values in before.items():
         getattr(data, name)[:] = values
@@ -102,7 +106,7 @@ SAME = 1e-5  # relative residual of the pressure, or of the pressure at rest
 TRIES = 20
 CLOSE = 2e-3  # relative change of the pressure over which the volume follows as it did before
 FLAT = 1e-5  # relative change of the pressure below which it does not tell how the volume follows
-STILL = 1e-4  # relative change in a second below which a chamber, or a network, is full [1/s]
+STILL = 1e-4  # relative change until the end, or in 1 s, below which a chamber, or a network, is full [-]
 
 Volume = Callable[[float], float]  # absolute pressure [Pa] → volume [m³]
 
@@ -196,7 +200,7 @@ def filled(chamber: Chamber, supply: float, time: float, volume: Volume, step: f
         h = min(step * max(1.0, passed / SLOWER), longest, left - passed)
         passed = left if h == left - passed else passed + h
         flow, rise = rates(held)
-        if max(abs(flow) / held.mass, abs(rise) / held.sigma) < STILL:
+        if max(abs(flow) / held.mass, abs(rise) / held.sigma) * max(left - passed, 1.0) < STILL:
             break
         half = _given_way(held, held.sigma + 0.5 * h * rise, held.mass + 0.5 * h * flow, gives)
         flow, rise = rates(half)

@@ -102,3 +102,23 @@ def test_what_is_not_filled_is_as_it_begins() -> None:
         assert float(other.absolute_pressure) == pytest.approx(AMBIENT_PRESSURE, rel=1e-9)
         valves = [native.read_opening(model, data.act, v) for v in built.index.valves.values()]
     assert not np.any(valves) and data.time == 0.0
+
+
+def at_rest(built: Built, data: mujoco.MjData, gauge: dict[int, float]) -> np.ndarray:
+    """Volumes of muscles at rest at gauge pressures [m³]."""
+    native.fill_chambers(built.model, data, gauge)
+    return np.array([float(native.read_flows(built.model, data.userdata, k).volume) for k in gauge])
+
+
+@pytest.mark.parametrize(("delay", "step", "bar"), [(70, 1.0, 1.5), (35, 0.5, 6.0), (100, 1.0, 1.0)])
+def test_a_minute_fills_to_the_supply_whatever_step_and_delay(delay: int, step: float, bar: float) -> None:
+    """Muscles at rest at the supply's pressure, their air as warm as the room."""
+    sets = {"orthosis": "s1_waist", "supply.pressure": f"{bar} bar", "timestep": f"{step} ms"}
+    late = {"orthosis.chamber.dorsiflexor.inlet.opening_delay": f"{delay} ms"}
+    with native.installed():
+        built, data = filled("60 s", sets | late)
+        found = air(built, data).copy()
+        room = at_rest(built, data, {built.index.chambers["dorsiflexor"]: bar * 1e5})[0]
+    pressure = bar * 1e5 + AMBIENT_PRESSURE
+    mass = pressure * room / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
+    assert found == pytest.approx([mass, pressure * room**HEAT_CAPACITY_RATIO], rel=1e-3)
