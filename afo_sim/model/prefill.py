@@ -25,8 +25,6 @@ from afo_sim.model.periodic import beyond_chambers
 from afo_sim.physics import laminar_slope, sigma_rate, valve_flow
 
 OFF = -1.0  # input of a drive that leaves its valves to their own inputs
-NETWORK_TRIES = 40  # of the pressure at rest
-GIVES = 0.3  # d ln V/d ln p of a chamber, about [-]
 LOOK = 0.064  # between two looks at whether a network is full [s]
 
 
@@ -52,17 +50,22 @@ def prefill_network(built: Built, data: mujoco.MjData) -> None:
 def _rest(
     model: mujoco.MjModel, data: mujoco.MjData, gauge: dict[int, float], held: dict[int, np.ndarray]
 ) -> None:
-    """Muscles at rest with what chambers hold, others at their pressures: mass and σ stay as they widen."""
+    """Muscles at rest with what chambers hold, others at their pressures: mass and σ stay as they widen.
+
+    Chambers on one cuff widen each other a little: they are solved one after the other, again and again.
+    """
     gamma = native.gas_of(model, next(iter(held))).heat_capacity_ratio
-    absolute = {k: native.read_air(model, data.act, data.userdata, k).absolute_pressure for k in held}
-    for _ in range(NETWORK_TRIES):
-        native.fill_chambers(model, data, gauge | {k: p - AMBIENT_PRESSURE for k, p in absolute.items()})
-        wanted = {k: held[k][1] / native.read_flows(model, data.userdata, k).volume ** gamma for k in held}
-        off = max(abs(float(wanted[k] / absolute[k]) - 1.0) for k in held)
-        if off < SAME:
+    absolute = {k: float(native.read_air(model, data.act, data.userdata, k).absolute_pressure) for k in held}
+    for _ in range(TRIES):
+        last = dict(absolute)
+        for k, (_, sigma) in held.items():
+            others = gauge | {other: p - AMBIENT_PRESSURE for other, p in absolute.items()}
+            absolute[k] = _pressure_at_rest(_volume_of(model, data, k, others), sigma, gamma, absolute[k])
+        if all(abs(absolute[k] / p - 1.0) < SAME for k, p in last.items()):
             break
-        for k, p in wanted.items():
-            absolute[k] *= (p / absolute[k]) ** (1.0 / (1.0 + gamma * GIVES))
+    else:
+        raise native.KernelFailure(UNBALANCED)
+    native.fill_chambers(model, data, gauge | {k: p - AMBIENT_PRESSURE for k, p in absolute.items()})
     for k, air in held.items():
         native.write_held(model, data.act, k, air)
 
@@ -103,10 +106,11 @@ STEP = 0.025  # of the filling at first; half of it changes air and pressure by 
 SLOWER = 0.25  # time from which on it grows with the time that has passed [s]
 STABLE = 0.8  # of the time in which a chamber follows its supply, or its wall: a step is no longer [-]
 SAME = 1e-5  # relative residual of the pressure, or of the pressure at rest
-TRIES = 20
+TRIES = 60  # of a pressure at rest; each halves its residual, or its bounds once there are two
 CLOSE = 2e-3  # relative change of the pressure over which the volume follows as it did before
 FLAT = 1e-5  # relative change of the pressure below which it does not tell how the volume follows
 STILL = 1e-4  # relative change until the end, or in 1 s, below which a chamber, or a network, is full [-]
+UNBALANCED = "no pressure is found at which muscles rest with the air that they hold before the first step"
 
 Volume = Callable[[float], float]  # absolute pressure [Pa] → volume [m³]
 
@@ -223,21 +227,34 @@ def _given_way(held: Held, sigma: float, mass: float, gives: float) -> Held:
 
 
 def _at_rest(guess: Held, volume: Volume, gives: float) -> Held:
-    """The air at the pressure at which its volume at rest holds its σ: p V(p)^γ = σ, by the secant method."""
+    """The air at the pressure at which its volume at rest holds its σ."""
     sigma = guess.sigma
-    log_p, last_p, last_v = math.log(guess.pressure), math.nan, math.nan
-    wanted = math.log(sigma)
+    pressure = _pressure_at_rest(volume, sigma, HEAT_CAPACITY_RATIO, guess.pressure, gives)
+    return Held(guess.mass, pressure, (sigma / pressure) ** (1.0 / HEAT_CAPACITY_RATIO))
+
+
+def _pressure_at_rest(volume: Volume, held: float, power: float, guess: float, gives: float = 0.0) -> float:
+    """Absolute pressure p at which a volume at rest holds p V(p)^power = held [Pa].
+
+    By secants in logarithms, between bounds: where muscles begin to widen, d ln V/d ln p goes from 0 to 3 at
+    once. `guess` [Pa] and `gives`, of d ln V/d ln p there, only lead to it.
+    """
+    log_p, last_p, last_v, before = math.log(guess), math.nan, math.nan, math.inf
+    low, high, wanted = -math.inf, math.inf, math.log(held)
     for _ in range(TRIES):
         log_v = math.log(volume(math.exp(log_p)))
-        left = wanted - log_p - HEAT_CAPACITY_RATIO * log_v
+        left = wanted - log_p - power * log_v
         if abs(left) < SAME:
-            break
+            return math.exp(log_p)
+        low, high = (log_p, high) if left > 0.0 else (low, log_p)
         if abs(log_p - last_p) > FLAT:  # never of no number
             gives = max((log_v - last_v) / (log_p - last_p), 0.0)
         last_p, last_v = log_p, log_v
-        log_p += left / (1.0 + HEAT_CAPACITY_RATIO * gives)
-    pressure = math.exp(log_p)
-    return Held(guess.mass, pressure, (sigma / pressure) ** (1.0 / HEAT_CAPACITY_RATIO))
+        log_p += left / (1.0 + power * gives)
+        if not low < log_p < high or (abs(left) > 0.5 * before and high - low < math.inf):
+            log_p = 0.5 * (low + high)
+        before = abs(left)
+    raise native.KernelFailure(UNBALANCED)
 
 
 def _volume_of(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, others: dict[int, float]) -> Volume:
@@ -252,17 +269,9 @@ def _volume_of(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, others
 
 
 def cooled(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, mass: float) -> float:
-    """Absolute pressure at which a chamber at rest holds a mass [kg] at ambient temperature [Pa].
-
-    p = m R T / V(p), again and again: the volume hardly follows the pressure.
-    """
-    volume, pressure = _volume_of(model, data, actuator, {}), AMBIENT_PRESSURE
-    constant = native.gas_of(model, actuator).constant
-    for _ in range(TRIES):
-        last, pressure = pressure, mass * constant * AMBIENT_TEMPERATURE / volume(pressure)
-        if abs(pressure / last - 1.0) < SAME:
-            break
-    return pressure
+    """Absolute pressure at which a chamber at rest holds a mass [kg] at ambient temperature [Pa]."""
+    held = mass * native.gas_of(model, actuator).constant * AMBIENT_TEMPERATURE
+    return _pressure_at_rest(_volume_of(model, data, actuator, {}), held, 1.0, AMBIENT_PRESSURE)
 
 
 def ambient_mass(built: Built, data: mujoco.MjData) -> float:

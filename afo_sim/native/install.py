@@ -54,7 +54,7 @@ def _native_callbacks() -> tuple[Any, Any]:
 
 
 class KernelFailure(Exception):
-    """The complaint of a kernel in Python mode, where compiled callbacks call `mju_error`."""
+    """A complaint that ends a simulation, as of a kernel in Python mode; compiled ones call `mju_error`."""
 
 
 @functools.cache

@@ -9,10 +9,10 @@ import pytest
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description import load
-from afo_sim.model import Built, two_strides
+from afo_sim.model import Built, cooled, two_strides
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
-from afo_sim.model.prefill import prefill, prefill_network
+from afo_sim.model.prefill import _pressure_at_rest, prefill, prefill_network
 from afo_sim.model.start import _at_first_posture
 from afo_sim.physics import valve_flow
 
@@ -105,7 +105,6 @@ def test_what_is_not_filled_is_as_it_begins() -> None:
 
 
 def at_rest(built: Built, data: mujoco.MjData, gauge: dict[int, float]) -> np.ndarray:
-    """Volumes of muscles at rest at gauge pressures [m³]."""
     native.fill_chambers(built.model, data, gauge)
     return np.array([float(native.read_flows(built.model, data.userdata, k).volume) for k in gauge])
 
@@ -119,6 +118,26 @@ def test_a_minute_fills_to_the_supply_whatever_step_and_delay(delay: int, step: 
         built, data = filled("60 s", sets | late)
         found = air(built, data).copy()
         room = at_rest(built, data, {built.index.chambers["dorsiflexor"]: bar * 1e5})[0]
-    pressure = bar * 1e5 + AMBIENT_PRESSURE
-    mass = pressure * room / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
-    assert found == pytest.approx([mass, pressure * room**HEAT_CAPACITY_RATIO], rel=1e-3)
+    p = bar * 1e5 + AMBIENT_PRESSURE
+    full = [p * room / (GAS_CONSTANT * AMBIENT_TEMPERATURE), p * room**HEAT_CAPACITY_RATIO]
+    assert found == pytest.approx(full, rel=1e-3)
+
+
+def test_muscles_that_begin_to_widen_rest_with_what_their_chambers_hold() -> None:
+    """At 1.2 to 1.6 bar V grows as p³; both chambers pull on one soft cuff."""
+    start = {"start": {name: {"fill_time": "2.5 s"} for name in ("dorsiflexor", "plantarflexor")}}
+    sets = {"orthosis": "s1_waist", "supply.pressure": "1.5 bar", "orthosis.anchor.shank.stiffness": "1 kN/m"}
+    with native.installed():
+        built, data = filled("2.5 s", sets | start)
+        model, chambers = built.model, [*built.index.chambers.values()]
+        sigma = [float(native.read_held(model, data.act, k)[1]) for k in chambers]
+        told = np.array([native.read_air(model, data.act, data.userdata, k) for k in chambers])[:, 2]
+        rooms = at_rest(built, data, dict(zip(chambers, told - AMBIENT_PRESSURE, strict=True)))
+        assert told * rooms**HEAT_CAPACITY_RATIO == pytest.approx(sigma, rel=1e-4)
+        native.fill_chambers(model, data, {chambers[0]: 1.3e5})
+        assert cooled(model, data, chambers[0], air(built, data)[0]) == pytest.approx(231325.0, rel=1e-4)
+
+
+def test_muscles_that_snap_to_three_times_their_volume_hold_nothing_between() -> None:
+    with pytest.raises(native.KernelFailure, match="no pressure is found"):
+        _pressure_at_rest(lambda p: 1e-4 if p < 1.5e5 else 3e-4, 30.0, 1.0, AMBIENT_PRESSURE)
