@@ -157,8 +157,8 @@ def need(figure: Any, run: Drawn) -> None:
         label="of it, against the ankle's own tissue",
     )
     for rows, name, side in (
-        (stride.carried, "needed_swing_torque", "right"),
-        (swing & ~stride.carried, "needed_terminal_swing_torque", "left"),
+        (swing & (stride.phase < stride.upright), "needed_swing_torque", "right"),
+        (stride.phase >= stride.upright, "needed_terminal_swing_torque", "left"),
     ):
         row = np.flatnonzero(rows)[np.argmax(needed[rows])]
         axis.plot(x[row], needed[row], "o", color=COLOURS[0], zorder=5)

@@ -47,8 +47,10 @@ def walk_columns(strides: float = 4.2, step: float = STEP, start: float = 0.0) -
         "gait/ball_height": 0.04 * swing,
         "gait/ankle_angle": AMPLITUDE * np.sin(turn) - np.radians(3.0),
         "gait/ankle_moment": 20.0 * velocity,
-        "gait/needed_moment": np.where(phase < TOE_OFF, 0.0, 4.0),
-        "gait/passive_moment": np.where(phase < TOE_OFF, 0.0, -2.5),
+        "gait/needed_moment": np.where(
+            phase < TOE_OFF - 1.5 * STEP / STRIDE, 0.0, 4.0
+        ),  # from the row before
+        "gait/passive_moment": np.where(phase < TOE_OFF - 1.5 * STEP / STRIDE, 0.0, -2.5),
     }
 
 

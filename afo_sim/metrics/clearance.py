@@ -67,12 +67,12 @@ def clearances(stride: Stride) -> Found:
             continue
         own, of_recorded = event(stride, column), event(stride, recorded)
         at = _first([own, stride.fastest])
-        least = _at(stride, column, at)
+        least = float(stride.at(column, at))
         yield f"{point}_clearance", 1e3 * least
         yield f"{point}_clearance_phase", 100.0 * at
         yield (
             f"{point}_clearance_to_recorded",
-            1e3 * (least - _at(stride, recorded, _first([of_recorded, stride.fastest]))),
+            1e3 * (least - float(stride.at(recorded, _first([of_recorded, stride.fastest])))),
         )
         yield f"swings_without_{point}_event", 100.0 * (own is None)
         if point == "toe":
@@ -86,13 +86,14 @@ def _otherwise_extended(stride: Stride, at: float) -> Iterator[tuple[str, float]
         column = f"sole/height_{how}"
         if column in stride.columns:
             phase = _first([event(stride, column), at])
-            yield f"toe_clearance_{how}", 1e3 * _at(stride, column, phase)
+            yield f"toe_clearance_{how}", 1e3 * float(stride.at(column, phase))
 
 
 def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
     """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg."""
-    ball = stride["ball/height"][stride.passing]
-    forefoot = np.minimum(ball, stride["toe/height"][stride.passing])
+    part = stride.between(stride.begun, stride.upright)
+    ball, toe = (part.of(stride.columns[f"{point}/height"]) for point in ("ball", "toe"))
+    forefoot = np.minimum(ball, toe)
     if len(ball) and np.isfinite(forefoot).all():
         yield "swings_with_toe_contact", 100.0 * bool(forefoot.min() <= 0.0)
         yield "swings_within_10mm", 100.0 * bool(forefoot.min() <= BELOW)
@@ -102,12 +103,6 @@ def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
 def _first(phases: Sequence[float | None]) -> float:
     """The first phase that there is."""
     return next(phase for phase in phases if phase is not None)
-
-
-def _at(stride: Stride, column: str, phase: float) -> float:
-    """A column in the row at a phase."""
-    row = int(np.searchsorted(stride.phase, phase - 1e-9))
-    return float(stride[column][min(row, len(stride.phase) - 1)])
 
 
 def event(stride: Stride, column: str) -> float | None:

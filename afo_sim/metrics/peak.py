@@ -1,8 +1,11 @@
 """The peak of a torque as its largest mean over 10 ms: what a single instant shows may be an impact."""
 
-from collections.abc import Iterator
+import math
 
 import numpy as np
+
+from afo_sim.metrics.metric import Found
+from afo_sim.metrics.stretch import Stretch
 
 ROUNDING = 1e-9  # of torques [N·m], powers [W/kg] and works [J/kg]: what is less is nothing
 WINDOW = 0.010  # [s]
@@ -10,11 +13,23 @@ OVER = "_10ms"  # ends the name of a peak that is a mean over the window
 MEANING = "largest mean over 10 ms"
 
 
-def largest_mean(values: np.ndarray, timestep: float, window: float = WINDOW) -> float:
+def largest_mean(
+    values: np.ndarray, timestep: float, window: float = WINDOW, within: Stretch | None = None
+) -> float:
     """Largest mean of a signal over a window that begins or ends at a row, straight between its rows.
+
+    Within a stretch of it also over the windows at both ends, which may lie between rows.
 
     Units: values (n,), timestep [s], window [s].
     """
+    if within is not None:
+        length = window / timestep  # in rows
+        if within.end - within.start <= length:
+            return within.mean(values)
+        ends = (Stretch(within.start, within.start + length), Stretch(within.end - length, within.end))
+        rows = values[math.ceil(within.start) : math.floor(within.end) + 1]
+        inner = [largest_mean(rows, timestep, window)] if len(rows) - 1 >= length else []
+        return max(*(end.mean(values) for end in ends), *inner)
     if len(values) == 1:
         return float(values[0])
     if (len(values) - 1) * timestep <= window:
@@ -43,21 +58,16 @@ def rows(name: str, label: str, meaning: str = "") -> tuple[tuple[str, ...], tup
     )
 
 
-def peaks(name: str, torque: np.ndarray, timestep: float) -> Iterator[tuple[str, float]]:
-    """Peak of a torque [N·m] (n,) over 10 ms, and beside it that of an instant, as `rows` registers them."""
-    mean = largest_mean(torque, timestep) if len(torque) else 0.0
+def peaks(name: str, torque: np.ndarray, timestep: float, within: Stretch | None = None) -> Found:
+    """Peak of a torque [N·m] (n,), or within a stretch of it, over 10 ms, and that of an instant."""
+    mean = largest_mean(torque, timestep, within=within) if len(torque) else 0.0
     yield f"{name}{OVER}", clean(max(mean, 0.0))
-    yield name, highest(torque)
+    yield name, highest(torque if within is None else within.of(torque))
 
 
 def highest(values: np.ndarray) -> float:
     """Highest of some values (n,), at least zero."""
     return clean(max(float(values.max()), 0.0)) if len(values) else 0.0
-
-
-def mean(values: np.ndarray) -> float:
-    """Mean of some values (n,), zero of none."""
-    return clean(float(values.mean())) if len(values) else 0.0
 
 
 def clean(value: float) -> float:

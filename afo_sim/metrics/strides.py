@@ -9,6 +9,7 @@ import numpy as np
 
 from afo_sim.common import GRAVITY, STANDARD_DENSITY
 from afo_sim.gait import STANCE_FORCE, STANCE_SHARE
+from afo_sim.metrics.stretch import ON_ROW, Stretch, crossing
 
 SOLVED = "gait/solved"  # column: 1 in the rows of the settled stride, where it was solved for
 AIR_SETTLED = 0.05  # share by which the air of strides that are alike may differ [-]
@@ -44,10 +45,9 @@ class Stride:
     @cached_property
     def toe_off(self) -> float:
         """Phase at which the ground lets the foot go: force below 5 % of the body weight, after 35 % [-]."""
-        name = stance_force(self.columns)
-        free = ~stance({name: self[name]}, self.body_mass)
-        free &= self.phase > STANCE_SHARE[0]
-        return float(self.phase[np.argmax(free)]) if free.any() else 1.0
+        beyond = self[stance_force(self.columns)] - STANCE_FORCE * self.body_mass * GRAVITY
+        free = (beyond <= 0.0) & (self.phase > STANCE_SHARE[0])
+        return crossing(self.phase, beyond, int(np.argmax(free))) if free.any() else 1.0
 
     @cached_property
     def swing(self) -> np.ndarray:
@@ -59,17 +59,17 @@ class Stride:
         """Phase at which the shank leans back past the vertical in swing [-]; 1 where it does not."""
         lean = self["shank/angle"]
         past = np.flatnonzero(self.swing[1:] & (lean[:-1] > 0.0) & (lean[1:] <= 0.0))
-        return float(self.phase[past[0] + 1]) if len(past) else 1.0
+        return max(self.toe_off, crossing(self.phase, lean, int(past[0]) + 1)) if len(past) else 1.0
 
     @property
-    def carried(self) -> np.ndarray:
-        """Mask of the rows in initial and mid-swing: from toe-off until the shank stands upright (n,)."""
-        return self.swing & (self.phase < self.upright)
+    def begun(self) -> float:
+        """Phase at which the first tenth of the swing ends, in which the foot leaves the floor [-]."""
+        return self.toe_off + BEGUN * (1.0 - self.toe_off)
 
     @property
     def passing(self) -> np.ndarray:
-        """Mask of the same rows but for the first tenth of the swing, in which the foot leaves the floor."""
-        return self.carried & (self.phase >= self.toe_off + BEGUN * (1.0 - self.toe_off))
+        """Mask of the rows from then on until the shank stands upright (n,)."""
+        return (self.phase >= self.begun) & (self.phase < self.upright)
 
     @cached_property
     def level(self) -> float:
@@ -97,10 +97,34 @@ class Stride:
         """Phase of the ankle's greatest forward speed [-]."""
         return float(self.phase[np.argmax(self.speed)])
 
+    @cached_property
+    def _way(self) -> tuple[slice, np.ndarray]:
+        """The stride's rows with one more on either side, and the phase in them, beyond 0 and 1 too."""
+        near = slice(max(self.rows.start - 1, 0), self.rows.stop + 1)
+        return near, self.columns["gait/stride"][near] + self.columns["gait/phase"][near] - self.number
+
     def at(self, column: str, phase: np.ndarray | float) -> np.ndarray:
         """A column at phases from 0 to 1, linear between its rows; of `phase`'s shape."""
-        here = np.asarray(phase) + self.number
-        return np.interp(here, progress(self.columns), self.columns[column])
+        near, way = self._way
+        return np.interp(phase, way, self.columns[column][near])
+
+    def between(self, start: float, end: float) -> Stretch:
+        """The stretch of the recording from one phase to another [-]."""
+        near, way = self._way
+        ends = near.start + np.interp([start, end], way, np.arange(len(way)))
+        if end > way[-1]:  # the recording ends in the stride's last step
+            ends[1] += (end - way[-1]) / (way[-1] - way[-2])
+        return Stretch(*np.where(np.abs(ends - np.rint(ends)) < ON_ROW, np.rint(ends), ends).tolist())
+
+    @cached_property
+    def whole(self) -> Stretch:
+        """From heel strike to heel strike."""
+        return self.between(0.0, 1.0)
+
+    @cached_property
+    def steps(self) -> np.ndarray:
+        """Time that each row's step has in the stride [s] (n,)."""
+        return self.timestep * self.whole.shares(self.rows.start, len(self.phase))
 
 
 def stance_force(columns: Container[str]) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 
 from afo_sim.metrics import peak
 from afo_sim.metrics.metric import NEED, PUSH_OFF, TORQUE, WORK, Found, Of, reported
+from afo_sim.metrics.stretch import increments
 from afo_sim.metrics.strides import ORTHOSIS, Stride
 
 NEEDED = "healthy ankle's active moment less what the patient gives"
@@ -41,19 +42,20 @@ def torque_deficit(stride: Stride) -> Found:
     ------
     Initial and mid-swing end, and terminal swing begins, with the upright shank: Perry & Burnfield 2010.
     """
-    needed = stride["gait/needed_moment"]
+    needed, passive = stride.columns["gait/needed_moment"], stride.columns["gait/passive_moment"]
     for side, sign in SIDES.items():
-        yield from peak.peaks(f"needed_{side}_torque", sign * needed, stride.timestep)
-    held = np.clip(-stride["gait/passive_moment"], 0.0, np.maximum(needed, 0.0))
-    for name, rows in (
-        ("needed_swing_torque", stride.carried),
-        ("needed_terminal_swing_torque", stride.swing & ~stride.carried),
+        yield from peak.peaks(f"needed_{side}_torque", sign * needed[stride.rows], stride.timestep)
+    for name, part in (
+        ("needed_swing_torque", stride.between(stride.toe_off, stride.upright)),
+        ("needed_terminal_swing_torque", stride.between(stride.upright, 1.0)),
     ):
-        yield from peak.peaks(name, needed[rows], stride.timestep)
+        yield from peak.peaks(name, needed, stride.timestep, part)
         if name == "needed_swing_torque":
-            yield f"{name}_mean", peak.mean(needed[rows])
-        if rows.any():
-            yield f"{name}_tissue", float(held[rows][np.argmax(needed[rows])])
+            yield f"{name}_mean", peak.clean(part.mean(needed))
+        lacking = part.of(needed)
+        if len(lacking):
+            k = int(np.argmax(lacking))
+            yield f"{name}_tissue", min(max(-float(part.of(passive)[k]), 0.0), max(float(lacking[k]), 0.0))
 
 
 @reported(
@@ -74,7 +76,8 @@ def torque_given(stride: Stride) -> Found:
     for side, sign in SIDES.items():
         yield from peak.peaks(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
         yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
-    yield "orthosis_swing_torque_mean", peak.mean(torque[stride.carried])
+    carried = stride.between(stride.toe_off, stride.upright)
+    yield "orthosis_swing_torque_mean", peak.clean(carried.mean(stride.columns[ORTHOSIS]))
     needed = stride["gait/needed_moment"]
     way = np.where(needed < 0.0, -1.0, 1.0)
     given = np.clip(way * torque, 0.0, np.abs(needed))
@@ -124,13 +127,13 @@ def inversion_peaks(rows: Rows, timestep: float) -> Found:
     of=Of.WORN,
 )
 def work_given(stride: Stride) -> Found:
-    """Work of the orthosis on the ankle, torque times ankle velocity; taken power is positive."""
-    power = stride[ORTHOSIS] * stride["ankle/velocity"] / stride.body_mass
-    velocity = np.gradient(stride["gait/ankle_angle"], stride.timestep)
-    healthy = stride["gait/ankle_moment"] * velocity / stride.body_mass
-    given, taken, own = (
-        peak.clean(float(np.maximum(flow, 0.0).sum()) * stride.timestep) for flow in (power, -power, healthy)
+    """Work of the orthosis on the ankle, torque over angle; taken power is positive."""
+    work, healthy = (
+        increments(*(stride.whole.of(stride.columns[name]) for name in pair)) / stride.body_mass
+        for pair in ((ORTHOSIS, "ankle/angle"), ("gait/ankle_moment", "gait/ankle_angle"))
     )
+    power = work / (stride.timestep * np.diff(stride.whole.places))
+    given, taken, own = (peak.clean(float(np.maximum(part, 0.0).sum())) for part in (work, -work, healthy))
     yield "orthosis_positive_work", given
     yield "orthosis_negative_work", 0.0 - taken
     yield "orthosis_peak_power", peak.highest(power)
@@ -195,10 +198,10 @@ def push_off(stride: Stride) -> Found:
 )
 def against_push_off(stride: Stride) -> Found:
     """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""
-    rows = (stride.phase >= HEEL_RISE) & ~stride.swing
-    torque, velocity = stride[ORTHOSIS][rows], stride["ankle/velocity"][rows]
-    peaks = dict(peak.peaks("torque_against_push_off", torque, stride.timestep))
+    part, torque = stride.between(HEEL_RISE, stride.toe_off), stride.columns[ORTHOSIS]
+    peaks = dict(peak.peaks("torque_against_push_off", torque, stride.timestep, part))
     yield from peaks.items()
     yield "torque_against_push_off_per_mass", peaks[f"torque_against_push_off{peak.OVER}"] / stride.body_mass
-    taken = np.maximum(torque, 0.0) * np.maximum(-velocity, 0.0)
-    yield "work_against_push_off", peak.clean(float(taken.sum()) * stride.timestep / stride.body_mass)
+    given = increments(np.maximum(part.of(torque), 0.0), part.of(stride.columns["ankle/angle"]))
+    taken = float(np.maximum(-given, 0.0).sum())
+    yield "work_against_push_off", peak.clean(taken / stride.body_mass)

@@ -272,9 +272,9 @@ def _ankle(stride: Stride) -> Found:
     The gait variable score is the distance over 51 points of the stride, 0, 2, … 100 % (Baker et al. 2009).
     """
     angle = np.degrees(stride["ankle/angle"])
-    swing = stride.swing
-    if swing.any():
-        yield "peak_swing_dorsiflexion", float(angle[swing].max())
+    if stride.swing.any():
+        part = stride.between(stride.toe_off, 1.0)
+        yield "peak_swing_dorsiflexion", math.degrees(part.of(stride.columns["ankle/angle"]).max())
         middle = stride.at("ankle/angle", 0.5 * (1.0 + stride.toe_off))
         yield "mid_swing_angle", math.degrees(middle)
     yield "ankle_range", float(np.ptp(angle))

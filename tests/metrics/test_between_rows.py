@@ -1,0 +1,65 @@
+"""Numbers of a stretch that ends between rows, against closed forms: none depends on where the rows lie."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from synthetic_walk import AMPLITUDE, MASS, OMEGA, STRIDE, TOE_OFF, UPRIGHT, walk_columns, with_orthosis
+
+from afo_sim.common import GRAVITY
+from afo_sim.gait import STANCE_FORCE
+from afo_sim.metrics import walk_metrics
+
+STEPS = [2e-3, 1.9e-3, 1.1e-3, 0.7e-3]  # [s]; toe-off is 0.75 s after heel strike
+OVER = (
+    math.sin(2.0 * math.pi * TOE_OFF),
+    math.sin(2.0 * math.pi * 0.4),
+)  # of the ankle's sine, push-off's ends
+
+
+def found(step: float, torque: Any) -> dict[str, float]:
+    """Metrics of the written walk whose ground force falls evenly to its threshold at toe-off."""
+    columns = walk_columns(step=step)
+    phase = columns["gait/phase"]
+    least = STANCE_FORCE * MASS * GRAVITY
+    columns["ground/force/z"] = np.maximum(least + 4e3 * (TOE_OFF - phase), 0.0)
+    columns["gait/needed_moment"] = 4.0 + 20.0 * (phase - TOE_OFF) ** 2
+    columns["gait/passive_moment"] = -3.0 * phase
+    # MuJoCo's velocity is the mean of the step before
+    columns["ankle/velocity"] = np.diff(columns["ankle/angle"], prepend=-AMPLITUDE * OMEGA * step) / step
+    worn = with_orthosis(columns, torque(phase, columns["ankle/angle"]))
+    return {name: metric.value for name, metric in walk_metrics(worn, step, MASS).totals.items()}
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_push_off_ends_at_toe_off_and_not_at_a_row(step: float) -> None:
+    """A torque that rises to toe-off: the mean of the last 10 ms is that of its middle. ∫ T dθ by parts."""
+    values = found(step, lambda phase, _: 20.0 * phase)
+    assert values["stance"] == pytest.approx(100.0 * TOE_OFF, rel=1e-9)
+    assert values["torque_against_push_off_10ms"] == pytest.approx(20.0 * (TOE_OFF - 5e-3 / STRIDE), rel=1e-6)
+    assert values["torque_against_push_off"] == pytest.approx(20.0 * TOE_OFF, rel=1e-6)
+    turned = (math.cos(0.8 * math.pi) - math.cos(2.0 * math.pi * TOE_OFF)) / (2.0 * math.pi)
+    work = 20.0 * AMPLITUDE * (TOE_OFF * OVER[0] - 0.4 * OVER[1] - turned)
+    assert values["work_against_push_off"] == pytest.approx(-work / MASS, rel=1e-4)
+    assert values["plantarflexion_at_toe_off"] == pytest.approx(-12.0 * OVER[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_the_parts_of_swing_end_at_toe_off_upright_shank_and_heel_strike(step: float) -> None:
+    """A need of 4 + 20 (φ − 0.6)²: 5.8 N·m at the upright shank, 7.2 at heel strike; its mean by integral."""
+    values = found(step, lambda phase, _: np.where(phase < 0.95, 20.0 * phase, 0.0))
+    assert values["needed_swing_torque"] == pytest.approx(5.8, rel=1e-5)
+    assert values["needed_swing_torque_mean"] == pytest.approx(4.0 + 20.0 * 0.3**2 / 3.0, rel=1e-5)
+    assert values["needed_swing_torque_tissue"] == pytest.approx(3.0 * UPRIGHT, rel=1e-5)
+    assert values["orthosis_swing_torque_mean"] == pytest.approx(15.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_spring_gives_back_in_a_stride_what_it_takes(step: float) -> None:
+    """A spring of 30 N·m/rad, −c θ, is stretched and let go twice a stride, c A²/2 each time."""
+    values = found(step, lambda _, angle: -30.0 * angle)
+    work = 30.0 * AMPLITUDE**2
+    assert values["orthosis_positive_work"] == pytest.approx(work / MASS, rel=1e-3)
+    assert values["orthosis_negative_work"] == pytest.approx(-work / MASS, rel=1e-3)
+    assert values["orthosis_peak_power"] == pytest.approx(0.5 * OMEGA * work / MASS, rel=1e-3)
