@@ -43,6 +43,9 @@ from .metric_words import number as number
 from .metric_words import unit as unit
 from .metric_words import words as words
 from .safety import skin_metrics as skin_metrics
+from .stretch import Stretch as Stretch
+from .stretch import increments as increments
+from .stretch import whole_cycles as whole_cycles
 from .strides import ORTHOSIS as ORTHOSIS
 from .strides import SOLVED as SOLVED
 from .strides import Stride as Stride

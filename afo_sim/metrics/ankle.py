@@ -1,6 +1,5 @@
 """Angle, torque, pressure and air of a run, whoever or whatever turns the joint."""
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -8,8 +7,9 @@ import numpy as np
 from afo_sim.common import STANDARD_DENSITY
 from afo_sim.metrics import peak
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, reported
+from afo_sim.metrics.stretch import crossing, whole_cycles
 from afo_sim.metrics.strides import chambers
-from afo_sim.metrics.supply import beside_inlets, flow_metrics, rows_of
+from afo_sim.metrics.supply import CYCLE, flow_metrics, grams_taken, grams_through, positive_work, rows_of
 from afo_sim.metrics.torque import inversion_peaks
 from afo_sim.metrics.valves import switching_by_the_minute
 
@@ -33,23 +33,15 @@ def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
     if height <= ROUND_OFF * np.abs(signal).max():
         return float("nan")
     rising = (signal[: top + 1] - start) / height
-    low, high = (_crossing(time, rising, level) for level in (0.1, 0.9))
+    low, high = (crossing(time, rising - level, int(np.argmax(rising >= level))) for level in (0.1, 0.9))
     return high - low
-
-
-def _crossing(time: np.ndarray, rising: np.ndarray, level: float) -> float:
-    k = int(np.argmax(rising >= level))
-    if k == 0:
-        return float(time[0])
-    share = (level - rising[k - 1]) / (rising[k] - rising[k - 1])
-    return float(time[k - 1] + share * (time[k] - time[k - 1]))
 
 
 @reported(
     AIR,
     ("peak_pressure_{}", "bar", "Peak pressure, {}", "gauge"),
-    ("air_per_cycle_{}", "g", "Air per cycle, {}", "through its inlet, wherever from"),
-    ("air_per_cycle", "g", "Air per cycle", "taken from the supply"),
+    ("air_per_cycle_{}", "g", "Air per cycle, {}", f"through its inlet, wherever from; {CYCLE}"),
+    ("air_per_cycle", "g", "Air per cycle", f"taken from the supply; {CYCLE}"),
 )
 @reported(
     TORQUE,
@@ -81,7 +73,8 @@ def ankle_metrics(
 
     Returns
     -------
-    dict of Metric by name. Air used is what is taken from the supply, per cycle begun.
+    dict of Metric by name. Air, work and switchings are those of the whole cycles from the start on, the
+    first with its start from rest; of a run in which none fits they are those of the run.
     """
     time, angle = columns["time"], np.degrees(columns["ankle/angle"])
     torque = columns["ankle/moment/orthosis"]
@@ -96,22 +89,15 @@ def ankle_metrics(
         found[f"peak_{side}_torque"] = max(0.0, float(way.max()))
     found |= dict(inversion_peaks(columns, timestep))
     found["rise_time"] = rise_time(time[first_cycle], angle[first_cycle])
-    cycles = max(math.ceil((time[-1] + timestep) / period - 1e-9), 1)
-    total, names = 0.0, chambers(columns)
+    cycles, part = whole_cycles(len(time), timestep, period)
+    steps, names = timestep * part.shares(0, len(time)), chambers(columns)
     rows = rows_of(columns, slice(None), names)
     for name in names:
         found[f"peak_pressure_{name}"] = float(columns[f"chamber/{name}/pressure"].max()) * 1e-5
-        flow = columns[f"valve/{name}_inlet/mass_flow"]
-        air = float(np.sum(np.maximum(flow, 0.0))) * timestep * 1e3 / cycles
-        found[f"air_per_cycle_{name}"] = air
-        total += air
-    total += beside_inlets(rows, names) * timestep * 1e3 / cycles
-    found["air_per_cycle"] = total
+        found[f"air_per_cycle_{name}"] = grams_through(rows, name, steps) / cycles
+    found["air_per_cycle"] = grams_taken(rows, names, steps) / cycles
     if names:
-        seconds = float(time[-1] - time[0]) + timestep
-        flows = flow_metrics(
-            rows, names, cycles * total, timestep, seconds=seconds, cycles=cycles, free_density=free_density
-        )
-        found |= dict(flows)
-    found |= dict(switching_by_the_minute(columns, timestep))
+        found |= dict(flow_metrics(rows, names, steps, cycles=cycles, free_density=free_density))
+        found["positive_work"] = positive_work(columns, part) / cycles
+    found |= dict(switching_by_the_minute(columns, steps))
     return {name: measured(name, value) for name, value in found.items()}

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, measured, reported
+from afo_sim.metrics.supply import EACH
 
 
 @reported(
@@ -54,9 +55,6 @@ def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]
         "lift_over_reference": float(own[COMPARED]) - float(reference[COMPARED]),
     }
     return {name: measured(name, value) for name, value in values.items()}
-
-
-EACH = "per counted stride; of a fixed shank per cycle begun"
 
 
 @reported(

@@ -7,11 +7,13 @@ import numpy as np
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
-from afo_sim.metrics.strides import Stride, chambers
+from afo_sim.metrics.stretch import Stretch, increments
+from afo_sim.metrics.strides import ORTHOSIS, Stride, chambers
 
+CYCLE = "per whole cycle, or over a run that is shorter"
+EACH = f"per counted stride; of a fixed shank {CYCLE}"
 FLOW, PRESSURE, SET = "supply/mass_flow", "supply/pressure", "supply/set_pressure"
 EXERGY, VENTED = "supply/exergy_flow", "exhaust/exergy_flow"
-ORTHOSIS = "ankle/moment/orthosis"
 INLET = "valve/{}_inlet/mass_flow"
 
 Rows = Mapping[str, np.ndarray]
@@ -19,16 +21,8 @@ Rows = Mapping[str, np.ndarray]
 
 def rows_of(columns: Rows, rows: slice, chambers: Sequence[str]) -> dict[str, np.ndarray]:
     """The columns that the functions of this module read, at some rows."""
-    wanted = [FLOW, PRESSURE, SET, EXERGY, VENTED, ORTHOSIS, "ankle/velocity", *map(INLET.format, chambers)]
+    wanted = [FLOW, PRESSURE, SET, EXERGY, VENTED, ORTHOSIS, *map(INLET.format, chambers)]
     return {name: columns[name][rows] for name in wanted if name in columns}
-
-
-def through_inlets(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
-    """Flow through all chambers' inlets, what runs back left out [kg/s] (n,)."""
-    total = np.zeros(len(rows[ORTHOSIS]))
-    for name in chambers:
-        total = total + np.maximum(rows[INLET.format(name)], 0.0)
-    return total
 
 
 def taken(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
@@ -36,31 +30,41 @@ def taken(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
 
     In a recording that is older than the supply's own column it is the inlets'.
     """
-    return np.maximum(rows[FLOW], 0.0) if FLOW in rows else through_inlets(rows, chambers)
+    if FLOW in rows:
+        return np.maximum(rows[FLOW], 0.0)
+    inlets = [np.maximum(rows[INLET.format(name)], 0.0) for name in chambers]
+    return np.sum([np.zeros(len(rows[ORTHOSIS])), *inlets], axis=0)
 
 
-def beside_inlets(rows: Rows, chambers: Sequence[str]) -> float:
-    """Sum over the rows of what leaves the supply and comes into no inlet at that instant [kg/s].
+def grams_through(rows: Rows, chamber: str, steps: np.ndarray) -> float:
+    """Air through a chamber's inlet over the rows' steps [s] (n,), what runs back left out [g]."""
+    return 1e3 * float(np.maximum(rows[INLET.format(chamber)], 0.0) @ steps)
 
-    0 where each chamber is fed from the supply. Else volumes fill, tubes leak, or a chamber fills another.
-    """
-    return float((taken(rows, chambers) - through_inlets(rows, chambers)).sum())
+
+def grams_taken(rows: Rows, chambers: Sequence[str], steps: np.ndarray) -> float:
+    """Air that is taken from the supply over the rows' steps [s] (n,) [g]."""
+    return 1e3 * float(taken(rows, chambers) @ steps)
+
+
+def positive_work(columns: Rows, part: Stretch) -> float:
+    """Positive work of the orthosis on the ankle in a stretch of a recording [J]."""
+    work = increments(part.of(columns[ORTHOSIS]), part.of(columns["ankle/angle"]))
+    return float(np.maximum(work, 0.0).sum())
 
 
 def flow_metrics(
     rows: Rows,
     chambers: Sequence[str],
-    grams: float,
-    timestep: float,
+    steps: np.ndarray,
     *,
-    seconds: float,
     cycles: int = 1,
     free_density: float = STANDARD_DENSITY,
 ) -> Found:
     """Flow and exergy of what is taken from the supply.
 
-    Units: grams [g], timestep [s], seconds [s], free_density [kg/m³].
+    Units: steps of the rows [s] (n,), free_density [kg/m³].
     """
+    seconds, grams = float(steps.sum()), grams_taken(rows, chambers, steps)
     litres = grams / free_density  # 1 g/l = 1 kg/m³
     yield "air_per_hour", 3600.0 * grams / seconds
     yield "free_air_per_hour", 3600.0 * litres / seconds
@@ -68,9 +72,7 @@ def flow_metrics(
     yield "peak_flow", 60e3 / free_density * float(taken(rows, chambers).max())
     if EXERGY in rows:
         for name, column in (("exergy_taken", EXERGY), ("exergy_vented", VENTED)):
-            yield name, float(np.maximum(rows[column], 0.0).sum()) * timestep / cycles
-    power = rows[ORTHOSIS] * rows["ankle/velocity"]
-    yield "positive_work", float(np.maximum(power, 0.0).sum()) * timestep / cycles
+            yield name, float(np.maximum(rows[column], 0.0) @ steps) / cycles
 
 
 @reported(
@@ -166,17 +168,6 @@ def efficiency_metrics(totals: Mapping[str, float]) -> Found:
 
 ANR = "litres ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
 NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
-EACH = "per counted stride; of a fixed shank per cycle begun"
-
-
-def grams_of(stride: Stride) -> float:
-    """Air that a stride takes from the supply [g]: through the inlets, and what else leaves the supply."""
-    total, names = 0.0, chambers(stride.columns)
-    for name in names:
-        inlet = np.maximum(stride[f"valve/{name}_inlet/mass_flow"], 0.0)
-        total += 1e3 * float(inlet.sum()) * stride.timestep
-    rest = beside_inlets(rows_of(stride.columns, stride.rows, names), names)
-    return total + 1e3 * rest * stride.timestep
 
 
 @reported(
@@ -190,10 +181,11 @@ def grams_of(stride: Stride) -> float:
 )
 def air_of(stride: Stride) -> Found:
     """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
-    pressures, total = [], grams_of(stride)
-    for name in chambers(stride.columns):
-        inlet = np.maximum(stride[f"valve/{name}_inlet/mass_flow"], 0.0)
-        yield f"air_per_stride_{name}", 1e3 * float(inlet.sum()) * stride.timestep
+    pressures, names = [], chambers(stride.columns)
+    rows = rows_of(stride.columns, stride.rows, names)
+    total = grams_taken(rows, names, stride.steps)
+    for name in names:
+        yield f"air_per_stride_{name}", grams_through(rows, name, stride.steps)
         pressure = 1e-5 * stride[f"chamber/{name}/pressure"]
         pressures += [(f"peak_pressure_{name}", float(pressure.max()))]
         pressures += [(f"lowest_pressure_{name}", float(pressure.min()))]
@@ -231,11 +223,6 @@ def air_of(stride: Stride) -> Found:
 def flow_of(stride: Stride) -> Found:
     """Flow and exergy of a stride's air, by the hour and by the minute."""
     names = chambers(stride.columns)
-    yield from flow_metrics(
-        rows_of(stride.columns, stride.rows, names),
-        names,
-        grams_of(stride),
-        stride.timestep,
-        seconds=stride.duration,
-        free_density=stride.free_density,
-    )
+    rows = rows_of(stride.columns, stride.rows, names)
+    yield from flow_metrics(rows, names, stride.steps, free_density=stride.free_density)
+    yield "positive_work", positive_work(stride.columns, stride.whole)

@@ -11,6 +11,7 @@ import numpy as np
 
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
+from afo_sim.metrics.stretch import ON_ROW, crossing
 from afo_sim.metrics.strides import Stride, chambers
 from afo_sim.metrics.supply import SET
 
@@ -46,14 +47,14 @@ def switching(stride: Stride) -> Found:
 
 
 @reported(AIR, ("switches_per_minute_{}", "", "Switchings per minute, {}", ON))
-def switching_by_the_minute(columns: Mapping[str, np.ndarray], timestep: float) -> Found:
-    """Switchings of each valve in a run, by the minute.
+def switching_by_the_minute(columns: Mapping[str, np.ndarray], steps: np.ndarray) -> Found:
+    """Switchings of each valve in a run, by the minute; of the rows whose whole step counts.
 
-    Units: timestep [s].
+    Units: steps of the rows [s] (n,).
     """
-    minutes = len(columns["time"]) * timestep / 60.0
+    minutes, counted = float(steps.sum()) / 60.0, steps > (1.0 - ON_ROW) * steps[0]
     for valve in valves(columns):
-        yield f"switches_per_minute_{valve}", float(rises(columns, valve).sum()) / minutes
+        yield f"switches_per_minute_{valve}", float(rises(columns, valve)[counted].sum()) / minutes
 
 
 @reported(
@@ -68,16 +69,15 @@ def switching_by_the_minute(columns: Mapping[str, np.ndarray], timestep: float) 
     made_of=("stride_time",),
 )
 def valve_life(run: Run) -> Found:
-    """Hours until a valve's rated switchings; of walking, by the strides that count."""
-    rated, step = run.facts.rated_switches or {}, run.facts.timestep
-    parts = [stride.rows for stride in run.counted] if run.facts.walks else [slice(None)]
-    seconds = step * sum(len(run.columns["time"][part]) for part in parts)
-    if not rated or seconds <= 0.0:
-        return
-    counts = {valve: rises(run.columns, valve) for valve in rated}
-    rates = {
-        valve: sum(float(count[part].sum()) for part in parts) / seconds for valve, count in counts.items()
-    }
+    """Hours until a valve's rated switchings; of walking, by the strides that count, else by the minute."""
+    rated, counted = run.facts.rated_switches or {}, run.counted
+    rates = {}
+    if counted:
+        seconds = sum(stride.duration for stride in counted)
+        counts = {valve: rises(run.columns, valve) for valve in rated}
+        rates = {v: sum(float(n[one.rows].sum()) for one in counted) / seconds for v, n in counts.items()}
+    elif not run.facts.walks:
+        rates = {valve: run.totals[f"switches_per_minute_{valve}"].value / 60.0 for valve in rated}
     yield from life_metrics(rates, rated).items()
 
 
@@ -120,11 +120,11 @@ def filling(columns: Mapping[str, np.ndarray], from_rest: bool = True) -> Found:
         pressure = columns[f"chamber/{name}/pressure"]
         supply = columns.get(SET, columns["supply/pressure"])
         fills, vents = _turns(inlet, outlet, from_rest)
-        for form, turns, there in (
-            (FILL, fills, pressure >= FULL * supply),
-            (VENT, vents, pressure <= EMPTY * supply),
+        for form, turns, beyond in (
+            (FILL, fills, pressure - FULL * supply),
+            (VENT, vents, EMPTY * supply - pressure),
         ):
-            found = list(_times(columns["time"], turns, there))
+            found = list(_times(columns["time"], turns, beyond))
             if found and math.isfinite(max(found)):
                 yield form.format(name), max(found)
 
@@ -150,11 +150,11 @@ def _turns(inlet: np.ndarray, outlet: np.ndarray, from_rest: bool) -> tuple[list
     return fills, vents
 
 
-def _times(time: np.ndarray, turns: Sequence[Turn], there: np.ndarray) -> Iterator[float]:
-    """Time that each turn takes until its pressure is there; of one that begins there, none."""
-    n = len(time)
+def _times(time: np.ndarray, turns: Sequence[Turn], beyond: np.ndarray) -> Iterator[float]:
+    """Time that each turn takes until its pressure is there, 0 or beyond; of one that begins there, none."""
+    n, there = len(time), beyond >= 0.0
     begun = [(start, end) for start, end in turns if start < n and not there[start]]
     whole = [turn for turn in begun if turn[1] < n or there[turn[0] : turn[1]].any()] or begun
     for start, end in whole:
         after = np.flatnonzero(there[start:end])
-        yield float(time[start + after[0]] - time[start]) if len(after) else math.inf
+        yield crossing(time, beyond, start + int(after[0])) - float(time[start]) if len(after) else math.inf

@@ -19,6 +19,7 @@ from afo_sim.metrics import (
     compressor_metrics,
     progress,
     settled,
+    whole_cycles,
 )
 from afo_sim.metrics.strides import strides
 from afo_sim.metrics.verdict import verdict
@@ -181,14 +182,14 @@ def _period_of(recording: Recording) -> Cycle:
     time = recording["time"]
     period = described_cycle(load("scenario", recording.scenario))
     assert period is not None  # else there are no two legs
-    end = 2.0 * time[-1] - time[-2] if len(time) > 1 else 0.0
-    last = int(np.floor(end / period + 1e-9)) - 1
-    if last < 0:
+    step = float(time[1] - time[0]) if len(time) > 1 else 0.0
+    number, part = whole_cycles(len(time), step, period)
+    if part.end * step < period * (1.0 - 1e-8):
         problem = f"is shorter than the period of {period:g} s, over which air is counted"
         raise InputError(
             problem, field="duration", value=recording.scenario["duration"], allowed="a longer one"
         )
-    phase = time / period - last
+    phase = time / period - (number - 1)
     inside = (phase > -1e-9) & (phase < 1.0 - 1e-9)
     rows = {name: values[inside] for name, values in recording.columns.items()}
     return Cycle(np.abs(phase[inside]), rows)

@@ -18,13 +18,14 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.description import Mounting, Muscle, MuscleGroup, Orthosis, at_rest
-from afo_sim.metrics import Metric, energy_metrics, settled
+from afo_sim.metrics import Metric, Stretch, energy_metrics, increments, settled, whole_cycles
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, chamber_of, free, muscle_names
 from afo_sim.physics import SLACK_BLEND, anchor_energy, three_element_damping
 from afo_sim.simulation.rollout import Rollout
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)  # of a smooth piece of the bladder's force
+READ = ("time", "chamber/", "muscle/", "cuff/", "subtalar/")  # columns that a balance reads
 
 Columns = Mapping[str, np.ndarray]
 
@@ -105,7 +106,7 @@ def _part(**terms: float) -> Energy:
 
 def _chambers(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
     for name in orthosis.chamber:
-        steps = _steps(columns[f"chamber/{name}/pressure"], columns[f"chamber/{name}/volume"])
+        steps = increments(columns[f"chamber/{name}/pressure"], columns[f"chamber/{name}/volume"])
         work = float(steps.sum())
         # the mismatch is what the laws give beyond this work
         yield _part(air_work=work, law_mismatch=-work, turnover=float(np.abs(steps).sum()))
@@ -208,14 +209,8 @@ def _held(mounting: Mounting, displacement: float) -> float:
     return anchor_energy(displacement, mounting.stiffness or 0.0, force, length)
 
 
-def _steps(values: np.ndarray, over: np.ndarray) -> np.ndarray:
-    """∫ values d(over) of each step from row to row (n − 1,)."""
-    found: np.ndarray = 0.5 * (values[1:] + values[:-1]) * np.diff(over)
-    return found
-
-
 def _integral(values: np.ndarray, over: np.ndarray) -> float:
-    return float(_steps(values, over).sum())
+    return float(increments(values, over).sum())
 
 
 SHORT, LOCKED = 0.89, 0.99  # contraction, and share of the lock, beyond which the solve clips a muscle
@@ -249,22 +244,24 @@ def balance_metrics(
 
     Units: period [s].
     """
-    part, number = whole, 1
+    last, timestep = len(columns["time"]) - 1, built.scenario.timestep
     if built.walk is not None:
-        counted = settled(columns, strides(columns, built.scenario.timestep, built.body_mass))
+        counted = settled(columns, strides(columns, timestep, built.body_mass))
         if not counted:
             return {}
-        number = len(counted)
-        rows = slice(counted[0].rows.start, counted[-1].rows.stop + 1)  # both ends of the cycles
-        part = balance(built, _cut(columns, rows), _cut(static, rows))
+        number, part = len(counted), Stretch(counted[0].whole.start, counted[-1].whole.end)
     else:
-        number = max(math.ceil((columns["time"][-1] + built.scenario.timestep) / period - 1e-9), 1)
+        number, part = whole_cycles(last + 2, timestep, period)  # the run's last row is left out
+    part = Stretch(part.start, min(part.end, last))
+    counts = whole
+    if part != Stretch(0.0, last):
+        counts = balance(built, _cut(columns, part, READ), _cut(static, part))
     guided = any(group.path for group in built.scenario.orthosis.muscle.values())
     left_out = {"turnover"} if guided else {"turnover", "wrap_loss"}
-    terms = {field.name: getattr(part, field.name) for field in fields(part) if field.name not in left_out}
+    terms = {field.name: getattr(counts, field.name) for field in fields(whole) if field.name not in left_out}
     reported = energy_metrics(terms, number, whole.error)
     return reported if all(map(math.isfinite, reported.values())) else {}
 
 
-def _cut(columns: Columns, rows: slice) -> Columns:
-    return {name: values[rows] for name, values in columns.items()}
+def _cut(columns: Columns, part: Stretch, kinds: tuple[str, ...] = ("",)) -> Columns:
+    return {name: part.of(values) for name, values in columns.items() if name.startswith(kinds)}

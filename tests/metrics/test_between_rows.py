@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 from synthetic_walk import AMPLITUDE, MASS, OMEGA, STRIDE, TOE_OFF, UPRIGHT, walk_columns, with_orthosis
 
+import afo_sim
 from afo_sim.common import GRAVITY
 from afo_sim.gait import STANCE_FORCE
-from afo_sim.metrics import walk_metrics
+from afo_sim.metrics import ankle_metrics, walk_metrics
+from afo_sim.metrics.valves import filling
+from afo_sim.simulation.bilateral_air import cycle_of
 
 STEPS = [2e-3, 1.9e-3, 1.1e-3, 0.7e-3]  # [s]; toe-off is 0.75 s after heel strike
 OVER = (
@@ -62,4 +65,45 @@ def test_a_spring_gives_back_in_a_stride_what_it_takes(step: float) -> None:
     work = 30.0 * AMPLITUDE**2
     assert values["orthosis_positive_work"] == pytest.approx(work / MASS, rel=1e-3)
     assert values["orthosis_negative_work"] == pytest.approx(-work / MASS, rel=1e-3)
+    assert values["positive_work"] == pytest.approx(work, rel=1e-3)
     assert values["orthosis_peak_power"] == pytest.approx(0.5 * OMEGA * work / MASS, rel=1e-3)
+
+
+@pytest.mark.parametrize("seconds", [2.1, 2.4, 2.7, 3.0])
+def test_per_cycle_is_per_whole_cycle(seconds: float) -> None:
+    """Steps of 0.3 s and cycles of 1 s: the inlet lets 1 g/s through, but for 0.4 s of each cycle: 0.6 g."""
+    time = 0.3 * np.arange(round(seconds / 0.3))
+    into = [0.6 * np.floor(t) + t % 1.0 - np.clip(t % 1.0 - 0.3, 0.0, 0.4) for t in (*time, seconds)]  # [g]
+    columns = with_orthosis({"time": time, "gait/phase": np.zeros_like(time)}, np.ones_like(time))
+    columns |= {"ankle/angle": time, "valve/front_inlet/mass_flow": 1e-3 * np.diff(into) / 0.3}
+    values = {name: metric.value for name, metric in ankle_metrics(columns, 0.3, 1.0).items()}
+    assert values["air_per_cycle"] == pytest.approx(0.6)
+    assert values["air_per_hour"] == pytest.approx(3600.0 * values["air_per_cycle"])
+    cycles = 3 if seconds > 2.9 else 2
+    assert values["positive_work"] == pytest.approx(min(cycles, time[-1]) / cycles)  # to the last row
+
+
+PER_CYCLE = ("air_per_cycle", "exergy_taken", "exergy_vented", "positive_work", "skeleton_work", "air_work")
+RATES = ("damper_loss", "air_per_hour", "mean_flow", "cycles_per_bottle", "hours_per_bottle")
+SWITCHED = tuple(f"switches_per_minute_{side}" for side in ("dorsiflexor_inlet", "plantarflexor_outlet"))
+
+
+@pytest.mark.parametrize(
+    "sets", [{"timestep": "2.4 ms"}, {"timestep": "0.7 ms"}, {"duration": "16.01 s"}, {"duration": "17 s"}]
+)
+def test_seated_cycles_are_alike_at_any_step_and_a_little_longer(sets: dict[str, str]) -> None:
+    """Of a run of 15.9999 s too, which a step of 0.7 ms makes of two cycles of 8 s."""
+    usual, other = afo_sim.run("seated").metrics, afo_sim.run("seated", sets)
+    for name in (*PER_CYCLE, *RATES, *SWITCHED):
+        assert other.metrics[name] == pytest.approx(usual[name], rel=1e-3), name
+    assert cycle_of(other).columns["time"][0] == pytest.approx(8.0, abs=3e-3)
+
+
+def test_filling_ends_between_rows() -> None:
+    """A pressure that rises by 1 bar in each step of 10 ms is at 3.6 of 4 bar after 3.6 of them."""
+    pressure = 1e5 * np.minimum(np.arange(6.0), 4.0)
+    names = ("chamber/a/mass", "valve/a_inlet/coil", "supply/pressure", "valve/a_outlet/coil")
+    columns = dict(zip(names, (pressure, np.ones(6), np.full(6, 4e5), np.zeros(6)), strict=True))
+    columns |= {"chamber/a/pressure": pressure, "valve/a_outlet/opening": np.zeros(6)}
+    found = dict(filling(columns | {"time": 0.01 * np.arange(6)}))
+    assert found["fill_time_a"] == pytest.approx(0.036)

@@ -38,8 +38,8 @@ def test_a_drive_s_own_count_goes_first() -> None:
 
 
 def test_by_the_minute() -> None:
-    found = dict(switching_by_the_minute(columns([1.0, 0.0] * 500), 1e-3))
-    assert found == {"switches_per_minute_a_inlet": 500 * 60.0}
+    found = dict(switching_by_the_minute(columns([1.0, 0.0] * 500), np.full(1000, 1e-3)))
+    assert found == pytest.approx({"switches_per_minute_a_inlet": 500 * 60.0})
 
 
 def test_the_first_to_its_rating_counts() -> None:
