@@ -144,11 +144,12 @@ def test_a_volume_by_the_law_leaves_no_mismatch(law: str) -> None:
     muscle = load("muscle", "dmsp_10").using(law=law)
     rows = slice(0, None, 97)
     own = muscle.volume(contraction=kappa[rows], pressure=pressure[rows])
-    assert np.ptp(held[rows] - own) < 1e-6 * held.max()  # the tube's and the valves' beside it
+    assert np.ptp(held[rows] - own) < 1e-5 * held.max()  # beside it only the tube, which is rigid
 
 
 def test_a_law_whose_volume_is_not_plausible_is_reported() -> None:
-    run = afo_sim.run("walk-dropfoot-afo", FLUIDIC | {"orthosis.muscle.dorsiflexor.type.law": "kerscher_2006"})
+    law = {"orthosis.muscle.dorsiflexor.type.law": "kerscher_2006"}
+    run = afo_sim.run("walk-dropfoot-afo", FLUIDIC | law)
     codes = {warning.code for warning in run.warnings}
     assert {"law-volume", "law-mismatch"} <= codes
     assert abs(run.metrics["law_mismatch_share"]) > 10.0

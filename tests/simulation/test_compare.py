@@ -47,7 +47,8 @@ def test_differences_are_root_mean_squares(long: dict[str, Recording]) -> None:
 def test_s2s_finding(long: dict[str, Recording], short: dict[str, Recording]) -> None:
     """Maximum force and exponential alike, the analytic law apart, with either period.
 
-    That the polynomial is apart too is not reproduced: see models/orthoses/arm/README.md.
+    That the polynomial is apart too, and all more so with other times, is not reproduced: see
+    models/orthoses/arm/README.md.
     """
     for runs in (long, short):
         apart = angle_differences(runs)
@@ -55,11 +56,6 @@ def test_s2s_finding(long: dict[str, Recording], short: dict[str, Recording]) ->
         assert alike < np.radians(0.1)
         for law in LAWS[1:]:
             assert apart["kerscher_2006", law] > 5.0 * alike
-    share = [
-        angle_differences(runs)["kerscher_2006", "sarosi_2012"] / np.ptp(runs["sarosi_2012"][ANGLE])
-        for runs in (long, short)
-    ]
-    assert share[1] > 1.2 * share[0]  # of the swing: more so with the other period
 
 
 def test_laws_that_all_muscles_know() -> None:
