@@ -59,7 +59,7 @@ def judged(
 ) -> list[Notice]:
     """A notice for each group of parameters that the readings do not identify."""
     lines = _as_well_without(solution, kind, others, found)
-    lines += _own(solution)
+    lines += linearised(solution)
     lines += _one_pressure(solution, refused(lines))
     return lines
 
@@ -70,15 +70,15 @@ def interval_of(solution: Solution, k: int) -> tuple[float, float]:
     return max(p.value(x - half), p.lower), min(p.value(x + half), p.upper)
 
 
-def _own(solution: Solution) -> list[Notice]:
-    """What the linearised model says."""
+def linearised(solution: Solution) -> list[Notice]:
+    """What the linearised model refuses."""
     free = solution.problem.free
     lower, upper = bounds(free)
     size = [1.0 if p.logarithmic else max(abs(float(x)), 1.0) for p, x in zip(free, solution.x, strict=True)]
     shown = []
     for k, p in enumerate(free):
         low, high = interval_of(solution, k)
-        value = p.text(p.value(float(solution.x[k])))
+        value = p.text(solution.values[p.name])
         wide = np.isfinite(solution.half[k])
         shown.append(
             f"{value}, and as well {p.text(low)} to {p.text(high)}"
@@ -224,12 +224,8 @@ def _held(problem: TorqueProblem) -> dict[str, set[float]]:
     return found
 
 
-def warnings_of(solution: Solution, added: Sequence[str] = ()) -> list[Notice]:
+def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
     """Warnings of a fit; `added` are parameters that were fitted without being asked for."""
-    return list(_warnings(solution, added))
-
-
-def _warnings(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
     problem = solution.problem
     for name in added:
         yield Notice("fitted-too", "{subject} is fitted too: a column `cuff` tells it", subject=name)
@@ -242,7 +238,8 @@ def _warnings(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
             f"angles go from {angle.min():.3g} to {angle.max():.3g} deg, beyond the orthosis' "
             "range_of_motion: are unit and zero right?",
         )
-    yield from _beyond_the_law(solution)
+    yield from beyond_law(solution)
+    yield from _slack(solution)
     yield from _held_soft(solution)
     if len(np.unique(levels(problem))) == 1:
         yield Notice(
@@ -275,7 +272,8 @@ def _warnings(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
         )
 
 
-def _beyond_the_law(solution: Solution) -> Iterator[Notice]:
+def beyond_law(solution: Solution) -> Iterator[Notice]:
+    """A notice on each muscle that was filled beyond the pressures at which its law holds."""
     problem = solution.problem
     for name, group in problem.groups[0].orthosis.muscles_of(problem.chamber).items():
         low, high = group.type.law_set.pressure_range
@@ -288,7 +286,12 @@ def _beyond_the_law(solution: Solution) -> Iterator[Notice]:
                 f"{filled.max() * 1e-5:.3g} bar, and "
                 f"{group.type.law} holds from {low * 1e-5:.3g} to {high * 1e-5:.3g} bar",
                 subject=name,
+                quantity="pressure",
             )
+
+
+def _slack(solution: Solution) -> Iterator[Notice]:
+    problem = solution.problem
     found, torque = predict(problem, solution.values)["torque"], problem.column("torque")
     taut = found != 0.0
     scatter = float(np.sqrt(np.mean((found - torque)[taut] ** 2))) if taut.any() else 0.0

@@ -33,6 +33,7 @@ from afo_sim.lab.torque_belief import (
 )
 from afo_sim.lab.torque_data import ANGLE_RATE, PRESSURE_RATE, Torques, joined, read_torques
 from afo_sim.lab.torque_device import fitted_orthosis
+from afo_sim.lab.torque_laws import OfLaw, moves, of_laws, widened
 from afo_sim.lab.torque_problem import (
     Group,
     TorqueParameter,
@@ -73,7 +74,8 @@ class TorqueFit:
     `verdict` says which parameters the readings do not identify, and why; `held_out` are the torque errors of
     readings that were left out, by what was left out; `alternatives` are the fits without each parameter,
     `apart` the fits to each group alone, `remarks` remarks of reading the files, `shared` the fits as if all
-    readings were off alike, or what is held were another: no interval holds these.
+    readings were off alike, or what is held were another: no interval holds these. `laws` are the fits with
+    each law of the muscle, the one in use first; none where it has one alone.
     """
 
     solution: Solution
@@ -85,6 +87,7 @@ class TorqueFit:
     remarks: tuple[str, ...]
     warnings: tuple[Notice, ...]
     shared: tuple[SharedError, ...] = ()
+    laws: tuple[OfLaw, ...] = ()
 
     def __repr__(self) -> str:
         """One line: parameters with intervals, error, and how many are refused."""
@@ -113,10 +116,10 @@ class TorqueFit:
 
     @property
     def intervals(self) -> dict[str, tuple[float, float] | None]:
-        """95 % interval of each [SI]; None where the readings do not identify it."""
+        """95 % interval of each [SI], over the laws that fit comparably; None where it is not identified."""
         lacking = refused(self.verdict)
         return {
-            p.name: None if p.name in lacking else interval_of(self.solution, k)
+            p.name: None if p.name in lacking else widened(interval_of(self.solution, k), self.laws, p.name)
             for k, p in enumerate(self.problem.free)
         }
 
@@ -165,7 +168,10 @@ class TorqueFit:
         if interval is None:
             return f"no interval: {self.reason(parameter.name)}"
         low, high = (f"{parameter.number(end):.3g}" for end in interval)
-        return f"95 % interval {low} to {high} {parameter.shown}".strip() + ", of the readings' scatter alone"
+        text = f"95 % interval {low} to {high} {parameter.shown}".strip()
+        others = ", ".join(each.law for each in self.laws[1:] if each.comparable)
+        within = f"and of the laws that fit comparably ({others})" if others else "alone"
+        return f"{text}, of the readings' scatter {within}"
 
     def reason(self, name: str) -> str:
         """The reason why a parameter's interval is refused; "" where it is not."""
@@ -272,9 +278,11 @@ def _fitted(
     lines = judged(solution, kind, alone, found)
     if further:
         found[FILE] = predicted(solution, further)
+    laws = of_laws(solution, {k: each for k, each in found.items() if k != FILE}, report)
     shared = shared_errors(solution)
-    warnings = (*contradictions, *_warnings(solution, asked, lines, shared))
-    return TorqueFit(solution, tuple(lines), found, kind, alone, groups, remarks, warnings, shared)
+    moved = (each for each in moves(laws, problem.free) if each.severity == "warning")
+    warnings = (*contradictions, *_warnings(solution, asked, lines, shared), *moved)
+    return TorqueFit(solution, tuple(lines), found, kind, alone, groups, remarks, warnings, shared, laws)
 
 
 def _warnings(

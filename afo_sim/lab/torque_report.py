@@ -10,7 +10,9 @@ from afo_sim.description import Orthosis, reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.torque_fit import TorqueFit
+from afo_sim.lab.torque_laws import OfLaw, moves
 from afo_sim.lab.torque_problem import errors
+from afo_sim.lab.torque_solution import root_mean_square
 
 NUMBERS, ORTHOSIS = "fit_torque.json", "orthosis.toml"
 FILES = (NUMBERS, ORTHOSIS, "fit_torque.png", "fit_torque.pdf")
@@ -86,6 +88,17 @@ def as_json(found: TorqueFit) -> dict[str, Any]:
             for each in found.alternatives
         },
         "judged_by": found.judged_by or None,
+        "laws": {
+            each.law: {
+                "values": each.solution.values,
+                "intervals_95": {name: each.ends(name) for name in each.solution.values},
+                "rms": root_mean_square(each.solution),
+                "rms_held_out": each.rms_held_out,
+                "fits_comparably": each.comparable,
+                "beyond_its_range": list(each.beyond),
+            }
+            for each in found.laws
+        },
         "shared_errors": {each.cause: each.values for each in found.shared},
         "one_by_one": found.apart.values if found.apart else None,
         "chance_that_groups_agree": found.apart.chance if found.apart else None,
@@ -120,9 +133,16 @@ def tables(found: TorqueFit) -> list[Table]:
         belief = "refused" if interval is None else " to ".join(f"{p.number(end):.3g}" for end in interval)
         rows.append([p.name, f"{p.number(found.parameters[p.name]):.4g}", belief, p.shown])
     shown = [("parameters", ["parameter", "value", "95 % interval", "unit"], rows)]
+    if found.laws:
+        left = [f"{next(iter(found.held_out))} left out"] if found.laws[0].rms_held_out is not None else []
+        header = ["law", *(f"{p.name} [{p.shown}]" for p in free), "RMS [N·m]", *left, "fits"]
+        title = "each law of the muscle, intervals by its fit alone; those above hold all that fit comparably"
+        shown.append((title, header, [_row_of_law(found, each) for each in found.laws]))
     if found.alternatives:
         kind, header = found.judged_by, ["fit", *(p.name for p in free), "RMS [N·m]"]
-        rows = [["as asked", *(p.text(found.parameters[p.name]) for p in free), _rms(found, kind)]]
+        rows = [
+            ["as asked", *(p.text(found.parameters[p.name]) for p in free), f"{found.held_out[kind].rms:.3g}"]
+        ]
         for each in found.alternatives:
             cells = [p.text(each.values[p.name]) if p.name in each.values else "-" for p in free]
             rows.append([f"without {each.dropped}", *cells, f"{each.rms:.3g}"])
@@ -138,8 +158,17 @@ def tables(found: TorqueFit) -> list[Table]:
     return shown
 
 
-def _rms(found: TorqueFit, kind: str) -> str:
-    return f"{found.held_out[kind].rms:.3g}"
+def _row_of_law(found: TorqueFit, each: OfLaw) -> list[str]:
+    """A row of the table of laws."""
+    cells = []
+    for p in found.problem.free:
+        value = p.number(each.solution.values.get(p.name, np.nan))
+        ends = dict.fromkeys(f"{p.number(end):.3g}" for end in each.ends(p.name) or ())
+        cells.append(f"{value:.3g}" + (f" ({' to '.join(ends)})" if len(ends) > 1 else ""))
+    left = [] if each.rms_held_out is None else [f"{each.rms_held_out:.3g}"]
+    beyond = "".join(f"; beyond its range of {n.data['quantity']}" for n in each.beyond)
+    fits = ("comparably" if each.comparable else "worse") + beyond
+    return [each.law, *cells, f"{root_mean_square(each.solution):.3g}", *left, fits]
 
 
 def remarks(found: TorqueFit) -> list[str]:
@@ -159,5 +188,10 @@ def remarks(found: TorqueFit) -> list[str]:
         parts = ", ".join(f"{name}: {each.of(name):.2g}" for name in each.errors)
         word = "predicted" if kind == "file" else f"{kind} left out in turn"
         lines.append(f"{word}: {each.rms:.3g} N·m RMS ({parts})")
+    lines += [line for line in moves(found.laws, problem.free) if line.severity == "note"]
+    if not found.laws:
+        lines.append(
+            "no second law of the muscle was fitted: how far the law moves these numbers is not known"
+        )
     lines += [f"the readings do not identify: {line}" for line in found.verdict]
     return lines + [f"warning: {warning}" for warning in found.warnings]

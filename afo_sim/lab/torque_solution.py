@@ -19,6 +19,7 @@ from afo_sim.lab.torque_problem import CHANNELS, Group, TorqueParameter, TorqueP
 
 Progress = Callable[[str], None]
 ROUNDS = 4  # in which two channels' sizes of error are found
+ROUND_OFF = 1e-6  # of its size, below which a value is nothing
 AT_BOUND = 1e-4  # share of a parameter's range that counts as being at its bound
 KINDS = ("group", "angle", "pressure")
 BLOCKS = 5  # of angles
@@ -47,8 +48,9 @@ class Solution:
 
     @property
     def values(self) -> dict[str, float]:
-        """Of the parameters [SI]."""
-        return _values_of(self.problem.free, self.x)
+        """Of the parameters [SI]; what is nothing but round-off is 0."""
+        x = np.where(np.abs(self.x) < ROUND_OFF, 0.0, self.x)
+        return _values_of(self.problem.free, np.where([p.logarithmic for p in self.problem.free], self.x, x))
 
 
 def _values_of(free: Sequence[TorqueParameter], x: np.ndarray) -> dict[str, float]:
@@ -356,11 +358,16 @@ def apart(solution: Solution, report: Progress = lambda text: None) -> Apart | N
     return Apart(values, at, chance)
 
 
+def mean_square(solution: Solution) -> float:
+    """Of the torque errors of the settings, without the scatter within them [N²·m²]."""
+    missed = errors(solution.problem, solution.values)["torque"]
+    return float(np.average(missed**2, weights=solution.problem.column("weight")))
+
+
 def root_mean_square(solution: Solution) -> float:
     """Of the torque errors [N·m], every reading alike."""
-    problem = solution.problem
-    found = errors(problem, _values_of(problem.free, solution.x))["torque"]
-    return _of_readings(found, problem.column("weight"), problem.column("scatter"))
+    scatter = np.average(solution.problem.column("scatter"), weights=solution.problem.column("weight"))
+    return float(np.sqrt(mean_square(solution) + scatter))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,12 +1,13 @@
 """Figure of a torque fit: measured over fitted torque by pressure, what is left over, what goes with what."""
 
 import pathlib
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from afo_sim.lab import Group, Profile, Readings, TorqueFit, levels, profile, refused
-from afo_sim.lab.torque_problem import predict
+from afo_sim.lab.torque_problem import TorqueParameter, predict
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_figure
 
 _MOST_GROUPS = 6  # panels of measured torque
@@ -24,7 +25,7 @@ def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.
     """
     profiled = profile(found.solution)
     shown = min(len(found.problem.groups), _MOST_GROUPS)
-    count = shown + 1 + (profiled is not None)
+    count = shown + 1 + (profiled is not None) + bool(found.laws)
     columns = min(count, 4)
     rows = -(-count // columns)
     written = []
@@ -46,6 +47,9 @@ def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int,
     used = len(groups) + 1
     if profiled is not None:
         _draw_profile(axes[used], found, profiled)
+        used += 1
+    if found.laws:
+        _draw_laws(axes[used], found)
         used += 1
     for axis in axes[used:]:
         axis.set_axis_off()
@@ -75,11 +79,8 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
         colour = _colour(pressure, found)
         line = Group.of(_at(readings, grid, pressure), group.orthosis)
         fitted = predict(found.problem, found.parameters, [line])["torque"]
-        rigid = {
-            "series_stiffness": np.inf,
-            "offset": 0.0,
-            "cuff_stiffness": np.inf,
-            "plate_stiffness": np.inf,
+        rigid = dict.fromkeys(("series_stiffness", "cuff_stiffness", "plate_stiffness"), np.inf) | {
+            "offset": 0.0
         }
         stiff = predict(found.problem, found.parameters | rigid, [line])["torque"]
         axis.plot(np.degrees(grid), stiff, ":", color=colour, lw=1.0)
@@ -102,17 +103,8 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
 
 def _at(readings: Readings, angle: np.ndarray, pressure: float) -> Readings:
     """Readings to predict a line at."""
-    blank = np.full(len(angle), np.nan)
-    return Readings(
-        readings.file,
-        readings.group,
-        angle,
-        np.full(len(angle), pressure),
-        blank,
-        blank,
-        np.ones(len(angle)),
-        np.zeros(len(angle)),
-    )
+    like = readings.take(np.zeros(len(angle), int))
+    return replace(like, angle=angle, pressure=np.full(len(angle), pressure))
 
 
 def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
@@ -142,10 +134,35 @@ def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
     axis.legend()
 
 
-def _draw_profile(axis: Any, found: TorqueFit, profiled: Profile) -> None:
-    """Which pairs of two parameters fit as well, and what each group alone says."""
+def _scale(parameter: TorqueParameter, scale: Any, side: Any) -> None:
+    """A logarithmic axis where the parameter is searched so."""
     from matplotlib.ticker import LogFormatter
 
+    if parameter.logarithmic:
+        scale("log")
+        for format_ in (side.set_major_formatter, side.set_minor_formatter):
+            format_(LogFormatter(minor_thresholds=(1.2, 0.5)))
+
+
+def _draw_laws(axis: Any, found: TorqueFit) -> None:
+    """The first parameter by each law, with its interval; hollow where it fits worse than comparably."""
+    p = found.problem.free[0]
+    shown = [each for each in reversed(found.laws) if each.ends(p.name)]
+    if (hull := found.intervals[p.name]) is not None:
+        axis.axvspan(*map(p.number, hull), color=ZERO, alpha=0.3, lw=0)
+    for k, each in enumerate(shown):
+        colour = COLOURS[0] if each is found.laws[0] else "0.4"
+        axis.plot(list(map(p.number, each.ends(p.name) or ())), [k, k], color=colour)
+        face = colour if each.comparable else "white"
+        axis.plot(p.number(each.solution.values[p.name]), k, "o", ms=4, color=colour, mfc=face)
+    axis.set_yticks(range(len(shown)), [each.law for each in shown], fontsize=7)
+    _scale(p, axis.set_xscale, axis.xaxis)
+    axis.set_xlabel(f"{p.name} [{p.shown}]")
+    axis.set_title("by each law; hollow: fits worse; grey: 95 % interval")
+
+
+def _draw_profile(axis: Any, found: TorqueFit, profiled: Profile) -> None:
+    """Which pairs of two parameters fit as well, and what each group alone says."""
     first, second = profiled.parameters
     x = np.array([first.number(v) for v in profiled.first])
     y = np.array([second.number(v) for v in profiled.second])
@@ -154,14 +171,8 @@ def _draw_profile(axis: Any, found: TorqueFit, profiled: Profile) -> None:
         x, y, 100.0 * worse.T, [0, 1, 2, 5, 10, 20, 50, 100], cmap="Greys", extend="max", alpha=0.7
     )
     axis.figure.colorbar(bands, ax=axis, label="torque RMS above the least [%]")
-    for parameter, scale, side in (
-        (first, axis.set_xscale, axis.xaxis),
-        (second, axis.set_yscale, axis.yaxis),
-    ):
-        if parameter.logarithmic:
-            scale("log")
-            for format_ in (side.set_major_formatter, side.set_minor_formatter):
-                format_(LogFormatter(minor_thresholds=(1.2, 0.5)))
+    _scale(first, axis.set_xscale, axis.xaxis)
+    _scale(second, axis.set_yscale, axis.yaxis)
     at = found.parameters
     axis.plot(
         first.number(at[first.name]), second.number(at[second.name]), "o", color=COLOURS[0], label="fitted"

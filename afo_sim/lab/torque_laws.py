@@ -1,0 +1,121 @@
+"""How far the force law moves what static torques determine: the same fit with every law of the muscle.
+
+An interval holds the readings' scatter about one law. Another law may lie as close and ask for another
+stiffness, so intervals are widened to the hull over the laws that fit comparably: those whose mean squared
+error is above the least by no more than chance allows, each on as many errors as are independent,
+
+    S/S_least ≤ F(0.95; n, n_least).
+
+Errors are not paired: a paired test excludes laws for a few per cent of what a bending bracket or friction
+leaves over. A law that is asked beyond its range counts as the others do, and is reported.
+
+Source
+------
+The test of two variances: Snedecor & Cochran 1989, Statistical methods, chapter 6.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import f
+
+from afo_sim.common import Notice
+from afo_sim.lab.identifiability import refused
+from afo_sim.lab.torque_belief import beyond_law, interval_of, linearised, scattered
+from afo_sim.lab.torque_problem import Group, TorqueParameter, TorqueProblem
+from afo_sim.lab.torque_solution import HeldOut, Progress, Solution, apart, held_out, mean_square, solve
+
+CHANCE = 0.95  # up to which a ratio of mean squared errors is chance
+
+
+@dataclass(frozen=True, eq=False)
+class OfLaw:
+    """A fit with one law; `comparable` says whether it lies as close as the closest, as far as chance allows.
+
+    `rms_held_out` is of what was left out [N·m], `beyond` says where the law is asked beyond its range.
+    """
+
+    law: str
+    solution: Solution
+    rms_held_out: float | None
+    comparable: bool
+    beyond: tuple[Notice, ...]
+
+    def ends(self, name: str) -> tuple[float, float] | None:
+        """95 % interval [SI] about this law, twice the value where it is refused; None if not fitted."""
+        if name not in self.solution.problem.names:
+            return None
+        if name in refused(linearised(self.solution)):
+            return (self.solution.values[name],) * 2
+        return interval_of(self.solution, self.solution.problem.names.index(name))
+
+
+def of_laws(solution: Solution, found: dict[str, HeldOut], report: Progress) -> tuple[OfLaw, ...]:
+    """Fits with each law that all filled muscles have parameters for, the one in use first.
+
+    Empty where the muscles use several laws or have one alone, or where every parameter is the law's own.
+    """
+    problem, kind = solution.problem, next(iter(found), "")
+    muscles = [m.type for g in problem.groups for m in g.orthosis.muscles_of(problem.chamber).values()]
+    shared = [law for law in muscles[0].laws if all(law in m.laws for m in muscles)]
+    if len(shared) < 2 or len({m.law for m in muscles}) > 1 or all(p.of_law for p in problem.free):
+        return ()
+    fits, left = {muscles[0].law: solution}, {muscles[0].law: found}
+    for law in (law for law in shared if law not in fits):
+        report(f"fitting with the law {law}")
+        fitted = solve(_with(problem, law))
+        fits[law], left[law] = scattered(fitted, apart(fitted))[0], held_out(fitted, [kind] if kind else [])
+    least = min(fits.values(), key=mean_square)
+    square = mean_square(least)
+    return tuple(
+        OfLaw(
+            law,
+            each,
+            left[law][kind].rms if kind in left[law] else None,
+            bool(mean_square(each) <= f.ppf(CHANCE, each.independent, least.independent) * square),
+            tuple(beyond_law(each)),
+        )
+        for law, each in fits.items()
+    )
+
+
+def _with(problem: TorqueProblem, law: str) -> TorqueProblem:
+    def using(group: Group) -> Group:
+        orthosis, filled = group.orthosis, group.orthosis.muscles_of(problem.chamber)
+        other = {n: m.model_copy(update={"type": m.type.using(law=law)}) for n, m in filled.items()}
+        return replace(group, orthosis=orthosis.model_copy(update={"muscle": orthosis.muscle | other}))
+
+    free = tuple(p for p in problem.free if not p.of_law)
+    return replace(problem, groups=tuple(map(using, problem.groups)), free=free)
+
+
+def widened(own: tuple[float, float], laws: Sequence[OfLaw], name: str) -> tuple[float, float]:
+    """The hull [SI] of an interval and of those of the laws that fit comparably."""
+    hull = [own, *(ends for each in laws[1:] if each.comparable and (ends := each.ends(name)))]
+    return min(low for low, _ in hull), max(high for _, high in hull)
+
+
+def moves(laws: Sequence[OfLaw], free: Sequence[TorqueParameter]) -> Iterator[Notice]:
+    """A sentence on how far the law moves each parameter; a warning where it is beyond one law's interval."""
+    fitting = [each for each in laws if each.comparable]
+    if fitting and laws[0] not in fitting:
+        closer = ", ".join(each.law for each in fitting)
+        text = "{subject} fits worse than chance allows; {closer} fit closer"
+        yield Notice("law-fits-worse", text, subject=laws[0].law, closer=closer)
+    for p in free if laws else ():
+        counted = [each for each in laws if each.ends(p.name) and each in (laws[0], *fitting)]
+        value = sorted((each.solution.values[p.name], each.law) for each in counted)
+        low, high = laws[0].ends(p.name) or (-np.inf, np.inf)
+        beyond = value[0][0] < low or value[-1][0] > high
+        text = "{subject}: the law moves it from {least} to {most}; {count} of {all} laws fit comparably"
+        yield Notice(
+            "law-moves",
+            text if len(value) > 1 else "{subject}: no other of {all} laws fits comparably",
+            subject=p.name,
+            severity="warning" if beyond else "note",
+            least=f"{p.text(value[0][0])} ({value[0][1]})",
+            most=f"{p.text(value[-1][0])} ({value[-1][1]})",
+            count=len(fitting),
+            all=len(laws),
+        )
