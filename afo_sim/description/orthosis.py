@@ -36,6 +36,7 @@ from afo_sim.description.muscle import Distance, Muscle
 from afo_sim.description.quantity import Described, Quantity, refusal
 
 _Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
+_Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
 
 _MOST_PLACES = 12  # on a muscle's path between its ends
 
@@ -279,6 +280,8 @@ class Orthosis(Described):
     range_of_motion: tuple[_Angle, _Angle]
     """Lowest and highest ankle angle that the device is built for; a muscle that locks within is
     refused."""
+    joint_centre: tuple[tuple[_Angle, _Length, _Length], ...] = ()
+    """Centre of rotation where it moves, for fit-torque: rows of rising angle, forward, up."""
     anchor: dict[Segment, Mounting] = Field(default_factory=dict)
     """How the cuff on the shank and the plate under the foot give; without a table they are rigid."""
     interface: dict[Segment, Interface] = Field(default_factory=dict)
@@ -308,6 +311,15 @@ class Orthosis(Described):
         if self.anchor and self.muscle and not self.anchored:
             problem = "is pulled on by no muscle: all of them run over pulleys"
             raise refusal(problem, "no such table, or a muscle between two anchors", "anchor")
+        return self
+
+    @model_validator(mode="after")
+    def _centre_moves(self) -> Self:
+        angles = [angle for angle, *_ in self.joint_centre]
+        if angles and (angles != sorted({*angles}) or not angles[0] <= 0.0 <= angles[-1] or len(angles) < 2):
+            raise refusal("is not over rising angles about 0", "two rows or more", "joint_centre")
+        if angles and any(group.path or group.pulley for group in self.muscle.values()):
+            raise refusal("needs muscles straight between two anchors", "no path, no pulley", "joint_centre")
         return self
 
     @model_validator(mode="after")

@@ -185,6 +185,9 @@ class Scenario(Described):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        if self.orthosis.joint_centre:
+            problem = "goes with fit-torque alone: the leg's ankle is a hinge, whose centre does not move"
+            raise refusal(problem, "[], for a run about the hinge", "orthosis.joint_centre")
         tables = [(kind, getattr(self, kind)) for kind in ("timer", "phases", "start")]
         named = [(kind, switched.chambers) for kind, switched in tables if switched]
         check_switched(self.orthosis, named)

@@ -18,7 +18,7 @@ from scipy.stats import t
 from afo_sim.common import Notice
 from afo_sim.lab.identifiability import Estimate, refused, unidentified, verdict
 from afo_sim.lab.torque_data import WITHOUT_AIR, Readings
-from afo_sim.lab.torque_problem import Group, TorqueProblem, errors, predict
+from afo_sim.lab.torque_problem import Group, TorqueProblem, arms_off, errors, predict
 from afo_sim.lab.torque_solution import AT_BOUND, Alternative, Apart, HeldOut, Solution, bounds, levels, solve
 
 TIGHT = 0.2  # half an interval, in a parameter's size or as a ratio, that tells even what nothing needs
@@ -238,6 +238,8 @@ def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
             f"angles go from {angle.min():.3g} to {angle.max():.3g} deg, beyond the orthosis' "
             "range_of_motion: are unit and zero right?",
         )
+    for group in problem.groups:
+        yield from arms_off(group.readings)
     yield from beyond_law(solution)
     yield from _slack(solution)
     yield from _held_soft(solution)

@@ -7,7 +7,7 @@ model fits. Of a log only the samples are taken at which nothing moves, and a st
 import pathlib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,8 @@ NUMBERS = {
     "cuff": "m",
 }
 WORDS = {"group": "group", "test": "group", "chamber": "chamber", "muscle": "chamber"}
-IGNORED = ("length", "moment arm", "note")  # that may stand in such a file
+PATH = ("path length", "moment arm")  # [m]; with a muscle's name behind, where there are several
+IGNORED = ("length", "note")  # that may stand in such a file; with a muscle's own length, its moment arm too
 HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}
 ONLY = "1"  # the group where there is no such column
 HIGHEST, WIDEST, LARGEST = 2e6, np.radians(180.0), 1e4  # gauge pressure [Pa], angle [rad], torque [N·m]
@@ -44,6 +45,7 @@ FARTHEST = 0.5  # displacement of a cuff [m]
 
 WITHOUT_AIR = 5e3  # gauge pressure up to which a reading is one without air [Pa]
 SAME_ANGLE, SAME_PRESSURE = np.radians(0.05), 500.0  # settings are rounded to such steps
+SAME_LENGTH = 5e-4  # and their measured paths to such [m]
 ANGLE_RATE, PRESSURE_RATE = np.radians(2.0), 5e3  # up to which a sample of a log is still [rad/s], [Pa/s]
 WINDOW = 0.5  # over which the rates of a log are taken [s]
 CELL_ANGLE, CELL_PRESSURE = np.radians(1.0), 5e3  # a still stretch is cut into cells of this size
@@ -56,7 +58,8 @@ class Readings:
 
     `angle` and `torque` are dorsiflexion positive, `pressure` is gauge, `cuff` the displacement of the cuff
     along the pull, not a number where none was read. `weight` is how many readings a setting is the mean of;
-    a stretch of a log counts as one. `scatter` is the mean square of their torques about their mean.
+    a stretch of a log counts as one. `scatter` is the mean square of their torques about their mean. `path`
+    holds measured path lengths and moment arms [m] (2, n) by the muscle in their titles, "" for the only one.
     """
 
     file: pathlib.Path
@@ -67,6 +70,7 @@ class Readings:
     cuff: np.ndarray
     weight: np.ndarray
     scatter: np.ndarray
+    path: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.angle)
@@ -74,7 +78,8 @@ class Readings:
     def take(self, keep: np.ndarray) -> "Readings":
         """Some of the settings."""
         names = ("angle", "pressure", "torque", "cuff", "weight", "scatter")
-        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+        path = {muscle: values[:, keep] for muscle, values in self.path.items()}
+        return replace(self, path=path, **{name: getattr(self, name)[keep] for name in names})
 
 
 @dataclass(frozen=True)
@@ -97,7 +102,8 @@ def read_torques(
 
     Columns are `angle`, `pressure` (gauge) or `absolute pressure`, `torque`, each with its unit. There may be
     `group` (or `test`), `chamber` (or `muscle`) that was filled, `cuff` (displacement along the pull),
-    `time`. With a time the file is a log, of which still samples are taken.
+    `time`, `path length` and `moment arm` (that of one of several muscles with its name behind). With a time
+    the file is a log, of which still samples are taken.
 
     Units: rates [rad/s].
     """
@@ -114,6 +120,9 @@ def read_torques(
         columns["weight"] = np.ones(len(columns["angle"]))
     doubt = _doubt_gauge(columns)
     remarks += [doubt] if doubt else []
+    unused = [title for title in table.titles if re.match("length|moment.arm", title.strip().lower())]
+    if unused and not _of_path(columns):
+        remarks.append(f"{', '.join(unused)}: not used; a path has columns path length and moment arm")
     groups = {}
     for name in dict.fromkeys(columns["group"].tolist()):
         own = {key: values[columns["group"] == name] for key, values in columns.items()}
@@ -133,10 +142,11 @@ Columns = dict[str, np.ndarray]
 def _columns(table: Table) -> Columns:
     """Columns by their meaning, SI; nothing twice, nothing unknown, nothing missing."""
     found: Columns = {}
-    for k, title in enumerate(table.titles):
-        name = re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower())
-        known = (*NUMBERS, *WORDS, *IGNORED)
-        if name not in known:
+    names = [re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower()) for title in table.titles]
+    no_path = "length" in names and not any(name.startswith(PATH[0]) for name in names)
+    for k, (title, name) in enumerate(zip(table.titles, names, strict=True)):
+        known = (*NUMBERS, *WORDS, *IGNORED, *PATH)
+        if name not in known and not name.startswith(PATH):
             raise InputError(
                 "is an unknown column",
                 file=table.file,
@@ -145,7 +155,7 @@ def _columns(table: Table) -> Columns:
                 allowed=", ".join(known),
                 nearest=nearest_name(name, known),
             )
-        if name in IGNORED:
+        if name in IGNORED or (no_path and name.startswith(PATH)):
             continue
         meant = WORDS.get(name, "pressure" if name == "absolute pressure" else name)
         if meant in found:
@@ -154,7 +164,7 @@ def _columns(table: Table) -> Columns:
         if name in WORDS:
             found[meant] = np.array([str(cell) for _, cell in cells], dtype=object)
             continue
-        scale, _ = scale_of(table.file, name, title, (NUMBERS[name],), EXAMPLE)
+        scale, _ = scale_of(table.file, name, title, (NUMBERS.get(name, "m"),), EXAMPLE)
         found[meant] = scale * np.array([number(table.file, line, name, cell) for line, cell in cells])
         if name == "absolute pressure":
             found[meant] -= AMBIENT_PRESSURE
@@ -168,6 +178,10 @@ def _columns(table: Table) -> Columns:
                 value=titles,
                 allowed=EXAMPLE,
             )
+    for name in filter(lambda name: name.startswith(PATH), found):
+        partner = name.replace(*(PATH if name.startswith(PATH[0]) else PATH[::-1]))
+        if partner not in found:
+            raise InputError("stands without its partner", file=table.file, field=name, allowed=partner)
     count = len(table.rows)
     if not count:
         raise InputError("holds no points", file=table.file, allowed=EXAMPLE)
@@ -256,7 +270,7 @@ def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> 
         )
         cells.setdefault(key, []).append(int(k))
     found: Columns = {"group": np.array([key[0] for key in cells], dtype=object)}
-    for name in ("angle", "pressure", "torque", "cuff"):
+    for name in ("angle", "pressure", "torque", "cuff", *_of_path(columns)):
         found[name] = np.array([columns[name][rows].mean() for rows in cells.values()])
     found["weight"] = np.ones(len(cells))
     said = (
@@ -312,15 +326,15 @@ def _less_without_air(file: pathlib.Path, columns: Columns) -> tuple[Columns, st
 
 def _settings(file: pathlib.Path, group: str, columns: Columns) -> Readings:
     """Means of the readings at one angle and pressure, in the order of the file."""
-    keys = np.column_stack(
-        [np.round(columns["angle"] / SAME_ANGLE), np.round(columns["pressure"] / SAME_PRESSURE)]
-    )
+    measured = _of_path(columns)
+    steps = {"angle": SAME_ANGLE, "pressure": SAME_PRESSURE, **dict.fromkeys(measured, SAME_LENGTH)}
+    keys = np.column_stack([np.round(columns[name] / step) for name, step in steps.items()])
     _, first, where = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)  # of the settings, as they come in the file
     where = np.ravel(where)
     weight = np.bincount(where, columns["weight"])
     means = {}
-    for name in ("angle", "pressure", "torque"):
+    for name in ("angle", "pressure", "torque", *measured):
         means[name] = (np.bincount(where, columns["weight"] * columns[name]) / weight)[order]
     away = columns["torque"] - (np.bincount(where, columns["weight"] * columns["torque"]) / weight)[where]
     scatter = (np.bincount(where, columns["weight"] * away**2) / weight)[order]
@@ -328,7 +342,14 @@ def _settings(file: pathlib.Path, group: str, columns: Columns) -> Readings:
     share = np.bincount(where[seen], minlength=len(order))
     with np.errstate(invalid="ignore"):  # where none was read
         cuff = np.bincount(where[seen], columns["cuff"][seen], len(order)) / np.where(share, share, np.nan)
-    return Readings(file, group, **means, cuff=cuff[order], weight=weight[order], scatter=scatter)
+    pairs = {n.removeprefix(PATH[0]): n for n in measured if n.startswith(PATH[0])}
+    path = {k.strip(): np.array([means.pop(n), means.pop(PATH[1] + k)]) for k, n in pairs.items()}
+    return Readings(file, group, **means, cuff=cuff[order], weight=weight[order], scatter=scatter, path=path)
+
+
+def _of_path(columns: Columns) -> list[str]:
+    """Names of the columns of measured paths."""
+    return [name for name in columns if name.startswith(PATH)]
 
 
 def joined(parts: Mapping[str, Torques]) -> Torques:

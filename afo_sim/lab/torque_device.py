@@ -1,6 +1,7 @@
 """Statics of an orthosis about its joint: paths and moment arms over angle, and the tensions that balance.
 
     L(φ) = |i(φ) − o|,  r = −dL/dφ         path between two anchors and its moment arm; round guides by MuJoCo
+    di/dφ = y × (i − c(φ))                  with a joint whose centre c moves
     x(φ) = −r φ,        r constant          path over a pulley, from angle zero
     κ_path = (L0 + s − L)/L0                contraction ratio that the path leaves, s all that is in series
     κ = κ_path + [F/k + Σ z(P)]/L0          own contraction: cable k, anchors z under the pull P = Σ F
@@ -16,12 +17,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from afo_sim.common import InputError, format_quantity
 from afo_sim.description import Mounting, MuscleGroup, Orthosis, at_rest, reader
 from afo_sim.model import paths_of
 from afo_sim.physics import LAWS, anchor_displacement, on_anchors, row, tensions
 
+BESIDE = np.radians(2.0)  # beyond the described centres of the joint, up to which they are continued
+FINE = 501  # angles by which they are integrated
 HALVINGS = 50  # of the pull on the anchors, where several groups share them
 Anchor = tuple[
     float, float, float
@@ -55,24 +59,36 @@ class Change:
     law: Mapping[str, float] | None = None
 
 
-def paths(orthosis: Orthosis, angle: np.ndarray) -> list[Path]:
+def paths(
+    orthosis: Orthosis, angle: np.ndarray, measured: Mapping[str, np.ndarray] | None = None
+) -> list[Path]:
     """The paths of an orthosis' muscles, alike ones together.
 
     Parameters
     ----------
     orthosis : described
     angle : of the joint, dorsiflexion positive [rad] (n,)
+    measured : lengths and moment arms [m] (2, n) in place of those described, by muscle group
+
+    Raises
+    ------
+    InputError
+        An angle is beyond the orthosis' `joint_centre`.
     """
     found = []
-    guided = _guided(orthosis, angle)
+    guided, carried = _guided(orthosis, angle), _carried(orthosis, angle)
     for name, group in orthosis.muscle.items():
+        if measured and name in measured:
+            length, arm = measured[name]
+            found.append(Path(name, length, arm, group.count))
+            continue
         if group.pulley is not None:
             arm = np.full(len(angle), group.pulley.moment_arm)
             found.append(Path(name, -arm * angle, arm, group.count))
             continue
         alike = group.alike
         for k in range(1 if alike else group.count):
-            length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(group, k, angle)
+            length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(group, k, angle, *carried)
             found.append(Path(name, length, arm, group.count if alike else 1))
     return found
 
@@ -86,7 +102,25 @@ def _guided(orthosis: Orthosis, angle: np.ndarray) -> dict[str, tuple[np.ndarray
     return {name: (lengths[:, k], arms[:, k]) for k, name in enumerate(known.tendons)}
 
 
-def _between(group: MuscleGroup, number: int, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _carried(orthosis: Orthosis, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where the foot's ankle point and the joint's centre are on the shank, forward + i up [m] (n,).
+
+    A foot that turns about c moves by dq/dφ = i (q − c), so q = e^(iφ) (q(0) − i ∫ e^(−is) c(s) ds).
+    """
+    if not orthosis.joint_centre:
+        return np.zeros(len(angle), complex), np.zeros(len(angle), complex)
+    known, forward, up = np.transpose(orthosis.joint_centre)
+    if angle.min() < known[0] - BESIDE or angle.max() > known[-1] + BESIDE:
+        asked = f"rows from {np.degrees(angle.min()):.4g} to {np.degrees(angle.max()):.4g} deg"
+        raise InputError("ends within the readings", field="orthosis.joint_centre", allowed=asked)
+    centre, fine = CubicSpline(known, forward + 1j * up), np.linspace(known[0], known[-1], FINE)
+    turned = CubicSpline(fine, np.exp(-1j * fine) * centre(fine)).antiderivative()
+    return -1j * np.exp(1j * angle) * (turned(angle) - turned(0.0)), centre(angle)
+
+
+def _between(
+    group: MuscleGroup, number: int, angle: np.ndarray, moved: np.ndarray, centre: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Length and moment arm of one muscle between two anchors; toe up is positive."""
     assert group.origin is not None and group.insertion is not None
     side = number - 0.5 * (group.count - 1)
@@ -96,10 +130,10 @@ def _between(group: MuscleGroup, number: int, angle: np.ndarray) -> tuple[np.nda
         ends[end.segment] = (x, y + side * end.spacing, z)
     (shank_x, shank_y, shank_z), (x, y, z) = ends["shank"], ends["foot"]
     cos, sin = np.cos(angle), np.sin(angle)
-    turned_x, turned_z = x * cos - z * sin, x * sin + z * cos
+    turned_x, turned_z = x * cos - z * sin + moved.real, x * sin + z * cos + moved.imag
     forward, aside, up = turned_x - shank_x, y - shank_y, turned_z - shank_z
     length = np.sqrt(forward**2 + aside**2 + up**2)
-    return length, (forward * turned_z - up * turned_x) / length
+    return length, (forward * (turned_z - centre.imag) - up * (turned_x - centre.real)) / length
 
 
 def statics(

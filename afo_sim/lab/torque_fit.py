@@ -1,14 +1,8 @@
 """Compliance, offset and law of a mounted device from measured static torque.
 
-The joint is held at an angle, the muscle is filled, and the torque is read: dorsiflexion positive. At
-each reading the muscle is in balance with its cable, cuff and plate,
-
-    κ = κ_path(φ) + [offset + F(κ, p)/k + Σ z(n F)]/L0,    M = Σ r(φ) F(κ, p),
-
-with path and moment arm r of the orthosis. `series_stiffness` is k, the stiffness of each filled muscle's
-cable and brackets. `offset` is the length that they give before they carry anything. `cuff_stiffness`
-and `plate_stiffness` are those of the anchors, which all muscles share. Any other name is a parameter
-of the muscle's law.
+`series_stiffness` is that of each filled muscle's cable and brackets. `offset` is the length that they give
+before they carry anything. `cuff_stiffness` and `plate_stiffness` are those of the anchors, which all muscles
+share. Any other name is a parameter of the muscle's law. `fit_torque` says in what balance they stand.
 """
 
 import os
@@ -40,6 +34,7 @@ from afo_sim.lab.torque_problem import (
     TorqueProblem,
     choose_chamber,
     errors,
+    on_muscles,
     parameters,
     require_possible,
 )
@@ -213,7 +208,8 @@ def fit_torque(
     ----------
     data : path to a CSV, {title with unit: array}, or a pandas DataFrame of such titles; or a list of these.
         Columns `angle`, `pressure` (gauge), `torque`; also `group`, `chamber`, `cuff` (displacement along the
-        pull, by which `cuff_stiffness` is fitted), `time` (a log: still samples are taken)
+        pull, by which `cuff_stiffness` is fitted), `time` (a log: still samples are taken), `path length`
+        and `moment arm` in place of the orthosis' geometry
     orthosis : name, path or description; or {group: orthosis} where groups were taken of different ones
     fit : parameters: `series_stiffness` and `offset` of each filled muscle's cable and brackets,
         `cuff_stiffness` and `plate_stiffness` of the anchors, or a parameter of the muscle's law
@@ -253,8 +249,8 @@ def fit_torque(
     names = (fit,) if isinstance(fit, str) else tuple(fit)
     difference, orthoses = torque == "difference", _orthoses(orthosis)
     read, *others = (_read(each, chamber, difference, rates) for each in (data, *unseen))
-    further = [group for each in others for group in _groups(each, orthoses)]
     problem = _posed(read, orthoses, names, chamber, difference)
+    further = [group for each in others for group in _groups(each, orthoses, problem.chamber)]
     return _fitted(problem, names, kinds, hold_out, further, read.remarks, report)
 
 
@@ -391,14 +387,15 @@ def _rate(name: str, text: Any) -> float:
     return found
 
 
-def _groups(read: Torques, orthoses: Mapping[str, Orthosis]) -> tuple[Group, ...]:
+def _groups(read: Torques, orthoses: Mapping[str, Orthosis], chamber: str) -> tuple[Group, ...]:
     """The readings with their orthoses."""
     found = []
     for name, readings in read.groups.items():
         if "" not in orthoses and name not in orthoses:
             problem = "no orthosis is given for this group"
             raise unknown(name, orthoses, field="group", file=readings.file, problem=problem)
-        found.append(Group.of(readings, orthoses.get(name, orthoses.get(""))))  # type: ignore[arg-type]
+        orthosis = orthoses[name if name in orthoses else ""]
+        found.append(Group.of(on_muscles(readings, orthosis, chamber), orthosis))
     return tuple(found)
 
 
@@ -407,12 +404,12 @@ def _posed(
 ) -> TorqueProblem:
     """The problem, if there is enough to fit; a measured cuff brings its stiffness with it."""
     chamber = choose_chamber(next(iter(orthoses.values())), chamber, read.chambers)
-    groups = _groups(read, orthoses)
-    used = [group.orthosis for group in groups]
-    for orthosis in used:
+    for orthosis in orthoses.values():
         if chamber not in orthosis.chamber:
             lacking = "one of the orthoses has no such chamber"
             raise unknown(chamber, orthosis.chamber, field="chamber", problem=lacking)
+    groups = _groups(read, orthoses, chamber)
+    used = [group.orthosis for group in groups]
     cuff = any(np.isfinite(group.readings.cuff).any() for group in groups)
     wanted = [*names, *(["cuff_stiffness"] if cuff and "cuff_stiffness" not in names else [])]
     problem = TorqueProblem(groups, parameters(wanted, used, chamber), chamber, difference)

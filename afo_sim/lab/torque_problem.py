@@ -1,20 +1,24 @@
 """A torque fit as it is posed: readings, the orthosis of each group, parameters, and its predictions."""
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
-from afo_sim.common import EXAMPLES, InputError, in_unit, unknown
+from afo_sim.common import EXAMPLES, InputError, Notice, in_unit, unknown
 from afo_sim.description import Orthosis
-from afo_sim.lab.torque_data import Readings
+from afo_sim.lab.torque_data import SAME_ANGLE, Readings
 from afo_sim.lab.torque_device import Change, Path, paths, statics
 from afo_sim.physics import LAWS
 
 STIFFEST = 1e7  # no cable of a device is stiffer [N/m]
 CHANNELS = ("torque", "cuff")
 USUAL_CHAMBER = "dorsiflexor"
+LEFT = 0.9  # contraction ratio to either side that no path leaves
+DISAGREE, APART = 0.05, 1e-3  # of its change, and [m], by which a path's length and moment arm may disagree
 BEYOND = 1.25  # measured torque over that on rigid anchors, from which no stiffness can be the reason
 
 
@@ -126,8 +130,8 @@ class Group:
 
     @classmethod
     def of(cls, readings: Readings, orthosis: Orthosis) -> "Group":
-        """With the paths at the readings' angles."""
-        return cls(readings, orthosis, tuple(paths(orthosis, readings.angle)))
+        """With the paths at the readings' angles, or as they were measured."""
+        return cls(readings, orthosis, tuple(paths(orthosis, readings.angle, readings.path)))
 
     def take(self, keep: np.ndarray) -> "Group":
         """Some of the readings."""
@@ -173,6 +177,56 @@ class TorqueProblem:
     def of_group(self) -> np.ndarray:
         """The number of its group, for each reading."""
         return np.repeat(np.arange(len(self.groups)), [len(group) for group in self.groups])
+
+
+def on_muscles(readings: Readings, orthosis: Orthosis, chamber: str) -> Readings:
+    """Readings whose measured paths stand under the names of the muscles that are filled; checked."""
+    if not readings.path:
+        return readings
+    muscles = orthosis.muscles_of(chamber)
+    titles = {re.sub(r"[\s_]+", " ", name.lower()): name for name in muscles}
+    if len(muscles) == 1 and "" in readings.path:
+        titles = {"": next(iter(muscles))}
+    if orthosis.joint_centre:
+        problem = "stands beside the orthosis' joint_centre: one of them gives the path"
+        raise InputError(problem, file=readings.file, field="path length")
+    if {*readings.path} != {*titles}:
+        problem = f"is of {', '.join(readings.path) or 'no muscle by name'}"
+        allowed = f"a column and a moment arm for each muscle that is filled: {', '.join(muscles)}"
+        raise InputError(problem, file=readings.file, field="path length", allowed=allowed)
+    for title, name in titles.items():
+        length, arm = readings.path[title]
+        left = 1.0 + (muscles[name].series_length - length) / muscles[name].type.nominal_length
+        if np.abs(left).max() > LEFT:
+            problem = f"leaves {name} a contraction ratio of {left.min():.2g} to {left.max():.2g}"
+            allowed = "lengths from origin to insertion; over a pulley, longer than at angle zero by"
+            raise InputError(problem, file=readings.file, field="path length", allowed=allowed)
+        lengths, turned = _over_angle(readings, length, arm)
+        if np.ptp(turned) > APART and np.sum((lengths - lengths.mean()) * turned) > 0.0:
+            problem = "has the wrong sign: r = -dL/dangle, and the path's length rises with its integral"
+            mean = f"{1e3 * arm.mean():.3g} mm"
+            raise InputError(problem, file=readings.file, field="moment arm", value=mean)
+    return replace(readings, path={name: readings.path[title] for title, name in titles.items()})
+
+
+def arms_off(readings: Readings) -> Iterator[Notice]:
+    """A notice on each measured path whose moment arm is not the slope of its length, r = −dL/dφ."""
+    for name, (length, arm) in readings.path.items():
+        lengths, turned = _over_angle(readings, length, arm)
+        length, turn, apart = (1e3 * float(np.ptp(each)) for each in (lengths, turned, lengths + turned))
+        if apart > DISAGREE * length + 1e3 * APART:
+            text = (
+                "{subject}: its path changes by {length:.3g} mm and, by its moment arm (r = -dL/dangle), by "
+            )
+            text += "{turn:.3g} mm, up to {apart:.3g} mm apart"
+            yield Notice("arm-off", text, subject=name, length=length, turn=turn, apart=apart)
+
+
+def _over_angle(readings: Readings, length: np.ndarray, arm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean lengths over the rising angle, and the integral of the mean moment arms [m]; 0 at first."""
+    steps, where = np.unique(np.round(readings.angle / SAME_ANGLE), return_inverse=True)
+    lengths, arms = (np.bincount(where, values) / np.bincount(where) for values in (length, arm))
+    return lengths, cumulative_trapezoid(arms, steps * SAME_ANGLE, initial=0.0)
 
 
 def choose_chamber(orthosis: Orthosis, asked: str, named: Sequence[str]) -> str:
@@ -248,16 +302,10 @@ def _cuff(orthosis: Orthosis, change: Change) -> float | None:
     return change.shank or (described.stiffness if described is not None else None)
 
 
-def _rigid_torque(problem: TorqueProblem) -> np.ndarray:
-    """The torque without compliance, by the law as it is described [N·m]."""
-    change = Change(np.inf, 0.0, np.inf, np.inf)
-    found = [_statics(problem, g, g.readings.pressure, change)[0] for g in problem.groups]
-    return np.concatenate(found)
-
-
 def require_possible(problem: TorqueProblem) -> None:
     """Refuse torques that the muscles cannot give at any compliance: of the wrong sign, or far too large."""
-    measured, most = problem.column("torque"), _rigid_torque(problem)
+    measured, rigid = problem.column("torque"), Change(np.inf, 0.0, np.inf, np.inf)
+    most = np.concatenate([_statics(problem, g, g.readings.pressure, rigid)[0] for g in problem.groups])
     file, largest = problem.groups[0].readings.file, float(np.abs(measured).max())
     if largest == 0.0:
         raise InputError("is zero at every reading", file=file, field="torque")

@@ -266,6 +266,9 @@ def _check_spec(
     if not orthosis.muscle:
         allowed = "an orthosis with muscles"
         raise InputError("has no muscle", field="orthosis", value=orthosis.name, allowed=allowed)
+    if orthosis.joint_centre:
+        problem = "goes with fit-torque alone: the model's ankle is a hinge"
+        raise InputError(problem, field="orthosis.joint_centre")
     for name, group in orthosis.muscle.items():
         if group.pulley is not None:
             problem = "runs over a pulley on the joint's axis, which a leg does not have"

@@ -103,8 +103,13 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
 
 def _at(readings: Readings, angle: np.ndarray, pressure: float) -> Readings:
     """Readings to predict a line at."""
+    order = np.argsort(readings.angle)
+    path = {
+        name: np.array([np.interp(angle, readings.angle[order], row[order]) for row in rows])
+        for name, rows in readings.path.items()
+    }
     like = readings.take(np.zeros(len(angle), int))
-    return replace(like, angle=angle, pressure=np.full(len(angle), pressure))
+    return replace(like, angle=angle, pressure=np.full(len(angle), pressure), path=path)
 
 
 def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:

@@ -21,13 +21,18 @@ def only(data: Any, **options: Any) -> Readings:
 def test_units_and_names_are_read(tmp_path: pathlib.Path) -> None:
     file = tmp_path / "x.csv"
     file.write_text(
-        "# note: by hand\nTest,Angle [deg],absolute pressure (kPa),torque [N*cm],moment_arm [mm]\n"
-        "a,90,301.325,150,40\nb,-45,401.325,-20,40\n"
+        "# note: by hand\n"
+        "Test,Angle [deg],absolute pressure (kPa),torque [N*cm],moment_arm [mm],length [mm]\n"
+        "a,90,301.325,150,40,200\nb,-45,401.325,-20,40,210\n"
     )
-    found = read_torques(file).groups
-    assert list(found) == ["a", "b"]
+    read = read_torques(file)
+    found = read.groups
+    assert list(found) == ["a", "b"] and any(
+        "moment_arm [mm], length [mm]: not used" in r for r in read.remarks
+    )
     assert found["a"].angle == pytest.approx([np.pi / 2.0])
     assert found["a"].pressure == pytest.approx([301_325.0 - AMBIENT_PRESSURE])
+    assert not found["a"].path  # a muscle's own length and arm are not its path's
     assert found["a"].torque == pytest.approx([1.5]) and found["b"].torque == pytest.approx([-0.2])
 
 
@@ -150,6 +155,11 @@ def lacking(name: str) -> dict[str, Any]:
         ({**GOOD, "pressure [bar]": [-0.9, 0.0, 1.0]}, "pressure .*out of range"),
         ({**GOOD, "angle [deg]": [0.0, 5.0, 700.0]}, "angle .*out of range"),
         ({**GOOD, "time [s]": [0.0, 1.0, 2.0]}, "holds 3 samples"),
+        (
+            {**GOOD, "path length [mm]": [1.0, 2.0, 3.0]},
+            "path length: stands without its partner.*moment arm",
+        ),
+        ({**GOOD, "moment arm flexor [mm]": [1.0, 2.0, 3.0]}, "without its partner.*path length flexor"),
         ({"angle [deg]": [], "pressure [bar]": [], "torque [N*m]": []}, "holds no points"),
     ],
 )
