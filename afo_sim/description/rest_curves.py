@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from afo_sim.common import InputError, parse_quantity
-from afo_sim.physics import LAWS, AtRest, Braid, LawVolume, own_volume, row, tension
+from afo_sim.physics import LAWS, AtRest, Braid, LawVolume, muscle_volume, row, tension
 
 _Amount = float | str | Sequence[Any] | np.ndarray  # an SI number, a text as "3 bar", an array of them
 _Found = Any  # a float of plain numbers, an array of arrays
@@ -212,7 +212,7 @@ class RestCurves:
             0,
         )
         return _over(
-            lambda kappa, gauge: own_volume(kappa, gauge, *own)[0],
+            lambda kappa, gauge: muscle_volume(kappa, gauge, *own)[0],
             _contraction(self, contraction, length),
             _si("pressure", pressure, "Pa"),
         )

@@ -15,7 +15,7 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics import anchor_displacement, chamber_pressure, own_volume, register_jitable
+from afo_sim.physics import anchor_displacement, chamber_pressure, muscle_volume, register_jitable
 
 LONGEST, SHORTEST = 0.999, 0.9  # of the lock, and the contraction ratio, that a muscle stays between
 PRESSURE_STEPS, SETTLED_PRESSURE = (
@@ -79,7 +79,7 @@ def volume_of(m: Any, d: Any, q: int, absolute: float) -> tuple[float, float]:
     while leader >= 0:
         k = m.nuser_actuator * leader
         own = int(u[k + MUSCLE_ROW.userdata])
-        part, slope, more = own_volume(
+        part, slope, more = muscle_volume(
             data[own + LEADER_DATA.contraction],
             absolute - AMBIENT_PRESSURE,
             u[k + MUSCLE_ROW.nominal_length],

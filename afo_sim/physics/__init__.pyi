@@ -54,7 +54,7 @@ from .law import LawParameter as LawParameter
 from .law_volume import LAW_VOLUME as LAW_VOLUME
 from .law_volume import LawVolume as LawVolume
 from .law_volume import law_volume as law_volume
-from .law_volume import own_volume as own_volume
+from .law_volume import muscle_volume as muscle_volume
 from .laws import LAWS as LAWS
 from .oscillator import SHAPE as SHAPE
 from .oscillator import advance as advance
@@ -67,7 +67,6 @@ from .pneumatics import beyond_dead_band as beyond_dead_band
 from .pneumatics import chamber_pressure as chamber_pressure
 from .pneumatics import iso_6358_slope as iso_6358_slope
 from .pneumatics import laminar_slope as laminar_slope
-from .pneumatics import muscle_volume as muscle_volume
 from .pneumatics import sigma_rate as sigma_rate
 from .pneumatics import valve_flow as valve_flow
 from .pneumatics import valve_rates as valve_rates

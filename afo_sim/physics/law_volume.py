@@ -21,7 +21,7 @@ from afo_sim.physics.guards import BAR
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import Braid
 from afo_sim.physics.laws import LAWS
-from afo_sim.physics.pneumatics import bounded_volume, braid_volume
+from afo_sim.physics.pneumatics import braid_volume
 from afo_sim.physics.static_force import RETURN_PRESSURE
 
 TERMS, POWERS = 9, 4  # coefficients of ∂F/∂p by contraction, and by pressure
@@ -36,7 +36,7 @@ EQUAL = 1e-9  # share of ∂F/∂p by which it may differ from the braid's and b
 
 
 class LawVolume(NamedTuple):
-    """A muscle's volume for `own_volume`.
+    """A muscle's volume for `muscle_volume`.
 
     numbers : of the law's volume, or GEOMETRIC
     reason : why the law's is not used; "" where it is, or where it is the braid's own
@@ -47,7 +47,7 @@ class LawVolume(NamedTuple):
 
 
 @register_jitable
-def own_volume(
+def muscle_volume(
     contraction: float,
     pressure: float,
     nominal_length: float,
@@ -62,7 +62,8 @@ def own_volume(
     """Air volume of a muscle by its law, or by its braid's geometry, and its slopes.
 
     Beyond the last contraction of the law's volume it goes on in a straight line; beyond the law's range of
-    pressure it stays. Stretched, it follows the force there, which is the braid's or that of κ = 0.
+    pressure it stays. Stretched, it follows the force there, which is the braid's or that of κ = 0. As the
+    braid locks it falls smoothly to the dead volume, and stays there.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def own_volume(
     Maxwell's relation; derived by this project.
     """
     full = math.pi * nominal_radius * nominal_radius * nominal_length
-    by_pressure = 0.0 * pressure
+    by_pressure, unknown = 0.0, 0.0 * (pressure + braids + return_stiffness)  # a NaN stays one
     if u[c] == 0.0 or (contraction < 0.0 and braids != 0.0):
         volume, slope = braid_volume(contraction, nominal_length, nominal_radius, b)
     else:
@@ -96,8 +97,8 @@ def own_volume(
         slope += 2.0 * grown * left
         if pressure > 0.0:
             by_pressure -= grown * contraction / RETURN_PRESSURE
-    volume, factor = bounded_volume(volume, 0.1 * full)
-    return dead_volume + volume, factor * slope, factor * by_pressure
+    volume, factor = _bounded(volume, 0.1 * full)
+    return dead_volume + volume + unknown, factor * slope, factor * by_pressure
 
 
 @register_jitable
@@ -127,6 +128,20 @@ def _law_volume(
     volume = nominal_length * (end * x * volume + beyond * slope)
     by_pressure = nominal_length * (end * x * volume_by + beyond * slope_by) * per_pressure * inside
     return volume, nominal_length * slope, by_pressure
+
+
+@register_jitable
+def _bounded(volume: float, blend: float) -> tuple[float, float]:
+    """A volume that falls smoothly to zero and stays there, and the factor on its slopes: (m³, -).
+
+    Units: blend, below which it leaves the given one [m³].
+    """
+    if volume <= 0.0:
+        return 0.0, 0.0
+    if volume < blend:
+        x = volume / blend
+        return volume * x * (2.0 - x), x * (4.0 - 3.0 * x)
+    return volume, 1.0
 
 
 @functools.lru_cache(maxsize=256)

@@ -171,47 +171,6 @@ def braid_volume(
 
 
 @register_jitable
-def muscle_volume(
-    contraction: float,
-    nominal_length: float,
-    nominal_radius: float,
-    b: float,
-    dead_volume: float,
-) -> tuple[float, float]:
-    """Air volume of a muscle, and its derivative by the contraction ratio.
-
-    The braid's volume, bounded where the ideal formula leaves the world: as the braid locks the volume
-    falls smoothly to the dead volume of the end fittings and stays there.
-
-    Parameters
-    ----------
-    contraction, nominal_length, nominal_radius, b : as in `braid_volume`
-    dead_volume : air that never leaves [m³]
-
-    Returns
-    -------
-    (V [m³], dV/dκ [m³]), V ≥ dead_volume
-    """
-    volume, slope = braid_volume(contraction, nominal_length, nominal_radius, b)
-    volume, factor = bounded_volume(volume, 0.1 * math.pi * nominal_radius * nominal_radius * nominal_length)
-    return dead_volume + volume, factor * slope
-
-
-@register_jitable
-def bounded_volume(volume: float, blend: float) -> tuple[float, float]:
-    """A volume that falls smoothly to zero and stays there, and the factor on its slopes: (m³, -).
-
-    Units: blend, below which it leaves the given one [m³].
-    """
-    if volume <= 0.0:
-        return 0.0, 0.0
-    if volume < blend:
-        x = volume / blend
-        return volume * x * (2.0 - x), x * (4.0 - 3.0 * x)
-    return volume, 1.0
-
-
-@register_jitable
 def chamber_pressure(sigma: float, volume: float, gamma: float = HEAT_CAPACITY_RATIO) -> float:
     """Absolute pressure of a chamber from its state σ = p V^γ: p = σ/V^γ.
 

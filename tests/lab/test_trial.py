@@ -20,7 +20,6 @@ from afo_sim.lab import Trial, read_measured, static_load
 from afo_sim.lab import stand_trial as stand
 from afo_sim.lab.stand_plan import Laboratory, StandPlan, force_at, plan_isobaric, plan_release, slack
 from afo_sim.lab.stand_rig import roll
-from afo_sim.physics import muscle_volume
 
 ROOT = pathlib.Path(__file__).parents[2]
 FRICTIONS = ["vo_minh_2011", "bouc_wen_1976", "tondu_lopez_2000_stribeck", "hunt_2017"]
@@ -190,8 +189,7 @@ def test_held_muscle_fills_as_an_ode_solver_says() -> None:
     braid = muscle.braid
     gauges = np.linspace(0.0, 4e5, 81)
     yields = np.array([force_at(muscle, 0.0, gauge) / 1e7 for gauge in gauges]) / braid.nominal_length
-    shape_of = (braid.nominal_length, braid.nominal_radius, braid.b, 2e-6)
-    volumes = np.array([4e-6 + muscle_volume(kappa, *shape_of)[0] for kappa in yields])
+    volumes = 4e-6 + muscle.volume(contraction=yields, pressure=gauges)
     slopes = np.gradient(volumes, gauges)
     supply, b, c_p = 4e5 + AMBIENT_PRESSURE, valve.critical_ratio, 1.4 * 287.05 / 0.4
 

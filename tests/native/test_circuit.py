@@ -12,6 +12,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, CallbackError
 from afo_sim.native import slots
 from afo_sim.physics import FRICTIONS, LAWS, muscle_volume
+from afo_sim.physics.law_volume import GEOMETRIC
 
 ROW = {
     "law": "tondu_lopez_2000_bladder",
@@ -57,7 +58,8 @@ def two_chambers(friction: int = 0) -> tuple[mujoco.MjModel, native.CircuitIds]:
 
 
 def volume_of(contraction: float) -> float:
-    return muscle_volume(contraction, BRAID.nominal_length, BRAID.nominal_radius, BRAID.b, 1e-6)[0]
+    shape = BRAID.nominal_length, BRAID.nominal_radius, BRAID.b, 0.0
+    return muscle_volume(contraction, 3e5, *shape, 1e-6, 0.0, GEOMETRIC, 0)[0]
 
 
 def test_names_are_all_places_once() -> None:

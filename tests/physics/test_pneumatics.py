@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 from afo_sim.physics import chamber_pressure, muscle_volume, sigma_rate, valve_flow, valve_rates
+from afo_sim.physics.law_volume import GEOMETRIC
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, braid_volume, iso_6358_flow
 
 T0 = 293.15  # ambient and ISO 6358 reference temperature [K]
@@ -106,7 +107,8 @@ def _fattest(degrees):
 
 
 def _volume(kappa, degrees):
-    return muscle_volume(kappa, L0, R0, 1.0 / math.sin(math.radians(degrees)) ** 2, DEAD)
+    b = 1.0 / math.sin(math.radians(degrees)) ** 2
+    return geometric(kappa, 3e5, L0, R0, b, 0.0, DEAD, 0.0)[:2]
 
 
 def test_braid_volume_of_s1s_simulated_muscle():
@@ -411,6 +413,10 @@ def test_a_valve_at_rest_rests():
 # Every kernel
 
 
+def geometric(*arguments):
+    return muscle_volume(*arguments, GEOMETRIC, 0)
+
+
 @pytest.mark.parametrize(
     ("kernel", "arguments"),
     [
@@ -418,8 +424,8 @@ def test_a_valve_at_rest_rests():
         (iso_6358_flow, (5e5, 4.95e5, T0, C, B)),
         (valve_flow, (5e5, T0, 4e5, T0, 1.0, C, B)),
         (braid_volume, (0.1, L0, R0, 7.0)),
-        (muscle_volume, (0.1, L0, R0, 7.0, DEAD)),
-        (muscle_volume, (0.9, L0, R0, 7.0, DEAD)),
+        (geometric, (0.1, 3e5, L0, R0, 7.0, 0.0, DEAD, 0.0)),
+        (geometric, (0.9, 3e5, L0, R0, 7.0, 0.0, DEAD, 0.0)),
         (sigma_rate, (T0, V0, 1e-4, 1e-4, 0.5)),
         (chamber_pressure, (0.3, V0)),
     ],
@@ -442,4 +448,5 @@ def test_closed_valve_hides_no_nan():
 
 def test_no_muscle_is_shorter_than_nothing():
     for kappa in (1.0, 1.7, 3.0):
-        assert muscle_volume(kappa, 0.1631, 0.00575, 7.126, 1e-6) == (1e-6, 0.0)
+        braid = 0.1631, 0.00575, 7.126, 0.0
+        assert geometric(kappa, 3e5, *braid, 1e-6, 0.0) == (1e-6, 0.0, 0.0)
