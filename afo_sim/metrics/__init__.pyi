@@ -55,6 +55,7 @@ from .strides import settled as settled
 from .strides import stance as stance
 from .strides import stance_force as stance_force
 from .supply import FLOW as FLOW
+from .supply import sag as sag
 from .supply import sag_of_both as sag_of_both
 from .torque import HEEL_RISE as HEEL_RISE
 from .valves import FILL as FILL

@@ -12,6 +12,7 @@ from afo_sim.gait import STANCE_FORCE, STANCE_SHARE
 from afo_sim.metrics.stretch import ON_ROW, Stretch, crossing
 
 SOLVED = "gait/solved"  # column: 1 in the rows of the settled stride, where it was solved for
+SOURCE_PRESSURE, SET_PRESSURE = "store/source/pressure", "supply/set_pressure"
 AIR_SETTLED = 0.05  # share by which the air of strides that are alike may differ [-]
 FAST = 0.75  # quantile of the foot's forward speed over the stride from which on it is fast [-]
 BEGUN = 0.1  # share of the swing in which the foot leaves the floor [-]
@@ -194,13 +195,15 @@ def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stri
     Where the settled stride was solved for, it is the last one, alone. Else the first one begun never
     counts. Nor do those before the orthosis' air has come to what it is later on: the first that counts
     begins with as much air, to 5 % or two standard deviations, as the later half of the strides begin with
-    in the middle.
+    in the middle. Nor do those that end on an empty source, unless there are no others.
     """
     if SOLVED in columns:
         return [stride for stride in whole if stride[SOLVED].all()][-1:]
     way = progress(columns)
     begun = int(np.floor(way[0] + 0.5 * (way[1] - way[0]))) if len(way) > 1 else 0
     later = [stride for stride in whole if stride.number > begun]
+    empty = emptied_at(columns)
+    later = [stride for stride in later if empty is None or stride.rows.stop <= empty] or later
     air = [name for name in columns if name.startswith("chamber/") and name.endswith("/mass")]
     if not air or not later:
         return later
@@ -208,6 +211,14 @@ def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stri
     half = mass[len(mass) // 2 :]
     alike = np.abs(mass - np.median(half)) <= max(AIR_SETTLED * np.median(half), 2.0 * half.std())
     return later[int(np.argmax(alike)) :]
+
+
+def emptied_at(columns: Mapping[str, np.ndarray]) -> int | None:
+    """The first row in which bottle or cartridge has less than the set pressure; None where it never has."""
+    if SOURCE_PRESSURE not in columns or SET_PRESSURE not in columns:
+        return None
+    less = columns[SOURCE_PRESSURE] < columns[SET_PRESSURE]
+    return int(np.argmax(less)) if less.any() else None
 
 
 def chambers(columns: Mapping[str, np.ndarray]) -> list[str]:

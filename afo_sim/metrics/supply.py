@@ -8,11 +8,11 @@ from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
 from afo_sim.metrics.stretch import Stretch, increments
-from afo_sim.metrics.strides import ORTHOSIS, Stride, chambers
+from afo_sim.metrics.strides import ORTHOSIS, SET_PRESSURE, Stride, chambers, emptied_at
 
 CYCLE = "per whole cycle, or over a run that is shorter"
 EACH = f"per counted stride; of a fixed shank {CYCLE}"
-FLOW, PRESSURE, SET = "supply/mass_flow", "supply/pressure", "supply/set_pressure"
+FLOW, PRESSURE, SET = "supply/mass_flow", "supply/pressure", SET_PRESSURE
 EXERGY, VENTED = "supply/exergy_flow", "exhaust/exergy_flow"
 INLET = "valve/{}_inlet/mass_flow"
 
@@ -95,25 +95,27 @@ def flow_metrics(
         "Source empty after",
         "from the run's start until bottle or cartridge has less than the set pressure; only where it does",
     ),
+    ("strides_without_air", "", "Counted strides on an empty source", "only where no stride before counts"),
     of=Of.RUN,
 )
 def sag(run: Run) -> Found:
     """How far the supply's pressure falls, over all rows; nothing of endless air."""
     if run.facts.supply.sags:
-        yield from sag_metrics(run.columns)
+        yield from sag_metrics(run.columns, run.counted)
 
 
-def sag_metrics(columns: Rows) -> Found:
-    """How far the supply's pressure falls, over all rows."""
+def sag_metrics(columns: Rows, counted: Sequence[Stride] = ()) -> Found:
+    """How far the supply's pressure falls, over all rows, and how many strides that count have no air."""
     if PRESSURE not in columns or SET not in columns:
         return
     pressure, wanted = columns[PRESSURE], columns[SET]
     yield "lowest_supply_pressure", 1e-5 * float(pressure.min())
     if wanted.min() > 0.0:
         yield "supply_sag", 100.0 * max(0.0, float(((wanted - pressure) / wanted).max()))
-    for name, values in columns.items():
-        if name.startswith("store/") and name.endswith("/pressure") and (values < wanted).any():
-            yield "source_empty_after", float(columns["time"][np.argmax(values < wanted)])
+    if (empty := emptied_at(columns)) is not None:
+        yield "source_empty_after", float(columns["time"][empty])
+        if without := sum(stride.rows.stop > empty for stride in counted):
+            yield "strides_without_air", float(without)
 
 
 def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:

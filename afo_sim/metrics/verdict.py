@@ -100,12 +100,19 @@ def verdict(
     if "strides_counted" not in metrics and not strides:
         return ()
     worn = any(map(_worn, (metrics, *strides.values())))
-    return (
+    found = (
         _lift(metrics, strides, limits.toe_clearance),
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
         _air(metrics, worn, limits, feed),
     )
+    return tuple(map(_on_empty, found)) if _has(metrics, "strides_without_air") else found
+
+
+def _on_empty(answer: Answer) -> Answer:
+    """An answer by numbers of strides on an empty source: nothing that is good is known from them."""
+    text = f"{answer.text} This is of strides on an empty source."
+    return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text)
 
 
 def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:

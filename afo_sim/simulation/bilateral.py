@@ -18,6 +18,7 @@ from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run_scenario
+from afo_sim.simulation.validity_checks import empty_warnings
 
 SIDES: tuple[Side, Side] = ("right", "left")
 APART = 0.5  # share of a stride between the heel strikes of the two feet of a person who walks evenly [-]
@@ -230,6 +231,9 @@ def laid_together(right: Recording, left: Recording, pair: tuple[Scenario, Scena
             flow[side] = flow_of(cycles[side], phase, apart if side == "left" else 0.0)
         flow["both"] = flow["right"] + flow["left"]
         numbers = numbers_of(legs, cycles, phase, flow)
+        both_sag = {name.removesuffix("_both"): value for name, value in numbers.items()}
+        of_both = empty_warnings(pair[0], both_sag, "each leg alone on it, with more air than both have")
+        warnings += tuple(one.after("both legs together: ") for one in of_both)
         verdict = worse_of(right, left, numbers)
     notes = (_sharing(pair[0]), FIRST if pair[0].walking else LAST)
     return Both(right, left, apart, _period(pair[0]), phase, flow, numbers, verdict, warnings, notes)

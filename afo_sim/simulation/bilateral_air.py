@@ -1,5 +1,6 @@
 """One cycle of either leg, the air that both draw from one source, and the worse leg's verdict."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
@@ -67,6 +68,8 @@ def on_source(
         stride_time = legs["right"].metrics["stride_time"].value
         means = {who: 1e-3 * grams / stride_time for who, grams in air.items()}
     seconds = {} if supply.source is None else _lasting(legs, supply.source, supply.pressure, means)
+    if seconds.get("both", math.inf) <= legs["right"]["time"][-1]:
+        found["source_empty_after_both"] = Metric(seconds["both"], "s")
     if length is not None:
         return found | _strides(legs["right"], supply, air, length, seconds)
     return found | {f"hours_per_bottle_{who}": Metric(each / 3600.0, "h") for who, each in seconds.items()}
@@ -278,7 +281,8 @@ def _air_of_both(right: Recording, numbers: Mapping[str, Metric]) -> Answer:
         if f"{name}_both" in numbers:
             summed[name] = numbers[f"{name}_both"]
     for name in SAGGING:
-        if f"{name}_alone" in numbers:  # together it falls at least as far
-            summed[name] = numbers[f"{name}_alone"]
+        for who in ("alone", "both"):  # together it falls at least as far
+            if f"{name}_{who}" in numbers:
+                summed[name] = numbers[f"{name}_{who}"]
     answers = verdict(summed, {}, limits_of(right), feed_of(right))
     return next(answer for answer in answers if answer.name == AIR)

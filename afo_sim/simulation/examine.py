@@ -23,6 +23,7 @@ from afo_sim.metrics import (
     of_strides,
     reference_metrics,
     run_metrics,
+    sag,
     strides_needed,
     walk_metrics,
 )
@@ -35,7 +36,12 @@ from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import sensor_columns
-from afo_sim.simulation.validity_checks import limit_warnings, mismatch_warning, validity_warnings
+from afo_sim.simulation.validity_checks import (
+    empty_warnings,
+    limit_warnings,
+    mismatch_warning,
+    validity_warnings,
+)
 
 FEWEST = 3  # rows that have an energy balance
 
@@ -185,11 +191,11 @@ def examine(
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)
     energy, doubts = _energy(built, rollout, columns) if asked.energy else ({}, [])
-    further: dict[str, Metric] = {}
-    if found.totals:
-        known = found.totals | energy
-        run = Run(columns, facts_of(built), known, solved, rollout.first_step == 0 and not solved)
-        further = run_metrics(run, asked.metrics)
+    from_rest = rollout.first_step == 0 and not solved
+    run = Run(columns, facts_of(built), found.totals | energy, solved, from_rest)
+    further = run_metrics(run, asked.metrics) if found.totals else {}
+    if asked.doubts:
+        doubts += empty_warnings(built.scenario, dict(sag(run)))
     begins = built.walk is not None and not solved and rollout.first_step == 0
     first, left_out = first_strides(built, rollout, columns, None, asked) if begins else ({}, ())
     warnings = (*doubts, *found.warnings, *left_out)

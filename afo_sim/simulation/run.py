@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import Notice
+from afo_sim.common import Notice, unique
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
@@ -38,6 +38,7 @@ from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import Progress, simulate
 from afo_sim.simulation.stepping import Policy
 from afo_sim.simulation.stride_search import AIR, ANGLE
+from afo_sim.simulation.validity_checks import empty_warnings
 
 RATE = 100.0  # of a controller's commands [Hz]
 Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed
@@ -245,12 +246,13 @@ def run_settled(
     before, after = name_rows(first, walked), name_rows(second, settled.rollout, solved=True)
     begun_with, left_out = first_strides(first, walked, before.columns, after.found.totals)
     steps = first.scenario.n_step + settled.strides * steps_of_stride(scenario)
+    found = _found(first, before, after, settled_metrics(settled) | begun_with)
     recording = recording_of(
         first,
         scenario,
         columns=_joined(first, before, second, after),
-        found=_found(first, before, after, settled_metrics(settled) | begun_with),
-        warnings=(*_warnings(first, before, after, settled), *left_out),
+        found=found,
+        warnings=(*_warnings(first, before, after, settled, found.warnings), *left_out),
         timing=timing_of(steps, seconds),
     )
     if watch is not None:
@@ -300,12 +302,18 @@ def _found(first: Built, before: Examined, after: Examined, beside: dict[str, Me
     solved = after.found.totals
     empty = emptied(first.scenario.supply.source, solved, _end(first) + 2)
     totals = solved | empty | sag_of_both(before.columns, solved)
-    return WalkMetrics(totals | until_empty(totals) | beside, strides, ())
+    said = tuple(empty_warnings(first.scenario, totals, "the settled stride on a full source"))
+    return WalkMetrics(totals | until_empty(totals) | beside, strides, said)
 
 
-def _warnings(first: Built, before: Examined, after: Examined, settled: Settled) -> tuple[str, ...]:
+def _warnings(
+    first: Built, before: Examined, after: Examined, settled: Settled, empty: tuple[str, ...] = ()
+) -> tuple[str, ...]:
     """Of the description, of the settled stride, and of the strides before it what is not said twice."""
-    said = (*first.warnings, *unsettled_warning(settled), *after.limits, *after.found.warnings)
+    of_both = *first.warnings, *unsettled_warning(settled), *empty
+    said = unique((*of_both, *after.limits, *after.found.warnings))
     settled_ones = [one for one in said if isinstance(one, Notice)]
-    new = (one for one in before.limits if not any(one.says_no_more_than(each) for each in settled_ones))
+    doubts = [one for one in before.found.warnings if isinstance(one, Notice) and "beyond" in one.data]
+    passed = (*before.limits, *doubts)  # that metrics are undefined is said of the settled stride
+    new = (one for one in passed if not any(one.says_no_more_than(each) for each in settled_ones))
     return (*said, *(one.after("before it settles: ") for one in new))

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
-from afo_sim.description import Described, Muscle, MuscleGroup, provenance_note
+from afo_sim.description import Described, Muscle, MuscleGroup, Scenario, provenance_note
 from afo_sim.metrics import Facts, Metric, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
@@ -368,6 +368,24 @@ def _kinds(described: Described, *keys: str, mark: str) -> str:
     """What kinds of numbers some keys of a description hold, behind `mark`; nothing where none is known."""
     kinds = {described.provenance[key].kind for key in keys if key in described.provenance}
     return mark + " and ".join(sorted(kinds)) if kinds else ""
+
+
+def empty_warnings(scenario: Scenario, sag: Mapping[str, float], of: str = "") -> Iterator[Notice]:
+    """A warning where bottle or cartridge runs empty, by metrics of its sag; `of` what the numbers are."""
+    source = scenario.supply.source
+    if source is None or "source_empty_after" not in sag:
+        return
+    usual = "the strides before" if scenario.walking else "the whole run, with and without air"
+    yield Notice(
+        "source-empty",
+        "{subject}: {name} is empty after {after:.3g} s, with less than the set {needed:g} bar: what follows "
+        "is of a device without enough air, and the numbers are of {of}",
+        subject=SOURCE,
+        name=source.name or source.kind,
+        after=float(sag["source_empty_after"]),
+        needed=1e-5 * scenario.supply.pressure,
+        of="strides on an empty source, too" if "strides_without_air" in sag else of or usual,
+    )
 
 
 def _source_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:

@@ -7,6 +7,7 @@ import math
 import pickle
 import subprocess
 import sys
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -136,7 +137,8 @@ def told() -> dict[str, Metric]:
         "supply/pressure": np.full(4, 4e5),
     }
     sums = {"exergy_taken": 12.0, "skeleton_work": 1.0, "positive_work": 3.0}
-    fed = dict(filling(turns)) | dict(sag_metrics(supply)) | dict(efficiency_metrics(sums))
+    late: Any = [SimpleNamespace(rows=slice(1, 3))]
+    fed = dict(filling(turns)) | dict(sag_metrics(supply, late)) | dict(efficiency_metrics(sums))
     pull = np.ones((3, 3)), 0.01, 0.5, (14e3, 53e3), 4e3
     shares = {key: [0.5] for key in ("pressure", "force", "contraction", "stretch")}
     margins = (

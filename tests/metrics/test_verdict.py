@@ -114,6 +114,12 @@ def test_an_open_lift_is_not_called_good() -> None:
     assert judge({"toe_clearance_less_extended": 10.5})["lift"].status == "good"
 
 
+def test_strides_on_an_empty_source_tell_nothing_good() -> None:
+    found = judge({"strides_without_air": 2.0, "toe_clearance": -9.0})
+    assert [answer.status for answer in found.values()][:3] == ["bad", "unknown", "unknown"]
+    assert all("on an empty source" in answer.text for answer in found.values())
+
+
 @pytest.mark.parametrize(
     ("share", "status"),
     [(0.0, "good"), (0.02, "good"), (0.021, "doubtful"), (0.1, "doubtful"), (0.11, "bad")],

@@ -56,6 +56,14 @@ def test_the_first_stride_stands_in_the_table_but_not_in_the_totals() -> None:
     assert found.totals["strides_counted"] == Metric(3.0, "")
 
 
+@pytest.mark.parametrize(("lasts", "counted"), [(3.5, [1, 2]), (0.5, [1, 2, 3, 4]), (9.0, [1, 2, 3, 4])])
+def test_strides_on_an_empty_source_count_where_there_are_no_others(lasts: float, counted: list[int]) -> None:
+    columns = walk_columns(5.2)
+    columns["supply/set_pressure"] = np.full(len(columns["time"]), 4e5)
+    columns["store/source/pressure"] = np.where(columns["time"] < lasts * STRIDE, 5e5, 3e5)
+    assert [stride.number for stride in settled(columns, strides(columns, STEP, MASS))] == counted
+
+
 def test_with_air_few_strides_cannot_tell_that_it_has_settled() -> None:
     told = "too few to tell whether the orthosis' air has settled"
     for strides_walked, warned in ((4.2, True), (12.2, False)):

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import afo_sim as afo
-from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, with_code
 from afo_sim.description import load
 from afo_sim.metrics import Metric, until_empty
 from afo_sim.physics import CO2, store_pressure, store_temperature_rate
@@ -119,3 +119,40 @@ def test_dry_ice_is_told() -> None:
     assert any("dry ice" in warning for warning in frozen.warnings)
     warm = afo.run("seated", {"supply.source": "co2_16g", "duration": "0.5 s"})
     assert not any("dry ice" in warning for warning in warm.warnings)
+
+
+SMALL = {"kind": "cartridge", "gas": "co2", "volume": "4 ml", "wall_conductance": "0.1 W/K"}
+
+
+@pytest.mark.parametrize(
+    ("name", "grams", "sets", "of"),
+    [
+        ("seated", 1.2, {"duration": "4 s"}, "the whole run"),
+        (WALK, 1.2, {"duration": "5 s", "gait.settled": "walked"}, "the strides before"),
+        (WALK, 0.75, {"duration": "5 s", "gait.settled": "walked"}, "strides on an empty source"),
+        (WALK, 1.2, {"duration": "8 s"}, "the settled stride on a full source"),
+    ],
+)
+def test_a_source_that_runs_empty_within_the_run_is_told_with_what_the_numbers_are_of(
+    name: str, grams: float, sets: dict[str, Any], of: str
+) -> None:
+    run = afo.run(name, sets | {"supply.source": SMALL | {"content": f"{grams} g"}, "reference": None})
+    [told] = with_code(run.warnings, "source-empty")
+    below = run["time"][np.argmax(run["store/source/pressure"] < 4e5)]
+    assert told.data["after"] == pytest.approx(below) and told.subject == "source"
+    assert "cartridge is empty" in told and f"numbers are of {of}" in told
+    if name == WALK:
+        assert run.verdict[-1].status == "bad" and "It is empty after" in run.verdict[-1].text
+        empty = "strides_without_air" in run.metrics
+        assert empty == ("empty source" in of) == ("This is of" in run.verdict[1].text)
+        if of == "the strides before":  # 2.98 s: the second stride alone has air and is none of the start
+            assert run.metrics["air_per_stride"] == run.strides[1]["air_per_stride"]
+
+
+def test_both_legs_empty_a_source_that_lasts_for_one() -> None:
+    """A leg takes 0.9 g in 4 s of filling: 2.9 g last 9.1 s for one, and the run is of 8 s."""
+    legs = afo.both("seated", sets={"supply.source": SMALL | {"content": "2.9 g"}, "duration": "8 s"})
+    [told] = with_code(legs.warnings, "source-empty")
+    assert told.startswith("both legs together: source: cartridge is empty") and told.data["after"] < 8.0
+    hours = float(legs.numbers["hours_per_bottle_both"])
+    assert told.data["after"] == pytest.approx(3600.0 * hours)
