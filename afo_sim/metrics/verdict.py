@@ -6,6 +6,7 @@ by a colour.
 
 import dataclasses
 import math
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
@@ -26,6 +27,8 @@ AGAINST = {
     "torque_against_push_off_per_mass": "torque_against_push_off",
     "work_against_push_off": "work_against_push_off",
 }
+SURE = 0.95  # confidence in a bound on a share of draws, one-sided [-]
+MOST_DRAWS = 100_000  # that anybody would make
 SAG = 10.0  # of the set pressure, by which the supply may fall below it [percent]
 FIRST = "toe_clearance_stride_1"
 HEIGHTS = (
@@ -135,13 +138,12 @@ def with_draws(
     ----------
     answers : of the run itself
     trips : share of the drawn strides that touch the floor [-]
-    draws : how many were drawn; where none of n trips, fewer than 3/n do with 95 %: (1 − 3/n)^n ≈ 0.05
+    draws : how many were drawn
     limit : wanted at most, and bad beyond [-]
     """
-    stated = f"Of strides drawn over what is not known, {of_draws(trips, draws)} touch the floor."
-    drawn = at_most(trips, limit)
-    if trips <= 0.0 and 3.0 / max(draws, 1) > limit[0]:
-        drawn = "doubtful"  # too few draws to tell that it is as good as wanted
+    drawn, remark = _judged(trips, draws, limit)
+    touching = of_draws(trips, draws, "touches the floor", "touch the floor")
+    stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}."
     against = f"; of drawn strides at most {percent(limit[0])}, bad beyond {percent(limit[1])}"
     return tuple(
         dataclasses.replace(
@@ -154,6 +156,19 @@ def with_draws(
         else answer
         for answer in answers
     )
+
+
+def _judged(share: float, draws: int, limit: tuple[float, float]) -> tuple[Status, str]:
+    """The status of a share of draws, known where it is that of both bounds, and what else would decide."""
+
+    def decided(number: int) -> bool:
+        low, high = bounds(share, number)
+        return at_most(low, limit) == at_most(high, limit)
+
+    place = bisect_left(range(draws, MOST_DRAWS), True, key=decided)
+    if place and draws + place < MOST_DRAWS:
+        return "unknown", f": too few to decide, draw {draws + place}"
+    return ("doubtful", ": so near a limit, no number decides") if place else (at_most(share, limit), "")
 
 
 def status_of(name: str, value: float, limits: Limits) -> Status | None:
@@ -427,9 +442,29 @@ def _capital(text: str) -> str:
     return text[0].upper() + text[1:]
 
 
-def of_draws(share: float, draws: int) -> str:
-    """A share of draws; where none is found, what it is less than with 95 %: (1 − 3/n)^n ≈ 0.05."""
-    return percent(share) if share > 0.0 else f"none, or fewer than {percent(3.0 / max(draws, 1))},"
+def of_draws(share: float, draws: int, one: str, many: str) -> str:
+    """How many of some draws do something, and the exact bounds of their share, in words.
+
+    Parameters
+    ----------
+    share : of them [-]
+    draws : how many were drawn
+    one, many : the verb of one, and of many
+    """
+    count, (low, high) = round(share * draws), bounds(share, draws)
+    if not count:
+        return f"none {one}, at most {percent(high)} with {100.0 * SURE:g} % confidence"
+    sure = f"at least {percent(low)} and at most {percent(high)}, each with {100.0 * SURE:g} % confidence"
+    return f"{count} ({percent(share)}) {one if count == 1 else many}, {sure}"
+
+
+def bounds(share: float, draws: int) -> tuple[float, float]:
+    """Exact binomial bounds of a share of draws [-] (Clopper & Pearson 1934, doi 10.1093/biomet/26.4.404)."""
+    from scipy.special import betaincinv  # slow to import; a verdict without draws does without
+
+    k = share * draws
+    low = float(betaincinv(k, draws - k + 1.0, 1.0 - SURE)) if share > 0.0 else 0.0
+    return low, float(betaincinv(k + 1.0, draws - k, SURE)) if share < 1.0 else 1.0
 
 
 def percent(share: float) -> str:

@@ -144,11 +144,12 @@ def _band(name: str, metrics: Mapping[str, Any]) -> str:
 
 def _trips(trips: Mapping[str, Any], draws: int) -> str:
     """Shares of strides, over all draws, and the band of one wearer's own."""
-    touch, near = (of_draws(trips[name]["share"], draws) for name in ("touch", "within_10mm"))
+    touch = of_draws(trips["touch"]["share"], draws, "trips", "trip")
+    near = of_draws(trips["within_10mm"]["share"], draws, "comes within 10 mm", "come within 10 mm")
     low, _, high = (percent(share) for share in trips["touch"]["of_one"])
     own = low if low == high else f"{low} to {high}"
     return (
-        f"{touch} of the drawn strides trip, {near} come within 10 mm; of "
+        f"of {draws} drawn strides {touch}; {near}; of "
         f"one wearer's own strides {own} trip (5 to 95 % of the draws)"
     )
 

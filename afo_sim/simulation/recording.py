@@ -307,7 +307,7 @@ def verdict_of(recording: HasVerdict) -> tuple[Answer, ...]:
         return undecided(limits, "the simulation stopped early")
     found = verdict(recording.metrics, recording.strides, limits, feed_of(recording))
     study = recording.studies.get("uncertainty", {})
-    if "trips" not in study:
+    if not study.get("trips"):
         return found
     draws = study["draws"] - study["failed"]["count"]
     return with_draws(found, study["trips"]["touch"]["share"], draws, limits.drawn_trips)

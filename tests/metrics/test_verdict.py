@@ -8,11 +8,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from scipy.stats import binom
 
 import afo_sim
-from afo_sim.metrics import Answer, Metric, with_draws
+from afo_sim.metrics import Answer, Metric, percent, with_draws
 from afo_sim.metrics.metric import measured
-from afo_sim.metrics.verdict import QUESTIONS, verdict
+from afo_sim.metrics.verdict import QUESTIONS, bounds, verdict
 from afo_sim.simulation import Recording
 
 LIMITS = SimpleNamespace(
@@ -114,25 +115,47 @@ def test_an_open_lift_is_not_called_good() -> None:
     assert judge({"toe_clearance_less_extended": 10.5})["lift"].status == "good"
 
 
+@pytest.mark.parametrize(
+    ("trips", "draws", "status"),
+    [
+        *((0, 100, "unknown"), (1, 100, "unknown"), (0, 149, "good"), (3, 500, "good"), (30, 200, "bad")),
+        *((25, 500, "doubtful"), (20, 200, "doubtful"), (10, 500, "doubtful"), (55, 500, "unknown")),
+    ],
+)
+def test_a_share_of_draws_is_judged_by_the_exact_bounds_of_every_count(
+    trips: int, draws: int, status: str
+) -> None:
+    """They are where the binomial distribution leaves 5 %; 20 of 200 and 10 of 500 lie on a limit."""
+    low, high = bounds(trips / draws, draws)
+    assert binom.cdf(trips, draws, high) == pytest.approx(0.05)
+    assert low == 0.0 if not trips else binom.sf(trips - 1, draws, low) == pytest.approx(0.05)
+    told = tuple(judge({}).values())
+    found = with_draws(told, trips / draws, draws, (0.02, 0.1))
+    assert found[0].status == status and found[1:] == told[1:] and f"at most {percent(high)}" in found[0].text
+    needed = re.search(r"draw (\d+)", found[0].text)
+    assert (needed is not None) == (status == "unknown")
+    if needed and not trips:
+        assert int(needed[1]) == math.ceil(math.log(0.05) / math.log(0.98))
+    elif needed:  # where the share that was seen is decided
+        enough = int(needed[1])
+        low, high = bounds(trips / draws, enough)
+        assert not any(low <= limit < high for limit in (0.02, 0.1))
+        low, high = bounds(trips / draws, enough - 1)
+        assert any(low <= limit < high for limit in (0.02, 0.1))
+
+
+def test_draws_make_no_answer_better() -> None:
+    bad = dataclasses.replace(judge({})["lift"], status="bad")
+    assert with_draws([bad], 0.0, 500, (0.02, 0.1))[0].status == "bad"
+
+
 def test_strides_on_an_empty_source_tell_nothing_good() -> None:
     found = judge({"strides_without_air": 2.0, "toe_clearance": -9.0})
     assert [answer.status for answer in found.values()][:3] == ["bad", "unknown", "unknown"]
     assert all("on an empty source" in answer.text for answer in found.values())
 
 
-@pytest.mark.parametrize(
-    ("share", "status"),
-    [(0.0, "good"), (0.02, "good"), (0.021, "doubtful"), (0.1, "doubtful"), (0.11, "bad")],
-)
-def test_drawn_strides_that_trip_make_the_toe_s_answer_worse(share: float, status: str) -> None:
-    told = tuple(judge({}).values())
-    assert told[0].status == "good"
-    found = with_draws(told, share, 500, (0.02, 0.1))
-    words = f"{100 * share:.2g} %" if share else "none, or fewer than 0.6 %,"
-    assert found[0].status == status and f"{words} touch the floor" in found[0].text
-    assert found[1:] == told[1:]
-    assert with_draws([dataclasses.replace(told[0], status="bad")], 0.0, 500, (0.02, 0.1))[0].status == "bad"
-    assert with_draws(told, 0.0, 100, (0.02, 0.1))[0].status == "doubtful"  # none of 100: fewer than 3 %
+def test_a_stride_without_a_clearance_is_no_good_one() -> None:
     assert judge(strides={0: {"toe_clearance": 12.0}, 1: {"stride_time": 1.0}})["lift"].status == "doubtful"
     unknown = judge({"toe_clearance": math.nan})["lift"]
     assert unknown.status == "unknown" and "undefined" in unknown.text and "nan" not in unknown.text

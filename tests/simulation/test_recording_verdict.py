@@ -18,8 +18,9 @@ def test_drawn_strides_are_held_against_the_limits_of_the_scenario(
     walk: Recording, share: float, status: str
 ) -> None:
     assert walk.verdict[0].status == "good"
+    assert dataclasses.replace(walk, studies={"uncertainty": {"trips": {}}}).verdict == walk.verdict
     trips = {"touch": {"share": share}}
-    study = {"draws": 210, "failed": {"count": 10}, "trips": trips}
+    study = {"draws": 510, "failed": {"count": 10}, "trips": trips}
     drawn = dataclasses.replace(walk, studies={"uncertainty": study})
     assert drawn.verdict[0].status == status  # wanted 2 %, bad beyond 10 %
     limits = walk.scenario["limits"] | {"drawn_trips": [0.5, 0.6]}
