@@ -62,11 +62,11 @@ def _first(lines: list[str]) -> list[str]:
 
 def _print_numbers(recording: Any) -> None:
     """The table of metrics, and those that say nothing."""
-    from afo_sim.show import undefined
+    from afo_sim.show import printed, undefined
 
     metrics = recording.metrics
     left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
-    rows = [[name, f"{m.value:.4g}", m.unit] for name, m in metrics.items() if name not in left_out]
+    rows = [[name, printed(name, m), m.unit] for name, m in metrics.items() if name not in left_out]
     print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
     for why in dict.fromkeys(left_out.values()):
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")

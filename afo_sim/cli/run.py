@@ -270,6 +270,8 @@ def _check_folder(folder: Path, pair: list[dict[str, Any]], apart: float, *, for
 
 def _print_both(legs: Any, folder: Path, *, numbers: bool = False) -> None:
     """Print two legs' runs."""
+    from afo_sim.show import printed
+
     names = {side: leg.scenario["name"] for side, leg in legs.legs.items()}
     print(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")
     header = ["", "right", "left", "both"]
@@ -277,7 +279,7 @@ def _print_both(legs: Any, folder: Path, *, numbers: bool = False) -> None:
         "air on one supply", header, [_air_row(legs.numbers, *row) for row in ROWS if _has(legs, row[0])]
     )
     shared = [n for n in legs.right.metrics if n in legs.left.metrics and (numbers or n in SHOWN)]
-    rows = [[_named(legs, n), *(f"{leg.metrics[n].value:.4g}" for leg in legs.legs.values())] for n in shared]
+    rows = [[_named(legs, n), *(printed(n, leg.metrics[n]) for leg in legs.legs.values())] for n in shared]
     print_table("either leg", ["", "right", "left"], rows)
     _print_peak(legs)
     for worse in legs.verdict:

@@ -34,6 +34,7 @@ from .metric import of_strides as of_strides
 from .metric import told as told
 from .metric_words import BEGIN as BEGIN
 from .metric_words import END as END
+from .metric_words import ROUND_OFF as ROUND_OFF
 from .metric_words import UNITS as UNITS
 from .metric_words import WORDS as WORDS
 from .metric_words import in_short as in_short

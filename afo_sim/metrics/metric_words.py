@@ -10,7 +10,9 @@ from afo_sim.metrics.metric import GROUPS, METRICS, OTHER, RENAMED, Metric, Metr
 
 UNITS = {"N*m": "N·m", "N*m/kg": "N·m/kg", "percent": "%", "deg": "°", "deg/s": "°/s"}
 DIGITS = {"mm": 1, "deg": 1, "percent": 1, "N*m": 2, "N*m/kg": 3, "J/kg": 4, "W/kg": 3, "deg/s": 0, "bar": 2}
-DIGITS |= {"g": 3, "l": 3, "l/min": 1, "s": 3, "": 0, "N": 0, "kPa": 1, "d": 0, "h": 0}
+DIGITS |= {"g": 3, "l": 3, "l/min": 1, "s": 3, "N": 0, "kPa": 1}
+THREE = ("", "h", "d")  # units of counts and times of all sizes: three digits, whole ones as they are
+ROUND_OFF = 1e-9  # in any unit of the table
 
 RECORDED = "this same foot with the healthy ankle angle of this walk"
 
@@ -35,7 +37,11 @@ def number(value: float, in_unit: str, signed: bool = False) -> str:
     """A value with as many digits as its unit deserves, and a true minus sign."""
     if not math.isfinite(value):
         return "–"
+    if abs(value) < ROUND_OFF:
+        value = 0.0
     digits = DIGITS.get(in_unit)
+    if in_unit in THREE:
+        digits = 0 if value == round(value) else max(2 - math.floor(math.log10(abs(value))), 0)
     text = f"{value:+.4g}" if digits is None else f"{round(value, digits) + 0.0:+.{digits}f}"
     if not signed or not text.strip("+-0."):
         text = text.removeprefix("+")

@@ -17,6 +17,7 @@ from .leg_picture import draw_leg as draw_leg
 from .numbers import cautions as cautions
 from .numbers import decisive as decisive
 from .numbers import of_walker as of_walker
+from .numbers import printed as printed
 from .numbers import undefined as undefined
 from .numbers import unseen as unseen
 from .panels import legend as legend

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from afo_sim.common import InputError, Notice, parse_quantity, with_code
 from afo_sim.description import body_height, body_mass, worn
 from afo_sim.description.scenario_text import reference
-from afo_sim.metrics import NAMES, Metric, lift, number
+from afo_sim.metrics import NAMES, ROUND_OFF, Metric, lift, number
 
 if TYPE_CHECKING:
     from afo_sim.gait import GaitCycle
@@ -44,9 +44,10 @@ def readable(name: str, metric: Metric) -> str:
 
 
 def printed(name: str, metric: Metric) -> str:
-    """A metric's value in four digits, or a dash with the reason."""
-    reason = undefined(name, metric)
-    return f"{metric.value:.4g}" if reason is None else f"– ({reason})"
+    """A metric's value in four digits, that of round-off as zero, or a dash with the reason."""
+    if (reason := undefined(name, metric)) is not None:
+        return f"– ({reason})"
+    return f"{metric.value:.4g}" if abs(metric.value) >= ROUND_OFF else number(0.0, metric.unit)
 
 
 def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:

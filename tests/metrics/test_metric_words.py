@@ -10,7 +10,6 @@ from documents import PAGES
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.description import load
 from afo_sim.metrics import metric_words as page
-from afo_sim.metrics import number
 from afo_sim.metrics.metric import RENAMED
 from afo_sim.metrics.metric_words import METRICS
 
@@ -55,7 +54,19 @@ def test_the_verdicts_page_tells_the_usual_limits() -> None:
 def test_the_page_tells_the_densities() -> None:
     for density in (STANDARD_DENSITY, NORMAL_DENSITY):
         assert f"{1.0 / density:.3f}" in PAGE and f"{density:g} kg/m³" in PAGE
-    assert f"{number(100.0 * (NORMAL_DENSITY / STANDARD_DENSITY - 1.0), '')}" == "9"
+    assert f"{100.0 * (NORMAL_DENSITY / STANDARD_DENSITY - 1.0):.0f}" == "9"
+
+
+def test_times_of_all_sizes_have_three_digits_and_round_off_is_zero() -> None:
+    hours = [page.number(seconds / 3600.0, "h") for seconds in (0.776, 32.0 * 60.0, 7200.0, 1.5e6)]
+    assert hours == ["0.000216", "0.533", "2", "417"]
+    assert [page.number(value, "") for value in (0.286, 8.855, 1750.3, 11.0)] == [
+        "0.286",
+        "8.86",
+        "1750",
+        "11",
+    ]
+    assert [page.number(1.455e-16, unit) for unit in ("bar", "J", "h")] == ["0.00", "0", "0"]
 
 
 def test_the_pictures_are_there() -> None:

@@ -25,6 +25,7 @@ from afo_sim.show import (
     draw_search,
     draw_study,
     gait_figure,
+    printed,
     report_figures,
     run_figure,
     sweep_figures,
@@ -32,7 +33,7 @@ from afo_sim.show import (
     write_fit_figure,
     write_log_figure,
 )
-from afo_sim.show.numbers import printed, readable
+from afo_sim.show.numbers import readable
 from afo_sim.show.stand_figure import draw_trials
 from afo_sim.show.style import plain
 from afo_sim.simulation import Recording
@@ -207,6 +208,7 @@ def test_an_undefined_number_is_a_dash_with_its_reason() -> None:
     assert readable("range_of_motion", still) == printed("range_of_motion", still) == "– (does not move)"
     assert readable("something", Metric(float("inf"), "m")) == "– (undefined)"
     assert printed("rise_time", Metric(1.23456, "s")) == "1.235"
+    assert printed("peak_pressure_front", Metric(1.455e-16, "bar")) == "0.00"
     assert readable("range_of_motion", Metric(12.34, "deg")) == "12.3"
 
 
