@@ -690,10 +690,13 @@ def test_a_changed_search_is_refused_or_begins_anew(
 def test_an_infeasible_result_says_what_is_short(uninterrupted: pathlib.Path) -> None:
     best = json.loads((uninterrupted / "out" / store.BEST).read_text())
     best |= {"feasible": False, "feasible_designs": 0}
-    best["limits"][0] |= {"level": -22.5, "short": 7.5, "kept": 0.0}
+    best["limits"][0] |= {"level": -22.5, "short": 7.5, "kept": 0.0, "bound": -15.0}
+    held = {"metric": "torque_against_push_off_per_mass", "at": "most", "unit": "N*m/kg", "share": 1.0}
+    best["limits"] += [held | {"bound": 0.07, "level": 0.074, "short": 0.004, "kept": 0.0}]
     best["parameters"][0]["value"] = 3.99e5  # of 2 to 4 bar
     best["parameters"][1]["value"] = 0.65  # of 0.45 to 0.85
     said = " ".join(statement(best))
     assert "at an end of its range: pressure;" in said
     assert "no design keeps every limit" in said
-    assert "Toe clearance is 7.5 mm short" in said
+    assert "Toe clearance is 7.5 mm below the limit of −15.0 mm; " in said
+    assert "is 0.004 N·m/kg above the limit of 0.070 N·m/kg" in said
