@@ -75,6 +75,8 @@ class Applied:
 
 def applied(spreads: Spreads, scenario: Scenario) -> Applied:
     """What of some spreads a scenario has."""
+    if scenario.gait is not None:
+        recorded_stride(scenario.gait)  # here: one that is not there is no fault of the spreads' file
     unknowns: list[Unknown] = []
     fits: list[Fit] = []
     left_out: list[str] = []

@@ -223,6 +223,12 @@ def test_a_number_of_draws_that_tells_nothing_is_refused(walk: Scenario, count: 
         check_draws(walk, count, "usual")
 
 
+def test_a_gait_that_is_not_there_is_no_fault_of_the_spreads(walk: Scenario) -> None:
+    with pytest.raises(InputError, match="no such gait") as caught:
+        check_draws(walk.set({"gait.cycle": "nothere.csv"}), 20, "usual")
+    assert (caught.value.value, caught.value.file) == ("nothere.csv", None)
+
+
 def test_who_does_not_walk_has_no_bands() -> None:
     with pytest.raises(InputError, match="nobody walks"):
         check_draws(load("scenario", "seated"), 200, "usual")
