@@ -23,6 +23,7 @@ from afo_sim.description.schema import (
     SPECS,
     Path,
     allowed,
+    dotted_key,
     fields_of,
     leaves,
     nearest_key,
@@ -37,6 +38,7 @@ _Source = str | os.PathLike[str] | Mapping[str, Any]
 _Sets = Mapping[str, Any] | None
 D = TypeVar("D", bound=Described)
 USUAL_LIMITS = "usual"
+LONG = 10**15  # number that a title leaves out
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
     "missing": "is missing",
@@ -140,10 +142,16 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
     """A description with its sources; parameters and errors as of `load`."""
     _require_table(sets)
     tree = _tree(kind, source)
+    changed = {}
     # a whole before its parts
     for key in sorted(sets or {}, key=lambda key: (key.count("."), key.count("["))):
-        tree.set(key, _plain((sets or {})[key]))
+        value, (path, items) = _plain((sets or {})[key]), split_key(key)
+        if value_at(tree.root, (*path, *map(str, items))) != value:
+            changed[key] = value
+        tree.set(key, value)
     tree.follow_all()
+    for key, value in changed.items():
+        _say_what_is_set(tree.root, key, value)
     try:
         description = SPECS[kind].model_validate(tree.root)
     except ValidationError as error:
@@ -304,6 +312,20 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
     if nearest and nearest not in names:
         nearest = ".".join(nearest.split(".")[len(within) :])
     return InputError("is an unknown key", **place, allowed=", ".join(names), nearest=nearest)
+
+
+def _say_what_is_set(table: Any, key: str, value: Any) -> None:
+    """Begin each description above a key with it and its value: the words behind may hold no more."""
+    short = isinstance(value, str | float) or value in range(-LONG, LONG)
+    path = split_key(key)[0]
+    for depth, name in enumerate(path):
+        told = table.get("description") if isinstance(table, dict) else None
+        if isinstance(told, str) and path[-1] not in ("description", "name"):
+            now = f"set {dotted_key(path[depth:])}{key[len(dotted_key(path)) :]}"
+            stale = f"{now}=", f"{now}.", f"{now}["  # of the same key, or of one below it
+            before = [part for part in told.split("; ") if part and not f"{part}=".startswith(stale)]
+            table["description"] = "; ".join([f"{now}={value}" if short else now, *before])
+        table = child_of(table, name)
 
 
 def _say_who_set(table: Any, *path: str) -> None:

@@ -292,6 +292,7 @@ def _has_table(root: object, path: Path) -> bool:
     return root is not None
 
 
+@functools.lru_cache(maxsize=4096)  # cases of a sweep set the same keys
 def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
     """The names of a dotted key, and the item of a list at its end.
 

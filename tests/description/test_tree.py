@@ -25,6 +25,24 @@ def test_the_first_scenario_stays_as_it_was(walk: Scenario) -> None:
     assert walk.model_dump_json() == before
 
 
+def test_a_title_begins_with_what_was_set_since_it_was_written(walk: Scenario) -> None:
+    """At its end a narrow terminal or page would cut it off."""
+    set_once = load("scenario", "walk-dropfoot-afo", {"patient": "healthy", "supply.pressure": "3 bar"})
+    assert set_once.description == f"set supply.pressure=3 bar; set patient=healthy; {walk.description}"
+    again = set_once.set({"patient.dorsiflexor_strength": 0.5, "supply.pressure": "2 bar"})
+    assert again.description.endswith(f"; set patient=healthy; {walk.description}")
+    assert "=3 bar" not in again.description and "set supply.pressure=2 bar; " in again.description
+    healthy = load("patient", "healthy").description
+    assert again.patient is not None
+    assert again.patient.description == f"set dorsiflexor_strength=0.5; {healthy}"
+    other = again.set({"patient": "drop-foot", "name": "mine"}).description
+    assert other == f"set patient=drop-foot; set supply.pressure=2 bar; {walk.description}"
+    timed = walk.set({"phases.dorsiflexor.inlet[0][0]": 0.4}).description
+    assert timed == f"set phases.dorsiflexor.inlet[0][0]=0.4; {walk.description}"
+    same = load("scenario", "walk-dropfoot-afo", {"patient": "drop-foot"})
+    assert same.description == walk.description
+
+
 def test_a_value_may_be_a_description_or_a_number_of_numpys(walk: Scenario) -> None:
     muscle = load("muscle", "dmsp_20").using(law="kerscher_2006")
     assert isinstance(muscle, Muscle)
