@@ -38,6 +38,7 @@ from .machine_code import address as address
 from .machine_code import functions as functions
 from .machine_code import start as start
 from .notice import Notice as Notice
+from .notice import identity as identity
 from .notice import unique as unique
 from .notice import with_code as with_code
 from .units import AMBIENT_PRESSURE as AMBIENT_PRESSURE

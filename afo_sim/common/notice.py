@@ -77,7 +77,7 @@ def unique(notices: Iterable[str]) -> list[str]:
     """Notices in their order, each code once a subject; plain texts each once."""
     first: dict[tuple[str, str], str] = {}
     for one in notices:
-        first.setdefault(_identity(one), one)
+        first.setdefault(identity(one), one)
     return list(first.values())
 
 
@@ -86,7 +86,8 @@ def with_code(notices: Iterable[str], code: str) -> list[Notice]:
     return [one for one in notices if isinstance(one, Notice) and one.code == code]
 
 
-def _identity(one: str) -> tuple[str, str]:
+def identity(one: str) -> tuple[str, str]:
+    """What a notice is about: its code and subject; "" and the text itself of a plain text."""
     return (one.code, one.subject) if isinstance(one, Notice) else ("", one)
 
 

@@ -4,6 +4,7 @@ import bisect
 import re
 from collections import Counter
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 
@@ -68,14 +69,18 @@ def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int
     return [(s, texts[s, kind], count) for (s, kind), count in found.most_common()]
 
 
-def warned(warnings: np.ndarray) -> list[tuple[str, int]]:
+def warned(warnings: np.ndarray, notices: np.ndarray) -> list[tuple[str, int]]:
     """[(warning, number of cases)], the most frequent first, of cases' warnings with a line each (n,).
 
-    Those that differ in their numbers only are one, shown by the first.
+    Those about the same, by their lines of `notices` (n,), are one, shown by the first; where these are empty
+    those that differ in their numbers only.
     """
-    lines = [text.splitlines() for text in warnings.tolist() if text]
-    found = Counter(kind for each in lines for kind in dict.fromkeys(map(_kind, each)))
-    texts = {_kind(line): line for each in reversed(lines) for line in reversed(each)}
+    cases = [
+        {about or _kind(line): line for line, about in reversed([*zip_longest(*lines, fillvalue="")])}
+        for lines in ((a.splitlines(), b.splitlines()) for a, b in zip(warnings, notices, strict=True))
+    ]
+    found = Counter(kind for case in cases for kind in reversed(case))
+    texts = {kind: line for case in reversed(cases) for kind, line in case.items()}
     return [(texts[kind], count) for kind, count in found.most_common()]
 
 

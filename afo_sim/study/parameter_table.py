@@ -14,7 +14,7 @@ from afo_sim.description import PROBLEMS, Field, Scenario, field_at, refusal
 from afo_sim.metrics import words
 from afo_sim.metrics.metric_words import OTHER
 from afo_sim.study.parameter import Choice, Normal, OwnSeed, Parameter, Range, Spread
-from afo_sim.study.results import EVERY_ROW, OVERRIDES, WARNINGS
+from afo_sim.study.results import EVERY_ROW, NOTICES, OVERRIDES, WARNINGS
 
 # Each way to state a parameter's values: the key that it is known by, and what goes with it.
 _WAYS = {
@@ -67,7 +67,7 @@ class ParameterTable(StrictTable):
 
 def is_free(name: str) -> bool:
     """True where no other column of the results has this name."""
-    return name not in (*EVERY_ROW, OVERRIDES, WARNINGS) and words(name).group == OTHER
+    return name not in (*EVERY_ROW, OVERRIDES, WARNINGS, NOTICES) and words(name).group == OTHER
 
 
 class ParameterReader:

@@ -20,7 +20,8 @@ RESULTS, CHUNKS, MANIFEST = "results.parquet", "chunks", "sweep.json"
 EVERY_ROW = ("case", "seed", "status", "reason")  # columns that are neither parameter nor metric …
 OVERRIDES = "overrides"  # … nor this: all that a case sets, as JSON by dotted key …
 OWN_SEED = "own seed"  # how the spread of a parameter is called that is every case's seed
-WARNINGS = "warnings"  # … nor this: what a case warns of, a line each
+WARNINGS = "warnings"  # … nor this: what a case warns of, a line each …
+NOTICES = "notices"  # … nor this: what each of these lines is about, code and subject
 
 
 @dataclass(frozen=True, repr=False)
@@ -85,6 +86,11 @@ class Results:
         """Warnings of each case, a line each; "" where there are none (n,)."""
         there = WARNINGS in self.table.column_names
         return self[WARNINGS] if there else np.full(len(self), "")
+
+    @property
+    def notices(self) -> np.ndarray:
+        """What each line of `warnings` is about, code and subject; "" in older results (n,)."""
+        return self[NOTICES] if NOTICES in self.table.column_names else np.full(len(self), "")
 
     def lacking(self, metric: str) -> int:
         """Number of the planned cases that have no value of a metric, yet or ever."""

@@ -9,14 +9,14 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from afo_sim.common import InputError, disk, keeping
+from afo_sim.common import InputError, disk, identity, keeping
 from afo_sim.common.versions import versions
 from afo_sim.study import folder
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import Outcome
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 from afo_sim.study.parameter import Choice, Joint, Normal, Range
-from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
+from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, NOTICES, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
 from afo_sim.study.sweep_plan import Plan
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
@@ -106,7 +106,8 @@ class Store:
             columns.append(pa.array([np.nan if m is None else m.value for m in metrics], pa.float64()))
         sets = [json.dumps(self.cases.sets(number), ensure_ascii=False) for number in numbers]
         columns.append(pa.array(sets, pa.string()))
-        columns.append(pa.array(["\n".join(outcome.warnings) for outcome in outcomes], pa.string()))
+        for line in (str, lambda warning: " ".join(identity(warning))):
+            columns.append(pa.array(["\n".join(map(line, o.warnings)) for o in outcomes], pa.string()))
         return pa.table(columns, schema=self.schema())
 
     def schema(self) -> Any:
@@ -122,7 +123,7 @@ class Store:
             fields.append(pa.field(parameter.name, kind, metadata=facts))
         for name, unit in self.metrics.items():
             fields.append(pa.field(name, pa.float64(), metadata={"role": "metric", "unit": unit}))
-        for name in (OVERRIDES, WARNINGS):
+        for name in (OVERRIDES, WARNINGS, NOTICES):
             fields.append(pa.field(name, pa.string(), metadata={"role": "case"}))
         sweep = {
             "design": plan.design,

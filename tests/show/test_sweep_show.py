@@ -214,7 +214,7 @@ def test_shares_of_a_full_grid_are_exact() -> None:
     assert analysis.effect(a, y, grid=True).means == pytest.approx(2.0 * np.arange(5.0) + 1.0)
 
 
-def test_reasons_and_warnings_that_differ_in_numbers_are_one() -> None:
+def test_reasons_that_differ_in_numbers_are_one() -> None:
     status = np.array(["ok", "infeasible", "infeasible", "unstable", "infeasible"])
     reason = np.array(["", "stretched by 16.2 %", "stretched by -1e-3 %", "NaN at 1 s", "no leg"])
     assert analysis.failures(status, reason) == [
@@ -222,8 +222,20 @@ def test_reasons_and_warnings_that_differ_in_numbers_are_one() -> None:
         ("unstable", "NaN at 1 s", 1),
         ("infeasible", "no leg", 1),
     ]
-    warnings = np.array(["", "muscle_1: 5 bar\nmuscle_2: 6 bar\nstop", "stop\nmuscle_1: 7.5 bar"])
-    assert analysis.warned(warnings) == [("muscle_1: 5 bar", 2), ("stop", 2)]
+
+
+def test_warnings_are_counted_by_what_they_are_about() -> None:
+    """Two muscles whose names differ in a digit are two; one limit in other words is one."""
+    warnings = np.array(
+        ["", "muscle_1: 5 bar\nmuscle_2: 6 bar\nstop", "stop\nmuscle_1: 7.5 bar, which bursts"]
+    )
+    about = np.array(
+        ["", "pressure muscle_1\npressure muscle_2\nstop ankle", "stop ankle\npressure muscle_1"]
+    )
+    found = [("muscle_1: 5 bar", 2), ("stop", 2), ("muscle_2: 6 bar", 1)]
+    assert analysis.warned(warnings, about) == found
+    older = np.array(["", "", ""])  # numbers apart, as these results do not say
+    assert analysis.warned(warnings, older)[:2] == [("stop", 2), ("muscle_1: 5 bar", 1)]
 
 
 def test_a_parameter_without_a_share_may_matter_most() -> None:

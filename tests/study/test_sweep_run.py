@@ -248,6 +248,7 @@ def test_what_cases_warn_of_stands_in_their_rows_and_is_shown(
     few = "2 whole strides are too few to tell whether the orthosis' air has settled"
     assert all(few in text for text in results.warnings[results.ok])
     assert not any(results.warnings[~results.ok])
+    assert all("too-few-strides " in text for text in results.notices[results.ok])
     code, said, _ = call(capsys, "sweep", "--show", whole, "--out", whole.parent / "figures")
     assert code == 0
     row = next(line.split() for line in said.splitlines() if "too few to tell" in line)
@@ -754,7 +755,7 @@ def test_a_parameter_cannot_be_called_like_another_column(
 
 def test_every_metric_s_name_is_refused_as_a_parameter_s(whole: pathlib.Path, seated_table: Any) -> None:
     known = [*afo_sim.study.read(whole).metrics, *seated_table.column_names]
-    told = {"pressure", "case", "seed", "status", "reason", "overrides", "warnings"}
+    told = {"pressure", "case", "seed", "status", "reason", "overrides", "warnings", "notices"}
     assert [name for name in known if name not in told and words(name).group == OTHER] == []
 
 
