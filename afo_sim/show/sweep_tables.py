@@ -47,7 +47,7 @@ def _status_table(results: Results) -> _Table:
 
 
 def _warning_table(results: Results) -> Iterator[_Table]:
-    rows = [[str(count), text] for text, count in analysis.warned(results.warnings)]
+    rows = [[str(count), text] for text, count in analysis.warned(results.warnings, results.notices)]
     if rows:
         yield "warnings, by the numbers of the first case with each", ["cases", "warning"], rows
 
