@@ -62,7 +62,7 @@ def hanging_mass(
     model = spec.compile()
     native.fill_circuit(model, circuit)
     if not muscles:  # the chamber is its tube alone
-        model.actuator_user[2, slots.CHAMBER_ROW.first_muscle] = -1
+        model.actuator_user[model.actuator("chamber_air").id, slots.CHAMBER_ROW.first_muscle] = -1
     return model
 
 

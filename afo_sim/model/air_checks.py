@@ -20,7 +20,6 @@ from afo_sim.model.walk import stride_time_of
 
 ALIKE = 1.0 - 1e-9
 LONG_TUBE = 5.0  # [m]
-SHORTEST_STEP = 1e-5  # that is worth telling [s]
 
 
 def check_air_path(scenario: Scenario) -> list[Notice]:
@@ -152,25 +151,18 @@ def _pulses(scenario: Scenario) -> Iterator[Notice]:
     """Pulses too short for their valve."""
     valves = {name: valve for name, valve, _ in valves_of(scenario.orthosis)}
     for name, seconds in _shortest(scenario).items():
-        if name in valves and (text := too_short(name, valves[name], seconds, scenario.timestep)):
+        if name in valves and (text := too_short(name, valves[name], seconds)):
             yield Notice("pulse-short", "{text}", subject=name, text=text, seconds=seconds)
 
 
-def too_short(name: str, valve: Valve, seconds: float, step: float = 0.0) -> str:
-    """What comes of a pulse of a coil that is too short for its valve; "" where it is long enough.
-
-    Units: seconds [s], step [s].
-    """
+def too_short(name: str, valve: Valve, seconds: float) -> str:
+    """What comes of a pulse of a coil [s] that is too short for its valve; "" where it is long enough."""
     pulse, delay = f"valve {name}: a pulse of {_ms(seconds)}", valve.opening_delay
     if seconds < delay * ALIKE:
         return f"{pulse} is shorter than its opening delay, {_ms(delay)}: it does not open"
     if valve.minimum_on_time is not None and seconds < valve.minimum_on_time * ALIKE:
         least = _ms(valve.minimum_on_time)
         return f"{pulse} is shorter than its minimum_on_time, {least}: here it opens, and it may not"
-    if not valve.proportional and seconds < (max(delay, step) + step) * ALIKE:
-        enough = min(seconds - delay, 0.5 * seconds)
-        text = f"{pulse} is hardly longer than its opening delay or the time step: its air is uncertain"
-        return f"{text}; a timestep of {_ms(enough)} would do" if enough > SHORTEST_STEP else text
     return ""
 
 

@@ -89,7 +89,7 @@ def _stepped(built: Built, data: mujoco.MjData, times: dict[str, float]) -> dict
         data.ctrl[inlets] = np.clip([(t - left) / step + 1.0 for t in times.values()], 0.0, 1.0)
         mujoco.mj_step(model, data)
         data.qpos[:], data.qvel[:] = before["qpos"], 0.0
-        if (k + 1) % look or not all(native.read_opening(model, data.act, v) > 0.0 for v in inlets):
+        if (k + 1) % look or not all(native.read_opening(model, data.userdata, v) > 0.0 for v in inlets):
             continue
         now = np.array([native.read_held(model, data.act, k) for k in nodes])
         if np.max(np.abs(now / last - 1.0)) * max(left, 1.0) < STILL * LOOK:

@@ -24,6 +24,7 @@ from afo_sim.native.air_block import (
     OF_VOLUME,
     SUPPLY,
 )
+from afo_sim.native.driving import seat_of
 from afo_sim.native.error_codes import FINE, NO_AIR, NO_PRESSURE, NO_SUPPLY, NO_VOLUME
 from afo_sim.native.slots import (
     AIR_ROW,
@@ -35,11 +36,19 @@ from afo_sim.native.slots import (
     KIND_STORE,
     KIND_VALVE,
     STORE_ACT,
-    VALVE_ACT,
     VALVE_ROW,
     VOLUME_ROW,
 )
-from afo_sim.physics import COMPRESSOR, TWO_WAY, chamber_pressure, edge_flow, register_jitable, store_pressure
+from afo_sim.physics import (
+    COMPRESSOR,
+    NEVER,
+    RESTING,
+    TWO_WAY,
+    chamber_pressure,
+    edge_flow,
+    register_jitable,
+    store_pressure,
+)
 
 NEAR = 0.01  # relative change of a volume over a step up to which its powers follow by a series [-]
 
@@ -116,43 +125,64 @@ def _fix(s: Any, number: int, pressure: float) -> None:
 
 
 @register_jitable
-def take_edges(m: Any, d: Any, j: int, s: Any) -> int:
-    """Put what is open of the network led by the node in row j into the block; the end."""
-    u, act = m.actuator_user, d.act
-    e, actuator = FIRST_EDGE, int(u[j + AIR_ROW.first_edge])
+def take_edges(m: Any, d: Any, j: int, s: Any) -> tuple[int, float]:
+    """Put what opens in this step of the network led by the node in row j into the block.
+
+    Returns the end, and the share of the step at which the first valve switches.
+    """
+    u, act, data = m.actuator_user, d.act, d.userdata
+    e, until, actuator = FIRST_EDGE, 1.0, int(u[j + AIR_ROW.first_edge])
     while actuator >= 0:
         q = m.nuser_actuator * actuator
-        law, opening = u[q + EDGE_ROW.law], 1.0
-        if u[q + EDGE_ROW.follows] > 0.0:  # the other way of a three-way valve; the slot holds one more
-            opening = 1.0 - act[m.actuator_actadr[int(u[q + EDGE_ROW.follows]) - 1] + VALVE_ACT.opening]
+        law, place, follows = u[q + EDGE_ROW.law], int(u[q + EDGE_ROW.place]), int(u[q + EDGE_ROW.follows])
+        opening, first, second = 1.0, NEVER, NEVER
+        if follows > 0:  # the other way of a three-way valve; the slot holds one more
+            opening, first, second, _, _, _ = seat_of(m, d, follows - 1)
+            opening = 1.0 - opening
         elif u[q + 1] == KIND_VALVE:
-            opening = act[m.actuator_actadr[actuator] + VALVE_ACT.opening]
+            opening, first, second, _, _, _ = seat_of(m, d, actuator)
         elif law == COMPRESSOR:
             opening = act[m.actuator_actadr[actuator] + COMPRESSOR_ACT.running]
-        if opening == 0.0:  # shut: not there in this step
-            d.userdata[int(u[q + EDGE_ROW.place])] = 0.0
+        if opening == 0.0 and first >= 1.0:  # shut: not there in this step
+            data[place] = data[place + 1] = 0.0
         else:
+            between = min(second, 1.0) - min(first, 1.0)
+            data[place + 1] = abs(opening - between)
             s[e + EDGE.origin], s[e + EDGE.end] = u[q + EDGE_ROW.origin], u[q + EDGE_ROW.end]
             s[e + EDGE.law], s[e + EDGE.place], s[e + EDGE.opening] = law, u[q + EDGE_ROW.place], opening
+            s[e + EDGE.first], s[e + EDGE.second] = first, second
             s[e + EDGE.conductance] = u[q + VALVE_ROW.conductance]
             s[e + EDGE.critical] = u[q + VALVE_ROW.critical_ratio]
             if law != TWO_WAY:
                 for k in range(4):
                     s[e + EDGE.parameters + k] = u[q + EDGE_ROW.parameters + k]
+            until = min(until, first)
             e += EDGE_NUMBERS
         actuator = int(u[q + EDGE_ROW.following])
-    return e
+    return e, until
+
+
+@register_jitable
+def switch(s: Any, edges: int, share: float) -> float:
+    """Switch the seats of the valves whose instant is a share of the step; the share of the next one [-]."""
+    until = 1.0
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        while s[e + EDGE.first] <= share + RESTING:
+            s[e + EDGE.opening] = 1.0 - s[e + EDGE.opening]
+            s[e + EDGE.first], s[e + EDGE.second] = s[e + EDGE.second], NEVER
+        until = min(until, s[e + EDGE.first])
+    return until
 
 
 @register_jitable
 def take_slopes(m: Any, j: int, s: Any, edges: int) -> None:
-    """Put the steepness of all that `take_edges` has put into the block there too."""
+    """Put the steepness, when open, of all that `take_edges` has put into the block there too."""
     u = m.actuator_user
     e, actuator = FIRST_EDGE, int(u[j + AIR_ROW.first_edge])
     while actuator >= 0 and e < edges:
         q = m.nuser_actuator * actuator
         if s[e + EDGE.place] == u[q + EDGE_ROW.place]:
-            s[e + EDGE.steepness] = s[e + EDGE.opening] * u[q + EDGE_ROW.steepness]
+            s[e + EDGE.steepness] = u[q + EDGE_ROW.steepness]
             e += EDGE_NUMBERS
         actuator = int(u[q + EDGE_ROW.following])
 

@@ -40,7 +40,8 @@ class NodeBlock(NamedTuple):
 
 
 class EdgeBlock(NamedTuple):
-    """Of a restriction: ends, law, flow and where that goes; parameters of the law, what stiff air needs."""
+    """Of a restriction: ends, law, flow and where that goes; parameters of the law; shares of the step at
+    which a valve's seat switches once and again; what stiff air needs."""
 
     origin: int
     end: int
@@ -51,6 +52,8 @@ class EdgeBlock(NamedTuple):
     flow: int
     place: int
     parameters: int
+    first: int
+    second: int
     steepness: int
     moved: int
     first_flow: int

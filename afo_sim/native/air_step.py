@@ -1,15 +1,16 @@
 """One step of the air of a network: the midpoint rule, or Chebyshev stages where the air is stiff.
 
-Where a node would change by more than a share of itself, the step is taken in parts. What a restriction has
-moved is integrated by the same scheme as the nodes, so that no air is lost between them. In one part and
-without stiffness this is the midpoint rule with the volume half a step on, by what it moved in the last step.
+A step is taken in pieces from one switching of a valve to the next, so that openings stay over each. Where a
+node would change by more than a share of itself, a piece is taken in parts. What a restriction has moved is
+integrated by the same scheme as the nodes, so that no air is lost between them. In one part and without
+stiffness this is the midpoint rule with the volume half a step on, by what it moved in the last step.
 """
 
 import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.native.air import evaluate, keep_powers, take_edges, take_nodes, take_slopes
+from afo_sim.native.air import evaluate, keep_powers, switch, take_edges, take_nodes, take_slopes
 from afo_sim.native.air_block import (
     EDGE,
     EDGE_NUMBERS,
@@ -34,7 +35,14 @@ from afo_sim.native.slots import (
     STORE_ROW,
     VOLUME_DATA,
 )
-from afo_sim.physics import compressor_runs, following, register_jitable, stages, store_temperature_rate
+from afo_sim.physics import (
+    RESTING,
+    compressor_runs,
+    following,
+    register_jitable,
+    stages,
+    store_temperature_rate,
+)
 from afo_sim.physics.chebyshev import origin
 
 CHANGE = 0.1  # of a node's air or σ in a part of a step, at most [-]
@@ -52,12 +60,13 @@ def air_dyn(m: Any, d: Any, j: int) -> None:
         return
     gas, gamma = u[j + AIR_ROW.gas_constant], u[j + AIR_ROW.heat_capacity_ratio]
     s = block()
-    nodes, edges = take_nodes(m, d, j, s), take_edges(m, d, j, s)
+    nodes = take_nodes(m, d, j, s)
+    edges, until = take_edges(m, d, j, s)
     evaluate(s, nodes, edges, 0.0, True, gas, gamma)
     step = m.opt.timestep
     if u[j + 1] != KIND_CHAMBER:  # the last node leads, and chambers come first
         remember_pressures(m, d, nodes, s)
-    if calm(s, nodes, step, gas, gamma):
+    if until > 1.0 - RESTING and calm(s, nodes, step, gas, gamma):
         if one_midpoint(s, nodes, edges, step, gas, gamma):
             write_rates(m, d, nodes, s, True)
             write_flows(m, d, edges, s, True)
@@ -65,29 +74,21 @@ def air_dyn(m: Any, d: Any, j: int) -> None:
         take_nodes(m, d, j, s)  # which it has moved
         evaluate(s, nodes, edges, 0.0, True, gas, gamma)
     take_slopes(m, j, s, edges)
-    rate, change = fastest(s, nodes, edges, gas, gamma)
-    parts = 1
-    while parts < MOST_PARTS and change * step > CHANGE * parts:
-        parts *= 2
-    if parts > 1 or step * rate > SLOW:
-        keep_powers(s, nodes, gamma)
-    while True:
-        taken = advance(s, nodes, edges, step, parts, rate, gas, gamma)
-        if taken == parts:
-            break
-        if parts >= MOST_PARTS:
+    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+        s[e + EDGE.total] = 0.0
+    share = 0.0
+    while share < 1.0:  # from one switching of a valve to the next, and to the step's end
+        if until > 1.0 - RESTING:
+            until = 1.0
+        if not advance(s, nodes, edges, step, share, until - share, gas, gamma):
             spoil(s, nodes)  # the next step will complain
             break
-        parts *= 2
-        if taken == 0:
-            restore(s, nodes, edges)
-        else:
-            take_nodes(m, d, j, s)
-            evaluate(s, nodes, edges, 0.0, True, gas, gamma)
-            keep_powers(s, nodes, gamma)
-    plain = parts == 1 and step * rate <= SLOW
-    write_rates(m, d, nodes, s, plain)
-    write_flows(m, d, edges, s, plain)
+        share = until
+        if share < 1.0:
+            until = switch(s, edges, share)
+            evaluate(s, nodes, edges, share, False, gas, gamma)
+    write_rates(m, d, nodes, s, False)
+    write_flows(m, d, edges, s, False)
 
 
 @register_jitable
@@ -144,8 +145,9 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
     for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
         a, b = NODE_NUMBERS * int(s[e + EDGE.origin]), NODE_NUMBERS * int(s[e + EDGE.end])
         twice = 2.0 if s[a + NODE.kind] == OF_VOLUME and s[b + NODE.kind] == OF_VOLUME else 1.0
-        s[a + NODE.steepness] += twice * s[e + EDGE.steepness]
-        s[b + NODE.steepness] += twice * s[e + EDGE.steepness]
+        slope = twice * s[e + EDGE.opening] * s[e + EDGE.steepness]
+        s[a + NODE.steepness] += slope
+        s[b + NODE.steepness] += slope
     upstream = int(s[NODE_NUMBERS * SUPPLY + NODE.actuator])
     if upstream > 0:  # what draws from the supply may draw from behind it
         s[NODE_NUMBERS * upstream + NODE.steepness] += 2.0 * s[NODE_NUMBERS * SUPPLY + NODE.steepness]
@@ -161,35 +163,45 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
 
 @register_jitable
 def advance(
-    s: Any, nodes: int, edges: int, step: float, parts: int, rate: float, gas: float, gamma: float
-) -> int:
-    """Take a step in equal parts, up to where a mass or a pressure would not stay positive or is far off.
+    s: Any, nodes: int, edges: int, step: float, begins: float, width: float, gas: float, gamma: float
+) -> bool:
+    """Take a share of a step, over which no valve switches, in parts; False where the shortest one fails.
 
-    Returns how many parts were taken: all of them, or those before the one that failed. The rates at its
-    beginning stand in the block. The shortest parts are taken however far off they are.
+    The rates at its beginning stand in the block. A part in which a mass or a pressure would not stay
+    positive, or is far off, is halved, and all behind it; the shortest parts are taken however far off.
     """
-    for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-        s[e + EDGE.total] = 0.0
-    part = step / parts
+    rate, change = fastest(s, nodes, edges, gas, gamma)
+    parts, k = 1, 0
+    while parts < MOST_PARTS and change * step * width > CHANGE * parts:
+        parts *= 2
+    if parts > 1 or step * width * rate > SLOW:
+        keep_powers(s, nodes, gamma)
     known = True  # whether the rates at the part's beginning stand in the block
-    for k in range(parts):
+    while k < parts:
+        of_step = width / parts
+        part, share = step * of_step, begins + k * of_step
         if not known:
-            evaluate(s, nodes, edges, k / parts, False, gas, gamma)
+            evaluate(s, nodes, edges, share, False, gas, gamma)
         begin(s, nodes, edges)
         known = False
         if part * rate <= SLOW:
-            fine = midpoint(s, nodes, edges, part, k / parts, 1.0 / parts, gas, gamma)
+            fine = midpoint(s, nodes, edges, part, share, of_step, gas, gamma)
         else:
-            fine = chebyshev(s, nodes, edges, part, rate, k / parts, 1.0 / parts, gas, gamma)
+            fine = chebyshev(s, nodes, edges, part, rate, share, of_step, gas, gamma)
             if fine and parts < MOST_PARTS:
-                evaluate(s, nodes, edges, (k + 1) / parts, False, gas, gamma)
+                evaluate(s, nodes, edges, share + of_step, False, gas, gamma)
                 fine = error(s, nodes, part) <= ERROR
                 known = True
-        if not fine:
-            return k
-        for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
-            s[e + EDGE.total] += s[e + EDGE.moved]
-    return parts
+        if fine:
+            for e in range(FIRST_EDGE, edges, EDGE_NUMBERS):
+                s[e + EDGE.total] += s[e + EDGE.moved]
+            k += 1
+        elif parts < MOST_PARTS:
+            restore(s, nodes, edges)
+            k, parts, known = 2 * k, 2 * parts, True
+        else:
+            return False
+    return True
 
 
 @register_jitable

@@ -8,7 +8,7 @@ its states are in `act`, its input in `ctrl`:
     muscle   tendon             none (see below)        –
     chamber  a joint, no force  supply pressure, gauge  air mass, σ = p V^γ, last volume, last pressure
     drive    a joint, no force  target, gauge; or < 0   reading, integral, pulse, switches
-    valve    a joint, no force  coil                    armature, opening
+    valve    a joint, no force  coil                    armature, opening, coil
     passive  ankle              knee angle              –
     friction a joint, no force  –                       states of a muscle's friction
     spastic  ankle              none (see below)        –
@@ -20,8 +20,8 @@ installed and restored by `installed`, and never displace somebody else's. The s
 compiled (function pointers, which `mujoco.batch` requires) or as plain Python.
 
 MuJoCo calls every dyn, then every bias. A network stands before its muscles and chambers: its dyn solves them
-(`network.py`) and writes what the others read into `userdata`. A drive stands between its chamber and its
-valves: it reads the pressure of this step and writes the coils of this step.
+(`network.py`) and writes what the others read into `userdata`. A drive stands before chambers and valves: it
+reads the pressure of this step and writes the coils of this step.
 
 Three numerical matters:
 

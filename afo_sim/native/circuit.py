@@ -300,15 +300,15 @@ def add_chambers(
 ) -> None:
     """The second half: chambers, drives, valves, and what holds the states of friction.
 
-    A drive stands before the valves, so that its coils act in the same step.
+    A drive stands before chambers and valves, so that its coils act in the same step.
     """
     spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
     spec.nuserdata = userdata + circuit_data(circuit)
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
-    for name, joint in joints.items():
-        _add_states(spec, f"{prefix}chamber_{name}", joint, len(CHAMBER_ACT), default)
     for chamber in circuit.driven:
         _add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, len(DRIVE_ACT), default)
+    for name, joint in joints.items():
+        _add_states(spec, f"{prefix}chamber_{name}", joint, len(CHAMBER_ACT), default)
     for name, joint in joints.items():
         for side in SIDES:
             _add_states(spec, f"{prefix}valve_{name}_{side}", joint, len(VALVE_ACT), default)

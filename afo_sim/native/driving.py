@@ -18,6 +18,7 @@ from afo_sim.native.slots import (
     VALVE_ROW,
 )
 from afo_sim.physics import (
+    NEVER,
     beyond_dead_band,
     low_passed,
     pid,
@@ -26,32 +27,49 @@ from afo_sim.physics import (
     pulse_width,
     pulses,
     register_jitable,
+    seat_switches,
     two_point,
-    valve_rates,
 )
 
 
 @register_jitable
-def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
-    """Write the rates of the valve actuator i, whose row starts at j; its coil is its input or a drive's."""
-    u = m.actuator_user
-    adr, driven = m.actuator_actadr[i], int(u[j + VALVE_ROW.coil])
-    coil = d.userdata[driven - 1] if driven > 0 else d.ctrl[i]
+def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, float]:
+    """`seat_switches` of the valve actuator i in this step; a proportional valve's opening stays over it."""
+    u, j, adr = m.actuator_user, m.nuser_actuator * i, m.actuator_actadr[i]
+    armature, opening = d.act[adr + VALVE_ACT.armature], d.act[adr + VALVE_ACT.opening]
     if u[j + VALVE_ROW.bandwidth] > 0.0:
-        asked = beyond_dead_band(coil, u[j + VALVE_ROW.dead_band])
-        rate = proportional_rate(
-            asked, d.act[adr + VALVE_ACT.opening], u[j + VALVE_ROW.bandwidth], m.opt.timestep
-        )
-        d.act_dot[adr + VALVE_ACT.armature], d.act_dot[adr + VALVE_ACT.opening] = rate, rate
-        return
-    d.act_dot[adr + VALVE_ACT.armature], d.act_dot[adr + VALVE_ACT.opening] = valve_rates(
-        coil,
-        d.act[adr + VALVE_ACT.armature],
-        d.act[adr + VALVE_ACT.opening],
+        return opening, NEVER, NEVER, armature, opening, 0.0
+    return seat_switches(
+        coil_of(m, d, i),
+        d.act[adr + VALVE_ACT.coil],
+        armature,
+        opening,
         u[j + VALVE_ROW.opening_delay],
         u[j + VALVE_ROW.closing_delay],
         m.opt.timestep,
     )
+
+
+@register_jitable
+def coil_of(m: Any, d: Any, i: int) -> float:
+    """Coil of the valve actuator i in this step [-]: its input or a drive's."""
+    driven = int(m.actuator_user[m.nuser_actuator * i + VALVE_ROW.coil])
+    return d.userdata[driven - 1] if driven > 0 else d.ctrl[i]  # type: ignore[no-any-return]
+
+
+@register_jitable
+def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Write the rates of the valve actuator i, whose row starts at j."""
+    u, adr, step = m.actuator_user, m.actuator_actadr[i], m.opt.timestep
+    _, _, _, armature, opening, coil = seat_of(m, d, i)
+    if u[j + VALVE_ROW.bandwidth] > 0.0:
+        asked = beyond_dead_band(coil_of(m, d, i), u[j + VALVE_ROW.dead_band])
+        rate = proportional_rate(asked, opening, u[j + VALVE_ROW.bandwidth], step)
+        d.act_dot[adr + VALVE_ACT.armature], d.act_dot[adr + VALVE_ACT.opening] = rate, rate
+        return
+    d.act_dot[adr + VALVE_ACT.armature] = (armature - d.act[adr + VALVE_ACT.armature]) / step
+    d.act_dot[adr + VALVE_ACT.opening] = (opening - d.act[adr + VALVE_ACT.opening]) / step
+    d.act_dot[adr + VALVE_ACT.coil] = (coil - d.act[adr + VALVE_ACT.coil]) / step
 
 
 FIRST, OFF, ON = 0.0, 1.0, 2.0  # stages of a drive

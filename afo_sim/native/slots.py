@@ -11,10 +11,10 @@ a row. To compiled code they are constants. Nothing outside this package writes 
     network    of each leader: contraction, carried force,      of each anchor: force, displacement
                last move; of each anchor: displacement,
                damper's force
-    chamber    air mass, σ = p V^γ, last volume, last pressure  inlet flow, outlet flow, volume, pressure
+    chamber    air mass, σ = p V^γ, last volume, last pressure  flow, opening of each valve, volume, pressure
     muscle     –                                                of each leader: contraction, tension, rate, …
     drive      reading, integral, pulse, switches               coils of inlet and outlet
-    valve      armature, opening                                –
+    valve      armature, opening, coil                          –
     friction   states of the muscle's friction                  –
 
 A "last" state, and all states of a network, belong to the posture one step back. What belongs to the present
@@ -37,7 +37,7 @@ from afo_sim.physics import (
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2833.0  # tells this project's actuators from anybody else's; another number where the places move
+MARK = 2834.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
@@ -311,10 +311,11 @@ class StoreAct(NamedTuple):
 
 
 class ValveAct(NamedTuple):
-    """States of a valve."""
+    """States of a valve: its armature, its seat, whether its coil was on at last."""
 
     armature: int
     opening: int
+    coil: int
 
 
 class CompressorAct(NamedTuple):
@@ -359,10 +360,12 @@ class DriveAct(NamedTuple):
 
 
 class ChamberData(NamedTuple):
-    """Results of a chamber."""
+    """Results of a chamber; of a valve's, as of a restriction, its opening stands behind its flow."""
 
     inlet_flow: int
+    inlet_opening: int
     outlet_flow: int
+    outlet_opening: int
     volume: int
     pressure: int
 
@@ -414,21 +417,12 @@ LEADER_DATA: LeaderData = places(LeaderData)
 ANCHOR_DATA: AnchorData = places(AnchorData)
 DRIVE_DATA: DriveData = places(DriveData)
 VOLUME_DATA: VolumeData = places(VolumeData)
-EDGE_DATA = 1  # results of a restriction: its flow
+EDGE_DATA = 2  # results of a restriction: its mean flow and opening over the step
 
 
 # Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
 # parts of the kind have them.
-_OF_SOME = {
-    "bandwidth",
-    "closing_delay",
-    "coil",
-    "dead_band",
-    "follows",
-    "law",
-    "opening_delay",
-    "parameters",
-}
+_SOME = {"bandwidth", "closing_delay", "coil", "dead_band", "follows", "law", "opening_delay", "parameters"}
 MAY_LACK = {
     KIND_MUSCLE: {
         "inverse_mass",
@@ -440,8 +434,8 @@ MAY_LACK = {
     },
     KIND_CHAMBER: {"real_gas"},
     KIND_VOLUME: {"real_gas"},
-    KIND_VALVE: _OF_SOME,
-    KIND_RESTRICTION: _OF_SOME,
+    KIND_VALVE: _SOME,
+    KIND_RESTRICTION: _SOME,
 }
 _PLACES = {
     kind: {name: getattr(table, name) for table in tables for name in table._fields}

@@ -185,12 +185,9 @@ def read_flow(model: mujoco.MjModel, userdata: np.ndarray, edge: int) -> np.ndar
     return found
 
 
-def read_opening(model: mujoco.MjModel, act: np.ndarray, valve: int) -> np.ndarray:
-    """Opening of a valve's seat [-], from `act` (…, na); of a 3/2 valve's other way what the first leaves."""
-    first = first_way(model, valve)
-    if first is not None:
-        return 1.0 - read_opening(model, act, first)
-    opening: np.ndarray = act[..., model.actuator_actadr[valve] + VALVE_ACT.opening]
+def read_opening(model: mujoco.MjModel, userdata: np.ndarray, valve: int) -> np.ndarray:
+    """Mean opening of a valve's actuator over the step [-], from `userdata` (…, nuserdata)."""
+    opening: np.ndarray = userdata[..., int(model.actuator_user[valve, EDGE_ROW.place]) + 1]
     return opening
 
 
@@ -219,6 +216,7 @@ def read_switches(model: mujoco.MjModel, act: np.ndarray, drive: int, outlet: bo
 
 
 def write_valve(model: mujoco.MjModel, act: np.ndarray, valve: int, armature: float, opening: float) -> None:
-    """Set armature and opening of a valve's actuator in `act` (…, na) [-]."""
+    """Set armature and opening of a valve's actuator in `act` (…, na) [-]; its coil is what opened it."""
     at = model.actuator_actadr[valve]
     act[..., at + VALVE_ACT.armature], act[..., at + VALVE_ACT.opening] = armature, opening
+    act[..., at + VALVE_ACT.coil] = opening

@@ -63,13 +63,15 @@ from .passive_ankle import KNEE_LIMIT as KNEE_LIMIT
 from .passive_ankle import passive_moment as passive_moment
 from .passive_ankle import passive_moments as passive_moments
 from .passive_ankle import spastic_moment as spastic_moment
+from .pneumatics import NEVER as NEVER
+from .pneumatics import RESTING as RESTING
 from .pneumatics import beyond_dead_band as beyond_dead_band
 from .pneumatics import chamber_pressure as chamber_pressure
 from .pneumatics import iso_6358_slope as iso_6358_slope
 from .pneumatics import laminar_slope as laminar_slope
+from .pneumatics import seat_switches as seat_switches
 from .pneumatics import sigma_rate as sigma_rate
 from .pneumatics import valve_flow as valve_flow
-from .pneumatics import valve_rates as valve_rates
 from .ratings import conductance_of_cv as conductance_of_cv
 from .ratings import conductance_of_kv as conductance_of_kv
 from .ratings import conductance_of_nominal_flow as conductance_of_nominal_flow

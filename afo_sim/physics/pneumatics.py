@@ -9,7 +9,8 @@ from afo_sim.physics.jitable import register_jitable
 
 LAMINAR_RATIO = 0.98  # above this pressure ratio the flow is linear in the pressure difference
 NO_FLOW = 1e-9  # of the pressure ratio, from 1, at which a flow's relative slope ends
-RESTING = 1e-9  # of a valve's armature and seat: so near, they are there
+RESTING = 1e-9  # of a valve's armature, and of a step: so near, they are there
+NEVER = 2.0  # share of a step at which what does not happen in it happens
 
 
 @register_jitable
@@ -223,63 +224,75 @@ def sigma_rate(
 
 
 @register_jitable
-def valve_rates(
+def seat_switches(
     coil: float,
+    was_on: float,
     armature: float,
     opening: float,
     opening_delay: float,
     closing_delay: float,
     timestep: float,
-) -> tuple[float, float]:
-    """Rates of a solenoid valve's two states over one step.
+) -> tuple[float, float, float, float, float, float]:
+    """A solenoid valve over one step: the instants at which its seat switches, and its states at the end.
 
     The armature travels to the open seat at 1/opening delay while the coil is on, and back at 1/closing
-    delay while it is off; the seat follows when it arrives. So the opening answers after a dead time (at
-    least one step), and a pulse that is a step shorter than the delay does nothing. An event between two
-    steps moves the armature for its part of the step, and an arrival between two steps is weighted by the
-    part that is left.
+    delay while it is off; the seat follows when it arrives. So the opening answers after a dead time, and a
+    pulse that is shorter does nothing. A coil that was on is switched off within the step where it is on for
+    a share of it; one that was off is switched on. So a pulse within one step lasts into the next.
 
     Parameters
     ----------
     coil : share of the step for which the coil is on, clamped to 0…1 [-]
-    armature, opening : states, 0…1 [-]
+    was_on : whether it was on at the end of the step before, 1 or 0
+    armature, opening : states, 0…1; the seat is open or shut [-]
     opening_delay, closing_delay : dead times [s]
     timestep : [s]
 
     Returns
     -------
-    (d armature/dt, d opening/dt) [1/s]
+    (opening from the start on [-], shares of the step at which it switches once and again, `NEVER` for not,
+    armature, opening and coil at the end)
     """
-    if coil < 0.0:
+    seat = (1.0 if opening > 0.5 else 0.0 * opening) + 0.0 * was_on  # a NaN stays one
+    if coil >= 1.0 and armature > 1.0 - RESTING and seat == 1.0:
+        return 1.0, NEVER, NEVER, 1.0, 1.0, 1.0
+    if coil <= 0.0 and armature < RESTING and seat == 0.0:
+        return 0.0, NEVER, NEVER, 0.0, 0.0, 0.0
+    if coil < RESTING:
         coil = 0.0
-    elif coil > 1.0:
+    elif coil > 1.0 - RESTING:
         coil = 1.0
-    # the opening of this step is known already: nothing answers sooner than after one
-    if opening_delay < timestep:
-        opening_delay = timestep
-    if closing_delay < timestep:
-        closing_delay = timestep
-    place = armature
-    if armature < 1.0 - RESTING:
-        place += coil * timestep / opening_delay
-    if armature > RESTING:
-        place -= (1.0 - coil) * timestep / closing_delay
-    if place > 1.0 - RESTING:
-        place = seat = 1.0
-    elif place < RESTING:
-        place = seat = 0.0
-    elif place > armature:
-        part = 1.0 - (1.0 - place) * opening_delay / timestep
-        # a valve that was about to shut and is called back has not moved its seat
-        called_back = 1.0 if opening > RESTING else 0.0
-        seat = part if part > opening else called_back
-    elif place < armature:
-        part = place * closing_delay / timestep
-        called_back = 0.0 if opening < 1.0 - RESTING else 1.0
-        seat = part if part < opening else called_back
-    else:
-        seat = opening + 0.0 * place  # a NaN stays one
-    return (place - armature) / timestep, (seat - opening) / timestep
+    on = 1.0 if was_on > 0.5 else 0.0
+    turn = coil if on == 1.0 else 1.0 - coil  # share at which the coil switches
+    end, first, second = seat, NEVER, NEVER
+    if not turn <= 0.0:
+        armature, first = _travel(armature, on, turn, opening_delay / timestep, closing_delay / timestep)
+        if first < NEVER:
+            end, first = on, (first if end != on else NEVER)
+    if not turn >= 1.0:
+        on = 1.0 - on
+        armature, second = _travel(
+            armature, on, 1.0 - turn, opening_delay / timestep, closing_delay / timestep
+        )
+        if second < NEVER:
+            end, second = on, (turn + second if end != on else NEVER)
+    if first == NEVER:
+        first, second = second, NEVER
+    if first <= RESTING:
+        seat, first, second = 1.0 - seat, second, NEVER
+    return seat, first, second, armature, end + 0.0 * armature, on
+
+
+@register_jitable
+def _travel(armature: float, on: float, share: float, opening: float, closing: float) -> tuple[float, float]:
+    """Armature after a share of a step under a coil that stays, and the share after which it arrives.
+
+    Units: opening, closing: delays [steps].
+    """
+    wait = (1.0 - armature) * opening if on == 1.0 else armature * closing
+    if wait <= share + RESTING:
+        return on, wait
+    return (armature + share / opening if on == 1.0 else armature - share / closing), NEVER
 
 
 @register_jitable

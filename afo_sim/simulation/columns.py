@@ -278,8 +278,8 @@ COLUMNS = (
     Column(
         "valve/*/opening",
         "",
-        "seat, 0 to 1",
-        lambda f, i: native.read_opening(f.built.model, f.rows["act"], i),
+        "seat, 0 to 1: mean of the step from here",
+        lambda f, i: native.read_opening(f.built.model, f.rows["userdata"], i),
     ),
     Column("valve/*/mass_flow", "kg/s", "supply to chamber to ambient positive", edge_flow),
     Column("restriction/*/mass_flow", "kg/s", "upstream to downstream positive", edge_flow),

@@ -193,7 +193,7 @@ def network_rows(built: Built, nodes: list[int], rows: Rows, inputs: np.ndarray,
     ways = []
     for way in native.ways_of(model):
         known[native.TO_SUPPLY] = np.minimum(supply, known.get(way.upstream, supply))
-        opening = native.read_opening(model, act, way.actuator) if way.valve else np.ones(len(act))
+        opening = native.read_opening(model, userdata, way.actuator) if way.valve else np.ones(len(act))
         ends = (known[way.origin], known[way.end], known.get(way.pilot, supply))
         origin, end = numbers.get(way.origin, -1), numbers.get(way.end, -1)
         ways.append(WayRows(way, origin, end, ends, opening))

@@ -100,7 +100,8 @@ def test_what_is_not_filled_is_as_it_begins() -> None:
         model = built.model
         other = native.read_air(model, data.act, data.userdata, built.index.chambers["plantarflexor"])
         assert float(other.absolute_pressure) == pytest.approx(AMBIENT_PRESSURE, rel=1e-9)
-        valves = [native.read_opening(model, data.act, v) for v in built.index.valves.values()]
+        mujoco.mj_forward(model, data)
+        valves = [native.read_opening(model, data.userdata, v) for v in built.index.valves.values()]
     assert not np.any(valves) and data.time == 0.0
 
 

@@ -79,15 +79,16 @@ def test_names_are_all_places_once() -> None:
     native.write_air(model, act, chamber, native.Air(5.0, 6.0, 7.0))
     native.write_valve(model, act, inlet, 8.0, 9.0)
     native.write_valve(model, act, outlet, 10.0, 11.0)
-    assert sorted(act) == sorted([*map(float, range(1, 13)), 7.0 * 6.0**1.4])
-    assert native.read_opening(model, act, outlet) == 11.0
+    # a valve's coil is what opened it
+    assert sorted(act) == sorted([*map(float, range(1, 13)), 9.0, 11.0, 7.0 * 6.0**1.4])
     data = np.tile(np.arange(float(model.nuserdata)), (5, 1))
     air = native.read_air(model, np.tile(act, (5, 1)), data, chamber)
     assert air.mass.tolist() == [5.0] * 5
     own, flows = native.read_own(model, data, muscle), native.read_flows(model, data, chamber)
     yielding = native.read_anchor(model, data, network, 0)
-    places = [*own, *flows, air.absolute_pressure, *yielding]
-    assert len({float(place[0]) for place in places}) == len(places) == 9
+    openings = [native.read_opening(model, data, valve) for valve in (inlet, outlet)]
+    places = [*own, *flows, air.absolute_pressure, *yielding, *openings]
+    assert len({float(place[0]) for place in places}) == len(places) == 11
     assert flows.volume.tolist() == air.volume.tolist()
     assert model.nuserdata == len(slots.CHAMBER_DATA) + len(slots.LEADER_DATA) + len(slots.ANCHOR_DATA)
 
@@ -150,8 +151,8 @@ def test_valve_fills_its_own_chamber_only() -> None:
     flows = native.read_flows(model, data.userdata, ids.chambers["right"])
     assert flows.inlet > 0.0
     assert flows.outlet == 0.0
-    assert native.read_opening(model, data.act, ids.valves["right_inlet"]) == 1.0
-    assert native.read_opening(model, data.act, ids.valves["left_inlet"]) == 0.0
+    assert native.read_opening(model, data.userdata, ids.valves["right_inlet"]) == 1.0
+    assert native.read_opening(model, data.userdata, ids.valves["left_inlet"]) == 0.0
 
 
 @pytest.mark.parametrize("name", FRICTIONS)

@@ -1,12 +1,13 @@
 """Air: valve flow after ISO 6358, volume of a muscle, energy balance of a chamber, a valve's delays."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from afo_sim.physics import chamber_pressure, muscle_volume, sigma_rate, valve_flow, valve_rates
+from afo_sim.physics import NEVER, chamber_pressure, muscle_volume, seat_switches, sigma_rate, valve_flow
 from afo_sim.physics.law_volume import GEOMETRIC
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, braid_volume, iso_6358_flow
 
@@ -302,16 +303,19 @@ def test_adiabatic_venting_expands_isentropically():
     assert temperature == pytest.approx(T0 * (pressure / 6e5) ** (1.0 - 1.0 / GAMMA), rel=1e-7)
 
 
-# A solenoid valve: armature and opening, one explicit step at a time as the engine takes them
+# A solenoid valve: armature, seat and coil, one step at a time as the engine takes them
 
 
-def _opening(coil, opening_delay, closing_delay, timestep, armature=0.0, opening=0.0):
-    """The opening that holds over each step, for a list of coil commands."""
-    out = []
-    for command in coil:
-        out.append(opening)
-        travel, seat = valve_rates(command, armature, opening, opening_delay, closing_delay, timestep)
-        armature, opening = armature + timestep * travel, opening + timestep * seat
+def _opening(coil, opening_delay, closing_delay, timestep, armature=0.0, opening=0.0, switches=None):
+    """Mean opening over each step, for a list of coil commands; its coil was what opened it."""
+    out, on, delays = [], opening, (opening_delay, closing_delay)
+    for k, command in enumerate(coil):
+        start, first, second, armature, opening, on = seat_switches(
+            command, on, armature, opening, *delays, timestep
+        )
+        out.append(abs(start - (min(second, 1.0) - min(first, 1.0))))
+        if switches is not None:
+            switches += [(k + at) * timestep for at in (first, second) if at < 1.0]
     return np.array(out)
 
 
@@ -344,15 +348,17 @@ def test_closing_delay_is_exact_and_its_own(delay, timestep):
     assert opening[-1] == 0.0
 
 
-@pytest.mark.parametrize(
-    ("delay", "timestep", "steps"), [(4e-3, 1e-3, 3), (3.3e-3, 1e-3, 2), (4e-3, 0.7e-3, 4)]
-)
-def test_a_pulse_shorter_than_the_delay_does_nothing(delay, timestep, steps):
-    # By a step or more: the arrival is foreseen one step ahead.
-    opening = _opening([1.0] * steps + [0.0] * 50, delay, 4e-3, timestep)
-    assert opening == pytest.approx(0.0, abs=1e-12)
-    shut = _opening([0.0] * steps + [1.0] * 50, 4e-3, delay, timestep, armature=1.0, opening=1.0)
-    assert shut == pytest.approx(1.0, abs=1e-12)
+@pytest.mark.parametrize(("delay", "timestep"), [*DELAYS, (0.3e-3, 1e-3)])
+@pytest.mark.parametrize("longer", [0.999, 1.001])
+def test_a_pulse_shorter_than_the_delay_does_nothing(delay, timestep, longer):
+    # However little; a longer one opens for what it is longer, and the closing delay.
+    steps = longer * delay / timestep
+    pulse = [1.0] * int(steps) + [steps % 1.0]
+    opening = _opening(pulse + [0.0] * 50, delay, 4e-3, timestep)
+    expected = 0.0 if longer < 1.0 else (longer - 1.0) * delay + 4e-3
+    assert timestep * opening.sum() == pytest.approx(expected, abs=1e-12)
+    shut = _opening([1.0 - on for on in pulse] + [1.0] * 50, 4e-3, delay, timestep, armature=1.0, opening=1.0)
+    assert timestep * (1.0 - shut).sum() == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_long_pulse_is_shifted_by_the_two_delays():
@@ -384,10 +390,9 @@ def test_an_event_within_a_step_is_delayed_as_any_other(delay, timestep, share):
     # Switched on for the last part of its first step, or for the first part of its last.
     opening = _opening([share] + [1.0] * 100, delay, 9.0, timestep)
     lost = 101 * timestep - timestep * opening.sum()
-    dead = max(delay, timestep)  # nothing answers within the step that switches it
-    assert lost == pytest.approx((1.0 - share) * timestep + dead, abs=1e-9)
+    assert lost == pytest.approx((1.0 - share) * timestep + delay, abs=1e-9)
     shut = _opening([share] + [0.0] * 100, 9.0, delay, timestep, armature=1.0, opening=1.0)
-    assert timestep * shut.sum() == pytest.approx(share * timestep + dead, abs=1e-9)
+    assert timestep * shut.sum() == pytest.approx(share * timestep + delay, abs=1e-9)
 
 
 @pytest.mark.parametrize("share", [0.01, 0.4, 0.99])
@@ -406,8 +411,30 @@ def test_a_switch_faster_than_the_armature_moves_nothing():
 
 
 def test_a_valve_at_rest_rests():
-    assert valve_rates(0.0, 0.0, 0.0, 4e-3, 4e-3, 1e-3) == (0.0, 0.0)
-    assert valve_rates(1.0, 1.0, 1.0, 4e-3, 4e-3, 1e-3) == (0.0, 0.0)
+    for seat in (0.0, 1.0):
+        assert seat_switches(*[seat] * 4, 4e-3, 4e-3, 1e-3) == (seat, NEVER, NEVER, seat, seat, seat)
+
+
+@pytest.mark.parametrize("delays", [(0.0, 0.0), (0.4e-3, 0.7e-3), (3.3e-3, 0.0), (5e-3, 2.6e-3)])
+def test_the_seat_switches_at_its_own_time(delays):
+    # Against an armature followed in continuous time from one event to the next, through pulses and gaps
+    # of one to six steps that begin anywhere.
+    step, random = 1e-3, np.random.default_rng(1)
+    edges = np.cumsum(random.uniform(1.0, 6.0, 400)) * step
+    expected, place, seat = [], 0.0, 0.0
+    for k, (begin, end) in enumerate(itertools.pairwise([0.0, *edges])):
+        aim, delay = float(k % 2), delays[1 - k % 2]
+        arrives = begin + abs(aim - place) * delay
+        if arrives <= end and seat != aim:
+            seat = aim
+            expected.append(arrives)
+        place = aim if arrives <= end else place + (2.0 * aim - 1.0) * (end - begin) / delay
+    starts = np.arange(int(edges[-1] / step)) * step
+    on = np.minimum(edges[1::2, None], starts + step) - np.maximum(edges[::2, None], starts)
+    found = []
+    _opening(np.maximum(on, 0.0).sum(axis=0) / step, *delays, step, switches=found)
+    count = len(found)
+    assert count > 50 and found == pytest.approx(expected[:count], abs=1e-9)
 
 
 # Every kernel
@@ -443,7 +470,8 @@ def test_nan_comes_out(kernel, arguments):
 
 def test_closed_valve_hides_no_nan():
     assert np.isnan(valve_flow(np.nan, 293.15, 1e5, 293.15, 0.0, 1e-8, 0.3))
-    assert np.isnan(valve_rates(np.nan, 0.0, 0.0, 4e-3, 4e-3, 1e-3)).all()
+    for valve in ((np.nan, 0.0, 0.0, 0.0), (0.0, 0.0, np.nan, 0.0), (1.0, 1.0, 0.0, np.nan)):
+        assert np.isnan(seat_switches(*valve, 4e-3, 4e-3, 1e-3)[4])
 
 
 def test_no_muscle_is_shorter_than_nothing():

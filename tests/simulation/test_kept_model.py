@@ -69,7 +69,7 @@ def same_as_recorded(run: Recording, built: Built, start: np.ndarray, inputs: np
         assert np.array_equal(air.mass, run[f"chamber/{name}/mass"]), name
         assert np.array_equal(air.absolute_pressure - AMBIENT_PRESSURE, run[f"chamber/{name}/pressure"])
     for name, i in built.index.valves.items():
-        opening = native.read_opening(model, rows["act"], i)
+        opening = native.read_opening(model, rows["userdata"], i)
         assert np.array_equal(opening, run[f"valve/{name}/opening"]), name
 
 
