@@ -92,6 +92,11 @@ def of_walked() -> Iterator[str]:
     yield row(
         "seated", [differences(r, fine, "time", r["time"] >= 0.0, fine["time"] >= 0.0).angle for r in seated]
     )
+    long = {step: afo.run(SEATED, {"timestep": f"{step} ms"}) for step in (4.0, 5.0, 8.0)}
+    yield row(
+        f"seated, {', '.join(f'{step:g}' for step in long)} ms",
+        [differences(r, fine, "time", r["time"] >= 0.0, fine["time"] >= 0.0).angle for r in long.values()],
+    )
     for title, (scenario, sets) in CASES.items():
         fine = afo.run(scenario, {**WALKED, **sets, **FINE})
         runs = [afo.run(scenario, {**WALKED, **sets, "timestep": f"{step} ms"}) for step in steps]

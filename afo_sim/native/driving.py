@@ -54,7 +54,7 @@ def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, 
 def coil_of(m: Any, d: Any, i: int) -> float:
     """Coil of the valve actuator i in this step [-]: its input or a drive's."""
     driven = int(m.actuator_user[m.nuser_actuator * i + VALVE_ROW.coil])
-    return d.userdata[driven - 1] if driven > 0 else d.ctrl[i]  # type: ignore[no-any-return]
+    return d.userdata[driven - 1] if driven > 0 else d.ctrl[i]
 
 
 @register_jitable

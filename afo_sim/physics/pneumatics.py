@@ -238,7 +238,7 @@ def seat_switches(
     The armature travels to the open seat at 1/opening delay while the coil is on, and back at 1/closing
     delay while it is off; the seat follows when it arrives. So the opening answers after a dead time, and a
     pulse that is shorter does nothing. A coil that was on is switched off within the step where it is on for
-    a share of it; one that was off is switched on. So a pulse within one step lasts into the next.
+    a share of it; one that was off is switched on. So a pulse, or a gap, within one step lies at its end.
 
     Parameters
     ----------
