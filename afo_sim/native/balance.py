@@ -15,7 +15,13 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics import anchor_displacement, chamber_pressure, muscle_volume, register_jitable
+from afo_sim.physics import (
+    anchor_displacement,
+    anchor_weight,
+    chamber_pressure,
+    muscle_volume,
+    register_jitable,
+)
 
 LONGEST, SHORTEST = 0.999, 0.9  # of the lock, and the contraction ratio, that a muscle stays between
 PRESSURE_STEPS, SETTLED_PRESSURE = (
@@ -60,6 +66,7 @@ def shift(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, float
             act[state + ANCHOR_ACT.displacement],
             act[state + ANCHOR_ACT.loss],
             m.opt.timestep,
+            anchor_weight(u[a + ANCHOR.damping], act[state + ANCHOR_ACT.against], m.opt.timestep),
         )
         total += z
         slope += by_pull

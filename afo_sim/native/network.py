@@ -35,7 +35,7 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics import anchor_displacement, anchor_force, register_jitable
+from afo_sim.physics import anchor_displacement, anchor_force, anchor_weight, register_jitable
 
 HALVINGS = 55  # of a bracket of κ or p
 NARROW_PULL = 1e-6  # width of a bracket of the pull that is solved [N]
@@ -165,7 +165,7 @@ def write_back(m: Any, d: Any, i: int, j: int, pull: float, rest: bool) -> None:
     while chamber >= 0:
         write_derivatives(m, d, chamber, softness, stiffness)
         chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
-    write_anchors(m, d, j, pull, per_step, rest)
+    write_anchors(m, d, j, pull, stiffness, per_step, rest)
 
 
 @register_jitable
@@ -216,8 +216,11 @@ def write_derivatives(m: Any, d: Any, chamber: int, softness: float, total: floa
 
 
 @register_jitable
-def write_anchors(m: Any, d: Any, j: int, pull: float, per_step: float, rest: bool) -> None:
-    """Pull and displacement of a network's anchors to `userdata`, and the rates of their states."""
+def write_anchors(m: Any, d: Any, j: int, pull: float, stiffness: float, per_step: float, rest: bool) -> None:
+    """Pull and displacement of a network's anchors to `userdata`, and the rates of their states.
+
+    Units: stiffness of all muscles that pull together [N/m].
+    """
     u, act, data, act_dot = m.actuator_user, d.act, d.userdata, d.act_dot
     a, state, place = (
         j + NETWORK_ROW.first_anchor,
@@ -228,10 +231,12 @@ def write_anchors(m: Any, d: Any, j: int, pull: float, per_step: float, rest: bo
         k, force, length = u[a + ANCHOR.stiffness], u[a + ANCHOR.force], u[a + ANCHOR.length]
         damper = 0.0 if rest else u[a + ANCHOR.damping]
         last, last_loss = act[state + ANCHOR_ACT.displacement], act[state + ANCHOR_ACT.loss]
-        z, _ = anchor_displacement(pull, k, force, length, damper, last, last_loss, m.opt.timestep)
+        theta = anchor_weight(damper, act[state + ANCHOR_ACT.against], m.opt.timestep)
+        z, _ = anchor_displacement(pull, k, force, length, damper, last, last_loss, m.opt.timestep, theta)
         data[place + ANCHOR_DATA.pull], data[place + ANCHOR_DATA.displacement] = pull, z
         act_dot[state + ANCHOR_ACT.displacement] = per_step * (z - last)
         act_dot[state + ANCHOR_ACT.loss] = per_step * (pull - anchor_force(z, k, force, length) - last_loss)
+        act_dot[state + ANCHOR_ACT.against] = per_step * (stiffness - act[state + ANCHOR_ACT.against])
         a += len(ANCHOR)
         state += len(ANCHOR_ACT)
         place += len(ANCHOR_DATA)

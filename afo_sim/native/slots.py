@@ -239,7 +239,7 @@ class FrictionRow(NamedTuple):
 
 
 class SpasticRow(NamedTuple):
-    """Of the plantarflexors' stretch reflex [N·m·s/rad]."""
+    """Of the plantarflexors' stretch reflex [N·m·s/rad]; of a motor what it brakes beside its input."""
 
     gain: int
 
@@ -287,7 +287,7 @@ ROWS: dict[float, tuple[Any, ...]] = {
     KIND_FRICTION: (FRICTION_ROW,),
     KIND_SPASTIC: (SPASTIC_ROW,),
     KIND_PAD: (PAD_ROW,),
-    KIND_MOTOR: (),
+    KIND_MOTOR: (SPASTIC_ROW,),
 }
 # what other rooms read of a muscle
 MUSCLE_CHAMBER, MUSCLE_NOMINAL_LENGTH = MUSCLE_ROW.chamber, MUSCLE_ROW.nominal_length
@@ -334,10 +334,11 @@ class LeaderAct(NamedTuple):
 
 
 class AnchorAct(NamedTuple):
-    """States of an anchor, in those of its network."""
+    """States of an anchor, in those of its network; `against` is the stiffness of what pulls on it [N/m]."""
 
     displacement: int
     loss: int
+    against: int
 
 
 class DriveAct(NamedTuple):
@@ -493,9 +494,9 @@ def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: floa
     return row(KIND_PASSIVE, scale=scale, offset=offset, load=load, damping=damping)
 
 
-def motor_row() -> np.ndarray:
-    """`actuator_user` of MuJoCo's own motor, which needs no callback."""
-    return row(KIND_MOTOR)
+def motor_row(*, damping: float = 0.0) -> np.ndarray:
+    """`actuator_user` of MuJoCo's own motor; `damping` as of `passive_row` needs its callback [N·s/m]."""
+    return row(KIND_MOTOR, gain=damping)
 
 
 def spastic_row(*, gain: float) -> np.ndarray:

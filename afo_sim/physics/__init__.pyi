@@ -113,6 +113,7 @@ from .sensing import sense as sense
 from .series import anchor_displacement as anchor_displacement
 from .series import anchor_energy as anchor_energy
 from .series import anchor_force as anchor_force
+from .series import anchor_weight as anchor_weight
 from .series import cable_tension as cable_tension
 from .series import capstan as capstan
 from .static_force import DAMPER_COEFFICIENTS as DAMPER_COEFFICIENTS

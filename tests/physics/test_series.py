@@ -5,8 +5,16 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 
-from afo_sim.physics import anchor_displacement, anchor_energy, anchor_force, cable_tension, capstan
+from afo_sim.physics import (
+    anchor_displacement,
+    anchor_energy,
+    anchor_force,
+    anchor_weight,
+    cable_tension,
+    capstan,
+)
 from afo_sim.physics.series import CREEP, turn
 
 LINEAR = (4e3, 33.0, 0.017)  # stiffness [N/m], force [N], length [m]
@@ -72,6 +80,31 @@ def test_a_damped_anchor_follows_its_equation_to_second_order(anchor: tuple[floa
     assert errors[0] < 1e-2 * exact
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.1)
+
+
+@every_anchor
+@pytest.mark.parametrize("step", [1e-3, 2e-3])
+@pytest.mark.parametrize("taut_in", [0.1, 0.5, 1.0])
+def test_a_damper_that_becomes_taut_at_once_does_not_swing(
+    anchor: tuple[float, ...], step: float, taut_in: float
+) -> None:
+    """Pulled at v through a stiff cable it resists with c v, and not with 2 c v and nothing in turn."""
+    damping, cable, speed = 400.0, 2e6, 0.02
+    z, loss, against, pulls = 0.0, 0.0, 0.0, []
+    for k in range(8):
+        way, theta = speed * step * (k + taut_in), anchor_weight(damping, against, step)
+        pull = brentq(
+            lambda p, z=z, loss=loss, theta=theta, way=way: (
+                p - cable * (way - anchor_displacement(p, *anchor, damping, z, loss, step, theta)[0])
+            ),
+            0.0,
+            cable * way,
+        )
+        z = anchor_displacement(pull, *anchor, damping, z, loss, step, theta)[0]
+        loss, against = pull - anchor_force(z, *anchor), cable
+        pulls.append(loss)
+    assert max(pulls) < 1.2 * damping * speed
+    assert pulls[2:] == pytest.approx([damping * speed] * 6, rel=0.1)
 
 
 @every_anchor
