@@ -186,16 +186,16 @@ def register(
     ahead = np.stack([x for x, _ in points], axis=1)[1:-1]
     height = walk.pose[1:-1, 1, None] + np.stack([z for _, z in points], axis=1)[1:-1]
     lever = _toe_levers(foot, pitch[1:-1], ahead)
-    # as the integrator takes velocities: the step's before, through the pose it has reached
-    velocity = np.diff(walk.pose[:, 1])[:-1, None] + ahead * np.diff(pitch)[:-1, None]
+    # as the integrator takes velocities: the mean of the steps before and after
+    velocity = (walk.pose[2:, 1] - walk.pose[:-2, 1])[:, None] + ahead * (pitch[2:] - pitch[:-2])[:, None]
     if walk.toe is not None:
-        velocity += lever * np.diff(walk.toe)[:-1, None]
-    velocity /= walk.timestep
+        velocity += lever * (walk.toe[2:] - walk.toe[:-2])[:, None]
+    velocity /= 2.0 * walk.timestep
     forward, upward, place = walk.cycle.ground(walk.phase[1:-1])
     weight = body_mass * GRAVITY
     least = size.heavier * LOADED
     pressed = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
-    above = np.maximum(height, 0.0) * (1.0 - standing(pressed > least, size.slower * RAMP / walk.timestep))
+    above = np.maximum(height, 0.0) * (1.0 - standing(pressed - least, size.slower * RAMP / walk.timestep))
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
     share = 1.0 - ground.damping * velocity
     give = np.maximum(share, FASTEST)
@@ -278,20 +278,27 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: flo
     return share
 
 
-def standing(loaded: np.ndarray, ramp: float) -> np.ndarray:
+def standing(over: np.ndarray, ramp: float) -> np.ndarray:
     """1 where a pad is loaded, smoothly to 0 within a ramp before and after.
 
-    Units: loaded (n, n_pad), ramp [samples].
+    A load begins and ends between two samples, where it crosses what counts as one: else the floor would
+    move by a step's share of the ramp.
+
+    Units: over, load beyond what counts as one [N] (n, n_pad), ramp [samples].
     """
-    found = np.zeros(loaded.shape)
-    sample = np.arange(len(loaded))
-    for pad in range(loaded.shape[1]):
-        where = np.flatnonzero(loaded[:, pad])
-        if len(where):
-            after = np.searchsorted(where, sample)
-            ends = where[np.clip(after, 0, len(where) - 1)], where[np.clip(after - 1, 0, len(where) - 1)]
-            away = np.minimum(*(np.abs(end - sample) for end in ends))
-            found[:, pad] = 0.5 + 0.5 * np.cos(np.pi * np.clip(away / ramp, 0.0, 1.0))
+    found = np.zeros(over.shape)
+    sample = np.arange(len(over))
+    for pad, load in enumerate(over.T):
+        loaded = load > 0.0
+        cuts = np.flatnonzero(loaded[1:] != loaded[:-1])
+        edges = cuts + load[cuts] / (load[cuts] - load[cuts + 1])
+        if not len(edges):
+            found[:, pad] = loaded
+            continue
+        after = np.searchsorted(edges, sample)
+        ends = edges[np.clip(after, 0, len(edges) - 1)], edges[np.clip(after - 1, 0, len(edges) - 1)]
+        away = np.where(loaded, 0.0, np.minimum(*(np.abs(end - sample) for end in ends)))
+        found[:, pad] = 0.5 + 0.5 * np.cos(np.pi * np.clip(away / ramp, 0.0, 1.0))
     return found
 
 

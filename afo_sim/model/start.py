@@ -13,6 +13,7 @@ from afo_sim.model.controls import controls
 from afo_sim.model.inversion import find_rest, free
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
 from afo_sim.model.walk import JOINTS
+from afo_sim.model.walk_bodies import SINK
 from afo_sim.physics import gas_mass
 
 
@@ -74,8 +75,8 @@ def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -
     """The state at the first step of recorded walking: pose, velocity, air.
 
     MuJoCo's velocities stand half a step before its positions. The ankle's is the recorded one and the toes'
-    that of their rest, less half a step of the acceleration that this foot has: taken as they are, the first
-    steps would be of first order.
+    that of their rest, less half a step of the acceleration that this foot has; so does a leg that gives way
+    begin. Taken as they are, the first steps would be of first order.
 
     Parameters
     ----------
@@ -98,7 +99,8 @@ def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -
         native.fill_chambers(model, data, air(built, data))
     native.step_back(model, data)
     mujoco.mj_forward(model, data)
-    turning = [ankle] if toes is None else [ankle, int(model.joint(toes.joint).dofadr[0])]
+    joints = [*([] if toes is None else [toes.joint]), *([] if built.contact is None else [SINK])]
+    turning = [ankle, *(int(model.joint(name).dofadr[0]) for name in joints)]
     data.qvel[turning] -= 0.5 * model.opt.timestep * data.qacc[turning]
     data.ctrl[:] = 0.0
     return get_state(model, data)

@@ -53,7 +53,7 @@ def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario, size: S
         axis=[0.0, 0.0, 1.0],
         pos=at,
         stiffness=[ground.body_stiffness * size.heavier, *rest],
-        damping=[ground.body_damping * size.heavier, *rest],
+        damping=[0.5 * ground.body_damping * size.heavier, *rest],  # the other half is the support's
     )
 
 
@@ -77,7 +77,7 @@ def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
         )
     for point in points:
         add_motor(spec, f"floor_{point}", ANKLE, (0.0,))
-    add_motor(spec, SUPPORT, SINK, (1.0,))
+    add_motor(spec, SUPPORT, SINK, (1.0,), callback=True)
 
 
 def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
@@ -98,6 +98,8 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
             model.actuator_user[i] = native.motor_row()
     if scenario.contact:
         ground = ground_of(scenario, Size.of(scenario))
+        brakes = float(model.dof_damping[int(model.joint(SINK).dofadr[0])])
+        model.actuator_user[actuators[SUPPORT]] = native.motor_row(damping=brakes)
         for point, stiff in pad_stiffness(ground, foot).items():
             model.actuator_user[actuators[f"pad_{point}"]] = native.pad_row(
                 stiffness=stiff, damping=ground.damping, floor=actuators[f"floor_{point}"]

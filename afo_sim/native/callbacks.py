@@ -31,11 +31,11 @@ Three numerical matters:
   gain of −1 × tendon velocity carries it, with the coefficient in the muscle's own `ctrl`. The network's
   dyn sets that velocity to zero, so that the gain adds no force at all. Friction at a path's guides is
   carried by the same gain (`guides.py`): what the joint feels is then not the muscle's tension.
-* Half of the joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's,
-  which takes it at the start: the trapezoidal rule.
-* A pad under the sole, and a reflex, carry their damping by the same gain, a pad its spring's too, as a
-  tension's. What the gain adds to the force the bias takes away. The floor's height is the `ctrl` of a motor
-  without force.
+* Half of a joint's damping is MuJoCo's, which takes it at the end of a step, and half the passive ankle's, or
+  that of the leg's support, which takes it at the start: the trapezoidal rule.
+* A pad under the sole, and a reflex, carry half their damping by the same gain, by the same rule, a pad its
+  spring's too, as a tension's. What the gain adds to the force the bias takes away. The floor's height is the
+  `ctrl` of a motor without force.
 """
 
 from collections.abc import Callable
@@ -51,6 +51,7 @@ from afo_sim.native.slots import (
     KIND_CHAMBER,
     KIND_DRIVE,
     KIND_FRICTION,
+    KIND_MOTOR,
     KIND_MUSCLE,
     KIND_NETWORK,
     KIND_PAD,
@@ -97,6 +98,8 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             if force != force:
                 fail(NO_NUMBER, i)
             return bias_beside_gain(d, i, force, damping)
+        if kind == KIND_MOTOR:
+            return 0.0 - u[j + SPASTIC_ROW.gain] * d.actuator_velocity[i]
         return 0.0
 
     def dyn(m: Any, d: Any, i: int) -> float:

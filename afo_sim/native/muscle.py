@@ -160,14 +160,15 @@ def bias_beside_gain(d: Any, i: int, force: float, derivative: float) -> float:
 def sole_pad_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
     """Upward force of the pad actuator i whose row starts at j [N], and what its gain carries [N·s/m].
 
-    That is its damping −dF/dv, and of its spring h/4 × −dF/dz, as of a tension: light toes on a stiff pad are
-    stable at any step.
+    That is half its damping −dF/dv, the trapezoidal rule, and of its spring h/4 × −dF/dz, as of a tension:
+    light toes on a stiff pad are stable at any step.
     """
     u = m.actuator_user
     floor, height = d.ctrl[int(u[j + PAD_ROW.floor])], d.actuator_length[i]
     force, damping = pad_force(
         floor, height, d.actuator_velocity[i], u[j + PAD_ROW.stiffness], u[j + PAD_ROW.damping]
     )
+    damping *= 0.5
     if force > 0.0:
         damping += 0.25 * m.opt.timestep * force / (floor - height)
     return force, damping

@@ -147,13 +147,22 @@ def test_a_point_high_in_the_air_bears_nothing() -> None:
 
 
 def test_the_floor_passes_smoothly_between_its_heights() -> None:
-    loaded = np.zeros((200, 3), dtype=bool)
-    loaded[80:120, 1] = True
-    weight = standing(loaded, 20.0)
+    over = np.full((200, 3), -1.0)
+    over[80:120, 1] = 1.0
+    weight = standing(over, 20.0)
     assert np.all(weight[:, [0, 2]] == 0.0)
     assert np.all(weight[80:120, 1] == 1.0)
     assert np.all(weight[:60, 1] == 0.0)
     assert np.abs(np.diff(weight[:, 1])).max() < math.pi / 2.0 / 20.0
+
+
+def test_the_floor_does_not_move_with_the_time_step() -> None:
+    """A load that rises and falls in straight lines begins and ends at one time, however it is sampled."""
+    fine = np.arange(0.0, 200.0, 0.125)
+    over = (40.3 - np.abs(fine - 100.6))[:, None]
+    assert standing(over[::8], 20.0) == pytest.approx(standing(over, 160.0)[::8], abs=1e-12)
+    begins = 0.5 + 0.5 * math.cos(math.pi * 10.3 / 20.0)  # the load does, 10.3 samples later
+    assert standing(over[::8], 20.0)[50, 0] == pytest.approx(begins, abs=1e-12)
 
 
 def test_pads_and_the_rest_are_the_recorded_moment() -> None:
