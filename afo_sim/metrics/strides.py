@@ -95,8 +95,12 @@ class Stride:
 
     @property
     def fastest(self) -> float:
-        """Phase of the ankle's greatest forward speed [-]."""
-        return float(self.phase[np.argmax(self.speed)])
+        """Phase of the ankle's greatest forward speed [-], on the parabola through the fastest rows."""
+        speed, phase = self.speed, self.phase
+        top = int(np.clip(np.argmax(speed), 1, len(speed) - 2))
+        before, bend = speed[top - 1] - speed[top + 1], np.diff(speed, 2)[top - 1]
+        share = float(np.clip(0.5 * before / bend, -0.5, 0.5)) if bend < 0.0 else 0.0
+        return float(phase[top] + share * (phase[top + 1] - phase[top]))
 
     @cached_property
     def _way(self) -> tuple[slice, np.ndarray]:

@@ -78,6 +78,12 @@ def test_without_an_event_the_ankles_greatest_speed_counts() -> None:
     assert any(w.startswith("toe_clearance: 33 % of the swings") for w in one.warnings)
 
 
+@pytest.mark.parametrize("step", [1e-3, 2.3e-3, 3.1e-3])
+def test_the_greatest_speed_does_not_move_with_the_time_step(step: float) -> None:
+    stride = strides(walk_columns(step=step), step, MASS)[1]
+    assert stride.fastest == pytest.approx(0.8, abs=5e-5)
+
+
 def test_the_ball_has_its_own_event() -> None:
     columns = walk_columns()
     columns["ball/height"] = one_dip(columns, 0.86, 0.02)
