@@ -6,6 +6,7 @@ A time step that was too long shows in air, motion and energy.
 import itertools
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from afo_sim.simulation.facts import PARTS, facts_of
 COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
 MOVED = 0.01  # of its length that a muscle may move in a step [-]
 MADE = 10.0  # of the air's net work that laws may give or take [percent]
+KINKED = 0.1  # of a peak of torque, that its slope may change by within a step beside it [-]
+FALLEN = 0.005  # of the peak flow, that it may be above both its neighbours [-]
+LEAST_TORQUE = 0.02  # peak that is too little to judge [N·m]
 UNBALANCED = 0.01  # of the work that may be found nowhere [-]
 NOTHING = 1e-3  # work that is too little to judge [J]
 STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
@@ -39,6 +43,7 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
     step = built.scenario.timestep
     yield from _air(built, columns)
     yield from _motion(built, columns)
+    yield from _peaks(built, columns)
     done = energy.turnover + energy.damper_loss + abs(energy.law_mismatch)
     if done < NOTHING:
         return
@@ -124,6 +129,34 @@ def _motion(built: Built, columns: Columns) -> Iterator[Notice]:
                 most=100.0 * MOVED,
                 step=_shorter(step, moved[worst] / MOVED),
             )
+
+
+def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
+    """Warnings of peaks that stand for a step or two: a muscle becomes taut, a wide valve opens."""
+    time, step = columns["time"], _shorter(built.scenario.timestep, FINER)
+    torque, flow = columns["ankle/moment/orthosis"], columns["supply/mass_flow"]
+    kinks = np.abs(np.diff(torque, 2, prepend=torque[0], append=torque[-1]))
+    for signed in (torque, -torque):
+        peak = int(np.argmax(signed))
+        height, kink = float(signed[peak]), float(kinks[max(peak - 1, 0) : peak + 2].max())
+        if height > LEAST_TORQUE and kink > KINKED * height:
+            text = (
+                "the orthosis' {subject} bends by {kink:.2g} N·m a step at its peak of {height:.3g} N·m, at "
+                "{at:.3f} s: peaks, what pulls on cuff and plate, and power are not resolved; {step} would "
+                "tell more"
+            )
+            data: dict[str, Any] = {"kink": kink, "height": height, "beyond": kink / height}
+            yield Notice("torque-jumps", text, subject="torque", step=step, at=float(time[peak]), **data)
+    peak = int(np.argmax(flow))
+    beside = flow[[max(peak - 1, 0), min(peak + 1, len(flow) - 1)]].max()
+    if beside < (1.0 - FALLEN) * flow[peak]:
+        text = (
+            "the flow from the {subject} is {percent:.1f} % lower a step before and behind its peak, at "
+            "{at:.3f} s, which is not resolved; {step} would tell more"
+        )
+        share = 1.0 - float(beside / flow[peak])
+        data = {"percent": 100.0 * share, "beyond": share, "at": float(time[peak])}
+        yield Notice("flow-jumps", text, subject="supply", step=step, **data)
 
 
 def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:
