@@ -63,11 +63,18 @@ def _first(lines: list[str]) -> list[str]:
 def _print_numbers(recording: Any) -> None:
     """The table of metrics, and those that say nothing."""
     from afo_sim.show import printed, undefined
+    from afo_sim.simulation import found_step_errors
 
-    metrics = recording.metrics
+    metrics, errors = recording.metrics, found_step_errors(recording)
     left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
-    rows = [[name, printed(name, m), m.unit] for name, m in metrics.items() if name not in left_out]
-    print_table(recording.scenario["name"], ["metric", "value", "unit"], rows)
+    found = {name: printed(name, metric) for name, metric in metrics.items() if name not in left_out}
+    rows = [[name, value, metrics[name].unit] for name, value in found.items()]
+    header = ["metric", "value", "unit"]
+    if errors:
+        header.insert(2, "error")
+        for row in rows:
+            row.insert(2, f"{errors[row[0]]:+.2g}" if row[0] in errors else "–")
+    print_table(recording.scenario["name"], header, rows)
     for why in dict.fromkeys(left_out.values()):
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 

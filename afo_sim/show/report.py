@@ -18,7 +18,7 @@ from afo_sim.show.numbers import doubts, of_walker, readable, undefined
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
-from afo_sim.simulation import limits_of, read_recording
+from afo_sim.simulation import found_step_errors, limits_of, read_recording
 
 _ACROSS = 8  # strides beside one another in a table
 _COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another
@@ -104,7 +104,7 @@ def _row(name: str, runs: Sequence[RunView], meaning: str) -> _TableRow:
     found = [run.recording.metrics.get(name) for run in runs]
     sample = next(metric for metric in found if metric is not None)
     cells = tuple(
-        (_cell(name, metric, run), _difference(name, metric, found[0]))
+        (_cell(name, metric, run) + _step_error(name, run), _difference(name, metric, found[0]))
         for run, metric in zip(runs, found, strict=True)
     )
     return _TableRow(words(name).label, cells, unit(sample), meaning or words(name).meaning)
@@ -116,6 +116,12 @@ def _cell(name: str, metric: Metric | None, run: RunView) -> str:
         return "–"
     shown = status_of(name, metric.value, limits_of(run.recording)) if name in AGAINST else None
     return readable(name, metric) + (f" ({shown})" if shown else "")
+
+
+def _step_error(name: str, run: RunView) -> str:
+    """A metric's numerical error behind its value, where the run was checked at a quarter of its step."""
+    error = found_step_errors(run.recording).get(name)
+    return "" if error is None else f" ± {abs(error):.1g}"
 
 
 def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
@@ -377,6 +383,7 @@ def page(runs: Sequence[RunView]) -> str:
         over_cycle=list(figures_over_cycle(walking)) if walking else [],
         over_time=list(figures_over_time(others)) if others else [],
         groups=list(_metric_groups(runs)),
+        step_checked=any(found_step_errors(run.recording) for run in runs),
         any_strides=any(run.recording.strides for run in runs),
         strides=list(_stride_tables(runs)),
         sources=list(sources(runs)),

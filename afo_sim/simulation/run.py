@@ -5,6 +5,7 @@ Between them the air jumps. The column `gait/solved` says which rows are which.
 """
 
 import dataclasses
+import functools
 import math
 import os
 import time
@@ -36,6 +37,7 @@ from afo_sim.simulation.rollout import FIELDS
 from afo_sim.simulation.sensed import check_sensors, sensor_columns
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import Progress, simulate
+from afo_sim.simulation.step_check import check_forgets, quarter_step, with_step_errors
 from afo_sim.simulation.stepping import Policy
 from afo_sim.simulation.stride_search import AIR, ANGLE
 from afo_sim.simulation.validity_checks import empty_warnings
@@ -53,6 +55,7 @@ def run(
     time_limit: float = TIME_LIMIT,
     policy: Policy | None = None,
     progress: Progress | None = None,
+    check_step: bool = False,
 ) -> Recording:
     """Simulate a scenario from static equilibrium.
 
@@ -66,6 +69,8 @@ def run(
     time_limit : wall time that the controller may take for one command [s]
     policy : what chooses all inputs as the simulation goes, for those who know the model's actuators
     progress : called with (steps done, steps in all)
+    check_step : run again at a quarter of the time step: `studies["time_step"]` holds each metric's numerical
+        error, and a warning names those beyond their bounds (docs/accuracy.md)
 
     Returns
     -------
@@ -77,7 +82,8 @@ def run(
     Raises
     ------
     InputError
-        The description is wrong.
+        The description is wrong; `check_step` is asked of a policy, of a controller that may remember its
+        first run, or of a step that has no quarter.
     CallbackError
         The muscle callbacks cannot be installed or are not in force.
 
@@ -94,9 +100,16 @@ def run(
         description = scenario.set(sets) if sets else scenario
     else:
         description = load("scenario", scenario, sets)
+    if check_step:
+        check_forgets(controller, policy)
+    finer = quarter_step(description) if check_step else None  # refused before anything is simulated
+    simulated: Callable[..., Recording] = functools.partial(run_scenario, policy=policy)
     if controller is not None:
-        return run_controlled(description, controller, rate, time_limit, progress=progress)
-    return run_scenario(description, policy=policy, progress=progress)
+        simulated = functools.partial(run_controlled, controller=controller, rate=rate, time_limit=time_limit)
+    recording = simulated(description, progress=progress)
+    if finer is None or not recording.ok:
+        return recording
+    return with_step_errors(recording, simulated(finer, progress=progress), finer.timestep)
 
 
 def run_controlled(
