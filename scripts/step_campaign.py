@@ -1,0 +1,257 @@
+"""Random legal designs, each beside a quarter of its time step: numbers that move, and whether a run says it.
+
+A design is silent where a metric is off by more than it may (`afo-sim run --check-step`) and no warning of
+the plain run says that the step is too long for something. Designs are written as they are found, so that a
+campaign goes on where it was stopped.
+
+    python scripts/step_campaign.py OUT.jsonl [--designs 300] [--first 0] [--processes 2]
+"""
+
+import argparse
+import collections
+import functools
+import json
+import math
+import pathlib
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+import afo_sim as afo
+from afo_sim.common import InputError, Notice, assets
+from afo_sim.simulation import quarter_step
+from afo_sim.simulation.step_check import step_errors
+
+SCENARIOS = ("seated", "walk-dropfoot-afo", "walk-dropfoot-afo contact")
+DEFAULTS = {"seated": 2.0, "walk-dropfoot-afo": 1.0}  # [ms]
+STEPS = (0.3, 0.5, 0.7, 1.0, 1.3, 1.5, 2.0, 2.4, 3.0)  # [ms]
+PATHS = {"dorsiflexor": 0.310, "plantarflexor": 0.330}  # between S1's anchors [m]
+ANGLE, NEAR = "ankle/angle", 0.5  # over time, in rows; what it may be off by [deg]
+OF_ALL = "air-coarse volume-too-fast air-temperature muscle-jumps energy-lost energy-from-friction "
+OF_ALL += "strides-unsettled air-settles-slowly strides-differ"
+# Warnings that say what is unsure of a run at its time step, and the metrics that this is about.
+UNSURE = dict.fromkeys(OF_ALL.split(), "") | {
+    "pulse-short": "air|flow|exergy|bottle|pressure",
+    "torque-jumps": "torque|cuff|plate|power|absorption|share_of_force",
+    "flow-jumps": "flow",
+    "no-swing-minimum": "clearance|swings|lift",
+}
+Draw = np.random.Generator
+Sets = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a design: "refused", "failed", "within", "warned" or "silent".
+
+    step : [ms]; default : whether it is the scenario's own
+    codes : of warnings that say what is unsure
+    beyond : {metric: (error, bound)} in its unit, null where one run alone defines it
+    unsaid : of these, what no warning is about
+    why : it was refused or failed
+    """
+
+    seed: int
+    kind: str
+    step: float
+    default: bool
+    outcome: str
+    codes: list[str] = field(default_factory=list)
+    beyond: dict[str, list[float | None]] = field(default_factory=dict)
+    unsaid: list[str] = field(default_factory=list)
+    why: str = ""
+
+
+def spread(draw: Draw, low: float, high: float, none: float = 0.0) -> float:
+    """Evenly over the decades, and with a probability nothing."""
+    return 0.0 if draw.random() < none else float(10.0 ** draw.uniform(math.log10(low), math.log10(high)))
+
+
+@functools.cache
+def muscle(name: str) -> Any:
+    """A shipped muscle."""
+    return afo.load("muscle", name)
+
+
+def group(draw: Draw, name: str, networked: bool) -> Sets:
+    """Muscles, cable, valves, tube and wall of one side."""
+    kind = str(draw.choice(assets.names("muscle")))
+    own = muscle(kind)
+    length = own.total_length
+    if draw.random() < 0.5:
+        least = 0.0 if own.lengths is None else own.lengths.shortest
+        length = float(draw.uniform(max(0.08, own.end_length + 0.03, least), 0.30))
+    at, air = f"orthosis.muscle.{name}", f"orthosis.chamber.{name}"
+    sets: Sets = {
+        f"{at}.type": kind,
+        f"{at}.type.law": str(draw.choice([*own.laws])),
+        f"{at}.type.friction": str(draw.choice(["none", "none", *own.frictions])),
+        f"{at}.type.total_length": f"{length} m",
+        f"{at}.count": int(draw.integers(1, 6)),
+        f"{at}.link_length": f"{max(PATHS[name] - length + draw.uniform(-0.02, 0.02), 0.0)} m",
+        f"{at}.cable.stiffness": f"{spread(draw, 1e4, 1e7)} N/m",
+        f"{air}.wall_conductance": f"{spread(draw, 0.01, 100.0, 0.15)} W/K",
+    }
+    if draw.random() < 0.5:
+        sets[f"{at}.type.bore"] = f"{spread(draw, 0.005, 0.04)} m"
+    if draw.random() < 0.5:
+        sets[f"{at}.type.damping"] = f"{spread(draw, 1e-6, 5e-3, 0.15)} m^2*s"
+    if networked:
+        sets[f"{air}.tube"] = str(draw.choice(assets.names("tube")))
+        sets[f"{air}.tube_length"] = f"{spread(draw, 0.2, 2.0)} m"
+    else:
+        sets[f"{air}.tube_volume"] = f"{spread(draw, 1e-6, 1e-3, 0.15)} m^3"
+    catalogue = draw.random() < 0.5
+    for valve in ("inlet", "outlet"):
+        if catalogue:
+            sets[f"{air}.{valve}"] = str(draw.choice(assets.names("valve")))
+        else:
+            sets[f"{air}.{valve}.conductance"] = f"{5.5e-10 * spread(draw, 0.1, 10.0)} m^3/(s*Pa)"
+    return sets
+
+
+def mounting(draw: Draw) -> Sets:
+    """Cuff and plate: rigid, linear or stiffening, damped or not."""
+    found: Sets = {}
+    for name in ("shank", "foot"):
+        kind = draw.random()
+        if kind < 0.15:
+            continue
+        law: Sets = {"stiffness": f"{spread(draw, 2e3, 1e7)} N/m"}
+        if kind > 0.6:
+            a, x0 = spread(draw, 5.0, 200.0), spread(draw, 0.002, 0.03)
+            law = {"stiffening": {"force": f"{a} N", "length": f"{x0} m"}}
+        damped = {"damping": f"{spread(draw, 1.0, 2000.0)} N*s/m"} if draw.random() < 0.5 else {}
+        found[name] = law | damped
+    return found
+
+
+def air(draw: Draw, networked: bool) -> Sets:
+    """What feeds the chambers: endless or finite, through a regulator, manifold, reservoir and tube."""
+    sets: Sets = {"supply.pressure": f"{draw.uniform(0.5, 8.0)} bar"}
+    if draw.random() < 0.25:
+        sets["supply.source"] = str(draw.choice(assets.names("source")))
+    if networked:
+        sets["orthosis.volume.manifold.volume"] = f"{spread(draw, 1e-6, 1e-3)} m^3"
+        sets["orthosis.restriction.feed.length"] = f"{spread(draw, 0.1, 2.0)} m"
+        sets["orthosis.restriction.feed.tube"] = str(draw.choice(assets.names("tube")))
+        if draw.random() < 0.4:
+            sets["supply.regulator"] = str(draw.choice(assets.names("regulator")))
+            sets["supply.line_pressure"] = f"{draw.uniform(6.0, 10.0)} bar"
+    return sets
+
+
+def design(seed: int) -> tuple[str, Sets]:
+    """The scenario and what it sets."""
+    draw = np.random.default_rng(seed)
+    kind = str(draw.choice(SCENARIOS))
+    scenario, networked = kind.split(" ")[0], bool(draw.random() < 0.3)
+    own = bool(draw.random() < 0.5)
+    step = DEFAULTS[scenario] if own else float(draw.choice(STEPS))
+    sets: Sets = {"orthosis": "s1_waist"} if networked else {}
+    sets |= {"timestep": f"{step} ms"} | air(draw, networked)
+    if scenario == "seated":
+        period, share = draw.uniform(0.6, 2.0), draw.uniform(0.2, 0.8)
+        spans = [["0 s", f"{share * period} s"]], [[f"{share * period} s", f"{period} s"]]
+        sets["duration"] = f"{period * draw.uniform(1.0, 3.0):.3f} s"
+        sets["timer"] = {
+            "period": f"{period} s",
+            "dorsiflexor": {"inlet": spans[0], "outlet": spans[1]},
+            "plantarflexor": {"inlet": spans[1], "outlet": spans[0]},
+        }
+    else:
+        sets["duration"] = f"{draw.uniform(2.4, 5.0):.3f} s"
+        sets |= {"patient.body_mass": f"{draw.uniform(40.0, 120.0)} kg"}
+        sets |= {"patient.body_height": f"{draw.uniform(1.4, 2.0)} m"}
+        sets |= {"gait.settled": "walked"} if draw.random() < 0.3 else {}
+        sets |= {"ground.mode": "contact"} if kind.endswith("contact") else {}
+    for name in PATHS:
+        sets |= group(draw, name, networked)
+    return kind, sets | {"orthosis.anchor": mounting(draw)}
+
+
+def examined(seed: int) -> Outcome:
+    """Run a design at its step and at a quarter of it."""
+    kind, sets = design(seed)
+    step = float(sets["timestep"].split(" ")[0])
+    begun = functools.partial(Outcome, seed, kind, step, step == DEFAULTS[kind.split(" ")[0]])
+    try:
+        scenario = afo.load("scenario", kind.split(" ")[0], sets)
+        run, fine = afo.run(scenario), afo.run(quarter_step(scenario))
+    except InputError as error:
+        return begun("refused", why=str(error))
+    if not (run.ok and fine.ok):
+        return begun("failed", why=f"{run.status}; {fine.status}")
+    beyond = dict(_beyond(run, fine))
+    codes = sorted({w.code for w in run.warnings if isinstance(w, Notice)} & UNSURE.keys())
+    unsaid = [name for name in beyond if not any(re.search(UNSURE[code], name) for code in codes)]
+    outcome = "silent" if unsaid else "warned" if beyond else "within"
+    return begun(outcome, codes, beyond, unsaid)
+
+
+def _beyond(run: afo.Recording, fine: afo.Recording) -> Iterator[tuple[str, list[float | None]]]:
+    """Metrics beyond their bounds, and the angle over time of a run that is walked or seated."""
+    for name, each in step_errors(run.metrics, fine.metrics).items():
+        if each.times > 1.0:
+            yield name, [each.error if math.isfinite(each.error) else None, each.bound]
+    if "gait/solved" not in run.columns:
+        exact = np.interp(run["time"], fine["time"], fine[ANGLE])
+        off = float(np.degrees(np.abs(run[ANGLE] - exact).max()))
+        if off > NEAR:
+            yield ANGLE, [off, NEAR]
+
+
+def campaign(out: pathlib.Path, seeds: Sequence[int], processes: int) -> list[Outcome]:
+    """Examine designs, and write each as it is found; those that a file holds already are read from it."""
+    lines = out.read_text(encoding="utf-8").splitlines() if out.exists() else []
+    known = {row["seed"]: Outcome(**row) for row in map(json.loads, lines)}
+    missing = [seed for seed in seeds if seed not in known]
+    with ProcessPoolExecutor(processes) as pool, out.open("a", encoding="utf-8") as file:
+        for found in pool.map(examined, missing):
+            known[found.seed] = found
+            file.write(json.dumps(asdict(found)) + "\n")
+            file.flush()
+    return [known[seed] for seed in seeds]
+
+
+def report(found: list[Outcome]) -> Iterator[str]:
+    """Counts, at the default step and at others; the worst offender of each metric; the silent designs."""
+    for title, rows in (
+        ("default step", [each for each in found if each.default]),
+        ("other steps", [each for each in found if not each.default]),
+    ):
+        counts = collections.Counter(each.outcome for each in rows)
+        yield f"{title}: {len(rows)} designs: " + ", ".join(f"{n} {what}" for what, n in counts.items())
+    for outcome in ("silent", "warned"):
+        worst: dict[str, tuple[float, Outcome]] = {}
+        for each in found:
+            for name, (error, bound) in each.beyond.items() if each.outcome == outcome else ():
+                times = abs(error) / bound if error is not None and bound else math.inf
+                worst[name] = max(worst.get(name, (0.0, each)), (times, each), key=lambda pair: pair[0])
+        for name, (times, each) in sorted(worst.items(), key=lambda pair: -pair[1][0]):
+            yield f"{outcome}: {name}: {times:.3g} times its bound, seed {each.seed} at {each.step:g} ms"
+    for each in found:
+        if each.outcome == "silent":
+            yield f"silent: seed {each.seed}, {each.kind}, {each.step:g} ms: {', '.join(each.unsaid)}"
+
+
+def main() -> None:
+    """Command line."""
+    warnings.simplefilter("ignore")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("out", type=pathlib.Path, help="JSON lines, one a design; it goes on with them")
+    parser.add_argument("--designs", type=int, default=300)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first design")
+    parser.add_argument("--processes", type=int, default=2)
+    asked = parser.parse_args()
+    seeds = range(asked.first, asked.first + asked.designs)
+    print("\n".join(report(campaign(asked.out, seeds, asked.processes))))
+
+
+if __name__ == "__main__":
+    main()
