@@ -316,7 +316,7 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
 
 def _say_what_is_set(table: Any, key: str, value: Any) -> None:
     """Begin each description above a key with it and its value: the words behind may hold no more."""
-    short = isinstance(value, str | float) or value in range(-LONG, LONG)
+    short = isinstance(value, str | float) or (isinstance(value, int) and abs(value) < LONG)
     path = split_key(key)[0]
     for depth, name in enumerate(path):
         told = table.get("description") if isinstance(table, dict) else None
