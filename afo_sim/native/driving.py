@@ -22,7 +22,7 @@ from afo_sim.physics import (
     beyond_dead_band,
     low_passed,
     pid,
-    proportional_rate,
+    proportional_opening,
     pulse_edges,
     pulse_width,
     pulses,
@@ -34,11 +34,13 @@ from afo_sim.physics import (
 
 @register_jitable
 def seat_of(m: Any, d: Any, i: int) -> tuple[float, float, float, float, float, float]:
-    """`seat_switches` of the valve actuator i in this step; a proportional valve's opening stays over it."""
+    """`seat_switches` of the valve actuator i in this step; of a proportional one its mean opening."""
     u, j, adr = m.actuator_user, m.nuser_actuator * i, m.actuator_actadr[i]
     armature, opening = d.act[adr + VALVE_ACT.armature], d.act[adr + VALVE_ACT.opening]
     if u[j + VALVE_ROW.bandwidth] > 0.0:
-        return opening, NEVER, NEVER, armature, opening, 0.0
+        asked = beyond_dead_band(coil_of(m, d, i), u[j + VALVE_ROW.dead_band])
+        mean, end = proportional_opening(asked, opening, u[j + VALVE_ROW.bandwidth], m.opt.timestep)
+        return mean, NEVER, NEVER, end, end, 0.0
     return seat_switches(
         coil_of(m, d, i),
         d.act[adr + VALVE_ACT.coil],
@@ -60,13 +62,8 @@ def coil_of(m: Any, d: Any, i: int) -> float:
 @register_jitable
 def valve_dyn(m: Any, d: Any, i: int, j: int) -> None:
     """Write the rates of the valve actuator i, whose row starts at j."""
-    u, adr, step = m.actuator_user, m.actuator_actadr[i], m.opt.timestep
+    adr, step = m.actuator_actadr[i], m.opt.timestep
     _, _, _, armature, opening, coil = seat_of(m, d, i)
-    if u[j + VALVE_ROW.bandwidth] > 0.0:
-        asked = beyond_dead_band(coil_of(m, d, i), u[j + VALVE_ROW.dead_band])
-        rate = proportional_rate(asked, opening, u[j + VALVE_ROW.bandwidth], step)
-        d.act_dot[adr + VALVE_ACT.armature], d.act_dot[adr + VALVE_ACT.opening] = rate, rate
-        return
     d.act_dot[adr + VALVE_ACT.armature] = (armature - d.act[adr + VALVE_ACT.armature]) / step
     d.act_dot[adr + VALVE_ACT.opening] = (opening - d.act[adr + VALVE_ACT.opening]) / step
     d.act_dot[adr + VALVE_ACT.coil] = (coil - d.act[adr + VALVE_ACT.coil]) / step

@@ -8,7 +8,7 @@ from .curves import crossing as crossing
 from .curves import forces as forces
 from .driving import low_passed as low_passed
 from .driving import pid as pid
-from .driving import proportional_rate as proportional_rate
+from .driving import proportional_opening as proportional_opening
 from .driving import pulse_edges as pulse_edges
 from .driving import pulse_width as pulse_width
 from .driving import pulses as pulses

@@ -178,10 +178,10 @@ def pulse_edges(before: float, width: float, clock: float, anew: bool, period: f
 
 
 @register_jitable
-def proportional_rate(asked: float, opening: float, bandwidth: float, step: float) -> float:
-    """Rate of a proportional valve's opening over one step [1/s]: first order, exact over the step.
+def proportional_opening(asked: float, opening: float, bandwidth: float, step: float) -> tuple[float, float]:
+    """Opening of a proportional valve, its mean over one step and at its end: a lag of first order, exact.
 
-    ȯ = (1 − e^(−2π f h)) (u − o)/h
+    o' = o + (1 − e^(−2π f h)) (u − o), and ō = u − (o' − o)/(2π f h)
 
     Parameters
     ----------
@@ -195,5 +195,7 @@ def proportional_rate(asked: float, opening: float, bandwidth: float, step: floa
     elif asked > 1.0:
         asked = 1.0
     if abs(asked - opening) < _INSTANT:
-        return (asked - opening) / step
-    return -math.expm1(-2.0 * math.pi * bandwidth * step) * (asked - opening) / step
+        return asked, asked
+    turn = 2.0 * math.pi * bandwidth * step
+    moved = -math.expm1(-turn) * (asked - opening)
+    return asked - moved / turn, opening + moved
