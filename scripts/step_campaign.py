@@ -39,6 +39,7 @@ UNSURE = dict.fromkeys(OF_ALL.split(), "") | {
     "pulse-short": "air|flow|exergy|bottle|pressure",
     "torque-jumps": "torque|cuff|plate|power|absorption|share_of_force",
     "flow-jumps": "flow",
+    "power-jumps": "power|absorption|slap",
     "no-swing-minimum": "clearance|swings|lift",
 }
 Draw = np.random.Generator

@@ -24,11 +24,10 @@ from afo_sim.physics import (
 )
 
 LONGEST, SHORTEST = 0.999, 0.9  # of the lock, and the contraction ratio, that a muscle stays between
-PRESSURE_STEPS, SETTLED_PRESSURE = (
-    20,
-    1e-7,
-)  # of a pressure that its own volume depends on; what is left is its square
-SOFTEST_AIR = 0.2  # of the slope of ln σ by ln p that is believed
+PRESSURE_STEPS = 20  # of Newton's method for a pressure that the muscles' volume depends on
+SETTLED_PRESSURE = 1e-7  # relative last step of it; what is left is its square
+NEAR_PRESSURE = 0.01  # relative change of a pressure over which a volume that kept still keeps so
+SOFTEST_AIR = 0.2  # slope of ln σ by ln p that is believed
 
 
 @register_jitable
@@ -118,15 +117,18 @@ def air_of(m: Any, d: Any, chamber: int, rest: bool) -> tuple[float, float, floa
     if rest:
         return volume, absolute, 0.0
     gamma, sigma = m.actuator_user[q + AIR_ROW.heat_capacity_ratio], d.act[adr + CHAMBER_ACT.sigma]
-    if by_pressure == 0.0:
-        absolute = chamber_pressure(sigma, volume, gamma)
     for _ in range(PRESSURE_STEPS):
+        wanted, last = chamber_pressure(sigma, volume, gamma), absolute
         if by_pressure == 0.0:
-            break
-        off = math.log(chamber_pressure(sigma, volume, gamma) / absolute)
-        absolute *= math.exp(off / max(1.0 + gamma * absolute * by_pressure / volume, SOFTEST_AIR))
+            absolute = wanted
+            if abs(absolute - last) <= NEAR_PRESSURE * last:  # so near the volume has no slope either
+                break
+        else:
+            absolute *= math.exp(
+                math.log(wanted / last) / max(1.0 + gamma * last * by_pressure / volume, SOFTEST_AIR)
+            )
         volume, by_pressure = volume_of(m, d, q, absolute)
-        if abs(off) < SETTLED_PRESSURE:
+        if abs(absolute - last) <= SETTLED_PRESSURE * last:
             break
     return volume, absolute, gamma * absolute / (volume + gamma * absolute * by_pressure)
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.air import chamber_complaint
-from afo_sim.native.balance import SHORTEST, air_of, lacking, shift, within
+from afo_sim.native.balance import SHORTEST, air_of, lacking, shift, volume_of, within
 from afo_sim.native.error_codes import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
 from afo_sim.native.guides import friction_carried
 from afo_sim.native.muscle import cable, law_force, stretch
@@ -303,7 +303,7 @@ def unsolved(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
     while chamber >= 0:
         q = m.nuser_actuator * chamber
         highest_pressure(m, d, chamber)
-        if air_of(m, d, chamber, False)[0] <= 0.0:
+        if volume_of(m, d, q, d.act[m.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure])[0] <= 0.0:
             return NO_VOLUME, chamber
         gauge = d.act[m.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure] - AMBIENT_PRESSURE
         leader = int(u[q + CHAMBER_ROW.first_muscle])

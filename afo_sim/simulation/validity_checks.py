@@ -24,7 +24,8 @@ MOVED = 0.01  # of its length that a muscle may move in a step [-]
 MADE = 10.0  # of the air's net work that laws may give or take [percent]
 KINKED = 0.1  # of a peak of torque, that its slope may change by within a step beside it [-]
 FALLEN = 0.005  # of the peak flow, that it may be above both its neighbours [-]
-LEAST_TORQUE = 0.02  # peak that is too little to judge [N·m]
+KINKED_POWER = 0.15  # of a peak of power, likewise [-]
+LEAST_TORQUE, LEAST_POWER = 0.02, 0.5  # peaks that are too little to judge [N·m], [W]
 UNBALANCED = 0.01  # of the work that may be found nowhere [-]
 NOTHING = 1e-3  # work that is too little to judge [J]
 STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
@@ -135,17 +136,27 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
     """Warnings of peaks that stand for a step or two: a muscle becomes taut, a wide valve opens."""
     time, step = columns["time"], _shorter(built.scenario.timestep, FINER)
     torque, flow = columns["ankle/moment/orthosis"], columns["supply/mass_flow"]
-    kinks = np.abs(np.diff(torque, 2, prepend=torque[0], append=torque[-1]))
+    power = torque * columns["ankle/velocity"]
+    for signed in (power, -power):
+        peak, kink = _bend(signed)
+        if signed[peak] > LEAST_POWER and kink > KINKED_POWER * signed[peak]:
+            text = (
+                "the orthosis' {subject} bends by {kink:.2g} W a step at its peak of {height:.3g} W, at "
+                "{at:.3f} s: peaks of power and of the foot's slap are not resolved; {step} would tell more"
+            )
+            height, at = float(signed[peak]), float(time[peak])
+            data: dict[str, Any] = {"kink": kink, "height": height, "beyond": kink / height}
+            yield Notice("power-jumps", text, subject="power", step=step, at=at, **data)
     for signed in (torque, -torque):
-        peak = int(np.argmax(signed))
-        height, kink = float(signed[peak]), float(kinks[max(peak - 1, 0) : peak + 2].max())
+        peak, kink = _bend(signed)
+        height = float(signed[peak])
         if height > LEAST_TORQUE and kink > KINKED * height:
             text = (
                 "the orthosis' {subject} bends by {kink:.2g} N·m a step at its peak of {height:.3g} N·m, at "
                 "{at:.3f} s: peaks, what pulls on cuff and plate, and power are not resolved; {step} would "
                 "tell more"
             )
-            data: dict[str, Any] = {"kink": kink, "height": height, "beyond": kink / height}
+            data = {"kink": kink, "height": height, "beyond": kink / height}
             yield Notice("torque-jumps", text, subject="torque", step=step, at=float(time[peak]), **data)
     peak = int(np.argmax(flow))
     beside = flow[[max(peak - 1, 0), min(peak + 1, len(flow) - 1)]].max()
@@ -157,6 +168,12 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
         share = 1.0 - float(beside / flow[peak])
         data = {"percent": 100.0 * share, "beyond": share, "at": float(time[peak])}
         yield Notice("flow-jumps", text, subject="supply", step=step, **data)
+
+
+def _bend(values: np.ndarray) -> tuple[int, float]:
+    """Row of the largest value, and how much the slope changes in a step there, before it or behind it."""
+    peak, bends = int(np.argmax(values)), np.abs(np.diff(values, 2, prepend=values[0], append=values[-1]))
+    return peak, float(bends[max(peak - 1, 0) : peak + 2].max())
 
 
 def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:

@@ -221,7 +221,7 @@ def test_native_equals_python_in_every_regime(law_set: LawSet) -> None:
             rng.uniform(-5e4, 5e5),
             rng.uniform(0, 1, 4),
             rng.uniform(0, 1, 2),
-            rng.normal(0.0, (2e-3, 5.0, 1e-3, 1e-3, 1.0)),
+            rng.normal(0.0, (2e-3, 5.0, 1e-3, 1e-3, 1.0, 100.0)),
         )
         for _ in range(100)
     ]
