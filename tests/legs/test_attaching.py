@@ -371,7 +371,7 @@ def test_two_models_stepped_in_turn() -> None:
 
 
 HOSTILE = """
-  <size nuserdata="3" nuser_actuator="90"/>
+  <size nuserdata="3" nuser_actuator="120"/>
   <default><geom margin="0.1" mass="7" condim="1" group="5"/><site group="4"/>
     <tendon stiffness="1000" damping="50" frictionloss="3" limited="true" range="0 0.1"/>
     <general gear="5" ctrllimited="true" ctrlrange="-1 1" forcelimited="true" forcerange="-1 1"/></default>
@@ -388,7 +388,7 @@ def test_the_models_defaults_do_not_reach_the_orthosis() -> None:
     model, bare = leg.model, spec.compile()
     assert masses(model, "afo_") == masses(plain.model, "afo_")
     assert leg.userdata == 3 and leg.own_controls == slice(0, 1)
-    assert model.nuser_actuator == 90
+    assert model.nuser_actuator == 120
     assert list(model.actuator_user[0, :3]) == [9.0, 9.5, 0.0]
     for name in ("actuator_gainprm", "actuator_gear", "actuator_lengthrange", "actuator_ctrlrange"):
         assert np.array_equal(getattr(model, name)[0], getattr(bare, name)[0])
