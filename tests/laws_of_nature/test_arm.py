@@ -9,6 +9,7 @@ import pytest
 import rerun as rr
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import afo_sim
@@ -94,14 +95,34 @@ class Arm:
         self.radius, self.angle = muscle.bore / 2.0, muscle.braid_angle
         self.values = muscle.laws[law].parameters
         self.lowest = muscle.laws[law].pressure_range[0]
+        kappas = np.linspace(0.0, 0.27, 541)
+        forces = [
+            [spring_force(law, self.values, x, p, self.radius, self.angle) for p in (6e5, 1e5)]
+            for x in kappas.tolist()
+        ]
+        self.by_pressure = CubicSpline(kappas, np.subtract(*np.transpose(forces)) / 5e5)
+        self.grown = self.by_pressure.antiderivative()
 
-    def volume(self, k: int, kappa: float) -> tuple[float, float]:
-        """Braid of constant thread (Chou & Hannaford), fittings and tube; and dV/dκ."""
+    def braid(self, kappa: float) -> tuple[float, float]:
+        """Volume of a braid of constant thread (Chou & Hannaford), and dV/dκ."""
         b, x = 1.0 / math.sin(self.angle) ** 2, 1.0 - kappa
         full = math.pi * self.radius**2 * self.length
-        braid, slope = full * x * (b - (b - 1.0) * x * x), full * (3.0 * (b - 1.0) * x * x - b)
-        count, dead = self.groups[k].count, self.groups[k].type.dead_volume
-        return count * (braid + dead) + self.chambers[k].tube_volume, count * slope
+        return full * x * (b - (b - 1.0) * x * x), full * (3.0 * (b - 1.0) * x * x - b)
+
+    def volume(self, k: int, kappa: float, absolute: float) -> tuple[float, float, float]:
+        """Muscles, fittings and tube: a braid and L0 ∫ ∂F/∂p dκ of law and return force; ∂V/∂κ, ∂V/∂p."""
+        muscle, p = self.groups[k].type, max(absolute - AMBIENT, 0.0)
+        own, slope = self.braid(kappa)
+        if self.law not in ("kerscher_2006", "tondu_lopez_2000_bladder"):  # whose volume is the braid's
+            inside = max(kappa, 0.0)
+            rate = float(self.by_pressure(inside))
+            own = self.braid(0.0)[0] + self.length * (float(self.grown(inside)) + rate * (kappa - inside))
+            slope = self.length * rate
+        left, returning = max(0.0, 1.0 - p / 1e5), self.length * muscle.return_stiffness * kappa / 1e5
+        own, slope = own + returning * kappa * left, slope + 2.0 * returning * left
+        by_pressure = -returning * kappa / 1e5 if left > 0.0 else 0.0
+        count, tube = self.groups[k].count, self.chambers[k].tube_volume
+        return count * (own + muscle.dead_volume) + tube, count * slope, count * by_pressure
 
     def tension(self, k: int, phi: float, kappa: float) -> float:
         """Of one muscle's cable, which hangs through where the muscle is longer than its path."""
@@ -121,10 +142,8 @@ class Arm:
                 static *= max(0.0, 1.0 + kappa / 5e-4)
             within = min(-kappa, 0.005)  # the braid's stiffness sets in over half a per cent
             static += muscle.braid_stiffness * (within**2 / 0.01 - kappa - within)
-            static += (
-                p * (self.volume(k, kappa)[1] - self.volume(k, 0.0)[1]) / self.groups[k].count / self.length
-            )
-        return static - muscle.return_stiffness * kappa * max(0.0, 1.0 - p / 1e5)
+            static += p * (self.braid(kappa)[1] - self.braid(0.0)[1]) / self.length
+        return static - muscle.return_stiffness * kappa * max(0.0, 1.0 - p / 1e5) ** 2
 
     def resting(self, k: int, phi: float) -> float:
         """κ of an empty muscle."""
@@ -139,7 +158,7 @@ class Arm:
             tension = self.tension(k, phi, kappa)
             torque += (1, -1)[k] * group.pulley.radius * group.count * tension
             rate = (self.force(k, kappa, absolute) - tension) / (group.type.damping * absolute)
-            volume, slope = self.volume(k, kappa)
+            volume, slope, softer = self.volume(k, kappa, absolute)
             warm = absolute * volume / (mass * GAS)
             gains = losses = 0.0
             for side, valve, ends in (
@@ -152,7 +171,8 @@ class Arm:
                     gains, losses = gains + max(into, 0.0), losses + max(-into, 0.0)
             enthalpy = GAMMA * GAS * (gains * WARM - losses * warm)
             heat = (GAMMA - 1.0) * chamber.wall_conductance * (WARM - warm)
-            own += [rate, gains - losses, (enthalpy + heat - GAMMA * absolute * slope * rate) / volume]
+            stiff = volume + GAMMA * absolute * softer  # V ṗ + γ p V̇ = …, and V̇ holds ∂V/∂p ṗ
+            own += [rate, gains - losses, (enthalpy + heat - GAMMA * absolute * slope * rate) / stiff]
         return [speed, (torque - self.scenario.load_moment) / self.inertia, *own]
 
     def is_open(self, moment: float) -> dict[str, bool]:
@@ -171,7 +191,9 @@ class Arm:
     def solve(self, duration: float, phi: float = 0.0) -> np.ndarray:
         """φ every millisecond [deg], from rest at `phi` with empty muscles, switch by switch."""
         contractions = [self.resting(k, phi) for k in range(2)]
-        air = [AMBIENT * self.volume(k, kappa)[0] / (GAS * WARM) for k, kappa in enumerate(contractions)]
+        air = [
+            AMBIENT * self.volume(k, kappa, AMBIENT)[0] / (GAS * WARM) for k, kappa in enumerate(contractions)
+        ]
         rest = [x for kappa, mass in zip(contractions, air, strict=True) for x in (kappa, mass, AMBIENT)]
         state, angles = np.array([phi, 0.0, *rest]), []
         changes = {0.0, duration}
