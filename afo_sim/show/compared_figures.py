@@ -113,7 +113,9 @@ def _page(figure: Any, runs: Mapping[str, Recording]) -> None:
     axes[3].set_ylabel("muscle force\n[N]")
     axes[3].set_xlabel("time [s]")
     figure.align_ylabels(axes)
-    title = paragraph(f"{first.scenario['name']}: {first.scenario['description']}")
+    told = [run.scenario["description"].split("; ") for run in runs.values()]
+    common = (part for part in told[0] if all(part in each for each in told))  # not what was set for one
+    title = paragraph(f"{first.scenario['name']}: {'; '.join(common)}")
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
 
 

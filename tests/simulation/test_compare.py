@@ -6,11 +6,13 @@ import pathlib
 import numpy as np
 import pytest
 from command import call
+from matplotlib.figure import Figure
 
 import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.show import write
+from afo_sim.show.compared_figures import _page
 from afo_sim.simulation import Recording, angle_differences, compare_laws, read_recording, tables
 from afo_sim.simulation.compare import common_laws
 
@@ -138,3 +140,10 @@ def test_run_that_fails_keeps_its_place(tmp_path: pathlib.Path) -> None:
     runs["polynomial"] = dataclasses.replace(runs["polynomial"], columns=empty, metrics={}, status="failed")
     assert [p.name for p in write(runs, tmp_path)] == ["differences.csv"]
     assert (tmp_path / "polynomial" / "summary.json").is_file()
+
+
+def test_the_title_holds_what_all_runs_have_set(long: dict[str, Recording]) -> None:
+    assert "set orthosis.muscle.flexor.type.law=" in long["polynomial"].scenario["description"]
+    figure = Figure()
+    _page(figure, long)
+    assert "set" not in figure.get_suptitle() and "long period" in figure.get_suptitle()
