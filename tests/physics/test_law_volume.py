@@ -8,6 +8,7 @@ from scipy.integrate import quad
 from scipy.special import erf
 
 from afo_sim import load
+from afo_sim.cli.doctor import parts as doctor
 from afo_sim.common import names
 from afo_sim.description import Muscle, at_rest
 from afo_sim.physics import LAWS
@@ -84,6 +85,7 @@ def test_implausible_volumes_are_the_braids_and_say_so() -> None:
     ):
         of = muscle(name, law)
         assert of.law_volume.reason and not any(of.law_volume.numbers)
+        assert dict(doctor.muscle(of))["volume"] == f"of the braid: {of.law_volume.reason}"
         braid, x = of.braid, 0.85
         full = math.pi * braid.nominal_radius**2 * braid.nominal_length
         assert volume(of, 0.15, 3e5) == pytest.approx(full * x * (braid.b - (braid.b - 1.0) * x * x))

@@ -26,10 +26,7 @@ def muscle(muscle: Muscle) -> Findings:
         ("locks at a contraction of", f"{muscle.braid.lock:.4f}"),
         *_by_length(muscle),
         *(BraidFacts.of(muscle).rows() if LAWS[muscle.law].braids else ()),
-        (
-            "volume",
-            muscle.law_volume.reason or "of its law" if any(muscle.law_volume.numbers) else "of the braid",
-        ),
+        ("volume", _volume(muscle)),
         ("covariance of the fit", _covariance(muscle)),
     ] + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
 
@@ -42,6 +39,13 @@ def _by_length(muscle: Muscle) -> Findings:
     against = f"{factor:.4g} of that at {100.0 * muscle.lengths.reference:g} cm"
     rows = [("mass at this length", f"{1e3 * muscle.whole_mass:.4g} g"), ("force at this length", against)]
     return rows + ([("warning", muscle.length_warning)] if muscle.length_warning else [])
+
+
+def _volume(muscle: Muscle) -> str:
+    """Whose volume its air fills, and why where the law's is not plausible."""
+    found = muscle.law_volume
+    whose = "of its law" if any(found.numbers) else "of the braid"
+    return f"{whose}: {found.reason}" if found.reason else whose
 
 
 def _covariance(muscle: Muscle) -> str:
