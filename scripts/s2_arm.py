@@ -167,7 +167,7 @@ def judge(
         "Which laws pair up depends on the points that they are fitted to. Fitted where the muscle pulls\n"
         "and shortens, all but the analytic one meet the points within 4 N and move the arm alike. Fitted\n"
         "to the stretched and slack muscle too, laws that miss the points by as much (6.5 and 7.9 N) move\n"
-        "the arm 0.60 deg apart, nearly as far as one that misses them by 140 N (0.71 deg from the best): what\n"
+        "the arm 0.60 deg apart, nearly as far as one that misses them by 140 N (0.71 deg): what\n"
         "counts is the error where the muscle works. S2 prints neither coefficients nor points nor filling\n"
         "times: its pairs belong to its fits."
     )
