@@ -12,7 +12,7 @@ from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
 from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
 from afo_sim.description.rest_curves import RestCurves
-from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter, LawVolume, law_volume
+from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter, LawVolume, law_volume, returning
 
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
 Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]
@@ -339,6 +339,7 @@ class Muscle(Described, RestCurves, Draws):
             "friction": 0 if self.friction == "none" else FRICTIONS[self.friction].native_id,
             "friction_coefficients": self.friction_coefficients,
             "law_volume": self.law_volume.numbers,
+            "returning": self.returning,
         }
 
     @property
@@ -348,6 +349,11 @@ class Muscle(Described, RestCurves, Draws):
         return law_volume(
             self.law, self.coefficients, self.braid, used.pressure_range, used.contraction_range
         )
+
+    @property
+    def returning(self) -> float:
+        """The part of its return force that has a volume [N]."""
+        return returning(self.return_stiffness, self.braid, max(self.law_set.contraction_range[1], 0.0))
 
     @property
     def nominal_length(self) -> float:

@@ -36,6 +36,8 @@ class _Muscle(Protocol):
     def nominal_length(self) -> float: ...
     @property
     def law_volume(self) -> LawVolume: ...
+    @property
+    def returning(self) -> float: ...
 
 
 class RestCurves:
@@ -207,7 +209,7 @@ class RestCurves:
             braid.b,
             float(LAWS[self.law].braids),
             self.dead_volume,
-            self.return_stiffness,
+            self.returning,
             numbers,
             0,
         )

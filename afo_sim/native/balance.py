@@ -93,7 +93,7 @@ def volume_of(m: Any, d: Any, q: int, absolute: float) -> tuple[float, float]:
             u[k + MUSCLE_ROW.b],
             u[k + MUSCLE_ROW.braids],
             u[k + MUSCLE_ROW.dead_volume],
-            u[k + MUSCLE_ROW.return_stiffness],
+            u[k + MUSCLE_ROW.returning],
             u,
             k + MUSCLE_ROW.law_volume,
         )
@@ -130,7 +130,8 @@ def air_of(m: Any, d: Any, chamber: int, rest: bool) -> tuple[float, float, floa
         volume, by_pressure = volume_of(m, d, q, absolute)
         if abs(absolute - last) <= SETTLED_PRESSURE * last:
             break
-    return volume, absolute, gamma * absolute / (volume + gamma * absolute * by_pressure)
+    stiff = max(volume + gamma * absolute * by_pressure, SOFTEST_AIR * volume)
+    return volume, absolute, gamma * absolute / stiff
 
 
 @register_jitable

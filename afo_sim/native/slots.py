@@ -63,7 +63,8 @@ class MuscleRow(NamedTuple):
     friction_states : actuator id of what holds them; −1 for none
 
     Units: series_length, nominal_length, nominal_radius [m], cable_stiffness [N/m], damping [N·s/Pa],
-    braid_stiffness, return_stiffness [N], dead_volume [m³], lowest_pressure [Pa], wrap_friction [-].
+    braid_stiffness, return_stiffness, returning [N], dead_volume [m³], lowest_pressure [Pa],
+    wrap_friction [-].
     """
 
     leader: int
@@ -91,6 +92,7 @@ class MuscleRow(NamedTuple):
     wrap_friction: int
     friction_coefficients: int
     damper: int
+    returning: int
     law_volume: int
     coefficients: int
 
@@ -432,6 +434,7 @@ MAY_LACK = {
         "friction_coefficients",
         "damper",
         "law_volume",
+        "returning",
     },
     KIND_CHAMBER: {"real_gas"},
     KIND_VOLUME: {"real_gas"},

@@ -55,6 +55,7 @@ from .law_volume import LAW_VOLUME as LAW_VOLUME
 from .law_volume import LawVolume as LawVolume
 from .law_volume import law_volume as law_volume
 from .law_volume import muscle_volume as muscle_volume
+from .law_volume import returning as returning
 from .laws import LAWS as LAWS
 from .oscillator import SHAPE as SHAPE
 from .oscillator import advance as advance

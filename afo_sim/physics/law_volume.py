@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
+from afo_sim.common import AMBIENT_PRESSURE, HEAT_CAPACITY_RATIO
 from afo_sim.physics.curves import CONTRACTED, HALVINGS, crossing
 from afo_sim.physics.guards import BAR
 from afo_sim.physics.jitable import register_jitable
@@ -32,6 +33,7 @@ PLAUSIBLE = (0.8, 1.25)  # volume over the braid's, within which a law's is used
 FIT = 5e-3  # of the blocked force, by which the polynomial's forces may miss the law's [-]
 STEADY = 1e-3  # share of ∂F/∂p below which its change by pressure is left out [-]
 CONTRACTIONS, PRESSURES = 25, 6  # at which the law is asked
+YIELDS = 0.5  # share of d ln σ/d ln p that a volume that falls with the pressure may take [-]
 EQUAL = 1e-9  # share of ∂F/∂p by which it may differ from the braid's and be the same [-]
 
 
@@ -72,7 +74,7 @@ def muscle_volume(
     nominal_length, nominal_radius, b : L0, r0 [m], 1/sin²α0 [-]
     braids : 1 for a law that is the braid's own formula, else 0
     dead_volume : air that never leaves [m³]
-    return_stiffness : k_r of the return force, which takes part below 1 bar [N]
+    return_stiffness : k_r of the return force below 1 bar, as far as it has a volume (`returning`) [N]
     u, c : numbers of `LawVolume` start at u[c]
 
     Returns
@@ -170,6 +172,8 @@ def law_volume(
     low, high = max(pressures[0], BAR), pressures[1]
     if not low < high:
         return LawVolume(GEOMETRIC, f"its range of pressure ends at {high / BAR:.3g} bar")
+    if not contractions[1] > 0.0:
+        return LawVolume(GEOMETRIC, f"its range of contraction ends at {contractions[1]:.2g}")
 
     def added(kappa: float) -> float:
         """Force that the range of pressure adds [N]."""
@@ -187,23 +191,37 @@ def law_volume(
         terms = _terms(forces, high - low)
         slopes = _slopes(terms)
         falls = np.flatnonzero(slopes.min(axis=1) <= 0.0)
-        if not falls.size:
+        top = float(kappas[falls[0]]) if falls.size else top
+        if not falls.size or top == 0.0:
             break
-        top = float(kappas[falls[0]])
-    used = min(contractions[1], slack)
+    used, end = min(contractions[1], slack), float(kappas[-1])  # of this fit
     if top < used - 2.0 * used / CONTRACTIONS:
         return LawVolume(GEOMETRIC, f"its volume would fall from a contraction ratio of {top:.2g} on")
     if reason := _implausible(braid, forces, slopes, kappas, gauges, used):
         return LawVolume(GEOMETRIC, reason)
     per_pressure = 2.0 / (high - low) if terms[:, 1:].any() else 0.0
-    return LawVolume((top, 0.5 * (high + low), per_pressure, *terms.ravel().tolist()))
+    return LawVolume((end, 0.5 * (high + low), per_pressure, *terms.ravel().tolist()))
+
+
+def returning(return_stiffness: float, braid: Braid, contraction: float) -> float:
+    """The part of a return force that has a volume: all of it, or nothing [N].
+
+    That volume falls as the pressure rises. Where σ = p V^γ would hardly rise with the pressure, up to a
+    contraction ratio, no pressure could be found, and the force stays without a volume.
+
+    Units: return_stiffness [N], contraction [-].
+    """
+    volume = braid_volume(contraction, braid.nominal_length, braid.nominal_radius, braid.b)[0]
+    absolute = RETURN_PRESSURE + AMBIENT_PRESSURE
+    given = return_stiffness * braid.nominal_length * (contraction / RETURN_PRESSURE) ** 2
+    return return_stiffness if HEAT_CAPACITY_RATIO * absolute * given <= YIELDS * volume else 0.0
 
 
 def _is_the_braids(
     force: Callable[[float], float], braid: Braid, span: float, contractions: tuple[float, float]
 ) -> bool:
     """Whether the force that a span of pressure [Pa] adds is that of the braid's geometry, as of S1's law."""
-    for kappa in np.linspace(0.0, contractions[1], 5).tolist():
+    for kappa in np.linspace(0.0, max(contractions[1], 0.1), 5).tolist():
         slope = braid_volume(kappa, braid.nominal_length, braid.nominal_radius, braid.b)[1] * span
         if not abs(braid.nominal_length * force(kappa) - slope) <= EQUAL * abs(slope):
             return False
@@ -246,6 +264,9 @@ def _implausible(
     geometric = [braid_volume(k, braid.nominal_length, braid.nominal_radius, braid.b)[0] for k in kappas]
     ratio = (volume / np.array(geometric)[:, None])[kappas <= used + 1e-9]
     off = np.maximum(ratio / PLAUSIBLE[1], PLAUSIBLE[0] / ratio)
+    shrinks = -np.diff(np.log(np.maximum(volume, 1e-12)), axis=1) / np.diff(np.log(gauges + AMBIENT_PRESSURE))
+    if off.max() <= 1.0 and HEAT_CAPACITY_RATIO * shrinks.max() > YIELDS:
+        return "its volume would shrink as the pressure rises"
     k, p = np.unravel_index(np.argmax(off), off.shape)
     if off[k, p] <= 1.0:
         return ""

@@ -107,3 +107,29 @@ def test_volume_has_no_jump_and_stays_positive(name: str, law: str) -> None:
         found = np.array([volume(of, kappa, pressure) for kappa in kappas.tolist()])
         assert (found >= 0.0).all()
         assert np.abs(np.diff(found)).max() < 0.01 * found.max()
+
+
+@pytest.mark.parametrize("stiffness", [20.0, 200.0, 1e3, 1e5])
+def test_more_air_always_presses_more(stiffness: float) -> None:
+    """σ = p V^γ rises with p at every contraction, however stiff the return force: there is one pressure."""
+    of = load("muscle", "dmsp_20", {"return_stiffness": f"{stiffness} N"})
+    gauges = np.linspace(-0.9e5, 3e5, 200)
+    for kappa in np.linspace(-0.05, 0.25, 13).tolist():
+        sigma = (gauges + 101_325.0) * of.volume(contraction=kappa, pressure=gauges) ** 1.4
+        assert (np.diff(sigma) > 0.0).all()
+
+
+def test_a_range_beyond_where_the_volume_falls_changes_nothing_within() -> None:
+    """The law's force is the same; its volume ends where it would fall."""
+    own = muscle("dmsp_20", "sarosi_2012")
+    for end in (0.54, 0.55, 0.56, 0.58):
+        wide = load("muscle", "dmsp_20", {"laws.sarosi_2012.contraction_range": [0.0, end]})
+        assert not wide.law_volume.reason
+        for kappa in (0.1, 0.25):
+            assert volume(wide, kappa, 3e5) == pytest.approx(volume(own, kappa, 3e5), rel=1e-3)
+
+
+@pytest.mark.parametrize("end", [-0.01, 0.0])
+def test_a_range_without_contraction_has_the_braids_volume_and_says_so(end: float) -> None:
+    sets = {"law": "tondu_lopez_2000", "laws.tondu_lopez_2000.contraction_range": [-0.05, end]}
+    assert "range of contraction" in load("muscle", "dmsp_20", sets).law_volume.reason
