@@ -54,7 +54,7 @@ def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int,
     for axis in axes[used:]:
         axis.set_axis_off()
     lacking = sorted(refused(found.verdict))
-    told = f"; not told by these readings: {', '.join(lacking)}" if lacking else ""
+    told = f"; not determined by these readings: {', '.join(lacking)}" if lacking else ""
     values = ", ".join(f"{p.name} {p.text(found.parameters[p.name])}" for p in found.problem.free)
     figure.suptitle(plain(f"{values}{told}", None))
 
@@ -153,7 +153,8 @@ def _draw_laws(axis: Any, found: TorqueFit) -> None:
     """The first parameter by each law, with its interval; hollow where it fits worse than comparably."""
     p = found.problem.free[0]
     shown = [each for each in reversed(found.laws) if each.ends(p.name)]
-    if (hull := found.intervals[p.name]) is not None:
+    hull = found.intervals[p.name]
+    if hull is not None:
         axis.axvspan(*map(p.number, hull), color=ZERO, alpha=0.3, lw=0)
     for k, each in enumerate(shown):
         colour = COLOURS[0] if each is found.laws[0] else "0.4"
@@ -162,8 +163,9 @@ def _draw_laws(axis: Any, found: TorqueFit) -> None:
         axis.plot(p.number(each.solution.values[p.name]), k, "o", ms=4, color=colour, mfc=face)
     axis.set_yticks(range(len(shown)), [each.law for each in shown], fontsize=7)
     _scale(p, axis.set_xscale, axis.xaxis)
+    axis.margins(x=0.08)
     axis.set_xlabel(f"{p.name} [{p.shown}]")
-    axis.set_title("by each law; hollow: fits worse; grey: 95 % interval")
+    axis.set_title("by each law (hollow: fits worse)" + ("\ngrey: 95 % interval" if hull else ""))
 
 
 def _draw_profile(axis: Any, found: TorqueFit, profiled: Profile) -> None:
