@@ -71,7 +71,7 @@ def _print_numbers(recording: Any) -> None:
     rows = [[name, value, metrics[name].unit] for name, value in found.items()]
     header = ["metric", "value", "unit"]
     if errors:
-        header.insert(2, "error")
+        header.insert(2, "step error")  # numerical alone: not how far the model is off
         for row in rows:
             row.insert(2, f"{errors[row[0]]:+.2g}" if row[0] in errors else "–")
     print_table(recording.scenario["name"], header, rows)

@@ -44,9 +44,6 @@ from .metric_words import number as number
 from .metric_words import unit as unit
 from .metric_words import words as words
 from .safety import skin_metrics as skin_metrics
-from .stretch import Stretch as Stretch
-from .stretch import increments as increments
-from .stretch import whole_cycles as whole_cycles
 from .strides import ORTHOSIS as ORTHOSIS
 from .strides import SOLVED as SOLVED
 from .strides import Stride as Stride
@@ -81,3 +78,6 @@ from .walking import LOADING as LOADING
 from .walking import WalkMetrics as WalkMetrics
 from .walking import has_orthosis as has_orthosis
 from .walking import walk_metrics as walk_metrics
+from .window import Window as Window
+from .window import increments as increments
+from .window import whole_cycles as whole_cycles

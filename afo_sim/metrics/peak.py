@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from afo_sim.metrics.metric import Found
-from afo_sim.metrics.stretch import Stretch
+from afo_sim.metrics.window import Window
 
 ROUNDING = 1e-9  # of torques [N·m], powers [W/kg] and works [J/kg]: what is less is nothing
 WINDOW = 0.010  # [s]
@@ -14,7 +14,7 @@ MEANING = "largest mean over 10 ms"
 
 
 def largest_mean(
-    values: np.ndarray, timestep: float, window: float = WINDOW, within: Stretch | None = None
+    values: np.ndarray, timestep: float, window: float = WINDOW, within: Window | None = None
 ) -> float:
     """Largest mean of a signal over a window that begins or ends at a row, straight between its rows.
 
@@ -26,7 +26,7 @@ def largest_mean(
         length = window / timestep  # in rows
         if within.end - within.start <= length:
             return within.mean(values)
-        ends = (Stretch(within.start, within.start + length), Stretch(within.end - length, within.end))
+        ends = (Window(within.start, within.start + length), Window(within.end - length, within.end))
         rows = values[math.ceil(within.start) : math.floor(within.end) + 1]
         inner = [largest_mean(rows, timestep, window)] if len(rows) - 1 >= length else []
         return max(*(end.mean(values) for end in ends), *inner)
@@ -58,7 +58,7 @@ def rows(name: str, label: str, meaning: str = "") -> tuple[tuple[str, ...], tup
     )
 
 
-def peaks(name: str, torque: np.ndarray, timestep: float, within: Stretch | None = None) -> Found:
+def peaks(name: str, torque: np.ndarray, timestep: float, within: Window | None = None) -> Found:
     """Peak of a torque [N·m] (n,), or within a stretch of it, over 10 ms, and that of an instant."""
     mean = largest_mean(torque, timestep, within=within) if len(torque) else 0.0
     yield f"{name}{OVER}", clean(max(mean, 0.0))

@@ -9,7 +9,7 @@ import numpy as np
 
 from afo_sim.common import GRAVITY, STANDARD_DENSITY
 from afo_sim.gait import STANCE_FORCE, STANCE_SHARE
-from afo_sim.metrics.stretch import ON_ROW, Stretch, crossing
+from afo_sim.metrics.window import ON_ROW, Window, crossing
 
 SOLVED = "gait/solved"  # column: 1 in the rows of the settled stride, where it was solved for
 SOURCE_PRESSURE, SET_PRESSURE = "store/source/pressure", "supply/set_pressure"
@@ -113,16 +113,16 @@ class Stride:
         near, way = self._way
         return np.interp(phase, way, self.columns[column][near])
 
-    def between(self, start: float, end: float) -> Stretch:
+    def between(self, start: float, end: float) -> Window:
         """The stretch of the recording from one phase to another [-]."""
         near, way = self._way
         ends = near.start + np.interp([start, end], way, np.arange(len(way)))
         if end > way[-1]:  # the recording ends in the stride's last step
             ends[1] += (end - way[-1]) / (way[-1] - way[-2])
-        return Stretch(*np.where(np.abs(ends - np.rint(ends)) < ON_ROW, np.rint(ends), ends).tolist())
+        return Window(*np.where(np.abs(ends - np.rint(ends)) < ON_ROW, np.rint(ends), ends).tolist())
 
     @cached_property
-    def whole(self) -> Stretch:
+    def whole(self) -> Window:
         """From heel strike to heel strike."""
         return self.between(0.0, 1.0)
 

@@ -7,10 +7,10 @@ import numpy as np
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
-from afo_sim.metrics.stretch import Stretch, increments
 from afo_sim.metrics.strides import ORTHOSIS, SET_PRESSURE, Stride, chambers, emptied_at
+from afo_sim.metrics.window import Window, increments
 
-CYCLE = "per whole cycle, or over a run that is shorter"
+CYCLE = "per whole cycle, the first filling in it, or over a run that is shorter"
 EACH = f"per counted stride; of a fixed shank {CYCLE}"
 FLOW, PRESSURE, SET = "supply/mass_flow", "supply/pressure", SET_PRESSURE
 EXERGY, VENTED = "supply/exergy_flow", "exhaust/exergy_flow"
@@ -46,7 +46,7 @@ def grams_taken(rows: Rows, chambers: Sequence[str], steps: np.ndarray) -> float
     return 1e3 * float(taken(rows, chambers) @ steps)
 
 
-def positive_work(columns: Rows, part: Stretch) -> float:
+def positive_work(columns: Rows, part: Window) -> float:
     """Positive work of the orthosis on the ankle in a stretch of a recording [J]."""
     work = increments(part.of(columns[ORTHOSIS]), part.of(columns["ankle/angle"]))
     return float(np.maximum(work, 0.0).sum())

@@ -7,8 +7,8 @@ import numpy as np
 
 from afo_sim.metrics import peak
 from afo_sim.metrics.metric import NEED, PUSH_OFF, TORQUE, WORK, Found, Of, reported
-from afo_sim.metrics.stretch import increments
 from afo_sim.metrics.strides import ORTHOSIS, Stride
+from afo_sim.metrics.window import increments
 
 NEEDED = "healthy ankle's active moment less what the patient gives"
 SWING = "from toe-off until the shank stands upright"

@@ -11,9 +11,9 @@ import numpy as np
 
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
-from afo_sim.metrics.stretch import ON_ROW, crossing
 from afo_sim.metrics.strides import Stride, chambers
 from afo_sim.metrics.supply import SET
+from afo_sim.metrics.window import ON_ROW, crossing
 
 ON = "how often its coil is switched on; a proportional valve's, from shut to open"
 SECONDS = 3600.0  # of an hour

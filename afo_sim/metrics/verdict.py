@@ -167,7 +167,7 @@ def _judged(share: float, draws: int, limit: tuple[float, float]) -> tuple[Statu
 
     place = bisect_left(range(draws, MOST_DRAWS), True, key=decided)
     if place and draws + place < MOST_DRAWS:
-        return "unknown", f": too few to decide, draw {draws + place}"
+        return "unknown", f": too few to decide, draw {draws + place} if the share stays"
     return ("doubtful", ": so near a limit, no number decides") if place else (at_most(share, limit), "")
 
 

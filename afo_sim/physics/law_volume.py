@@ -14,7 +14,6 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial
 
 from afo_sim.common import AMBIENT_PRESSURE, HEAT_CAPACITY_RATIO
 from afo_sim.physics.curves import CONTRACTED, HALVINGS, crossing
@@ -235,12 +234,8 @@ def _terms(forces: np.ndarray, span: float) -> np.ndarray:
     rates = np.arange(1.0, POWERS + 1.0)[:, None] * by_pressure[1:] * 2.0 / span
     if np.abs(rates[1:]).max() < STEADY * np.abs(rates[0]).max():
         rates[0], rates[1:] = (forces[:, -1] - forces[:, 0]) / span, 0.0
-    fits = [Chebyshev.fit(x, rate, TERMS - 1, domain=(0.0, 1.0), window=(0.0, 1.0)) for rate in rates]
-    return np.column_stack([_padded(fit.convert(kind=Polynomial).coef) for fit in fits])
-
-
-def _padded(coefficients: np.ndarray) -> np.ndarray:
-    return np.pad(coefficients, (0, TERMS - coefficients.size))
+    found: np.ndarray = np.polynomial.polynomial.polyfit(x, rates.T, TERMS - 1)
+    return found
 
 
 def _slopes(terms: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.description import Mounting, Muscle, MuscleGroup, Orthosis, at_rest
-from afo_sim.metrics import Metric, Stretch, energy_metrics, increments, settled, whole_cycles
+from afo_sim.metrics import Metric, Window, energy_metrics, increments, settled, whole_cycles
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, chamber_of, free, muscle_names
 from afo_sim.physics import SLACK_BLEND, anchor_energy, three_element_damping
@@ -249,12 +249,12 @@ def balance_metrics(
         counted = settled(columns, strides(columns, timestep, built.body_mass))
         if not counted:
             return {}
-        number, part = len(counted), Stretch(counted[0].whole.start, counted[-1].whole.end)
+        number, part = len(counted), Window(counted[0].whole.start, counted[-1].whole.end)
     else:
         number, part = whole_cycles(last + 2, timestep, period)  # the run's last row is left out
-    part = Stretch(part.start, min(part.end, last))
+    part = Window(part.start, min(part.end, last))
     counts = whole
-    if part != Stretch(0.0, last):
+    if part != Window(0.0, last):
         counts = balance(built, _cut(columns, part, READ), _cut(static, part))
     guided = any(group.path for group in built.scenario.orthosis.muscle.values())
     left_out = {"turnover"} if guided else {"turnover", "wrap_loss"}
@@ -263,5 +263,5 @@ def balance_metrics(
     return reported if all(map(math.isfinite, reported.values())) else {}
 
 
-def _cut(columns: Columns, part: Stretch, kinds: tuple[str, ...] = ("",)) -> Columns:
+def _cut(columns: Columns, part: Window, kinds: tuple[str, ...] = ("",)) -> Columns:
     return {name: part.of(values) for name, values in columns.items() if name.startswith(kinds)}

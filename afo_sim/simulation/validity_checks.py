@@ -137,27 +137,22 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
     time, step = columns["time"], _shorter(built.scenario.timestep, FINER)
     torque, flow = columns["ankle/moment/orthosis"], columns["supply/mass_flow"]
     power = torque * columns["ankle/velocity"]
-    for signed in (power, -power):
-        peak, kink = _bend(signed)
-        if signed[peak] > LEAST_POWER and kink > KINKED_POWER * signed[peak]:
-            text = (
-                "the orthosis' {subject} bends by {kink:.2g} W a step at its peak of {height:.3g} W, at "
-                "{at:.3f} s: peaks of power and of the foot's slap are not resolved; {step} would tell more"
-            )
-            height, at = float(signed[peak]), float(time[peak])
-            data: dict[str, Any] = {"kink": kink, "height": height, "beyond": kink / height}
-            yield Notice("power-jumps", text, subject="power", step=step, at=at, **data)
-    for signed in (torque, -torque):
-        peak, kink = _bend(signed)
-        height = float(signed[peak])
-        if height > LEAST_TORQUE and kink > KINKED * height:
-            text = (
-                "the orthosis' {subject} bends by {kink:.2g} N·m a step at its peak of {height:.3g} N·m, at "
-                "{at:.3f} s: peaks, what pulls on cuff and plate, and power are not resolved; {step} would "
-                "tell more"
-            )
-            data = {"kink": kink, "height": height, "beyond": kink / height}
-            yield Notice("torque-jumps", text, subject="torque", step=step, at=float(time[peak]), **data)
+    text = (
+        "the orthosis' {subject} bends by {kink:.2g} {unit} a step at its peak of {height:.3g} {unit}, at "
+        "{at:.3f} s: {what} are not resolved; {step} would tell more"
+    )
+    cuff = "peaks, what pulls on cuff and plate, and power"
+    for subject, unit, values, most, least, what in (
+        ("power", "W", power, KINKED_POWER, LEAST_POWER, "peaks of power and of the foot's slap"),
+        ("torque", "N·m", torque, KINKED, LEAST_TORQUE, cuff),
+    ):
+        for signed in (values, -values):
+            peak, kink = _bend(signed)
+            height = float(signed[peak])
+            if height > least and kink > most * height:
+                data: dict[str, Any] = {"kink": kink, "height": height, "beyond": kink / height, "unit": unit}
+                data |= {"step": step, "at": float(time[peak]), "what": what}
+                yield Notice(f"{subject}-jumps", text, subject=subject, **data)
     peak = int(np.argmax(flow))
     beside = flow[[max(peak - 1, 0), min(peak + 1, len(flow) - 1)]].max()
     if beside < (1.0 - FALLEN) * flow[peak]:
@@ -218,7 +213,7 @@ def limit_warnings(
             if why := group.type.law_volume.reason:
                 text = "{subject}: the braid's volume is used, not that which follows from {law}: {why}"
                 label = name.rsplit("_", 1)[0]
-                yield Notice("law-volume", text, subject=label, law=group.type.law, why=why, severity="note")
+                yield Notice("law-volume", text, subject=label, law=group.type.law, why=why)
             if why := group.type.length_warning:
                 yield Notice("muscle-length", "{subject}: {why}", subject=name.rsplit("_", 1)[0], why=why)
         filled = float(pressure.max())

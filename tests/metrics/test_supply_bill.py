@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from afo_sim.metrics import Answer, Feed, Metric, Stretch, compressor_metrics, sag_of_both, words
+from afo_sim.metrics import Answer, Feed, Metric, Window, compressor_metrics, sag_of_both, words
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.supply import (
     efficiency_metrics,
@@ -79,8 +79,8 @@ def test_a_gas_of_its_own_has_litres_of_its_own() -> None:
 def test_positive_work_is_that_of_a_torque_along_its_motion() -> None:
     """Torque from −1 to 1 N·m over 4 rad: half of it at a mean of 0.5 N·m over 2 rad is 1 J."""
     moved = {"ankle/moment/orthosis": np.linspace(-1.0, 1.0, 21), "ankle/angle": np.linspace(0.0, 4.0, 21)}
-    assert positive_work(moved, Stretch(0.0, 20.0)) == pytest.approx(1.0, rel=1e-12)
-    assert positive_work(moved, Stretch(0.0, 19.5)) == pytest.approx(0.95**2, rel=1e-12)  # less a triangle
+    assert positive_work(moved, Window(0.0, 20.0)) == pytest.approx(1.0, rel=1e-12)
+    assert positive_work(moved, Window(0.0, 19.5)) == pytest.approx(0.95**2, rel=1e-12)  # less a triangle
     shares = dict(efficiency_metrics({"exergy_taken": 4.0, "skeleton_work": -1.0, "positive_work": 2.0}))
     assert shares == {"exergy_efficiency": -25.0, "exergy_efficiency_positive": 50.0}
     assert not dict(efficiency_metrics({"exergy_taken": 0.0, "skeleton_work": 1.0}))

@@ -117,7 +117,7 @@ def test_the_command_prints_errors_and_the_report_shows_them(
     options = ["--set", "duration=2.2 s", "--no-change", "--no-rrd", "--out", str(tmp_path / "walk")]
     code, printed, _ = call(capsys, "run", "walk-dropfoot", *options, "--check-step")
     lines = {line.split()[0]: line.split() for line in printed.splitlines() if line.strip()}
-    assert code == 0 and lines["metric"] == ["metric", "value", "error", "unit"]
+    assert code == 0 and lines["metric"] == ["metric", "value", "step", "error", "unit"]
     assert abs(float(lines["toe_clearance"][2])) < 0.3
     assert call(capsys, "report", str(tmp_path / "walk"))[0] == 0
     page = (tmp_path / "walk" / "report.html").read_text()

@@ -10,7 +10,7 @@ ON_ROW = 1e-6  # of a step: what is no further from a row is on it [-]
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Window:
     """From one row's number to another, whole or not; nothing lies in one that ends where it starts."""
 
     start: float
@@ -50,13 +50,13 @@ class Stretch:
         return found
 
 
-def whole_cycles(rows: int, timestep: float, period: float) -> tuple[int, Stretch]:
+def whole_cycles(rows: int, timestep: float, period: float) -> tuple[int, Window]:
     """Number of the whole cycles that begin with a run, and their stretch; 1 and the run where none fits.
 
     One that lacks half a step is whole: a run's rows are whole steps. Units: timestep [s], period [s].
     """
     number = math.floor((rows + 0.5 + ON_ROW) * timestep / period)
-    return max(number, 1), Stretch(0.0, number * period / timestep if number else rows)
+    return max(number, 1), Window(0.0, number * period / timestep if number else rows)
 
 
 def increments(values: np.ndarray, over: np.ndarray) -> np.ndarray:
