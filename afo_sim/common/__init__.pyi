@@ -37,6 +37,7 @@ from .machine_code import Compiled as Compiled
 from .machine_code import address as address
 from .machine_code import functions as functions
 from .machine_code import start as start
+from .magnitude import plausible as plausible
 from .notice import Notice as Notice
 from .notice import identity as identity
 from .notice import unique as unique
