@@ -78,14 +78,14 @@ def _other(
     folder: Path, kind: str, there: str, file: str, now: Mapping[str, Any], *, force: bool
 ) -> dict[str, Any] | None:
     """What a folder has instead of `now`, as far as it can be read; None where nothing is in the way."""
-    from afo_sim.common import settle
+    from afo_sim.common import read_json, settle
 
     _check_kind(folder, kind)
     settle(folder)
     if force or not (folder / there).is_file():
         return None
     try:
-        table = json.loads((folder / file).read_text(encoding="utf-8"))
+        table = read_json(folder / file)
         before = {key: table[key] for key in now}
     except (OSError, ValueError, KeyError, TypeError):
         return {}

@@ -42,6 +42,17 @@ from .notice import Notice as Notice
 from .notice import identity as identity
 from .notice import unique as unique
 from .notice import with_code as with_code
+from .sealing import check_text as check_text
+from .sealing import digest as digest
+from .sealing import open_parquet as open_parquet
+from .sealing import parquet_writer as parquet_writer
+from .sealing import read_json as read_json
+from .sealing import read_parquet as read_parquet
+from .sealing import sealed_json as sealed_json
+from .sealing import sealed_text as sealed_text
+from .sealing import without_digests as without_digests
+from .sealing import write_json as write_json
+from .sealing import write_parquet as write_parquet
 from .units import AMBIENT_PRESSURE as AMBIENT_PRESSURE
 from .units import AMBIENT_TEMPERATURE as AMBIENT_TEMPERATURE
 from .units import EXAMPLES as EXAMPLES
@@ -66,5 +77,4 @@ from .writing import reason as reason
 from .writing import replacing as replacing
 from .writing import settle as settle
 from .writing import together as together
-from .writing import write_json as write_json
 from .writing import write_text as write_text

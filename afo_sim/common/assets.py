@@ -6,6 +6,7 @@ import tomllib
 from typing import Any
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.sealing import check_text
 
 KINDS = {
     "scenario": "scenarios",
@@ -137,7 +138,7 @@ def read_toml(path: pathlib.Path) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot be read: {error}", file=path) from None
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(check_text(text, path))
     except ValueError as error:  # TOML's own, or of a number or date beyond Python's
         raise InputError(f"is not valid TOML: {error}", file=path) from None
     except RecursionError:

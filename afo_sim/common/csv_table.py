@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.sealing import check_text, sealed_text
 from afo_sim.common.units import parse_quantity
 from afo_sim.common.writing import write_text
 
@@ -52,11 +53,11 @@ def read_table(file: pathlib.Path, example: str) -> Table:
         The file cannot be read, is empty, or a line has more or fewer values than titles.
     """
     try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
+        text = file.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot be read: {error}", file=file) from None
     facts, numbered = {}, []
-    for number, line in enumerate(lines, 1):
+    for number, line in enumerate(check_text(text, file).splitlines(), 1):
         if line.lstrip().startswith("#"):
             key, colon, text = line.lstrip()[1:].partition(":")
             if colon:
@@ -270,7 +271,7 @@ def write_phase_table(
     lines.append(",".join(columns))
     for row in np.column_stack(list(columns.values())) + 0.0:  # no "-0"
         lines.append(",".join("" if np.isnan(value) else f"{value:.7g}" for value in row))
-    write_text(path, "\n".join(lines) + "\n")
+    write_text(path, sealed_text("\n".join(lines) + "\n"))
 
 
 def _require_names(path: pathlib.Path, names: list[str], columns: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-"""Files, and groups of files, that appear whole or not at all; JSON and Parquet.
+"""Files, and groups of files, that appear whole or not at all; text and JSON.
 
 One file is written under a hidden name beside its place, flushed to the disk, and renamed. A group is
 written into a hidden folder. A folder that is new appears by one rename. In a folder that exists, the
@@ -215,19 +215,6 @@ def write_text(path: pathlib.Path, text: str) -> None:
 def json_text(value: object) -> str:
     """Plain data as JSON; a number that is not finite is null, which JSON has."""
     return json.dumps(_json_numbers(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def write_json(path: pathlib.Path, value: object) -> None:
-    """Write plain data as JSON; errors as `replacing`."""
-    write_text(path, json_text(value))
-
-
-def write_parquet(path: pathlib.Path, table: Any, **options: Any) -> None:
-    """Write a pyarrow Table; errors as `replacing`, options as `pyarrow.parquet.write_table`."""
-    import pyarrow.parquet as pq
-
-    with replacing(path) as temporary:
-        pq.write_table(table, temporary, **options)
 
 
 def _json_numbers(value: Any) -> Any:

@@ -13,7 +13,16 @@ from typing import Any, get_args
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, assets, parse_quantity, unknown, write_json, write_text
+from afo_sim.common import (
+    InputError,
+    Notice,
+    assets,
+    parse_quantity,
+    sealed_text,
+    unknown,
+    write_json,
+    write_text,
+)
 from afo_sim.description import FitCovariance, Muscle, toml_text
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.law_fit import LawFit, doubt, fit_law, held_out
@@ -323,7 +332,7 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
         own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
         place = folder / own if len(stems) > 1 else folder
         muscle(best, data, found.like)  # it must be one
-        write_text(place / "muscle.toml", toml_text(muscle_table(best, data, found.like)))
+        write_text(place / "muscle.toml", sealed_text(toml_text(muscle_table(best, data, found.like))))
 
 
 def _as_json(found: StaticFit) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 import pathlib
 from typing import Any
 
-from afo_sim.common import write_json, write_text
+from afo_sim.common import sealed_text, write_json, write_text
 from afo_sim.description import reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.run_fit import FitRun
@@ -33,7 +33,7 @@ def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
             value = f"{parameter.shown(fit.values[parameter.name]):.4g} {parameter.kind.shown}"
             comments.append(f"# {parameter.name} = {value}, of the log: {fit.belief(parameter)}")
     scenario = portable(fit.scenario.resolved(), folder)
-    return "\n".join(comments) + "\n" + toml_text(scenario)
+    return sealed_text("\n".join(comments) + "\n" + toml_text(scenario), folder)
 
 
 def _as_json(fit: FitRun) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, replacing
+from afo_sim.common import InputError, parquet_writer, replacing, write_json
 from afo_sim.common.versions import versions
 from afo_sim.description import Muscle
 from afo_sim.lab.measured import Measured
@@ -137,7 +137,6 @@ def write_csv(trials: Sequence[Trial], path: pathlib.Path) -> None:
 def write_parquet(trials: Sequence[Trial], path: pathlib.Path) -> None:
     """The same rows; unit and meaning in each column's metadata, the summary in the schema's."""
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     fields = [pa.field(name, pa.string()) for name in LABELS]
     fields += [
@@ -146,15 +145,13 @@ def write_parquet(trials: Sequence[Trial], path: pathlib.Path) -> None:
     ]
     schema = pa.schema(fields, metadata={"afo_sim": json.dumps(summary(trials, ()))})
     arrays = [pa.array(column) for column in table_of(trials).values()]
-    with replacing(path) as temporary:
-        pq.write_table(pa.table(arrays, schema=schema), temporary)
+    with replacing(path) as temporary, parquet_writer(temporary, schema) as writer:
+        writer.write_table(pa.table(arrays, schema=schema))
 
 
 def write_summary(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
     """Write the summary as JSON, whole or not at all."""
-    text = json.dumps(summary(trials, compared), indent=2, ensure_ascii=False)
-    with replacing(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+    write_json(path, summary(trials, compared))
 
 
 def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import write_json, write_text
+from afo_sim.common import sealed_text, write_json, write_text
 from afo_sim.description import Orthosis, reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.identifiability import rms
@@ -51,7 +51,7 @@ def _write_orthosis(found: TorqueFit, orthosis: Orthosis, folder: pathlib.Path, 
     table = portable({"orthosis": table}, place, folder)["orthosis"]
     lacking = [f"# the readings do not identify: {line}" for line in found.verdict]
     text = "\n".join([*lacking, toml_text(table)]) if lacking else toml_text(table)
-    write_text(folder / ORTHOSIS, text)
+    write_text(folder / ORTHOSIS, sealed_text(text, folder))
     reader.load("orthosis", folder / ORTHOSIS)  # it must be one
 
 

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, assets, together
+from afo_sim.common import InputError, assets, check_text, sealed_text, together
 from afo_sim.description import Orthosis, load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.legs.attached import Attached
@@ -77,7 +77,7 @@ def write_attached(
         )
         (scratch / path.name).write_text(text, encoding="utf-8")
         table = {"version": VERSION, "model": path.name, "leg": _legs(attached, path, scratch)}
-        (scratch / names[1]).write_text(toml_text(table), encoding="utf-8")
+        (scratch / names[1]).write_text(sealed_text(toml_text(table), scratch), encoding="utf-8")
         if mjb:
             mujoco.mj_saveModel(attached.model, str(scratch / names[2]))
         written = [file.relative_to(scratch) for file in sorted(scratch.rglob("*")) if file.is_file()]
@@ -114,7 +114,7 @@ def attached(path: str | pathlib.Path) -> Attached:
         problem = "is missing: the muscles' parameters stand in it"
         raise InputError(problem, file=sidecar, allowed="the files that afo-sim attach has written")
     try:
-        table = tomllib.loads(sidecar.read_text(encoding="utf-8"))
+        table = tomllib.loads(check_text(sidecar.read_text(encoding="utf-8"), sidecar))
         legs = table["leg"]
         if table["version"] != VERSION:
             problem = f"is of version {table['version']}, and this program reads {VERSION}"

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from afo_sim.common import InputError, assets, check_writable, together
+from afo_sim.common import InputError, assets, check_writable, sealed_text, together, without_digests
 from afo_sim.description import Anchor, Leg, MuscleGroup, Orthosis, PathPoint, Provenance, Segment, load
 from afo_sim.description.new import reference
 from afo_sim.description.portable import portable
@@ -223,7 +223,7 @@ def write_rescaled(
         )
         raise InputError("holds an orthosis", field="out", value=str(folder), allowed=allowed)
     found = refit(load("orthosis", file), by.shank, by.foot, words=by.words)
-    document = tomlkit.parse(file.read_text(encoding="utf-8"))
+    document = tomlkit.parse(without_digests(file.read_text(encoding="utf-8")))
     _write_numbers(document, found, by)
     check_writable(folder)
     with together(folder) as scratch:
@@ -231,7 +231,7 @@ def write_rescaled(
         text = tomlkit.dumps(document)
         if found != load("orthosis", file):
             text = f"# {file.parent.name}, refitted{f': {by.words}' if by.words else ''}. {COMMENT}\n" + text
-        (scratch / FILE_NAME).write_text(text, encoding="utf-8")
+        (scratch / FILE_NAME).write_text(sealed_text(text, scratch), encoding="utf-8")
     return found
 
 

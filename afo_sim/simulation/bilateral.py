@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, check_writable, json_text, together
+from afo_sim.common import InputError, Notice, check_writable, together, write_json
 from afo_sim.description import Scenario, Side, load
 from afo_sim.metrics import Metric
 from afo_sim.model import person_of, stride_time_of, why_walked
@@ -139,7 +139,7 @@ class Both:
         with together(target, FILES) as scratch:
             for side, leg in self.legs.items():
                 leg.save(scratch / side, rrd=rrd, rate=rate)
-            (scratch / BOTH_JSON).write_text(json_text(self.summary()), encoding="utf-8")
+            write_json(scratch / BOTH_JSON, self.summary())
             if len(self.phase):
                 shown().both(self, scratch / BOTH_PNG)
         return target

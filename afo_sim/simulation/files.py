@@ -16,13 +16,27 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import CallbackError, InputError, Notice, check_writable, json_text, settle, together
+from afo_sim.common import (
+    CallbackError,
+    InputError,
+    Notice,
+    check_writable,
+    digest,
+    json_text,
+    open_parquet,
+    parquet_writer,
+    read_json,
+    sealed_json,
+    settle,
+    together,
+)
 from afo_sim.description import load
 from afo_sim.metrics import Metric
 from afo_sim.model import Built, as_run
 from afo_sim.model.build import build
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
+FORMAT = 2  # of recordings; 1 had neither this number nor digests
 RUN_KEY, MODEL_KEY = "afo_sim", "afo_sim_model"  # of the Parquet file's metadata
 ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
 
@@ -50,10 +64,22 @@ def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pa
     with together(folder, (PARQUET, SUMMARY, MODEL, RERUN)) as scratch:
         write_parquet(recording, scratch / PARQUET)
         (scratch / MODEL).write_text(labelled(recording.model_xml), encoding="utf-8")
-        (scratch / SUMMARY).write_text(json_text(recording.summary()), encoding="utf-8")
         if picture is not None:
             picture(scratch / RERUN)
+        written = {file.name: digest(file.read_bytes()) for file in sorted(scratch.iterdir())}
+        summary = sealed_json(recording.summary() | {"digests": written})
+        (scratch / SUMMARY).write_text(summary, encoding="utf-8")
     return folder
+
+
+def whole_picture(folder: pathlib.Path) -> pathlib.Path | None:
+    """A run's recording.rrd, if it is there as it was written (an older run: if it is there)."""
+    path = folder / RERUN
+    try:
+        written = read_json(folder / SUMMARY).get("digests", {})
+        return path if path.is_file() and written.get(RERUN) in (None, digest(path.read_bytes())) else None
+    except (OSError, ValueError, AttributeError):
+        return None
 
 
 def write_parquet(recording: Run, path: pathlib.Path) -> None:
@@ -62,17 +88,17 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
     The model that ran stands beside them, in the file's own metadata: whoever wants rows never reads it.
     """
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     fields = []
     for name in recording.columns:
         unit, sign = recording.describe(name)
         fields.append(pa.field(name, pa.float64(), metadata={"unit": unit, "sign": sign}))
-    run = recording.summary() | {"model_xml": recording.model_xml, "parameters": recording.parameters}
+    run = {"format": FORMAT, "columns": list(recording.columns)} | recording.summary()
+    run |= {"model_xml": recording.model_xml, "parameters": recording.parameters}
     schema = pa.schema(fields, metadata={RUN_KEY: json_text(run)})
     table = pa.table([_float_array(v) for v in recording.columns.values()], schema=schema)
     model = packed(recording.model_binary)
-    with pq.ParquetWriter(path, schema) as file:
+    with parquet_writer(path, schema) as file:
         file.write_table(table, row_group_size=ROW_GROUP)
         if model:
             file.add_key_value_metadata({MODEL_KEY: model})
@@ -86,31 +112,26 @@ def _float_array(values: np.ndarray) -> Any:
     return pa.Array.from_buffers(pa.float64(), len(values), [None, buffer], null_count=0)
 
 
-def open_parquet(folder: str | os.PathLike[str]) -> Any:
-    """The Parquet file of a run's folder (or itself), opened but not read.
+def open_run(folder: str | os.PathLike[str]) -> Any:
+    """The Parquet file of a run's folder (or itself), checked but not read.
 
     Raises
     ------
     InputError
         No run is there, or the file is damaged.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     path = pathlib.Path(folder)
     with suppress(InputError):  # a folder that may only be read stays as it is
         settle(path)
     path = path / PARQUET if path.is_dir() else path
     if not path.is_file():
         raise InputError(f"there is no run here ({PARQUET} is missing)", file=folder)
-    try:
-        return pq.ParquetFile(path, pre_buffer=False)
-    except (pa.ArrowException, OSError) as error:
-        raise InputError(f"is not a recording of this program: {error}", file=path) from None
+    return open_parquet(path)
 
 
 def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
     """Header of a run's opened Parquet file, by field of Recording; all but its rows."""
+    run: Any = {}
     try:
         run = json.loads(file.schema_arrow.metadata[RUN_KEY.encode()])
         model = (file.metadata.metadata or {}).get(MODEL_KEY.encode(), b"")
@@ -127,8 +148,17 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             "parameters": run["parameters"],
             "studies": run.get("studies", {}),
         }
-    except (KeyError, TypeError, ValueError, zlib.error) as error:
-        raise InputError(f"is not a recording of this program: {error}", file=folder) from None
+    except (AttributeError, KeyError, TypeError, ValueError, RecursionError, zlib.error) as error:
+        raise InputError(_unreadable(run, error), file=folder) from None
+
+
+def _unreadable(run: Any, error: Exception) -> str:
+    """Why a header cannot be read: which version wrote it, where this program is too old for it."""
+    stated = run.get("format") if isinstance(run, dict) else None
+    if not isinstance(stated, int) or stated <= FORMAT:
+        return f"is not a recording of this program: {type(error).__name__} {error}"
+    by = run["versions"].get("afo-sim", "unknown") if isinstance(run.get("versions"), dict) else "unknown"
+    return f"was written by afo-sim {by} in format {stated}, and this program reads up to {FORMAT}"
 
 
 def _warnings(texts: list[str], notices: Iterable[dict[str, Any]]) -> tuple[str, ...]:
@@ -148,7 +178,7 @@ def read_run(folder: str | os.PathLike[str]) -> dict[str, Any]:
     """A run's files, by field of Recording."""
     import pyarrow as pa
 
-    file = open_parquet(folder)
+    file = open_run(folder)
     header = read_header(file, folder)
     try:
         table = file.read()

@@ -23,6 +23,14 @@ if TYPE_CHECKING:
     import xarray
 
 
+class Columns(dict[str, np.ndarray]):
+    """Columns by name. One that an older or newer recording lacks is an `InputError`, not a KeyError."""
+
+    def __missing__(self, column: str) -> np.ndarray:
+        problem, nearest = "the recording has no such column", nearest_name(column, self)
+        raise InputError(problem, field="column", value=column, nearest=nearest)
+
+
 @dataclass(frozen=True, repr=False, eq=False)  # two runs are two, whatever they hold
 class Recording:
     """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,).
@@ -63,6 +71,7 @@ class Recording:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "metrics", Metrics(self.metrics))
+        object.__setattr__(self, "columns", Columns(self.columns))
 
     def __repr__(self) -> str:
         rows, warned = len(self.columns.get("time", ())), len(self.warnings)
@@ -77,15 +86,7 @@ class Recording:
         return list(self.columns)
 
     def __getitem__(self, column: str) -> np.ndarray:
-        try:
-            return self.columns[column]
-        except KeyError:
-            raise InputError(
-                "the recording has no such column",
-                field="column",
-                value=column,
-                nearest=nearest_name(column, self.columns),
-            ) from None
+        return self.columns[column]
 
     def describe(self, column: str) -> tuple[str, str]:
         """(unit, sign) of one of its columns."""

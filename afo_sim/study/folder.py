@@ -14,10 +14,12 @@ from afo_sim.common import (
     check_writable,
     code_fingerprint,
     disk,
-    json_text,
     keeping,
+    read_json,
+    sealed_json,
     settle,
     together,
+    write_json,
 )
 from afo_sim.common.versions import versions
 
@@ -44,7 +46,7 @@ class FolderKind:
         """The manifest of a folder."""
         path, allowed = folder / self.manifest, "`changed=restart`, which throws the folder's results away"
         try:
-            manifest = json.loads(path.read_text(encoding="utf-8"))
+            manifest = read_json(path)
         except FileNotFoundError:
             raise InputError(
                 f"there is no {self.name} here ({self.manifest} is missing)", file=folder
@@ -78,7 +80,7 @@ class FolderKind:
         mixed = {"mixed": True} if manifest.get("fingerprint", now) != now else {}
         if manifest | known | mixed != manifest:  # where the files of the scenario lie may have changed
             manifest = manifest | known | mixed
-            _write_json(folder / self.manifest, manifest)
+            _write_manifest(folder / self.manifest, manifest)
         return manifest
 
     def _continued(
@@ -177,21 +179,16 @@ def write_answer(
     check_writable(folder)
     with together(folder, tuple(f"{stem}.{ending}" for ending in ("csv", "json", "png"))) as scratch:
         (scratch / f"{stem}.csv").write_text(answer.csv(), encoding="utf-8")
-        (scratch / f"{stem}.json").write_text(json_text(answer.to_json()), encoding="utf-8")
+        write_json(scratch / f"{stem}.json", answer.to_json())
         if draw is not None:
             draw(answer, scratch / f"{stem}.png")
     return folder
 
 
-def _write_text(path: pathlib.Path, text: str) -> None:
-    """A text, on disk whole or not at all."""
+def _write_manifest(path: pathlib.Path, manifest: Mapping[str, Any]) -> None:
+    """Plain data, on disk whole or not at all."""
     with disk(path.parent, AGAIN), keeping(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-def _write_json(path: pathlib.Path, data: Mapping[str, Any]) -> None:
-    """Plain data, as `write_text`."""
-    _write_text(path, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+        temporary.write_text(sealed_json(manifest), encoding="utf-8")
 
 
 def _version(package: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim.common import InputError, optional
+from afo_sim.common import InputError, optional, read_parquet
 from afo_sim.metrics import instead, told
 from afo_sim.simulation import shown
 
@@ -181,14 +181,10 @@ def read(folder: str | os.PathLike[str]) -> Results:
 def _read_tables(paths: list[pathlib.Path]) -> tuple[Any, dict[str, Any]]:
     """All rows, ordered by case, and what the first file says of the sweep."""
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     tables = []
     for path in paths:
-        try:
-            table = pq.ParquetFile(path).read()
-        except (pa.ArrowException, OSError) as error:
-            raise InputError(f"cannot be read: {error}", file=path) from None
+        table = read_parquet(path)
         missing = [name for name in EVERY_ROW if name not in table.column_names]
         if missing or b"sweep" not in (table.schema.metadata or {}):
             raise InputError("is not a result of a sweep of this program", file=path)

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from afo_sim.common import InputError, disk, identity, keeping
+from afo_sim.common import InputError, disk, identity, keeping, parquet_writer, read_parquet, write_parquet
 from afo_sim.common.versions import versions
 from afo_sim.study import folder
 from afo_sim.study.design import Cases
@@ -76,12 +76,10 @@ class Store:
         InputError
             The disk is full or the folder cannot be written to; what was written before is safe.
         """
-        import pyarrow.parquet as pq
-
         with disk(self.folder, AGAIN):
             try:
                 with keeping(self._path(chunk)) as path:
-                    pq.write_table(self.table(chunk, outcomes), path)
+                    write_parquet(path, self.table(chunk, outcomes))
             except FileNotFoundError:  # another process has gathered all chunks, this one among them
                 if not self.finished:
                     raise
@@ -159,11 +157,10 @@ class Store:
 
     def _gather(self) -> None:
         import pyarrow as pa
-        import pyarrow.parquet as pq
 
         damaged = []
         with keeping(self.folder / RESULTS) as path:
-            with pq.ParquetWriter(path, self.schema()) as writer:
+            with parquet_writer(path, self.schema()) as writer:
                 for first in range(0, self.count, _GATHERED):
                     some = range(first, min(first + _GATHERED, self.count))
                     tables = {chunk: self._read(chunk) for chunk in some}
@@ -175,14 +172,10 @@ class Store:
 
     def _read(self, chunk: int) -> Any:
         """A chunk's rows, or None if they are not what `write` has written for this sweep."""
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
         try:
-            table = pq.ParquetFile(self._path(chunk)).read()
-        except FileNotFoundError:
-            raise
-        except (pa.ArrowException, OSError):
+            table = read_parquet(self._path(chunk))
+        except InputError:
+            self._path(chunk).stat()  # another process may have gathered it meanwhile
             return None
         schema = self.schema()
         if not table.schema.equals(schema) or table["case"].to_pylist() != list(self.numbers(chunk)):

@@ -95,18 +95,9 @@ def test_symlinks_in_a_circle_and_files_in_the_way_are_refused(tmp_path: pathlib
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b", "file", "folder"]
 
 
-def test_json_has_null_for_what_is_not_finite(tmp_path: pathlib.Path) -> None:
-    writing.write_json(tmp_path / "a.json", {"a": [math.nan, (math.inf, 1.5)], "ä": -math.inf})
-    assert json.loads((tmp_path / "a.json").read_text()) == {"a": [None, [None, 1.5]], "ä": None}
-
-
-def test_parquet_is_read_again(tmp_path: pathlib.Path) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    table = pa.table({"x": [1.0, 2.5]})
-    writing.write_parquet(tmp_path / "a.parquet", table, row_group_size=1)
-    assert pq.read_table(tmp_path / "a.parquet").equals(table)
+def test_json_has_null_for_what_is_not_finite() -> None:
+    text = writing.json_text({"a": [math.nan, (math.inf, 1.5)], "ä": -math.inf})
+    assert json.loads(text) == {"a": [None, [None, 1.5]], "ä": None}
 
 
 # A process that is killed at its n-th step of writing: just before a call that changes the disk.

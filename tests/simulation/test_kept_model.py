@@ -13,7 +13,7 @@ import pytest
 
 import afo_sim
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, InputError
+from afo_sim.common import AMBIENT_PRESSURE, InputError, parquet_writer
 from afo_sim.model import Built, as_run, equilibrium, get_state, two_strides, walking_start
 from afo_sim.model.build import build
 from afo_sim.model.controls import controls
@@ -234,7 +234,7 @@ def test_model_of_another_layout_of_parameters_is_refused(seated_short: Recordin
 
 def test_damaged_model_is_said(folder: pathlib.Path, tmp_path: pathlib.Path) -> None:
     table = pq.read_table(folder / "recording.parquet")
-    with pq.ParquetWriter(tmp_path / "recording.parquet", table.schema) as file:
+    with parquet_writer(tmp_path / "recording.parquet", table.schema) as file:
         file.write_table(table)
         file.add_key_value_metadata({"afo_sim_model": "AAAA"})
     with pytest.raises(InputError, match="is not a recording"):

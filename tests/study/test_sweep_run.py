@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from campaign import size
 from command import call
@@ -22,7 +21,7 @@ from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, exact, opened, swept
 import afo_sim
 import afo_sim.study
 from afo_sim.cli.sweep import reporter
-from afo_sim.common import InputError, assets
+from afo_sim.common import InputError, assets, read_json, write_json, write_parquet
 from afo_sim.description import expand
 from afo_sim.metrics import OTHER, Metric, words
 from afo_sim.study import Outcome, Store, SweepProgress, engine, folder, replay, runner, store, sweep_plan
@@ -120,7 +119,7 @@ def test_replay_says_what_differs_from_the_row(
     rows = table(out)
     column = rows.schema.get_field_index("toe_clearance")
     values = np.nextafter(rows["toe_clearance"].to_numpy(), np.inf)  # by one bit
-    pq.write_table(rows.set_column(column, rows.schema.field(column), [values]), out / "results.parquet")
+    write_parquet(out / "results.parquet", rows.set_column(column, rows.schema.field(column), [values]))
     ok = int(np.flatnonzero(afo_sim.study.read(out).ok)[0])
     code, said, complained = call(capsys, "replay", out, ok, "--no-rrd")
     assert code == 1
@@ -135,7 +134,7 @@ def test_replay_says_when_a_case_ends_otherwise(
     out = tmp_path / "out"
     column = rows.schema.get_field_index("status")
     told = [["unstable"] + ["ok"] * 11]
-    pq.write_table(rows.set_column(column, rows.schema.field(column), told), out / "results.parquet")
+    write_parquet(out / "results.parquet", rows.set_column(column, rows.schema.field(column), told))
     code, said, _ = call(capsys, "replay", out, 0, "--no-rrd")
     assert code == 1 and "case 0: unstable in the sweep, now ok" in said
     assert call(capsys, "replay", out, 1, "--no-rrd")[0] == 0
@@ -642,9 +641,9 @@ def test_a_manifest_without_versions_is_other_code(
 ) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     runner.run(opened(file, out), part=(1, 3))
-    manifest = json.loads((out / "sweep.json").read_text())
+    manifest = read_json(out / "sweep.json")
     manifest["fingerprint"]["versions"] = json.loads(told)
-    (out / "sweep.json").write_text(json.dumps(manifest))
+    write_json(out / "sweep.json", manifest)
     code, _, complained = call(capsys, "sweep", file, "--out", out)
     assert code == 2 and "computed by other code" in complained and "--if-changed continue" in complained
     assert f"numpy None → {np.__version__}" in complained or told != "{}"

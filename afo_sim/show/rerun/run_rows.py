@@ -13,7 +13,7 @@ from afo_sim.common import InputError
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SOLVED
 from afo_sim.model import as_run
-from afo_sim.simulation import Recording, described_cycle, open_parquet, recording_header
+from afo_sim.simulation import Recording, described_cycle, open_run, recording_header
 
 _BLOCK = 8192  # rows per block and per message: the viewer need not take a long run in one piece
 
@@ -96,7 +96,7 @@ def from_recording(recording: Recording) -> Source:
 
 def from_folder(folder: pathlib.Path) -> Source:
     """A run on disk; its rows are never all in memory."""
-    file = open_parquet(folder)
+    file = open_run(folder)
 
     def read(names: Sequence[str], every: int) -> Iterator[Columns]:
         skip = 0

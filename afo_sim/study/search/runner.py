@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import together, write_json, write_text
+from afo_sim.common import sealed_text, together, write_json, write_text
 from afo_sim.description import expand, load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.study.design import Cases
@@ -284,4 +284,4 @@ def _scenario_toml(opened: Opened, summary: Mapping[str, Any], scratch: pathlib.
     head = f"# The {kind} of {summary['designs']} that the search {opened.search.file.name} tried.\n"
     for line in spread_over_starts(summary):
         head += f"# {line}\n"
-    return head + toml_text(scenario)
+    return sealed_text(head + toml_text(scenario), scratch)

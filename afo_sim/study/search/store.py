@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, disk, keeping
+from afo_sim.common import InputError, disk, keeping, read_json, read_parquet, write_parquet
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 
 MANIFEST, GENERATIONS = "search.json", "generations"
@@ -48,7 +48,7 @@ def read_best(folder: pathlib.Path) -> dict[str, Any] | None:
     if not path.is_file():
         return None
     try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
+        return dict(read_json(path))
     except (OSError, ValueError) as error:
         raise InputError(f"cannot be read: {error}", file=path, allowed="`changed=restart`") from None
 
@@ -66,7 +66,6 @@ def _write_table(
     path: pathlib.Path, columns: Columns, units: Mapping[str, str], about: Mapping[str, Any]
 ) -> None:
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     arrays = {
         name: pa.array(values.tolist() if values.dtype == object else values)
@@ -77,15 +76,12 @@ def _write_table(
         [pa.field(name, array.type, metadata=facts[name]) for name, array in arrays.items()],
         metadata={"search": json.dumps(about)} if about else None,
     )
-    pq.write_table(pa.table(list(arrays.values()), schema=schema), path)
+    write_parquet(path, pa.table(list(arrays.values()), schema=schema))
 
 
 def _read_table(path: pathlib.Path) -> Columns:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     try:
-        table = pq.ParquetFile(path).read()
-    except (OSError, pa.ArrowException) as error:
-        raise InputError(f"cannot be read: {error}", file=path, allowed="`changed=restart`") from None
+        table = read_parquet(path)
+    except InputError as error:
+        raise InputError(error.problem, file=path, allowed="`changed=restart`") from None
     return {name: table[name].to_numpy() for name in table.column_names}

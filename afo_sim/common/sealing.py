@@ -1,0 +1,220 @@
+"""Files that show whether they are as this program wrote them: a digest over every byte of each.
+
+A text has it in its first line, which whoever edits the file deletes; JSON as its last value; Parquet before
+its footer, where readers look for nothing. A file without a digest is read as before: it is of an older
+version, or its owner's. One damaged bit makes no such file of a sealed one: two marks show each seal.
+"""
+
+import hashlib
+import itertools
+import json
+import pathlib
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import IO, Any
+
+from afo_sim.common.errors import InputError
+from afo_sim.common.writing import json_text, replacing
+
+_HINT = "(delete this line when you edit the file)"
+_LINE = re.compile(r"# digest: ([0-9a-f]{32}) " + re.escape(_HINT))
+_BESIDE = re.compile(r"# digest of (.+): ([0-9a-f]{32})")
+_LAST = re.compile(r',\n  "digest": "([0-9a-f]{32})"\n}\n\Z')
+_MARKS = re.compile("# digest:|" + re.escape(_HINT))  # one bit spoils one of them
+_JSON_MARKS = re.compile(r'"digest"|[0-9a-f]{32}"\n}\n\Z')
+_PARTS = (".xml", ".urdf", ".csv", ".stl", ".obj", ".msh", ".dae", ".png", ".bin")  # that a TOML names
+_SEAL = b"afo-sim\1"  # before the digest in a Parquet file
+_SIZE = hashlib.sha256().digest_size
+_SEALED = b"afo_sim_sealed"  # of a Parquet file's metadata, the second mark
+_DAMAGED = "is damaged: it is not as this program wrote it (its digest does not match)"
+_BLOCK = 2**20  # that is read at a time [bytes]
+
+
+def digest(content: bytes) -> str:
+    """The digest of a file's content, as it stands in another file."""
+    return hashlib.blake2b(content, digest_size=16).hexdigest()
+
+
+def sealed_text(text: str, folder: pathlib.Path | None = None) -> str:
+    """A TOML or CSV text below a line with its digest.
+
+    Parameters
+    ----------
+    text : of the file
+    folder : in which it will stand; the models, meshes and tables that are there get lines of their own
+    """
+    files = sorted(path for path in folder.rglob("*") if path.is_file()) if folder else ()
+    for path in files:
+        if folder and path.suffix in _PARTS:
+            text = f"# digest of {path.relative_to(folder).as_posix()}: {digest(path.read_bytes())}\n{text}"
+    return f"# digest: {_of_text(text)} {_HINT}\n{text}"
+
+
+def without_digests(text: str) -> str:
+    """A text without the lines that `sealed_text` has put above it."""
+    return "".join(itertools.dropwhile(lambda line: line.startswith("# digest"), text.splitlines(True)))
+
+
+def check_text(text: str, file: pathlib.Path) -> str:
+    """A text without the line of its digest, which was checked, as were those of the files beside it.
+
+    Raises
+    ------
+    InputError
+        The text, or a file that it names so, has changed since this program wrote them.
+    """
+    line, _, rest = text.partition("\n")
+    if not _MARKS.search(line):
+        return text
+    found = _LINE.fullmatch(line.rstrip("\r"))
+    changed = file if found is None or found[1] != _of_text(rest) else _changed_beside(rest, file)
+    if changed is not None:
+        allowed = f"the file as it was written; whoever has changed it deletes the first line of {file.name}"
+        problem = "has changed since this program wrote it, or is damaged (its digest does not match)"
+        raise InputError(problem, file=changed, allowed=allowed)
+    return "\n" + rest
+
+
+def _changed_beside(text: str, file: pathlib.Path) -> pathlib.Path | None:
+    """The first file beside a sealed text that is not as the text says."""
+    for line in itertools.takewhile(lambda line: line.startswith("#"), text.splitlines()):
+        named = _BESIDE.fullmatch(line)
+        path = file.parent / named[1] if named else file
+        if named and not (path.is_file() and digest(path.read_bytes()) == named[2]):
+            return path
+    return None
+
+
+def _of_text(text: str) -> str:
+    """The digest of a text, whatever system ends its lines."""
+    return digest(text.replace("\r\n", "\n").encode("utf-8", "surrogatepass"))
+
+
+def sealed_json(value: Mapping[str, Any]) -> str:
+    """A table as JSON whose last value is the digest of the rest."""
+    text = json_text(value)
+    return f'{text[:-3]},\n  "digest": "{_of_text(text)}"\n}}\n'
+
+
+def read_json(path: pathlib.Path) -> Any:
+    """What a JSON file holds, without its digest.
+
+    Raises
+    ------
+    OSError, ValueError
+        The file cannot be read, is not JSON, or is damaged.
+    """
+    text = path.read_text(encoding="utf-8")
+    found = _LAST.search(text)
+    if found is None and _JSON_MARKS.search(text[-64:]):
+        raise ValueError("its digest is damaged")
+    if found is not None and _of_text(text[: found.start()] + "\n}\n") != found[1]:
+        raise ValueError("its digest does not match")
+    value = json.loads(text)
+    if found is not None:
+        del value["digest"]
+    return value
+
+
+def write_json(path: pathlib.Path, value: Mapping[str, Any]) -> None:
+    """Write a table as JSON with its digest; errors as `replacing`."""
+    with replacing(path) as temporary:
+        temporary.write_text(sealed_json(value), encoding="utf-8")
+
+
+@contextmanager
+def parquet_writer(path: pathlib.Path, schema: Any) -> Iterator[Any]:
+    """pyarrow's ParquetWriter of a file that is sealed when the block ends well; each page has a checksum."""
+    import pyarrow.parquet as pq
+
+    marked = schema.with_metadata((schema.metadata or {}) | {_SEALED: b"1"})
+    with pq.ParquetWriter(path, marked, write_page_checksum=True) as writer:
+        yield writer
+    with path.open("r+b") as file:
+        start = _footer(file)
+        footer = file.read()
+        found = _hash(file, start, footer)
+        file.seek(start)
+        file.write(_SEAL + found + footer)
+
+
+def write_parquet(path: pathlib.Path, table: Any) -> None:
+    """Write a pyarrow Table into a sealed file."""
+    with parquet_writer(path, table.schema) as writer:
+        writer.write_table(table)
+
+
+def open_parquet(path: pathlib.Path, *, damaged: bool = False) -> Any:
+    """A pyarrow ParquetFile whose every byte was checked; its rows are not read.
+
+    Parameters
+    ----------
+    path : of the file
+    damaged : open what can be opened; pages are then checked as they are read
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not Parquet, or is not as it was written.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        sealed = damaged or _is_sealed(path)
+        opened = pq.ParquetFile(path, pre_buffer=False, page_checksum_verification=damaged)
+        schema = opened.schema_arrow
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise InputError(f"is not a valid Parquet file: {error}", file=path) from None
+    if not sealed and _SEALED in (schema.metadata or {}):
+        raise InputError(_DAMAGED, file=path)
+    return opened
+
+
+def read_parquet(path: pathlib.Path) -> Any:
+    """A whole Parquet file as a pyarrow Table; errors as of `open_parquet`."""
+    import pyarrow as pa
+
+    try:
+        return open_parquet(path).read()
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise InputError(f"is not a valid Parquet file: {error}", file=path) from None
+
+
+def _is_sealed(path: pathlib.Path) -> bool:
+    """Whether a file has a seal, which is then the right one."""
+    with path.open("rb") as file:
+        start = _footer(file)
+        footer = file.read()
+        file.seek(max(start - len(_SEAL) - _SIZE, 0))
+        place, seal = file.tell(), file.read(len(_SEAL) + _SIZE)
+        if not seal.startswith(_SEAL):
+            return False
+        if seal != _SEAL + _hash(file, place, footer):
+            raise InputError(_DAMAGED, file=path)
+    return True
+
+
+def _footer(file: IO[bytes]) -> int:
+    """Where a Parquet file's footer begins; the file stands there then."""
+    size = file.seek(0, 2)
+    file.seek(max(size - 8, 0))
+    start = size - 8 - int.from_bytes(file.read(4), "little")
+    if start < 0:
+        raise ValueError("its footer is damaged")
+    return file.seek(start)
+
+
+def _hash(file: IO[bytes], end: int, footer: bytes) -> bytes:
+    """SHA-256 of a file's first `end` bytes and its footer."""
+    found = hashlib.sha256()
+    file.seek(0)
+    while end:
+        block = file.read(min(end, _BLOCK))
+        if not block:
+            break
+        found.update(block)
+        end -= len(block)
+    found.update(footer)
+    return found.digest()

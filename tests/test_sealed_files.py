@@ -1,0 +1,164 @@
+"""One changed bit in a file that this program wrote and reads back is noticed, wherever it is."""
+
+import dataclasses
+import json
+import pathlib
+import random
+import shutil
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import sweep_runs
+from campaign import size
+
+from afo_sim.common import (
+    InputError,
+    find,
+    find_gait,
+    read_json,
+    read_parquet,
+    sealed_text,
+    user_cache,
+    write_json,
+    write_parquet,
+)
+from afo_sim.description import load, toml_text
+from afo_sim.gait import file as gait_file
+from afo_sim.legs import attach, import_leg, write_attached
+from afo_sim.legs.attached_files import attached
+from afo_sim.simulation import Recording, read_recording, whole_picture
+from afo_sim.simulation.files import FORMAT, RUN_KEY
+from afo_sim.study import SWEEP, read, runner
+from afo_sim.study.search import store as search
+
+Files = dict[str, tuple[pathlib.Path, Callable[[], Any]]]  # kind: the file, and what reads it
+RUN = ("recording", "picture", "digests of the run")
+SWEPT = ("results", "chunk", "manifest", "generation", "designs", "best design")
+TEXTS = ("scenario", "stride", "worn model", "muscles of it", "leg", "model of it", "cache")
+
+
+@pytest.fixture(scope="module")
+def run(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    columns = {name: values[:400] for name, values in seated.columns.items()}
+    return dataclasses.replace(seated, columns=columns).save(tmp_path_factory.mktemp("sealed") / "run")
+
+
+@pytest.fixture(scope="module")
+def files(run: pathlib.Path, seated: Recording) -> Files:
+    place = run.parent
+    runner.run(sweep_runs.opened(sweep_runs.written(place, sweep_runs.SEATED), place / "part"), part=(1, 3))
+    sweep_runs.swept(place / "whole", sweep_runs.SEATED)
+    columns = {"x": np.linspace(0.0, 1.0, 50), "word": np.array(["a", "b"] * 25, object)}
+    search.write_generation(place, 0, columns)
+    search.write_designs(place, columns, {"x": "m"}, {"search": "s"})
+    write_json(place / search.BEST, {"sets": {"supply.pressure": 3e5}, "feasible": True})
+    (place / "best.toml").write_text(sealed_text(toml_text(seated.scenario)), encoding="utf-8")
+    gait_file.write(place / "stride.csv", gait_file.read(find_gait("opensim_walk")))
+    write_attached(attach("adult_75kg", "s1"), place / "worn.xml")
+    import_leg(find("leg", "adult_75kg").parent / "leg.xml", place / "leg", toes="toe")
+    user_cache.write("kind", "key", bytes(range(256)))
+    chunk = next((place / "part" / "chunks").iterdir())
+    generation = next((place / "generations").iterdir())
+    results = place / "whole" / "out"
+    return {
+        "recording": (run / "recording.parquet", lambda: read_recording(run)),
+        "picture": (run / "recording.rrd", lambda: whole_picture(run)),
+        "digests of the run": (run / "summary.json", lambda: whole_picture(run)),
+        "results": (results / "results.parquet", lambda: read(results)),
+        "chunk": (chunk, lambda: read(place / "part")),
+        "manifest": (results / "sweep.json", lambda: SWEEP.read(results)),
+        "generation": (generation, lambda: search.read_generation(place, 0)),
+        "designs": (place / "designs.parquet", lambda: search.read_designs(place)),
+        "best design": (place / "best.json", lambda: search.read_best(place)),
+        "scenario": (place / "best.toml", lambda: load("scenario", place / "best.toml")),
+        "stride": (place / "stride.csv", lambda: gait_file.read(place / "stride.csv")),
+        "worn model": (place / "worn.xml", lambda: attached(place / "worn.xml")),
+        "muscles of it": (place / "worn.toml", lambda: attached(place / "worn.xml")),
+        "leg": (place / "leg" / "leg.toml", lambda: load("leg", place / "leg")),
+        "model of it": (place / "leg" / "leg.xml", lambda: load("leg", place / "leg")),
+        "cache": (user_cache.folder() / "kind-key", lambda: user_cache.read("kind", "key")),
+    }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(user_cache.VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.mark.parametrize("kind", (*RUN, *SWEPT, *TEXTS))
+def test_no_flipped_bit_is_silent(kind: str, files: Files) -> None:
+    path, reader = files[kind]
+    whole = path.read_bytes()
+    assert reader() is not None
+    draw = random.Random(kind)
+    ends = [*range(48), *range(len(whole) - 96, len(whole))]  # where seals and footers are
+    try:
+        for trial in range(size(24, 640)):
+            place = draw.choice(ends) if trial % 4 == 0 else draw.randrange(len(whole))
+            bit = draw.randrange(8)
+            path.write_bytes(whole[:place] + bytes([whole[place] ^ 1 << bit]) + whole[place + 1 :])
+            try:
+                found = reader()
+            except InputError as error:
+                assert path.name in str(error) or str(path.parent) in str(error)
+            else:
+                assert found is None, f"bit {bit} of byte {place} of {len(whole)}"
+    finally:
+        path.write_bytes(whole)
+
+
+def test_an_edited_file_says_which_line_to_delete(tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "a.toml"
+    table = load("scenario", "seated").resolved()
+    file.write_text(sealed_text(toml_text(table)), encoding="utf-8", newline="\r\n")  # as Windows ends lines
+    assert load("scenario", file).duration == 16.0
+    file.write_text(file.read_text(encoding="utf-8").replace('duration = "16.0 s"', 'duration = "3 s"'))
+    with pytest.raises(InputError, match=r"has changed since.*deletes the first line of a\.toml"):
+        load("scenario", file)
+    file.write_text(file.read_text(encoding="utf-8").partition("\n")[2])
+    assert load("scenario", file).duration == 3.0
+
+
+def test_another_format_is_read_or_names_the_version_that_wrote_it(
+    run: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    table = read_parquet(run / "recording.parquet")
+    header = json.loads(table.schema.metadata[RUN_KEY.encode()])
+    assert header["format"] == FORMAT and header["columns"] == table.column_names
+    file = tmp_path / "recording.parquet"
+
+    def written(header: dict[str, Any], table: pa.Table = table) -> pathlib.Path:
+        pq.write_table(table.replace_schema_metadata({RUN_KEY: json.dumps(header)}), file)
+        return tmp_path
+
+    newer = header | {"format": FORMAT + 1, "versions": {"afo-sim": "9.1"}}
+    assert read_recording(written(newer)).status == "ok"
+    del newer["metrics"]
+    with pytest.raises(InputError, match=rf"by afo-sim 9\.1 in format {FORMAT + 1}, .* reads up to {FORMAT}"):
+        read_recording(written(newer))
+    older = read_recording(
+        written({k: v for k, v in header.items() if k != "format"}, table.drop(["ankle/angle"]))
+    )
+    with pytest.raises(InputError, match="has no such column"):
+        older.columns["ankle/angle"]
+
+
+def test_a_seal_without_its_digest_is_damage(tmp_path: pathlib.Path) -> None:
+    """A table that other programs have written anew holds our mark, but other bytes."""
+    write_parquet(tmp_path / "a.parquet", pa.table({"x": [1.0]}))
+    table = read_parquet(tmp_path / "a.parquet")
+    pq.write_table(table, tmp_path / "b.parquet")
+    with pytest.raises(InputError, match="its digest does not match"):
+        read_parquet(tmp_path / "b.parquet")
+    write_json(tmp_path / "a.json", {"a": 1})
+    assert read_json(tmp_path / "a.json") == {"a": 1}
+    shutil.copy(tmp_path / "a.json", tmp_path / "b.json")
+    (tmp_path / "b.json").write_text((tmp_path / "b.json").read_text().replace("digest", "Digest"))
+    with pytest.raises(ValueError, match="digest"):
+        read_json(tmp_path / "b.json")
