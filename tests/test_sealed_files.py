@@ -14,11 +14,13 @@ import pyarrow.parquet as pq
 import pytest
 import sweep_runs
 from campaign import size
+from command import call
 
 from afo_sim.common import (
     InputError,
     find,
     find_gait,
+    parquet_writer,
     read_json,
     read_parquet,
     sealed_text,
@@ -30,9 +32,9 @@ from afo_sim.description import load, toml_text
 from afo_sim.gait import file as gait_file
 from afo_sim.legs import attach, import_leg, write_attached
 from afo_sim.legs.attached_files import attached
-from afo_sim.simulation import Recording, read_recording, whole_picture
+from afo_sim.simulation import Recording, read_recording, recover_recording, whole_picture
 from afo_sim.simulation.files import FORMAT, RUN_KEY
-from afo_sim.study import SWEEP, read, runner
+from afo_sim.study import SWEEP, read, recover, runner
 from afo_sim.study.search import store as search
 
 Files = dict[str, tuple[pathlib.Path, Callable[[], Any]]]  # kind: the file, and what reads it
@@ -162,3 +164,49 @@ def test_a_seal_without_its_digest_is_damage(tmp_path: pathlib.Path) -> None:
     (tmp_path / "b.json").write_text((tmp_path / "b.json").read_text().replace("digest", "Digest"))
     with pytest.raises(ValueError, match="digest"):
         read_json(tmp_path / "b.json")
+
+
+def with_flipped_end(file: pathlib.Path, column: Any) -> bytearray:
+    """The content of a Parquet file, which is written with one bit changed in a column's last page."""
+    start = column.dictionary_page_offset if column.has_dictionary_page else column.data_page_offset
+    content = bytearray(file.read_bytes())
+    content[start + column.total_compressed_size - 3] ^= 1
+    file.write_bytes(content)
+    return content
+
+
+def test_what_is_whole_of_a_run_is_recovered(
+    run: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    damaged = pathlib.Path(shutil.copytree(run, tmp_path / "run"))
+    file, before = damaged / "recording.parquet", read_recording(run)
+    column = pq.ParquetFile(file).metadata.row_group(0).column(7)
+    content = with_flipped_end(file, column)
+    code, said, _ = call(capsys, "recover", damaged)
+    assert code == 0 and f"lost: {column.path_in_schema} (rows 0 to 399)" in said
+    found = read_recording(tmp_path / "run-recovered")
+    assert found.metrics == before.metrics and found.warnings[-1].code == "recovered"
+    for name, values in before.columns.items():
+        lost = name == column.path_in_schema
+        assert np.array_equal(
+            found[name], np.full(len(values), np.nan) if lost else values, equal_nan=True
+        ), name
+    content[-200] ^= 1  # of the footer
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"recording\.parquet|header is damaged"):
+        recover_recording(damaged)
+
+
+def test_a_damaged_sweep_goes_on_from_what_is_whole(tmp_path: pathlib.Path) -> None:
+    before, out = sweep_runs.swept(tmp_path, sweep_runs.SEATED), tmp_path / "out"
+    results = out / "results.parquet"
+    with parquet_writer(results, before.schema) as writer:  # a row group for each chunk of four
+        for first in (0, 4, 8):
+            writer.write_table(before.slice(first, 4))
+    column = pq.ParquetFile(results).metadata.row_group(1).column(9)
+    with_flipped_end(results, column)
+    assert recover(out) == (8, 12)
+    store = sweep_runs.opened(tmp_path / "sweep.toml", out)
+    assert store.pending() == [1]
+    runner.run(store)
+    sweep_runs.assert_same(sweep_runs.table(out), before)

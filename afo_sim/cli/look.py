@@ -1,4 +1,4 @@
-"""Commands on finished runs and designs: view, figure, report, video, check-run, draw, export."""
+"""Commands on finished runs and designs: view, figure, report, video, recover, check-run, draw, export."""
 
 import sys
 import tempfile
@@ -9,7 +9,7 @@ from typing import Annotated
 from typer import Argument, Option
 
 from afo_sim.cli.common import Rate, app, hertz_of, progress, quantity
-from afo_sim.cli.overwriting import KNOWN_BY
+from afo_sim.cli.overwriting import KNOWN_BY, check_folder
 from afo_sim.common import InputError, unknown
 
 
@@ -131,6 +131,29 @@ def video_command(
         check_writable(out.parent)
         write_video(recording, out, rate=hertz, progress=report)
     print(f"written to {out}")
+
+
+@app.command("recover")
+def recover_command(
+    folder: Annotated[Path, Argument(help="folder of a damaged run or sweep")],
+    out: Annotated[
+        Path | None, Option(help="folder for what is whole of a run; beside it, with -recovered, by default")
+    ] = None,
+) -> None:
+    """Save what is whole of a damaged run, in a new folder, or of a damaged sweep, which then goes on."""
+    with progress("reading"):
+        from afo_sim.simulation import recover_recording
+        from afo_sim.study import SWEEP, recover
+
+        if (folder / SWEEP.manifest).is_file():
+            whole, planned = recover(folder)
+            print(f"{whole} of {planned} cases are whole; the same sweep into {folder} computes the others")
+            return
+        recording = recover_recording(folder)
+        target = out or folder.with_name(f"{folder.name}-recovered")
+        check_folder(target)
+        recording.save(target, rrd=False)
+    print(f"{recording.warnings[-1]}\nwritten to {target}")
 
 
 @app.command("check-run")

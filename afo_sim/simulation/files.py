@@ -37,7 +37,7 @@ from afo_sim.model.build import build
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
 FORMAT = 2  # of recordings; 1 had neither this number nor digests
-RUN_KEY, MODEL_KEY = "afo_sim", "afo_sim_model"  # of the Parquet file's metadata
+RUN_KEY, DIGEST_KEY, MODEL_KEY = "afo_sim", "afo_sim_digest", "afo_sim_model"  # of the file's metadata
 ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
 
 Write = Callable[[pathlib.Path], object]
@@ -95,7 +95,8 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
         fields.append(pa.field(name, pa.float64(), metadata={"unit": unit, "sign": sign}))
     run = {"format": FORMAT, "columns": list(recording.columns)} | recording.summary()
     run |= {"model_xml": recording.model_xml, "parameters": recording.parameters}
-    schema = pa.schema(fields, metadata={RUN_KEY: json_text(run)})
+    header = json_text(run)
+    schema = pa.schema(fields, metadata={RUN_KEY: header, DIGEST_KEY: digest(header.encode())})
     table = pa.table([_float_array(v) for v in recording.columns.values()], schema=schema)
     model = packed(recording.model_binary)
     with parquet_writer(path, schema) as file:
@@ -112,8 +113,8 @@ def _float_array(values: np.ndarray) -> Any:
     return pa.Array.from_buffers(pa.float64(), len(values), [None, buffer], null_count=0)
 
 
-def open_run(folder: str | os.PathLike[str]) -> Any:
-    """The Parquet file of a run's folder (or itself), checked but not read.
+def open_run(folder: str | os.PathLike[str], *, damaged: bool = False) -> Any:
+    """The Parquet file of a run's folder (or itself), checked but not read; `damaged` as of `open_parquet`.
 
     Raises
     ------
@@ -126,7 +127,7 @@ def open_run(folder: str | os.PathLike[str]) -> Any:
     path = path / PARQUET if path.is_dir() else path
     if not path.is_file():
         raise InputError(f"there is no run here ({PARQUET} is missing)", file=folder)
-    return open_parquet(path)
+    return open_parquet(path, damaged=damaged)
 
 
 def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
@@ -185,6 +186,41 @@ def read_run(folder: str | os.PathLike[str]) -> dict[str, Any]:
     except (pa.ArrowException, OSError) as error:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None
     return header | {"columns": {name: table[name].to_numpy() for name in table.column_names}}
+
+
+def read_undamaged(folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """What is whole of a damaged run, by field of Recording; lost rows of a column are NaN, as a notice says.
+
+    Raises
+    ------
+    InputError
+        The run's header is damaged: nothing says what its rows are.
+    """
+    import pyarrow as pa
+
+    file = open_run(folder, damaged=True)
+    stated = file.schema_arrow.metadata or {}
+    if digest(stated.get(RUN_KEY.encode(), b"")) != stated.get(DIGEST_KEY.encode(), b"").decode():
+        raise InputError("its header is damaged, so that nothing says what its rows are", file=folder)
+    header, columns, lost = read_header(file, folder), {}, []
+    for name in file.schema_arrow.names:
+        parts, rows = [], 0
+        for group in range(file.num_row_groups):
+            count = file.metadata.row_group(group).num_rows
+            try:
+                parts.append(file.read_row_group(group, columns=[name])[name].to_numpy())
+            except (pa.ArrowException, OSError):
+                parts.append(np.full(count, np.nan))
+                lost.append(f"{name} (rows {rows} to {rows + count - 1})")
+            rows += count
+        columns[name] = np.concatenate(parts)
+    notice = Notice(
+        "recovered",
+        "recovered from a damaged file; lost: {lost}",
+        severity="error",
+        lost=", ".join(lost) or "nothing",
+    )
+    return header | {"columns": columns, "warnings": (*header["warnings"], notice)}
 
 
 LABEL = (

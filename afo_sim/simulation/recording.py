@@ -15,7 +15,7 @@ from afo_sim.metrics import Answer, Feed, Metric, Metrics, undecided, with_draws
 from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.display_hooks import shown
-from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, write_run
+from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, read_undamaged, write_run
 
 if TYPE_CHECKING:
     import mujoco
@@ -256,6 +256,17 @@ def read_recording(folder: str | os.PathLike[str]) -> Recording:
     'ok'
     """
     return Recording(**read_run(folder))
+
+
+def recover_recording(folder: str | os.PathLike[str]) -> Recording:
+    """What is whole of a damaged recording: lost rows of a column are NaN, and a warning names them.
+
+    Raises
+    ------
+    InputError
+        No run is there, or what says what its rows are is damaged too.
+    """
+    return Recording(**read_undamaged(folder))
 
 
 def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:

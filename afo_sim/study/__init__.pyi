@@ -67,6 +67,7 @@ from .sizing.result import Sizing as Sizing
 from .sizing.sizes import requested as requested
 from .store import SWEEP as SWEEP
 from .store import Store as Store
+from .store import recover as recover
 from .sweep_plan import Plan as Plan
 from .sweep_plan import of_table as of_table
 from .template import new_study as new_study

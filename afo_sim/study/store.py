@@ -9,7 +9,16 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from afo_sim.common import InputError, disk, identity, keeping, parquet_writer, read_parquet, write_parquet
+from afo_sim.common import (
+    InputError,
+    disk,
+    identity,
+    keeping,
+    open_parquet,
+    parquet_writer,
+    read_parquet,
+    write_parquet,
+)
 from afo_sim.common.versions import versions
 from afo_sim.study import folder
 from afo_sim.study.design import Cases
@@ -194,6 +203,38 @@ class Store:
 
     def _path(self, chunk: int) -> pathlib.Path:
         return self.folder / CHUNKS / f"{_stem(chunk)}.parquet"
+
+
+def recover(folder: pathlib.Path) -> tuple[int, int]:
+    """Put the whole parts of a sweep's damaged results back as chunks, from which the sweep goes on.
+
+    Returns
+    -------
+    how many cases are whole, and of how many; the damaged file stays beside, as results.damaged.parquet
+
+    Raises
+    ------
+    InputError
+        No finished sweep is there, its manifest or its results' footer is damaged, or it is not writable.
+    """
+    import pyarrow as pa
+
+    chunk, whole = int(SWEEP.read(folder)["chunk"]), 0
+    file = open_parquet(folder / RESULTS, damaged=True)
+    with disk(folder, AGAIN):
+        for group in range(file.num_row_groups):
+            try:
+                table = file.read_row_group(group)
+            except (pa.ArrowException, OSError):
+                continue
+            for first in range(0, len(table), chunk):
+                part = table.slice(first, chunk)
+                number = part["case"][0].as_py() // chunk
+                with keeping(folder / CHUNKS / f"{_stem(number)}.parquet") as path:
+                    write_parquet(path, part)
+                whole += len(part)
+        (folder / RESULTS).rename((folder / RESULTS).with_suffix(".damaged.parquet"))
+    return whole, file.metadata.num_rows
 
 
 def fingerprint(plan: Plan) -> dict[str, Any]:
