@@ -1,10 +1,13 @@
 """One changed bit in a file that this program wrote and reads back is noticed, wherever it is."""
 
+import base64
 import dataclasses
+import hashlib
 import json
 import pathlib
 import random
 import shutil
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +21,7 @@ from command import call
 
 from afo_sim.common import (
     InputError,
+    assets,
     find,
     find_gait,
     parquet_writer,
@@ -210,3 +214,19 @@ def test_a_damaged_sweep_goes_on_from_what_is_whole(tmp_path: pathlib.Path) -> N
     assert store.pending() == [1]
     runner.run(store)
     sweep_runs.assert_same(sweep_runs.table(out), before)
+
+
+def test_a_shipped_file_that_has_changed_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The installed wheel's RECORD says what each file was; a checkout has none."""
+    file = find("scenario", "seated")
+    name = file.relative_to(file.parents[3]).as_posix()
+    own = base64.urlsafe_b64encode(hashlib.sha256(file.read_bytes()).digest()).rstrip(b"=").decode()
+    words = f"{file}: has changed since it was shipped"
+    for stated, expected in ((own, []), (own.swapcase(), [words])):
+        assets._warn_of_change.cache_clear()
+        monkeypatch.setattr(assets, "_shipped", lambda stated=stated: {name: stated})
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            find("scenario", "seated")
+        assert [str(one.message) for one in caught] == expected
+    assets._warn_of_change.cache_clear()

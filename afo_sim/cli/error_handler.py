@@ -10,6 +10,7 @@ import signal
 import sys
 import tempfile
 import traceback
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -85,6 +86,7 @@ def print_version(asked: bool) -> None:
 
 def run(app: typer.Typer) -> int:
     """Run a command line."""
+    warnings.formatwarning = lambda text, *_, **__: f"warning: {text}\n"
     with _terminable() as signals:
         try:
             app(prog_name="afo-sim")

@@ -1,8 +1,12 @@
 """Folders of the products, models/ and gait_data/, in a checkout or in an installed wheel."""
 
+import base64
 import functools
+import hashlib
+import importlib.metadata
 import pathlib
 import tomllib
+import warnings
 from typing import Any
 
 from afo_sim.common.errors import InputError, nearest_name
@@ -64,7 +68,10 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
     shipped = names(kind)
     if name in shipped:
         root = folder("models") / KINDS[kind]
-        return root / f"{name}.toml" if kind in FLAT else root / name / f"{kind}.toml"
+        path = root / f"{name}.toml" if kind in FLAT else root / name / f"{kind}.toml"
+        for file in [path] if kind in FLAT else sorted(path.parent.iterdir()):
+            _warn_of_change(file)
+        return path
     bases = [beside.parent] if beside is not None else []
     for base in (*bases, pathlib.Path()):
         path = base / name
@@ -80,6 +87,26 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
         allowed=f"a path to a TOML file, or one of: {', '.join(shipped)}",
         nearest=nearest_name(name, shipped),
     )
+
+
+@functools.cache  # each file is checked once
+def _warn_of_change(file: pathlib.Path) -> None:
+    """Warn of a file that is not as the installed wheel brought it; a checkout's files are its owner's."""
+    shipped = _shipped().get(file.relative_to(folder("models").parent.parent).as_posix())
+    if shipped is not None:
+        found = base64.urlsafe_b64encode(hashlib.sha256(file.read_bytes()).digest()).rstrip(b"=").decode()
+        if found != shipped:
+            warnings.warn(f"{file}: has changed since it was shipped", stacklevel=3)
+
+
+@functools.cache
+def _shipped() -> dict[str, str]:
+    """SHA-256 of every file that the installed wheel brought, by its path, as the wheel's RECORD has it."""
+    try:
+        files = importlib.metadata.files("afo-sim") or ()
+    except importlib.metadata.PackageNotFoundError:
+        return {}
+    return {path.as_posix(): path.hash.value for path in files if path.hash and path.hash.mode == "sha256"}
 
 
 def file_beside(name: str, beside: pathlib.Path) -> str:
@@ -104,6 +131,7 @@ def find_gait(name: str) -> pathlib.Path:
         Nothing of that name; lists what there is.
     """
     if pathlib.Path(name).name == name and (own := folder("gait_data") / f"{name}.csv").is_file():
+        _warn_of_change(own)
         return own
     if (path := pathlib.Path(name)).is_file():
         return path
