@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaign import size
 
 import afo_sim
 from afo_sim.simulation import Recording
@@ -85,8 +86,8 @@ def test_a_foot_on_the_floor_is_solved() -> None:
 )
 def test_walking_is_solved(sets: dict[str, str], at_2_ms: float, at_1_ms: float) -> None:
     """Largest error of the angle after the first stride [deg]."""
-    sets = WALKED | sets | {"duration": "4.9 s"}
-    fine = stepped("walk-dropfoot-afo", 0.05, sets)
+    sets = WALKED | sets | {"duration": f"{size(37, 49) / 10} s"}
+    fine = stepped("walk-dropfoot-afo", size(10, 5) / 100, sets)
     for milliseconds, limit in ((2.0, at_2_ms), (1.0, at_1_ms)):
         run = stepped("walk-dropfoot-afo", milliseconds, sets)
         assert np.degrees(worst(run, fine, ANGLE, after=1.3)) <= limit

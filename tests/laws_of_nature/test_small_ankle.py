@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 from ankle_rig import ARM, INERTIA, STIFFENING, STIFFNESS, Ankle, Trace, air, own, pulses, rolled
+from campaign import size
 from rig import BRAID, LAW, charged, hanging_mass
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -196,8 +197,8 @@ def test_stiffness_without_end_is_the_rigid_muscle(damping: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("cable", "anchors"),
-    [(1e4, ()), (1e6, ()), (1e5, (CUFF, (*STIFFENING, 0.0)))],
-    ids=["soft cable", "1 MN/m", "cuffs"],
+    [(1e4, ()), (1e5, (CUFF, (*STIFFENING, 0.0))), (1e6, ())][: size(2, 3)],
+    ids=["soft cable", "cuffs", "1 MN/m"][: size(2, 3)],
 )
 def test_a_sealed_muscle_keeps_its_energy_for_a_thousand_oscillations(
     cable: float, anchors: tuple[tuple[float, ...], ...]
@@ -333,7 +334,7 @@ def test_the_step_is_of_second_order(rig: Ankle) -> None:
     assert np.all(errors[:-1] / errors[1:] >= 3.5)
 
 
-CABLES = (1e4, 1e5, 1e6, 1e7)
+CABLES = (1e4, 1e5, 1e6, 1e7)[:: size(3, 1)]  # the ends in the suite
 CUFFS = {
     "2e3": (2e3, 0.0, 0.0, 0.0),
     "1.5e4": (1.5e4, 0.0, 0.0, 0.0),

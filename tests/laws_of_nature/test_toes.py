@@ -49,8 +49,8 @@ WALKS: dict[str, tuple[str, dict[str, object], int]] = {
 }
 
 
-# In the suite a case of each kind: of foot, toes, outsole, orthosis and person.
-FEW = ("barefoot", "soft toes", "more extended", "small and tight", "braced and soled", "braced and shod")
+# In the suite a case of each kind: of foot, toes, shoe, outsole, orthosis and person.
+FEW = ("barefoot", "soft toes", "small and tight", "braced and soled")
 SLOW = [
     pytest.param(name, marks=[pytest.mark.slow] if name != "barefoot" else [])
     for name in (WALKS if NIGHTLY else FEW)

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 import rerun as rr
+from campaign import size
 from rerun_files import needs_vulkan, read, rerun
 
 from afo_sim.common import InputError
@@ -20,6 +21,8 @@ from afo_sim.show.rerun.muscle_shapes import tube_radius
 from afo_sim.show.rerun.viewer import viewer_process
 from afo_sim.simulation import Recording
 from afo_sim.simulation.files import write_parquet
+
+LONG = size(180_000, 600_000)  # rows
 
 
 @pytest.fixture(scope="module")
@@ -166,10 +169,10 @@ def test_run_without_rows_is_refused(seated: Recording, tmp_path: pathlib.Path) 
 
 @pytest.fixture(scope="module")
 def ten_minutes(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    """600 000 rows: the seated run over and over."""
-    repeats = -(-600_000 // len(seated["time"]))
-    columns = {name: np.tile(values, repeats)[:600_000] for name, values in seated.columns.items()}
-    columns["time"] = np.arange(600_000) * 1e-3
+    """The seated run over and over; in the suite three minutes of it."""
+    repeats = -(-LONG // len(seated["time"]))
+    columns = {name: np.tile(values, repeats)[:LONG] for name, values in seated.columns.items()}
+    columns["time"] = np.arange(LONG) * 1e-3
     folder = tmp_path_factory.mktemp("long")
     write_parquet(dataclasses.replace(seated, columns=columns), folder / "recording.parquet")
     return folder
@@ -194,7 +197,7 @@ print(int(status.split("VmHWM:")[1].split()[0]) / 1024)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) < 300.0
     time, _ = read(ten_minutes / "recording.rrd", "/angle/ankle", "Scalars:scalars")
-    assert len(time) == 600_000
+    assert len(time) == LONG
 
 
 @needs_vulkan
