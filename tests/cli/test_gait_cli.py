@@ -294,6 +294,7 @@ def test_shipped_strides_are_what_the_script_makes(tmp_path: pathlib.Path) -> No
 PAGE = PAGES["gait_data"]
 
 
+@pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_three_commands_go_from_a_raw_c3d_to_a_report(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -156,7 +156,7 @@ cli.main()
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_draws_that_are_stopped_leave_nothing(number: int, code: int, tmp_path: pathlib.Path) -> None:
-    walk = ["run", "walk-dropfoot-afo", "--no-rrd", "--no-change", "--uncertainty", "20000"]
+    walk = ["run", "walk-dropfoot-afo", "--no-rrd", "--no-change", "--uncertainty", "2000"]
     command = [sys.executable, "-c", STOPPED, str(int(number)), *walk, "--out", str(tmp_path / "run")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (code, "", "afo-sim: stopped\n")

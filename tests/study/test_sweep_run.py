@@ -10,6 +10,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -191,11 +192,10 @@ def test_a_case_without_a_rest_position_is_a_row_and_its_company_is_untouched(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("error", [ValueError("a NaN"), KeyError("x"), ZeroDivisionError("1/0")])
 def test_whatever_a_case_raises_is_its_row(
-    error: Exception, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, seated_table: Any
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, seated_table: Any
 ) -> None:
-    real = engine.examine
+    real, error = engine.examine, KeyError("x")
 
     def examine(built: Any, *rest: Any, **named: Any) -> Any:
         if abs(built.scenario.supply.pressure - 4e5) < 1.0:  # the last case
@@ -305,16 +305,16 @@ def killed(command: list[str], out: pathlib.Path, more: int) -> bool:
 
 
 @pytest.mark.slow
-def test_killed_three_times_it_goes_on_and_ends_with_the_same_rows(
+def test_killed_it_goes_on_and_ends_with_the_same_rows(
     whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, out = written(tmp_path), tmp_path / "out"
     arguments = [str(file), "--out", str(out), "--threads", "1"]
-    there: list[dict[str, int]] = []
-    for _ in range(3):
+    there: list[dict[str, int]] = [{}]
+    for _ in range(size(1, 3)):
         assert killed([*COMMAND, *arguments], out, 1)
         there.append({path.name: path.stat().st_mtime_ns for path in out.glob("chunks/*.parquet")})
-    assert there[0].items() <= there[1].items() <= there[2].items()  # none is computed twice
+    assert all(before.items() <= after.items() for before, after in pairwise(there))  # none computed twice
     assert not (out / "results.parquet").exists()
     code, said, _ = call(capsys, "sweep", *arguments)
     assert code == 0
@@ -523,16 +523,15 @@ def test_who_begins_later_takes_nothing_away(tmp_path: pathlib.Path, seated_tabl
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("order", [(1, 2, 3), (3, 1, 2)])
 def test_parts_in_any_order_are_gathered_by_the_last(
-    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], order: tuple[int, ...]
+    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, out = written(tmp_path), tmp_path / "out"
-    for k in order:
+    for k in (3, 1, 2):
         assert not (out / "results.parquet").exists()
         code, said, _ = call(capsys, "sweep", file, "--out", out, "--part", f"{k}/3")
         assert code == 0
-    assert f"of part {order[-1]}/3 are done: " in said
+    assert "of part 2/3 are done: " in said
     assert_same(table(whole), table(out))
 
 
@@ -572,7 +571,7 @@ def test_a_folder_of_something_else_is_left_alone(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("damage", ["", "{", "[]", "{}", '{"fingerprint": {}}'])
+@pytest.mark.parametrize("damage", ["{", '{"fingerprint": {}}'])  # more of them in test_folder.py
 def test_a_damaged_manifest_is_said_and_restart_begins_anew(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any, damage: str
 ) -> None:
@@ -635,7 +634,7 @@ def test_other_code_is_refused_until_told(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("told", ["null", "[]", "3", "{}"])
+@pytest.mark.parametrize("told", ["3", "{}"])
 def test_a_manifest_without_versions_is_other_code(
     told: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
