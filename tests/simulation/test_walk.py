@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import afo_sim
 from afo_sim.common import GRAVITY, InputError, assets
@@ -15,7 +14,6 @@ from afo_sim.model import Built, phase_at
 from afo_sim.model.build import build
 from afo_sim.model.foot import turned
 from afo_sim.model.patient import needed_moment
-from afo_sim.physics import passive_moment
 from afo_sim.simulation import Recording
 
 HALF_STEP = {"timestep": "0.5 ms"}  # of the shipped scenario's
@@ -118,66 +116,10 @@ def test_all_moments_sum_to_the_ankles_acceleration(lifted: Recording) -> None:
     assert np.abs(total - built.foot.inertia * lifted["ankle/acceleration"]).max() < 1e-9
 
 
-def independent_foot(run: Recording, built: Built) -> tuple[np.ndarray, np.ndarray]:
-    """Ankle angle of the bare foot by an integration of its own, over the second stride."""
-    cycle, scenario = placed(), built.scenario
-    mass, foot_mass, inertia = 75.0, 1.09, 0.0061 + 1.09 * (0.055**2 + 0.030**2)
-    period, begin = cycle.stride_time, cycle.stride_time
-
-    def signal(name: str, t: float, order: int = 0) -> float:
-        return float(cycle.signal(name, t / period, order))
-
-    def internal(t: float) -> float:
-        """What the healthy motion needs of the muscles: moments about the ankle, written out."""
-        theta, phi = signal("ankle_angle", t), signal("shank_angle", t)
-        needed = rigid(theta, signal("ankle_angle", t, 2), t) - ground(t)
-        passive = passive_moment(theta, signal("knee_angle", t), 1.0, 0.0)
-        del phi
-        return needed - passive + 0.5 * signal("ankle_angle", t, 1)
-
-    def ground(t: float) -> float:
-        forward, upward, place = (float(v) for v in cycle.ground(t / period))
-        return mass * GRAVITY * (place * upward + signal("ankle_z", t) * forward)
-
-    def rigid(theta: float, theta2: float, t: float) -> float:
-        """I ψ̈ + m (c_x (a_z + g) − c_z a_x)."""
-        pitch = theta - signal("shank_angle", t)
-        cx = 0.055 * math.cos(pitch) + 0.030 * math.sin(pitch)
-        cz = 0.055 * math.sin(pitch) - 0.030 * math.cos(pitch)
-        weight = cx * (signal("ankle_z", t, 2) + GRAVITY) - cz * signal("ankle_x", t, 2)
-        return inertia * (theta2 - signal("shank_angle", t, 2)) + foot_mass * weight
-
-    knots = ((0.0, 0.9), (0.07, 1.14), (0.31, 5.43), (0.50, 4.0), (0.62, 0.35), (0.95, 0.35), (1.0, 0.9))
-    at, value = np.array(knots).T
-
-    def rhs(t: float, y: np.ndarray) -> list[float]:
-        theta, rate, first, second = y
-        own = internal(t)
-        left = 0.0 if own > 0.0 else 1.0  # no dorsiflexors
-        stiffness = second * mass * float(np.interp((t / period) % 1.0, at, value))
-        moment = left * own + stiffness * (signal("ankle_angle", t) - theta)
-        moment += passive_moment(theta, signal("knee_angle", t), 1.0, 0.0) - 0.5 * rate + ground(t)
-        lags = [(now - y) / (0.05 if now > y else 0.005) for now, y in ((left, first), (first, second))]
-        return [rate, (moment - rigid(theta, 0.0, t)) / inertia, *lags]
-
-    assert scenario.leg.damping == 0.5
-    first = round(begin / scenario.timestep)
-    time = run["time"][first : first + 1200]
-    y0 = [run["ankle/angle"][first], run["ankle/velocity"][first], 0.0, 0.0]
-    found = solve_ivp(rhs, (time[0], time[-1]), y0, t_eval=time, max_step=4e-3, rtol=1e-7, atol=1e-9)
-    return found.y[0], run["ankle/angle"][first : first + 1200]
-
-
 def test_a_foot_without_dorsiflexors_drops(drop_foot: Recording) -> None:
     middle = settled(drop_foot) & (np.abs(drop_foot["gait/phase"] - 0.80) < 0.01)
     angle = np.degrees(drop_foot["ankle/angle"])[middle]
     assert -26.0 < angle.mean() < -12.0
-
-
-@pytest.mark.slow
-def test_the_drop_is_that_of_an_independent_foot(drop_foot: Recording) -> None:
-    theirs, ours = independent_foot(drop_foot, walk_built("walk-dropfoot"))
-    assert np.degrees(np.abs(theirs - ours)).max() < 1.0
 
 
 def test_plantarflexors_alone_never_lift_the_foot(drop_foot: Recording) -> None:
