@@ -12,7 +12,7 @@ from afo_sim.show import bands, write_report
 from afo_sim.show.panels import UNKNOWN_LABEL
 from afo_sim.simulation import Recording
 
-DRAWS = 60
+DRAWS = 120
 
 
 @pytest.fixture(scope="module")

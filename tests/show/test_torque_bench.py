@@ -73,7 +73,7 @@ def test_command_predicts_a_file_that_it_does_not_fit(
 def test_command_takes_an_orthosis_for_each_group(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    options, groups = [], list(knee_tests())[:: size(3, 1)]
+    options, groups = [], list(knee_tests())[-size(2, 5) :]
     for name in groups:
         place = tmp_path / name
         place.mkdir()
@@ -86,7 +86,8 @@ def test_command_takes_an_orthosis_for_each_group(
     data.write_text("\n".join(line for line in lines if line.partition(",")[0] not in left_out))
     code, printed, complaint = call(capsys, "fit-torque", data, *options, "--hold-out", "group", "--out", out)
     assert code == 0, complaint
-    assert "not identifiable one by one: without offset" in " ".join(printed.split())
+    if len(groups) == 5:  # tests/lab asks the fit itself
+        assert "not identifiable one by one: without offset" in " ".join(printed.split())
     assert {path.name for path in out.iterdir()} == (NAMES - {"orthosis.toml"}) | set(groups)
     fitted = {name: reader.load("orthosis", out / name).muscle["flexor"] for name in groups}
     assert len({each.cable.offset for each in fitted.values()}) == 1
