@@ -1,5 +1,6 @@
 """Recordings that many tests look at, made once."""
 
+import gc
 import os
 
 import pytest
@@ -19,6 +20,12 @@ def seated() -> Recording:
 @pytest.fixture(scope="session")
 def antagonist() -> Recording:
     return afo_sim.run("seated-antagonist")
+
+
+def pytest_collection_finish() -> None:
+    """What is imported stays: Python's garbage collector need not look through it during each test."""
+    gc.collect()
+    gc.freeze()
 
 
 CORE_FOLDERS = {*CORE, "air", "laws_of_nature"}

@@ -9,6 +9,7 @@ import tomllib
 from typing import Any
 
 import pytest
+from campaign import size
 from command import call
 
 from afo_sim.description import toml_text
@@ -154,7 +155,7 @@ cli.main()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)][: size(1, 2)])
 def test_draws_that_are_stopped_leave_nothing(number: int, code: int, tmp_path: pathlib.Path) -> None:
     walk = ["run", "walk-dropfoot-afo", "--no-rrd", "--no-change", "--uncertainty", "2000"]
     command = [sys.executable, "-c", STOPPED, str(int(number)), *walk, "--out", str(tmp_path / "run")]
