@@ -94,7 +94,7 @@ def test_it_finds_less_pressure_for_the_same_torque(
     """A direct run of the found design keeps what is asked for, by the numbers of S1's own run."""
     text = assets.find("search", "placement").read_text(encoding="utf-8")
     file = tmp_path / "short.toml"
-    file.write_text(text.replace("generations = 80", f"generations = {size(12, 30)}"), encoding="utf-8")
+    file.write_text(text.replace("generations = 80", f"generations = {size(20, 30)}"), encoding="utf-8")
     assert call(capsys, "optimise", file, "--out", tmp_path / "found")[0] == 0
     best = afo.load("scenario", tmp_path / "found" / "best.toml")
     own, found = afo.run("seated", {"duration": "8 s"}), afo.run(best)
