@@ -258,7 +258,9 @@ class Loop:
             raise PolicyFault(f"{problem}; allowed: up to time_limit") from None
         except AfoSimError as error:
             raise PolicyFault(f"the controller failed: {error}") from error
-        except Exception as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # sys.exit() of a controller ends its simulation, not the program
             raise PolicyFault(f"the controller raised {type(error).__name__}: {error}") from error
 
     def columns_reported(self, first: int, stop: int) -> Rows:

@@ -46,14 +46,15 @@ def test_a_wrong_command_ends_the_run_with_a_sentence_and_keeps_what_came_before
         assert np.array_equal(run[name], timed[name][:100]), name
 
 
-def test_what_a_controller_raises_is_told_once_with_its_time() -> None:
+@pytest.mark.parametrize("kind", [ValueError, SystemExit, GeneratorExit])
+def test_what_a_controller_raises_is_told_once_with_its_time(kind: type[BaseException]) -> None:
     def controller(seen: Any) -> dict[str, str]:
         if seen.time >= LATE - 1e-9:
-            raise ValueError("oh")
+            raise kind("oh")
         return {}
 
     run = afo_sim.run("seated", SHORT, controller=controller)
-    assert run.status == "failed: t = 0.2 s: the controller raised ValueError: oh"
+    assert run.status == f"failed: t = 0.2 s: the controller raised {kind.__name__}: oh"
     assert len(run["time"]) == 100
 
 
