@@ -64,6 +64,7 @@ def keeping(path: pathlib.Path) -> Iterator[pathlib.Path]:
         yield temporary
         _flush(temporary)
         temporary.replace(path)
+        _flush_names(path.parent)
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -98,8 +99,11 @@ def together(folder: pathlib.Path, group: Iterable[str] = (), again: str = "") -
             yield scratch
             for file in _files(scratch):
                 _flush(file)
+            for inner in (scratch, *(path for path in scratch.rglob("*") if path.is_dir())):
+                _flush_names(inner)
             if beside:
                 scratch = _appear(scratch, folder)
+                _flush_names(folder.parent)
             if scratch != folder:
                 _move_in(scratch, folder, group)
         except InputError as error:
@@ -147,14 +151,16 @@ def _move_in(scratch: pathlib.Path, folder: pathlib.Path, group: Iterable[str]) 
     (scratch / _GONE).write_text(json.dumps(sorted(set(group) - files)), encoding="utf-8")
     _flush(scratch / _GONE)
     settle(folder)
-    _take_places(scratch.rename(folder / _hidden("", READY)), folder)
+    ready = scratch.rename(folder / _hidden("", READY))
+    _flush_names(folder)
+    _take_places(ready, folder)
 
 
 def _take_places(ready: pathlib.Path, folder: pathlib.Path) -> None:
     """Move the files of a complete group; another process may do the same at the same time."""
     with contextlib.suppress(FileNotFoundError):
         gone = json.loads((ready / _GONE).read_text(encoding="utf-8"))
-        for file in _files(ready):
+        for file in (files := _files(ready)):
             if file.name != _GONE:
                 place = folder / file.relative_to(ready)
                 place.parent.mkdir(parents=True, exist_ok=True)
@@ -166,6 +172,8 @@ def _take_places(ready: pathlib.Path, folder: pathlib.Path) -> None:
             if place.parent != folder:
                 with contextlib.suppress(OSError):  # another file is there
                     place.parent.rmdir()
+        for changed in {folder, *((folder / file.relative_to(ready)).parent for file in files)}:
+            _flush_names(changed)
     shutil.rmtree(ready, ignore_errors=True)
 
 
@@ -177,6 +185,16 @@ def _flush(file: pathlib.Path) -> None:
     """Wait until the disk holds a file: a rename may reach it before the content does."""
     with file.open("rb") as opened:
         os.fsync(opened.fileno())
+
+
+def _flush_names(folder: pathlib.Path) -> None:
+    """Wait until the disk holds a folder's names, of which a rename is one; not every system can."""
+    with contextlib.suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
 
 
 def _hidden(name: str, mark: str) -> str:
@@ -213,8 +231,12 @@ def write_text(path: pathlib.Path, text: str) -> None:
 
 
 def json_text(value: object) -> str:
-    """Plain data as JSON; a number that is not finite is null, which JSON has."""
-    return json.dumps(_json_numbers(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """Plain data as JSON; a number that is not finite is null, which JSON has.
+
+    A path that is not UTF-8 is in it with the escapes that JSON has for its bytes.
+    """
+    text = json.dumps(_json_numbers(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return text.encode(errors="backslashreplace").decode()
 
 
 def _json_numbers(value: Any) -> Any:
@@ -225,8 +247,25 @@ def _json_numbers(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def check_encoding(path: str) -> None:
+    """Refuse a path, or another text, that cannot be given to other programs or to the system.
+
+    Raises
+    ------
+    InputError
+        It is not UTF-8, or has characters that no file's name has in this system's locale.
+    """
+    try:
+        path.encode()
+        os.fsencode(path)
+    except UnicodeEncodeError as error:
+        allowed = "characters of UTF-8, and a locale that has them, such as C.UTF-8"
+        raise InputError(reason(error), value=path, allowed=allowed) from None
+
+
 def check_writable(folder: pathlib.Path, field: str = "out") -> None:
     """Refuse an output folder that cannot be made or written to; nothing is left behind."""
+    check_encoding(str(folder))
     try:
         existing = folder.absolute()
         while not existing.exists() and not existing.is_symlink():
@@ -259,8 +298,10 @@ def disk(folder: pathlib.Path, again: str) -> Iterator[None]:
         raise InputError(problem, field="out", value=str(folder), allowed=again) from None
 
 
-def reason(error: OSError) -> str:
+def reason(error: OSError | UnicodeEncodeError) -> str:
     """A system's error as a short sentence."""
+    if isinstance(error, UnicodeEncodeError):
+        return f"{error.object[error.start : error.end]!r} is not a character of {error.encoding}"
     return _REASONS.get(error.errno or 0) or error.strerror or str(error)
 
 
@@ -268,5 +309,5 @@ def reason(error: OSError) -> str:
 def _in_words(path: pathlib.Path, again: str = "") -> Iterator[None]:
     try:
         yield
-    except OSError as error:
+    except (OSError, UnicodeEncodeError) as error:
         raise InputError(f"cannot be written: {reason(error)}", file=path, allowed=again) from None

@@ -100,6 +100,32 @@ def test_json_has_null_for_what_is_not_finite() -> None:
     assert json.loads(text) == {"a": [None, [None, 1.5]], "ä": None}
 
 
+def test_json_has_paths_of_any_bytes() -> None:
+    path = {"file": os.fsdecode(b"ren\xe9.toml")}
+    assert json.loads(writing.json_text(path).encode("utf-8")) == path
+
+
+def test_a_name_is_on_the_disk_when_its_writer_goes_on(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held: list[tuple[int, set[str]]] = []  # folder, its names when it was flushed
+
+    def fsync(number: int) -> None:
+        if stat.S_ISDIR(os.fstat(number).st_mode):
+            held.append((os.fstat(number).st_ino, set(os.listdir(number))))
+
+    monkeypatch.setattr(writing.os, "fsync", fsync)
+    writing.write_text(tmp_path / "one", "1")
+    assert held.pop() == (tmp_path.stat().st_ino, {"one"})
+    for names in ({"a", "b"}, {"a", "c"}):  # a folder that is new, and one that is there
+        with writing.together(tmp_path / "group", ("a", "b", "c")) as scratch:
+            for name in names:
+                (scratch / name).write_text(name)
+        folders = {(tmp_path / "group").stat().st_ino, tmp_path.stat().st_ino}
+        assert any(folder in folders and names <= found | {"group"} & names for folder, found in held)
+        assert ((tmp_path / "group").stat().st_ino, names) in [(f, n & {"a", "b", "c"}) for f, n in held]
+
+
 # A process that is killed at its n-th step of writing: just before a call that changes the disk.
 KILLED = """
 import os, pathlib, signal, sys
