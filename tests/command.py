@@ -5,15 +5,12 @@ import sys
 import pytest
 
 from afo_sim import cli
+from afo_sim.cli import error_handler
 
 
 def call(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
     """`afo-sim …`: (exit code, what it printed, what it complained)."""
     sys.argv = ["afo-sim", *map(str, arguments)]
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as stop:
-        code = int(stop.code or 0)
+    code = error_handler.run(cli.app)
     out, err = capsys.readouterr()
     return code, out, err

@@ -1,27 +1,8 @@
-"""The command line: reads options, calls the library, prints. Heavy imports wait for their command."""
+"""The command line: reads options, calls the library, prints.
 
-import sys
+A name is imported when it is first asked for: a program's signals are minded before typer is there.
+"""
 
-from afo_sim.cli import error_handler
-from afo_sim.cli.common import app, gait_app
+import lazy_loader
 
-# each registers its commands with the app, in the order in which --help shows them
-# ruff: isort: off
-from afo_sim.cli import run as _run  # noqa: F401
-from afo_sim.cli import analyses as _analyses  # noqa: F401
-from afo_sim.cli import electronics as _electronics  # noqa: F401
-from afo_sim.cli import look as _look  # noqa: F401
-from afo_sim.cli import lab_tests as _lab_tests  # noqa: F401
-from afo_sim.cli import gait as _gait  # noqa: F401
-from afo_sim.cli import sweep as _sweep  # noqa: F401
-from afo_sim.cli import descriptions as _descriptions  # noqa: F401
-from afo_sim.cli import leg as _leg  # noqa: F401
-
-# ruff: isort: on
-
-__all__ = ["app", "gait_app", "main"]
-
-
-def main() -> None:
-    """Run a command; errors end in one message and an exit code, which `afo-sim --help` lists."""
-    sys.exit(error_handler.run(app))
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -6,31 +6,25 @@ import os
 import platform
 import re
 import shlex
-import signal
 import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
-from afo_sim.common import AfoSimError, InputError
+from afo_sim.common import AfoSimError, InputError, check_encoding
 
-_BUG, _INTERRUPTED, _TERMINATED = 70, 130, 143  # exit codes; those of input are AfoSimError's
+_BUG, _INTERRUPTED = 70, 130  # exit codes; those of input are AfoSimError's
 _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
 # Arguments of the library whose options have another name.
 _OPTIONS = {"changed": "if_changed", "fixed": "fix", "names": "fit", "facts": "tell", "screenshot": "picture"}
 _OPTIONS |= {"draws": "uncertainty"}
 _ARGUMENT = re.compile(r"`(\w+)(?:=([^`]*))?`")  # in a text: `name` or `name=value`
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM: the program stops as after Ctrl-C, and removes its unfinished files."""
 
 
 class _Stopped(Exception):
@@ -84,19 +78,30 @@ def print_version(asked: bool) -> None:
         raise typer.Exit
 
 
-def run(app: typer.Typer) -> int:
-    """Run a command line."""
+def run(app: typer.Typer, came: Sequence[int] = ()) -> int:
+    """Run a command line.
+
+    Parameters
+    ----------
+    app : its commands
+    came : signals that have come; what they have raised may have become another error on its way
+
+    Returns
+    -------
+    int : the exit code
+    """
     warnings.formatwarning = lambda text, *_, **__: f"warning: {text}\n"
-    with _terminable() as signals:
-        try:
-            app(prog_name="afo-sim")
-            code = 0
-        except SystemExit as stop:
-            code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
-        except BaseException as error:
-            code = _report(error.__cause__ if isinstance(error, _Stopped) and error.__cause__ else error)
-        code = _flush() or code
-    return _TERMINATED if signals and code == _INTERRUPTED else code
+    try:
+        for word in sys.argv[1:]:
+            check_encoding(word)
+        app(prog_name="afo-sim")
+        code = 0
+    except SystemExit as stop:
+        code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+    except BaseException as error:
+        cause = error.__cause__ if isinstance(error, _Stopped) and error.__cause__ else error
+        code = _report(KeyboardInterrupt() if came else cause)
+    return _flush() or code
 
 
 def _report(error: BaseException) -> int:
@@ -105,7 +110,7 @@ def _report(error: BaseException) -> int:
         return 0  # who reads the output has seen enough
     code, message = _message(error)
     with contextlib.suppress(OSError):
-        print(f"afo-sim: {message}", file=sys.stderr, flush=True)
+        print(f"afo-sim: {_encodable(message)}", file=sys.stderr, flush=True)
     return code
 
 
@@ -133,6 +138,11 @@ def _short(error: BaseException) -> str:
     return text if len(text) <= 120 else text[:117] + "..."
 
 
+def _encodable(text: str) -> str:
+    """A text with escapes for the bytes of a path that is not UTF-8."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 def _write_bug(error: BaseException) -> Path | None:
     """Write versions, command line and traceback to a file here, or else among the temporary files."""
     from afo_sim.common import write_text
@@ -143,39 +153,17 @@ def _write_bug(error: BaseException) -> Path | None:
     lines += [f"system: {platform.platform()}"]
     lines += [f"{package}: {version}" for package, version in versions(_PACKAGES).items()]
     text = "\n".join([*lines, "", *traceback.format_exception(error)])
-    for folder in (Path(), Path(tempfile.gettempdir())):
-        file = folder / f"afo-sim-bug-{now:%Y%m%d-%H%M%S}-{os.getpid()}.txt"
-        with contextlib.suppress(InputError):
-            write_text(file, text)
+    for folder in (Path, tempfile.gettempdir):
+        with contextlib.suppress(InputError, OSError):
+            file = Path(folder()) / f"afo-sim-bug-{now:%Y%m%d-%H%M%S}-{os.getpid()}.txt"
+            write_text(file, _encodable(text))
             return file
     return None
-
-
-@contextmanager
-def _terminable() -> Iterator[list[int]]:
-    """Turn SIGTERM into `Terminated` in the block; the list yielded holds the signals that came."""
-    came: list[int] = []
-
-    def stop(number: int, _: object) -> None:
-        came.append(number)
-        raise Terminated
-
-    try:
-        before = signal.signal(signal.SIGTERM, stop)
-    except ValueError:  # not the main thread
-        yield came
-        return
-    try:
-        yield came
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _flush() -> int:
     """Print what still waits; a code where the output's disk is full."""
     code = 0
-    if sys.stdout is None:  # closed before the start, as by `>&-`
-        return code
     try:
         sys.stdout.flush()
     except OSError as error:

@@ -89,7 +89,7 @@ def test_a_bug_leaves_a_file_to_send(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def fails(path: pathlib.Path) -> None:
-        raise KeyError("sarosi_2012")
+        raise ValueError("sarosi_2012 \udcff")  # a byte of a path that is not UTF-8
 
     here, temporary = tmp_path / "here", tmp_path / "temporary"
     here.mkdir()
@@ -101,7 +101,7 @@ def test_a_bug_leaves_a_file_to_send(
         here.rmdir()  # root may write where others may not, but nobody can where nothing is
     code, printed, complaint = call(capsys, "check", "my model.toml")
     assert code == 70
-    assert "this is a bug in afo-sim (KeyError: 'sarosi_2012'); please send" in complaint
+    assert "this is a bug in afo-sim (ValueError: sarosi_2012 \\udcff); please send" in complaint
     assert "Traceback" not in printed + complaint
     (file,) = (here if writable else temporary).iterdir()
     text = file.read_text("utf-8")
@@ -109,7 +109,7 @@ def test_a_bug_leaves_a_file_to_send(
     assert file.name.startswith("afo-sim-bug-")
     assert "command: afo-sim check 'my model.toml'" in text
     assert all(f"{name}: " in text for name in ("python", "afo-sim", "mujoco", "numpy", "system"))
-    assert 'raise KeyError("sarosi_2012")' in text
+    assert "ValueError: sarosi_2012 \\udcff" in text
 
 
 def test_library_names_fields_and_the_command_line_options(
@@ -191,6 +191,61 @@ def test_signals_clean_up(number: int, code: int, tmp_path: pathlib.Path) -> Non
     assert time.monotonic() - begun < 30.0
 
 
+MOMENTS = {
+    "an import": """
+class Finder:
+    def find_spec(name, *_):
+        if name == "typer":
+            go()
+sys.meta_path.insert(0, Finder)
+""",
+    "cleaning up, again": """
+from afo_sim.cli.doctor import kinds
+def works(path):
+    try:
+        go()
+    finally:
+        go()
+kinds.check_file = works
+""",
+    "a destructor": """
+from afo_sim.cli.doctor import kinds
+class Passing:
+    def __del__(self):
+        go()
+def works(path):
+    Passing()
+    time.sleep(5)
+kinds.check_file = works
+""",
+    "the last flush": "from afo_sim.cli import error_handler\nerror_handler._flush = lambda: go() or 0",
+    "the end": "import atexit\natexit.register(go)",
+}
+MOMENT = """
+import os, signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
+def go():
+    os.kill(os.getpid(), {})
+{}
+from afo_sim.cli import main
+sys.argv = ["afo-sim", "check", "nothing.toml"]
+main()
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_signal_at_any_moment_is_a_sentence(
+    moment: str, number: int, code: int, tmp_path: pathlib.Path
+) -> None:
+    command = [sys.executable, "-c", MOMENT.format(int(number), MOMENTS[moment])]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=30)
+    assert done.returncode == code
+    assert moment == "the end" or done.stderr.endswith("afo-sim: stopped\n")
+    assert "Traceback" not in done.stderr and not list(tmp_path.iterdir())
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")  # noqa: PTH110
 def test_output_that_cannot_be_printed(tmp_path: pathlib.Path) -> None:
@@ -204,6 +259,24 @@ def test_output_that_cannot_be_printed(tmp_path: pathlib.Path) -> None:
     with os.fdopen(writer, "w") as closed:
         done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.slow
+def test_an_output_without_the_letters_gets_escapes() -> None:
+    command = [sys.executable, "-m", "afo_sim", "list", "muscles"]
+    ascii_only = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, env=ascii_only, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "S\\xe1rosi" in done.stdout
+
+
+def test_a_path_that_is_no_text_is_refused_first(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, printed, complaint = call(capsys, "run", "--out", tmp_path / os.fsdecode(b"\xfe") / "run")
+    assert (code, printed) == (2, "") and complaint.count("\n") == 1
+    assert "'\\udcfe' is not a character of utf-8" in complaint
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a POSIX shell")

@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 
 import afo_sim
 from afo_sim import cli
+from afo_sim.cli import error_handler
 from afo_sim.common import InputError, assets
 from afo_sim.show import draw_search
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, cases_of, statement
@@ -585,9 +586,7 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     arguments = ["optimise", str(written(folder)), "--out", str(folder / "out"), "--threads", "1"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "argv", ["afo-sim", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-    assert not stop.value.code
+        assert error_handler.run(cli.app) == 0
     return folder
 
 

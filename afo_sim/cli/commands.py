@@ -1,0 +1,19 @@
+"""All commands. Heavy imports wait for their command."""
+
+from afo_sim.cli.common import app, gait_app
+
+# each registers its commands with the app, in the order in which --help shows them
+# ruff: isort: off
+from afo_sim.cli import run as _run  # noqa: F401
+from afo_sim.cli import analyses as _analyses  # noqa: F401
+from afo_sim.cli import electronics as _electronics  # noqa: F401
+from afo_sim.cli import look as _look  # noqa: F401
+from afo_sim.cli import lab_tests as _lab_tests  # noqa: F401
+from afo_sim.cli import gait as _gait  # noqa: F401
+from afo_sim.cli import sweep as _sweep  # noqa: F401
+from afo_sim.cli import descriptions as _descriptions  # noqa: F401
+from afo_sim.cli import leg as _leg  # noqa: F401
+
+# ruff: isort: on
+
+__all__ = ["app", "gait_app"]
