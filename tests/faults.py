@@ -8,6 +8,7 @@ import resource
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -22,6 +23,21 @@ at, folder, *line = sys.argv[1:]
 sys.argv = ["afo-sim", *line]
 with faults.DISK.acting(pathlib.Path(folder), int(at), faults.kill, removals=True):
     cli.main()
+"""
+MOMENTS = """
+import atexit, json, os, pathlib, sys, threading, time
+from afo_sim.cli import main
+times, number, at, delay, *line = sys.argv[1:]
+passed = []
+def see(event, details):
+    passed.append(time.monotonic())
+    if len(passed) == int(at):
+        go = lambda: os.kill(os.getpid(), int(number))
+        threading.Timer(float(delay), go).start() if float(delay) else go()
+atexit.register(lambda: pathlib.Path(times).write_text(json.dumps(passed)))
+sys.addaudithook(see)
+sys.argv = ["afo-sim", *line]
+main()
 """
 Contents = dict[str, bytes]
 
@@ -120,15 +136,41 @@ def silent() -> None:
 
 def in_program(line: list[str], at: int, folder: pathlib.Path) -> int:
     """`afo-sim LINE` in a new process that is killed at the change number `at`; its status."""
+    command = [sys.executable, "-c", PROGRAM, str(at), str(folder), *line]
+    return subprocess.run(command, env=_environment(), capture_output=True, timeout=120).returncode
+
+
+def _environment() -> dict[str, str]:
+    """Without MuJoCo's window library, which asks for its version in a process of its own."""
     here = pathlib.Path(__file__).parent
-    paths = os.pathsep.join([str(here.parent), str(here)])
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, str(at), str(folder), *line],
-        env=os.environ | {"PYTHONPATH": paths},
-        capture_output=True,
-        timeout=120,
-    )
-    return done.returncode
+    return os.environ | {"PYTHONPATH": os.pathsep.join([str(here.parent), str(here)]), "MUJOCO_GL": "disable"}
+
+
+def at_moment(
+    line: list[str], times: pathlib.Path, number: int = 0, at: int = 0, delay: float = 0.0
+) -> tuple[int, str]:
+    """`afo-sim LINE` in a new process that a signal reaches `delay` seconds after its event number `at`.
+
+    Events are those of Python's audit: imports, files, compilations. Returned are status and complaints; the
+    times of the events [s] of a process that was not stopped stand in a file.
+    """
+    command = [sys.executable, "-c", MOMENTS, str(times), str(number), str(at), str(delay), *line]
+    with subprocess.Popen(
+        command,
+        env=_environment(),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    ) as process:
+        complaint = process.communicate(timeout=120)[1]
+    until = time.monotonic() + 5.0
+    with contextlib.suppress(ProcessLookupError):  # no child of it lives on
+        while time.monotonic() < until:
+            os.killpg(process.pid, 0)
+        raise AssertionError(f"a child of {line} lives on")
+    return process.returncode, complaint
 
 
 def settle(folder: pathlib.Path) -> None:

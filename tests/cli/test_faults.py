@@ -1,9 +1,14 @@
 """Every command with a disk that refuses at some change, or a kill: old or new, never half, no traceback."""
 
+import bisect
 import errno
+import io
+import json
 import os
 import pathlib
+import random
 import shutil
+import signal
 import sys
 import tomllib
 from collections.abc import Callable
@@ -13,12 +18,14 @@ import faults
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from campaign import NIGHTLY, size
 from command import call
 from faults import DISK, contents, hidden, largest_file, refuse
 from walking import known_walk, write_angles, write_forces, write_trc
 
 import afo_sim
 from afo_sim import cli
+from afo_sim.common import writing
 from afo_sim.lab import validation
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -55,6 +62,7 @@ FRESH = ("new muscle", "new sweep", *RESUMED)  # do not write over what is there
 WITH_RERUN = ("run", "compare", "stand")  # its threads do not outlive a fork
 EVERY = bool(os.environ.get("AFO_SIM_EVERY_FAULT"))  # at every change of the disk, of every command: minutes
 QUICK = ("run --no-rrd", "stand, one table", "new muscle", "sweep")
+KILLED = ("sweep", "export", "run", "optimise", "fit", "gait import", "report", "replay")
 Try = Callable[[], tuple[int, str, str]]
 
 SWEEP = """
@@ -296,3 +304,53 @@ def test_killed_at_every_change_a_run_is_old_or_new(
             break
     assert status == 0
     assert told["old"] > 4 and told["new"] > 2 * exists, told
+
+
+def numbers(name: str, data: bytes) -> object:
+    """What of a file a second run repeats: the rows of a Parquet file, else its bytes."""
+    if not name.endswith(".parquet"):
+        return data
+    table = pq.read_table(io.BytesIO(data))
+    return {column: table[column].to_pylist().__repr__() for column in table.column_names}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", KILLED if NIGHTLY else KILLED[:2])
+def test_stopped_at_a_random_moment_the_next_one_ends_as_if_it_had_not_been(
+    command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """KILL, SIGTERM and Ctrl-C; one moment in eight is of the last 50 ms."""
+    rng, times, out = random.Random(f"moments of {command}"), tmp_path / "times.json", tmp_path / "out"
+    line = words(command, out, given)
+    found = []
+    for undisturbed in (lambda: faults.at_moment(line, times)[0], lambda: call(capsys, *line)[0]):
+        out.mkdir(exist_ok=True)
+        lay(out, {})
+        assert undisturbed() == 0
+        found.append({name: numbers(name, data) for name, data in contents(out).items()})
+    made = contents(out)
+    same = {name for name in made if found[0][name] == found[1][name]}
+    assert same or command == "report", made.keys()  # pictures in a page have random names
+    events = json.loads(times.read_text())
+    told = {"old": 0, "new": 0, "ended": 0}
+    for k in range(size(3, 25)):
+        before = {} if command in FRESH or k % 2 else dict.fromkeys(made, b"old")
+        lay(out, before)
+        writing._remove_leftovers.cache_clear()  # as in a new process
+        first = events[-1] - 0.05 if k % 8 == 0 else events[0]
+        at = bisect.bisect(events, rng.uniform(first, events[-1]))
+        number = rng.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGINT))
+        what = (command, number.name, at, len(events), delay := rng.choice((0.0, rng.uniform(0.0, 0.02))))
+        status, complaint = faults.at_moment(line, times, number, at, delay)
+        assert status in (0, -number, 128 + number), (what, status, complaint)
+        assert "Traceback" not in complaint and "a bug" not in complaint, (what, complaint)
+        assert status != 128 + number or complaint.count("stopped") <= 1, (what, complaint)
+        as_before = judge(command, out, before, set(made), what)
+        assert not (as_before and status == 0), what
+        told["ended" if status == 0 else "old" if as_before else "new"] += 1
+        again(lambda: call(capsys, *line), out, set(made), what)
+        assert hidden(out) == [], (what, hidden(out))
+        now = {name: numbers(name, data) for name, data in contents(out).items()}
+        assert all(now[name] == found[0][name] for name in same), what
+    with capsys.disabled():
+        print(f"\n{command}: {told}" if NIGHTLY else "", end="")
