@@ -1,6 +1,7 @@
 from .assets import FLAT as FLAT
 from .assets import FOLDERS as FOLDERS
 from .assets import KINDS as KINDS
+from .assets import as_stored as as_stored
 from .assets import checks_of as checks_of
 from .assets import file_beside as file_beside
 from .assets import find as find
@@ -9,6 +10,9 @@ from .assets import folder as folder
 from .assets import gait_names as gait_names
 from .assets import names as names
 from .assets import read_toml as read_toml
+from .child import child_environment as child_environment
+from .child import safe_children as safe_children
+from .child import trusted_places as trusted_places
 from .compiling import compile_all as compile_all
 from .csv_table import RATIOS as RATIOS
 from .csv_table import Table as Table
@@ -68,6 +72,7 @@ from .units import format_quantity as format_quantity
 from .units import in_unit as in_unit
 from .units import parse_quantity as parse_quantity
 from .units import read_any_quantity as read_any_quantity
+from .unpacking import unpack as unpack
 from .versions import code_fingerprint as code_fingerprint
 from .writing import check_encoding as check_encoding
 from .writing import check_writable as check_writable

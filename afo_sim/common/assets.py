@@ -4,6 +4,7 @@ import base64
 import functools
 import hashlib
 import importlib.metadata
+import os
 import pathlib
 import tomllib
 import warnings
@@ -115,6 +116,39 @@ def file_beside(name: str, beside: pathlib.Path) -> str:
     shipped = [folder(root) / rest] if root in FOLDERS and rest else []
     path = next((path for path in (beside.parent / name, *shipped) if path.is_file()), None)
     return str(path.resolve()) if path else name
+
+
+def shipped_name(file: pathlib.Path) -> str:
+    """A file of this installation by the name that every one has, `models/…`; "" of any other."""
+    for root in FOLDERS:
+        if file.is_relative_to(shipped := folder(root).resolve()):
+            return f"{root}/{file.relative_to(shipped).as_posix()}"
+    return ""
+
+
+def as_stored(data: Any, place: pathlib.Path) -> Any:
+    """Plain data to be written into a folder: it names files as seen from there, and none by its whole path.
+
+    Parameters
+    ----------
+    data : texts, numbers, and dicts and lists of them
+    place : the folder
+
+    Returns
+    -------
+    the same, in which a text that is a file's whole path is `models/…`, or the path from the folder
+    """
+    if isinstance(data, dict):
+        return {key: as_stored(value, place) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [as_stored(item, place) for item in data]
+    if not (isinstance(data, str) and os.path.isabs(data) and pathlib.Path(data).is_file()):  # noqa: PTH117
+        return data
+    try:
+        seen = os.path.relpath(pathlib.Path(data).resolve(), place.resolve())
+    except ValueError:  # on another drive of Windows
+        seen = pathlib.Path(data).name
+    return shipped_name(pathlib.Path(data).resolve()) or pathlib.Path(seen).as_posix()
 
 
 def gait_names() -> list[str]:

@@ -29,6 +29,7 @@ from afo_sim.common import (
     sealed_json,
     settle,
     together,
+    unpack,
 )
 from afo_sim.description import load
 from afo_sim.metrics import Metric
@@ -229,6 +230,7 @@ LABEL = (
     "step it inside afo_sim.native.installed(). -->\n"
 )
 LARGEST = 32 * 2**20  # of a kept model as text; the Parquet format allows 100 MB [bytes]
+UNPACKED = 8 * LARGEST  # of a kept model [bytes]
 _HEADER = 5 * 4  # of a binary: what it is, its floating point, MuJoCo's version and layout [bytes]
 _NAME = "model.mjb"
 
@@ -262,13 +264,13 @@ def to_binary(model: mujoco.MjModel) -> bytes:
 
 def packed(binary: bytes) -> str:
     """A binary as short text for a file's metadata; "" where it is too large for them."""
-    text = base64.b64encode(zlib.compress(binary)).decode()
+    text = base64.b64encode(zlib.compress(binary)).decode() if len(binary) <= UNPACKED else ""
     return text if len(text) <= LARGEST else ""
 
 
 def unpacked(text: str) -> bytes:
     """The binary of a text that `packed` has made; ValueError or zlib.error where it is none."""
-    return zlib.decompress(base64.b64decode(text, validate=True)) if text else b""
+    return unpack(base64.b64decode(text, validate=True), UNPACKED) if text else b""
 
 
 def model_of(run: Kept) -> mujoco.MjModel:

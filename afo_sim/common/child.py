@@ -1,0 +1,54 @@
+"""What a child process is given, so that it takes no program and no module from the current folder."""
+
+import os
+import pathlib
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+
+SAFE = "PYTHONSAFEPATH"  # environment: Python leaves the current folder out of the places of its modules
+_LISTS = (
+    "PATH",
+    "PYTHONPATH",
+    "LD_LIBRARY_PATH",
+    "DYLD_LIBRARY_PATH",
+)  # an empty entry is the current folder
+
+
+def trusted_places() -> list[str]:
+    """The folders of this process's modules, as whole paths, without the current one."""
+    return _elsewhere(sys.path)
+
+
+def child_environment(own: Mapping[str, str] | None = None) -> dict[str, str]:
+    """This process's environment for a child, without the current folder in any list of places.
+
+    Parameters
+    ----------
+    own : variables of the child's own
+    """
+    found = {name: value for name, value in os.environ.items() if name != "PYTHONSTARTUP"}
+    for name in found.keys() & set(_LISTS):
+        found[name] = os.pathsep.join(_elsewhere(found[name].split(os.pathsep)))
+    return {name: value for name, value in found.items() if value} | {SAFE: "1"} | dict(own or {})
+
+
+@contextmanager
+def safe_children() -> Iterator[None]:
+    """A block in which libraries start Python without the current folder among the places of its modules."""
+    before = os.environ.get(SAFE)
+    os.environ[SAFE] = "1"
+    try:
+        yield
+    finally:
+        os.environ.pop(SAFE)
+        if before is not None:
+            os.environ[SAFE] = before
+
+
+def _elsewhere(places: Iterable[str]) -> list[str]:
+    """The whole paths among places that are not the current folder."""
+    here = pathlib.Path.cwd()
+    return [
+        place for place in places if (path := pathlib.Path(place)).is_absolute() and path.resolve() != here
+    ]
