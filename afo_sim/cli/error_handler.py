@@ -17,7 +17,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from afo_sim.common import AfoSimError, InputError, check_encoding
+from afo_sim.common import AfoSimError, InputError, check_encoding, safe_children
 
 _BUG, _INTERRUPTED = 70, 130  # exit codes; those of input are AfoSimError's
 _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
@@ -94,7 +94,8 @@ def run(app: typer.Typer, came: Sequence[int] = ()) -> int:
     try:
         for word in sys.argv[1:]:
             check_encoding(word)
-        app(prog_name="afo-sim")
+        with safe_children():  # MuJoCo's glfw starts a Python
+            app(prog_name="afo-sim")
         code = 0
     except SystemExit as stop:
         code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)

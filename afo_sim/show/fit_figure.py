@@ -21,7 +21,7 @@ from afo_sim.lab import (
     take,
 )
 from afo_sim.lab.law_problem import predict
-from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, STYLE, plain
+from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, plain, styled
 
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -32,10 +32,9 @@ def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Pat
     found : from `fit`
     folder : made if need be
     """
-    import matplotlib
 
     written = []
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = _figure(found.fits)
         for suffix in ("png", "pdf"):
             written.append(folder / f"fit.{suffix}")
@@ -154,11 +153,10 @@ def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
     fit : from `fit_run`
     folder : made if need be
     """
-    import matplotlib
     from matplotlib.figure import Figure
 
     channels, written = fit.problem.log.channels, list[pathlib.Path]()
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=(7.1, 0.9 + 1.7 * len(channels)), layout="constrained")
         axes = figure.subplots(len(channels), 2, sharex=True, squeeze=False, width_ratios=(1.35, 1.0))
         for (left, right), channel in zip(axes, channels, strict=True):

@@ -17,7 +17,7 @@ import numpy as np
 
 from afo_sim.show import panels, walk_panels
 from afo_sim.show.run_view import Over, RunView
-from afo_sim.show.style import STYLE, ink, plain
+from afo_sim.show.style import ink, plain, styled
 
 WIDTH = 3.7  # of a panel [inch]; 355 CSS pixels
 _KEY = (0.36, 0.13)  # of a legend's sample [inch]
@@ -48,10 +48,9 @@ def _svgs(
 
     Units: height [inch].
     """
-    import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
-    with matplotlib.rc_context({**STYLE, "svg.fonttype": "path", "svg.hashsalt": name}):
+    with styled(**{"svg.fonttype": "path", "svg.hashsalt": name}):
         figures = [Figure(figsize=(WIDTH, height), layout="constrained") for _ in range(count)]
         fill(figures)
         drawn = [_svg(f"{name}{k}", title, figure) for k, figure in enumerate(figures, 1)]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.metrics import metric_words
-from afo_sim.show.style import COLOURS, RESOLUTION, STYLE, plain
+from afo_sim.show.style import COLOURS, RESOLUTION, plain, styled
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, human_scale
 
 _LABEL = 24  # characters of a line beside an axis
@@ -30,14 +30,13 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
     columns : of all designs, in the order in which they were tried
     path : PNG to write
     """
-    from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     aim = problem.aim
     count = 1 + len(aim.limits) + len(problem.parameters)
     rows, across = -(-count // _ACROSS), min(count, _ACROSS)
-    with rc_context(STYLE):
+    with styled():
         figure = Figure((_PANEL[0] * across, _PANEL[1] * rows + 0.5), layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.subplots(rows, across, sharex=True, squeeze=False).ravel()

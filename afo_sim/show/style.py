@@ -101,6 +101,13 @@ def _format_of(path: pathlib.Path) -> str:
     return suffix
 
 
+def styled(**own: Any) -> Any:
+    """A block with Matplotlib's defaults and this style, whatever `matplotlibrc` the current folder holds."""
+    import matplotlib
+
+    return matplotlib.rc_context({**matplotlib.rcParamsDefault, **STYLE, **own})
+
+
 def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
     """Draw a figure and write it, whole or not at all.
 
@@ -116,10 +123,9 @@ def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[
         The suffix is no format.
     """
     suffix = _format_of(path)
-    import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
-    with matplotlib.rc_context(STYLE):
+    with styled():
         figure = Figure(figsize=size, layout="constrained")
         fill(figure)
         with replacing(path) as temporary:

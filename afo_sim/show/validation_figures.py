@@ -27,7 +27,7 @@ from afo_sim.lab import (
 )
 from afo_sim.lab.validation_s1 import table
 from afo_sim.physics import LAWS, contractions
-from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, STYLE
+from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, styled
 
 _S1_OWN, _OURS = COLOURS[0], COLOURS[1]
 _ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
@@ -48,12 +48,11 @@ def write_figures(folder: pathlib.Path) -> list[pathlib.Path]:
     InputError
         The folder cannot be written to.
     """
-    import matplotlib
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
     check_writable(folder, "folder")
     written = []
-    with matplotlib.rc_context(STYLE), together(folder) as scratch:
+    with styled(), together(folder) as scratch:
         for name, (size, fill) in FIGURES.items():
             figure = Figure(figsize=size, layout="constrained")
             fill(figure)

@@ -14,7 +14,7 @@ from typing import IO, Any, Self
 import mujoco
 import numpy as np
 
-from afo_sim.common import GRAVITY, InputError, replacing
+from afo_sim.common import GRAVITY, InputError, child_environment, replacing
 from afo_sim.description import body_mass, load
 from afo_sim.metrics import loaded
 from afo_sim.model import muscle_names
@@ -297,8 +297,8 @@ def _rows(recording: Recording, rate: float) -> np.ndarray:
 
 
 def _ffmpeg() -> str:
-    program = shutil.which("ffmpeg")
-    if program is None:
+    program = shutil.which("ffmpeg", path=child_environment().get("PATH"))
+    if program is None or not pathlib.Path(program).is_absolute():  # Windows takes the current folder first
         raise InputError(
             "videos are encoded by the program ffmpeg, which is not installed; install the package "
             "ffmpeg (Debian, Ubuntu: apt install ffmpeg; macOS: brew install ffmpeg)"
@@ -313,9 +313,10 @@ def _encoder(program: str, path: pathlib.Path, rate: float, width: int, height: 
     command += ["-s", f"{width}x{height}", "-r", repr(rate), "-i", "-"]
     command += ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]
     command += ["-f", "mp4", f"file:{path}"]
+    quiet = {"stdout": subprocess.DEVNULL, "env": child_environment()}
     with (
         tempfile.TemporaryFile() as log,
-        subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=log) as process,
+        subprocess.Popen(command, stdin=subprocess.PIPE, stderr=log, **quiet) as process,  # type: ignore[call-overload]
     ):
         assert process.stdin is not None
         try:

@@ -3,6 +3,7 @@
 import pathlib
 import random
 import re
+import sys
 from typing import Any
 
 import numpy as np
@@ -114,6 +115,34 @@ def test_a_file_that_ends_ezc3d_does_not_end_the_program(
     monkeypatch.setattr(c3d_file, "CHILD", "no_such_module")
     with pytest.raises(InputError, match="ezc3d broke off"):
         read_trial([path])
+
+
+ANSWERS = {
+    "a pickle that would run": "sys.stdout.write('cos\\nmkdir\\n(Vran\\ntR.')",
+    "more than is read": "sys.stdout.write(' ' * 2**23)",
+    "more memory than the file can need": "c3d_child._limit(1000); bytes(2**31)",
+    "other counts than numbers": 'print(\'{"points": [4, 9, 3], "residuals": [0], "analogs": [0, 0]}\')',
+    "no table": "print('[1]')",
+    "deep": "print('[' * 200000)",
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limits")
+@pytest.mark.parametrize("answer", ANSWERS.values(), ids=ANSWERS)
+def test_an_answer_of_the_reading_process_is_not_trusted(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, answer: str
+) -> None:
+    """Of one that a damaged file has taken over, say."""
+    pytest.importorskip("ezc3d")
+    monkeypatch.chdir(tmp_path)
+    path, child = write(tmp_path / "walk.c3d", [], [], []), tmp_path / "child.py"
+    child.write_text(
+        f"import sys\nsys.path.append({str(c3d_file.CHILD.parent)!r})\nimport c3d_child\n{answer}\n"
+    )
+    monkeypatch.setattr(c3d_file, "CHILD", child)
+    with pytest.raises(InputError, match="ezc3d broke off"):
+        read_trial([path])
+    assert not (tmp_path / "ran").exists()
 
 
 # One of each kind; the others take ten seconds together.

@@ -246,7 +246,7 @@ def test_pictures_follow_the_ankle_and_the_force() -> None:
 def test_missing_ffmpeg_is_named(
     seated: Recording, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(shutil, "which", lambda _: None)
+    monkeypatch.setattr(shutil, "which", lambda _, path: None)
     with pytest.raises(InputError, match=r"apt install ffmpeg.*brew install ffmpeg"):
         video.write_video(seated, tmp_path / "a.mp4")
     assert not list(tmp_path.iterdir())
@@ -260,7 +260,7 @@ def test_missing_opengl_says_what_to_install(
 
     monkeypatch.setenv("MUJOCO_GL", "egl")
     monkeypatch.setattr(
-        shutil, "which", lambda _: shutil.__file__
+        shutil, "which", lambda _, path: shutil.__file__
     )  # is not started before there is a picture
     monkeypatch.setattr(video.importlib, "import_module", none)
     with pytest.raises(InputError, match=r"no libEGL.*MUJOCO_GL=osmesa.*libegl1.*libosmesa6"):

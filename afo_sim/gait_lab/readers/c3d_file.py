@@ -4,24 +4,28 @@ ezc3d is C++: on a damaged file it may end the process that it runs in, or never
 with one to four changed bytes, 6 and 3). There it harms nobody.
 """
 
+import json
+import math
 import os
 import pathlib
-import pickle
 import struct
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, optional
+from afo_sim.common import InputError, child_environment, optional, trusted_places
+from afo_sim.gait_lab.readers.c3d_child import ANSWER, ANSWER_A_BYTE, ARRAYS
 
 _BLOCK = 512  # bytes; C3D counts in them
 PATIENCE = 20.0  # that a file is given [s]
 SECONDS_A_BYTE = 1e-6  # that a large one is given more
-CHILD = "afo_sim.gait_lab.readers.c3d_child"
+_BROKEN = "it is damaged (ezc3d broke off)"
+CHILD = pathlib.Path(__file__).with_name("c3d_child.py")
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,31 +64,51 @@ def read_c3d_file(path: pathlib.Path) -> C3dFile:
     """Read a C3D file."""
     optional("ezc3d")  # the process below needs it
     size = _refuse_damaged(path)
-    command = [sys.executable, "-m", CHILD, str(path)]
-    paths = {"PYTHONPATH": os.pathsep.join(entry or "." for entry in sys.path)}
-    patience = PATIENCE + SECONDS_A_BYTE * size
-    try:
-        done = subprocess.run(
-            command, capture_output=True, timeout=patience, env={**os.environ, **paths}, check=False
-        )
-        found = pickle.loads(done.stdout) if done.returncode == 0 else "it is damaged (ezc3d broke off)"
-    except subprocess.TimeoutExpired:
-        found = f"it is damaged (ezc3d did not come to an end in {patience:.0f} s)"
-    if isinstance(found, str):
-        raise InputError(f"ezc3d cannot read it: {found}", file=path)
-    points = np.asarray(found["points"], dtype=float)
+    found = _answer(path, size)
+    points, residuals = found["points"], found["residuals"]
     frames, count = points.shape[:2]
-    residuals = np.asarray(found["residuals"], dtype=float)
     whole = residuals.size == count * frames
     return C3dFile(
         parameters=found["parameters"],
         points=points,
         residuals=residuals.reshape(count, frames).T if whole else np.zeros((frames, count)),
-        analogs=np.asarray(found["analogs"], dtype=float),
+        analogs=found["analogs"],
         frame_rate=found["frame_rate"],
         first_frame=found["first_frame"],
         frames=frames or max(found["last_frame"] - found["first_frame"] + 1, 0),
     )
+
+
+def _answer(path: pathlib.Path, size: int) -> dict[str, Any]:
+    """What the child says of a file of so many bytes; it runs no code of the folder that it is started in."""
+    command = [sys.executable, "-I", str(CHILD), str(path.absolute()), *trusted_places()]
+    patience, most = PATIENCE + SECONDS_A_BYTE * size, ANSWER + ANSWER_A_BYTE * size
+    given = child_environment({"OPENBLAS_NUM_THREADS": "1"})  # each further thread asks for memory
+    with tempfile.TemporaryFile() as said:
+        try:
+            done = subprocess.run(
+                command, stdout=said, stderr=subprocess.DEVNULL, timeout=patience, env=given, check=False
+            )
+        except subprocess.TimeoutExpired:
+            why = f"it is damaged (ezc3d did not come to an end in {patience:.0f} s)"
+            raise _refused(path, why) from None
+        if done.returncode or os.fstat(said.fileno()).st_size > most:
+            raise _refused(path, _BROKEN)
+        said.seek(0)
+        try:
+            found: dict[str, Any] = json.loads(said.readline())
+            for name in ARRAYS if "refused" not in found else ():
+                numbers = np.frombuffer(said.read(8 * math.prod(found[name])), "<f8")
+                found[name] = numbers.reshape(found[name])
+        except (KeyError, RecursionError, TypeError, ValueError):
+            raise _refused(path, _BROKEN) from None
+    if "refused" in found:
+        raise _refused(path, found["refused"])
+    return found
+
+
+def _refused(path: pathlib.Path, why: str) -> InputError:
+    return InputError(f"ezc3d cannot read it: {why}", file=path)
 
 
 def _refuse_damaged(path: pathlib.Path) -> int:

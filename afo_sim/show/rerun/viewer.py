@@ -17,7 +17,7 @@ import rerun as rr
 import afo_sim.show.rerun.curves as curves
 import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.walk_scene as walk_scene
-from afo_sim.common import InputError
+from afo_sim.common import InputError, child_environment
 from afo_sim.show.rerun.layout import blueprint
 from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, RunScene, contents, log_poses, log_still
 from afo_sim.show.rerun.run_rows import TIMELINE, Source, from_recording
@@ -30,7 +30,7 @@ _START_LIMIT = 60.0  # how long a viewer may take to start or load [s]
 def open_recordings(paths: Sequence[pathlib.Path]) -> None:
     """Show Rerun files in a window, until it is closed."""
     require_display(paths[0])
-    subprocess.run([str(_binary()), *map(str, paths), "--bind", _LOOPBACK], check=False)
+    subprocess.run([str(_binary()), *map(str, paths), "--bind", _LOOPBACK], check=False, env=_environment())
 
 
 def require_display(file: pathlib.Path | None = None) -> None:
@@ -66,11 +66,9 @@ def screenshot(path: pathlib.Path, picture: pathlib.Path, at: float | None = Non
 def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> Iterator[str]:
     """A viewer for the duration of a block (or until closed); yields the address it listens at."""
     port = _free_port()
-    environment = os.environ | {"RUST_LOG": "error"}
-    environment.setdefault("XDG_RUNTIME_DIR", str(pathlib.Path.home()))
     command = [str(_binary()), "--bind", _LOOPBACK, "--port", str(port), *options]
     with tempfile.TemporaryFile("w+") as complaint:
-        process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=complaint)
+        process = subprocess.Popen(command, env=_environment(), stdout=subprocess.DEVNULL, stderr=complaint)
         try:
             _wait(lambda: process.poll() is not None or _listens(port))
             time.sleep(0.3)  # it listens before it looks for a driver
@@ -104,6 +102,11 @@ def _no_viewer(complaint: IO[str]) -> InputError:
         + "; without a display it needs a Vulkan driver in software: on Debian or Ubuntu "
         "install the package mesa-vulkan-drivers"
     )
+
+
+def _environment() -> dict[str, str]:
+    """Of the viewer, which runs every rerun-loader-… that it finds on the PATH."""
+    return {"XDG_RUNTIME_DIR": str(pathlib.Path.home())} | child_environment({"RUST_LOG": "error"})
 
 
 def _binary() -> pathlib.Path:
