@@ -1,14 +1,18 @@
 """Simulation of a study's cases by threads of this process, or by a Dask cluster, here or somewhere."""
 
+import ipaddress
 import os
+import sys
+import tempfile
 import threading
+import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.common import InputError, optional
+from afo_sim.common import InputError, Notice, optional, safe_children
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.engine import Jobs, Outcome
@@ -26,16 +30,16 @@ Evaluate = Callable[
 
 
 def _chunks(
-    scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], scheduler: str, asked: Asked = EVERYTHING
+    scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], who: "Pool", asked: Asked = EVERYTHING
 ) -> Iterator[tuple[int, list[Outcome]]]:
     """Chunks as workers return them, in no particular order.
 
     A worker that dies takes no row with it and doubles none: its chunk is computed again by another, and
     rows are written here alone.
     """
-    distributed = _dask()
+    distributed = optional("distributed")
     try:
-        with _client(distributed, scheduler) as client:
+        with _client(distributed, who) as client:
             yield from _computed(distributed, client, scenario, jobs, iter(pending), asked)
     except (OSError, TimeoutError, CancelledError) as error:  # scheduler or network is gone
         raise _broken(error) from None
@@ -116,22 +120,46 @@ def _broken(error: BaseException) -> InputError:
     return InputError(problem, allowed="the same command again; what is computed is kept")
 
 
-def _client(distributed: Any, scheduler: str) -> Any:
+def _client(distributed: Any, who: "Pool") -> Any:
     try:
-        return distributed.Client(scheduler, timeout="20 s")
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be reached: {error}", field="scheduler", value=scheduler) from None
+        return distributed.Client(who.scheduler, timeout="20 s", security=who.security)
+    except (OSError, TypeError, ValueError) as error:  # TypeError: no keys are configured
+        raise InputError(f"cannot be reached: {error}", field="scheduler", value=who.scheduler) from None
 
 
-def _dask() -> Any:
-    """Dask's `distributed`, or what to install."""
-    return optional("distributed")
+@contextmanager
+def _local(workers: int) -> Iterator["Pool"]:
+    """A cluster on this machine, for its maker alone: whoever reaches a scheduler runs code as its owner.
 
-
-def _local_options(workers: int) -> dict[str, Any]:
-    """Of a cluster on this machine, which nobody else can reach."""
+    Keys are made for it, and kept in memory. Its servers have no pages. It puts its scratch folders before
+    all places of modules, here and in its workers: they are within one that nobody else may write to.
+    """
+    dask, distributed, _ = (optional(name) for name in ("dask", "distributed", "cryptography"))
+    own: dict[str, Any] = {f"distributed.{part}.http.routes": [] for part in ("scheduler", "worker")}
     options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
-    return {"n_workers": workers, **options}
+    keys, places = distributed.Security.temporary(), list(sys.path)
+    try:
+        with (
+            safe_children(),
+            tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch,
+            dask.config.set(own | {"temporary-directory": scratch}),
+            distributed.LocalCluster(n_workers=workers, protocol="tls://", security=keys, **options) as local,
+        ):
+            yield Pool(scheduler=local.scheduler_address, security=keys)
+    finally:
+        sys.path[:] = places
+
+
+def unprotected(scheduler: str) -> Notice | None:
+    """What to know before code and data go to a scheduler at an address of another machine without TLS."""
+    protocol, _, rest = scheduler.rpartition("://")
+    host = rest.rpartition(":")[0].strip("[]")
+    with suppress(ValueError):  # a name
+        host = "localhost" if ipaddress.ip_address(host).is_loopback else host
+    if protocol in ("tls", "wss", "inproc") or host == "localhost":
+        return None
+    text = "{subject} has no TLS: whoever reaches that scheduler runs code as you, here and on its workers"
+    return Notice("scheduler-without-tls", text, subject=scheduler)
 
 
 @dataclass(frozen=True)
@@ -140,6 +168,7 @@ class Pool:
 
     threads: int = 1
     scheduler: str = ""
+    security: Any = None  # Dask's own keys, or those of its configuration
 
     def outcomes(
         self,
@@ -151,7 +180,7 @@ class Pool:
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
         if self.scheduler:
-            yield from _chunks(scenario, jobs, due, self.scheduler, asked)
+            yield from _chunks(scenario, jobs, due, self, asked)
             return
         cases = ((number, jobs.sets(number)) for chunk in due for number in jobs.numbers(chunk))
         found: dict[int, dict[int, Outcome]] = {}
@@ -179,11 +208,13 @@ def pool(threads: int = 0, workers: int = 0, scheduler: str = "") -> Iterator[Po
     InputError
         Dask is not installed.
     """
+    if scheduler and (notice := unprotected(scheduler)):
+        warnings.warn(notice, stacklevel=3)
     if scheduler or not workers:
         yield Pool(threads or processors(), scheduler)
         return
-    with _dask().LocalCluster(**_local_options(workers)) as local:
-        yield Pool(threads, local.scheduler_address)
+    with _local(workers) as local:
+        yield local
 
 
 def processors() -> int:

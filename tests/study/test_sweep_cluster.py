@@ -3,6 +3,8 @@
 import os
 import pathlib
 import signal
+import socket
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -15,7 +17,7 @@ from sweep_runs import SEATED, SWEEP, assert_same, exact, opened, swept, table, 
 from afo_sim.common import InputError
 from afo_sim.description import expand
 from afo_sim.study import engine, folder, runner
-from afo_sim.study.pool import compute
+from afo_sim.study.pool import compute, pool, unprotected
 
 distributed = pytest.importorskip("distributed")
 # warnings of a cluster that is torn down; processes that start, wait and die
@@ -35,7 +37,9 @@ def two_workers() -> Iterator[Any]:
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Clients that give a scheduler up after a second."""
     real = distributed.Client
-    monkeypatch.setattr(distributed, "Client", lambda address, timeout: real(address, timeout="1 s"))
+    monkeypatch.setattr(
+        distributed, "Client", lambda address, **options: real(address, **options | {"timeout": "1 s"})
+    )
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +49,64 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 def test_local_workers_give_the_same_rows(whole: Any, tmp_path: pathlib.Path) -> None:
     assert_same(whole, swept(tmp_path, workers=2))
+
+
+def test_a_local_cluster_listens_to_its_maker_alone(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On this machine alone, and there to nobody without its keys; no page tells anything."""
+    import psutil
+
+    monkeypatch.chdir(tmp_path)
+    places = list(sys.path)
+    with pool(workers=1) as local:
+        protocol, _, port = local.scheduler.rpartition(":")
+        assert protocol == "tls://127.0.0.1"
+        with distributed.Client(local.scheduler, security=local.security) as client:
+            (safe,) = client.run(lambda: __import__("sys").flags.safe_path).values()
+        assert safe
+        with pytest.raises(OSError):
+            distributed.Client(f"tcp://127.0.0.1:{port}", timeout="1 s")
+        own = psutil.Process()
+        listening = [
+            each.laddr
+            for process in (own, *own.children(recursive=True))
+            for each in process.net_connections()
+            if each.status == psutil.CONN_LISTEN
+        ]
+        assert {address.ip for address in listening} == {"127.0.0.1"}
+        answers = [_first_line(address.port) for address in listening]
+    assert len(answers) >= 4 and set(answers) <= {b"", b"HTTP/1.1 404 Not Found\r\n"}
+    assert sys.path == places
+
+
+def _first_line(port: int) -> bytes:
+    """What a stranger is answered; nothing where he has no key."""
+    with socket.create_connection(("127.0.0.1", port), timeout=20.0) as asked:
+        asked.sendall(b"GET /info/main/workers.html HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        try:
+            line = asked.makefile("rb").readline()
+        except ConnectionResetError:
+            return b""
+    return line if line.startswith(b"HTTP") else b""
+
+
+@pytest.mark.parametrize(
+    "address", ["tcp://10.0.0.7:8786", "10.0.0.7:8786", "ws://lab:1", "tcp://[2001:db8::1]:8786"]
+)
+def test_a_scheduler_without_keys_is_warned_of(address: str) -> None:
+    with (
+        pytest.warns(UserWarning, match="has no TLS: whoever reaches that scheduler runs code as you"),
+        pool(scheduler=address),
+    ):
+        pass
+
+
+@pytest.mark.parametrize(
+    "address", ["tls://10.0.0.7:8786", "tcp://127.0.0.1:8786", "localhost:8786", "tcp://[::1]:8786"]
+)
+def test_a_scheduler_with_keys_or_here_is_not(address: str) -> None:
+    assert unprotected(address) is None
 
 
 def test_a_killed_worker_loses_and_doubles_no_row(
@@ -82,8 +144,8 @@ def test_a_worker_of_many_threads_takes_one_chunk_at_a_time() -> None:
     sets = [{"duration": "0.3 s", "supply.pressure": f"{2.0 + 0.01 * k!r} bar"} for k in range(32)]
     chunks = [[(k, sets[k]) for k in range(first, first + 4)] for first in range(0, 32, 4)]
     alone = [[outcome for _, outcome in sorted(engine.outcomes(scenario, chunk))] for chunk in chunks]
-    with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda chunk: compute(scenario, chunk), chunks))
+    with ThreadPoolExecutor(4) as threads:
+        together = list(threads.map(lambda chunk: compute(scenario, chunk), chunks))
     for found, expected in zip(together, alone, strict=True):
         assert [exact(outcome) for outcome in found] == [exact(outcome) for outcome in expected]
 
