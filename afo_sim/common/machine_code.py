@@ -14,6 +14,7 @@ import ctypes
 import hashlib
 import importlib.metadata
 import os
+import pathlib
 import pickle
 import platform
 from collections.abc import Callable, Sequence
@@ -51,7 +52,11 @@ def functions(
     """
     start()
     key = fingerprint(*follows)
-    return [_loaded(code, prototype) for code in _stored(kind, key) or _compile(kind, key, compile_)]
+    codes = _stored(kind, key)
+    if not codes:
+        with user_cache.alone():  # whoever has waited finds what the first has compiled
+            codes = _stored(kind, key) or _compile(kind, key, compile_)
+    return [_loaded(code, prototype) for code in codes]
 
 
 def start() -> None:
@@ -81,6 +86,8 @@ def fingerprint(*follows: Any) -> str | None:
         return None
     settings = sorted((name, value) for name, value in os.environ.items() if name.startswith("NUMBA_"))
     versions = (platform.python_version(), importlib.metadata.version("numba"), llvmlite.__version__)
+    with suppress(OSError):  # which numba reads in the current folder
+        settings.append(("", pathlib.Path(".numba_config.yaml").read_bytes().hex()))
     known = (user_cache.checksum(), versions, _processor(), follows, settings)
     return hashlib.sha256(repr(known).encode()).hexdigest()
 

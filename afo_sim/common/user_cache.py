@@ -1,5 +1,6 @@
 """Files in the user's cache folder: found whole or not at all, and never needed.
 
+What stands there is machine code that will run: a folder that anybody else may write to is passed over.
 And the checksum of the sources that cached machine code follows from.
 """
 
@@ -8,9 +9,16 @@ import functools
 import hashlib
 import os
 import pathlib
+import stat
 import sys
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.notice import Notice
 from afo_sim.common.writing import keeping
 
 ROOMS = ("common", "physics", "native")  # whose code is compiled, or makes what is
@@ -35,6 +43,7 @@ checksum()  # now, with the import: a file that is edited later is not the code 
 VARIABLE = "AFO_SIM_CACHE"  # environment: the folder, or "off"
 _NEWEST = 8  # files of one kind that stay
 _DIGEST = hashlib.sha256().digest_size
+PATIENCE = 120.0  # that another process is given to compile [s]
 
 
 def folder() -> pathlib.Path | None:
@@ -61,11 +70,13 @@ def _of_the_system() -> pathlib.Path:
 def read(kind: str, key: str) -> bytes | None:
     """What `write` has stored; None where it is missing, unreadable or damaged."""
     path = _path(kind, key)
+    if path is None or not _private(path.parent):
+        return None
     try:
-        stored = path.read_bytes() if path else b""
+        stored = path.read_bytes()
     except OSError:
         return None
-    if path is None or stored[:_DIGEST] != _digest(path, stored[_DIGEST:]):
+    if stored[:_DIGEST] != _digest(path, stored[_DIGEST:]):
         return None
     with contextlib.suppress(OSError):
         os.utime(path)  # in use: it stays
@@ -75,14 +86,76 @@ def read(kind: str, key: str) -> bytes | None:
 def write(kind: str, key: str, content: bytes) -> None:
     """Store content for later processes; without a word where that is impossible."""
     path = _path(kind, key)
-    if path is None:
+    if path is None or not _made(path.parent):
         return
     with contextlib.suppress(OSError, InputError):
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with keeping(path) as temporary:
             temporary.write_bytes(_digest(path, content) + content)
         for old in sorted(path.parent.glob(f"{kind}-*"), key=_age)[_NEWEST:]:
             old.unlink(missing_ok=True)
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """A block that one process at a time is in, of those that share the folder; so that one compiles for all.
+
+    Where the system has no such lock, or nobody else has come out within PATIENCE, the block is entered
+    all the same. A process that ends gives its lock back.
+    """
+    place, lock = folder(), -1
+    with contextlib.suppress(ImportError, OSError):
+        if place is not None and _made(place):
+            import fcntl
+
+            lock = os.open(place, os.O_RDONLY)
+            limit = time.monotonic() + PATIENCE
+            while not _taken(fcntl, lock) and time.monotonic() < limit:
+                time.sleep(0.05)
+    try:
+        yield
+    finally:
+        if lock >= 0:
+            os.close(lock)
+
+
+def _taken(fcntl: Any, lock: int) -> bool:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _made(place: pathlib.Path) -> bool:
+    """Whether the folder is there, perhaps since now, and is this user's alone."""
+    with contextlib.suppress(OSError):
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        return _private(place)
+    return False
+
+
+def _private(place: pathlib.Path) -> bool:
+    """Whether a folder is this user's, and nobody else may write to it; one that is not is warned of."""
+    try:
+        found = place.lstat()
+    except OSError:
+        return False
+    if not hasattr(os, "getuid"):  # Windows, where the place of such folders is the user's alone
+        return True
+    others = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not others:
+        return True
+    _warn(place)
+    return False
+
+
+@functools.cache  # once in a process
+def _warn(place: pathlib.Path) -> None:
+    text = (
+        "the cache folder {subject} is not used, and code is compiled anew: it is a link, belongs to another "
+        "user, or others may write to it; remove it, or name another one in {variable}"
+    )
+    warnings.warn(Notice("cache-not-private", text, subject=str(place), variable=VARIABLE), stacklevel=2)
 
 
 def _path(kind: str, key: str) -> pathlib.Path | None:

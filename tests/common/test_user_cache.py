@@ -5,6 +5,7 @@ import os
 import pathlib
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -18,6 +19,13 @@ print("ready", flush=True)
 sys.stdin.readline()
 for _ in range(40):
     user_cache.write("kind", "key", letter * 300_000)
+"""
+
+HOLDER = """
+from afo_sim.common import user_cache
+with user_cache.alone():
+    print("in", flush=True)
+    input()
 """
 
 
@@ -42,6 +50,54 @@ def test_what_is_written_comes_back(cache: pathlib.Path) -> None:
 def test_folder_is_the_users_alone(cache: pathlib.Path) -> None:
     user_cache.write("kind", "key", b"one")
     assert cache.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such modes")
+@pytest.mark.parametrize("whose", ["group", "others", "another user", "a link"])
+def test_folder_of_others_is_passed_over(
+    cache: pathlib.Path, monkeypatch: pytest.MonkeyPatch, whose: str
+) -> None:
+    """What stands in it would be run."""
+    user_cache.write("kind", "key", b"content")
+    if whose == "another user":
+        stranger = os.getuid() + 1
+        monkeypatch.setattr(os, "getuid", lambda: stranger)
+    elif whose == "a link":
+        cache.rename(cache.with_name("elsewhere"))
+        cache.symlink_to("elsewhere")
+    else:
+        cache.chmod(0o770 if whose == "group" else 0o707)
+    user_cache._warn.cache_clear()
+    with pytest.warns(UserWarning, match="the cache folder .* is not used") as told:
+        assert user_cache.read("kind", "key") is None
+        user_cache.write("kind", "other", b"content")
+    assert len(told) == 1 and told[0].message.args[0].code == "cache-not-private"
+    assert [path.name for path in cache.iterdir()] == ["kind-key"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such locks")
+def test_a_process_waits_until_the_other_is_done_or_dead(
+    cache: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    holder = subprocess.Popen([sys.executable, "-c", HOLDER], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    assert holder.stdout and holder.stdout.readline() == b"in\n"
+    entered = threading.Event()
+
+    def enter() -> None:
+        with user_cache.alone():
+            entered.set()
+
+    waiting = threading.Thread(target=enter)
+    waiting.start()
+    assert not entered.wait(0.5)
+    with monkeypatch.context() as hurry:
+        hurry.setattr(user_cache, "PATIENCE", 0.0)
+        with user_cache.alone():  # nobody waits for ever
+            assert not entered.is_set()
+    holder.kill()
+    holder.communicate()
+    assert entered.wait(60.0)
+    waiting.join()
 
 
 @pytest.mark.parametrize(
