@@ -40,7 +40,7 @@ def electronics_command(
         _compare(scenario, values, read, passed)
         return
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common import together
+        from afo_sim.common import as_stored, together
         from afo_sim.description import load
         from afo_sim.export import board_of, commanded, notes
 
@@ -50,7 +50,7 @@ def electronics_command(
         now, problem = {"scenario": description.resolved()}, "holds the export of another scenario"
         check_same(folder, "export for a board", "electronics.json", now, problem, force=force)
         found = commanded(description, report)
-        texts = _texts(description.resolved(), board, found)
+        texts = _texts(as_stored(now, folder), board, found)
         with together(folder, _FILES) as scratch:
             for name, text in texts.items():
                 (scratch / name).parent.mkdir(exist_ok=True)
@@ -65,13 +65,13 @@ def electronics_command(
     print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
 
 
-def _texts(resolved: dict[str, Any], board: Any, found: Any) -> dict[str, str]:
+def _texts(now: dict[str, Any], board: Any, found: Any) -> dict[str, str]:
     """{file: its text} of an export."""
     from afo_sim.common import json_text
     from afo_sim.export import header, host, sketch
 
     texts = {
-        "electronics.json": json_text({"scenario": resolved}),
+        "electronics.json": json_text(now),
         "valves/valves.h": header(board),
         "valves/valves.ino": sketch(board),
         "host.c": host(board),

@@ -78,7 +78,7 @@ def _other(
     folder: Path, kind: str, there: str, file: str, now: Mapping[str, Any], *, force: bool
 ) -> dict[str, Any] | None:
     """What a folder has instead of `now`, as far as it can be read; None where nothing is in the way."""
-    from afo_sim.common import read_json, settle
+    from afo_sim.common import as_stored, read_json, settle
 
     _check_kind(folder, kind)
     settle(folder)
@@ -89,7 +89,8 @@ def _other(
         before = {key: table[key] for key in now}
     except (OSError, ValueError, KeyError, TypeError):
         return {}
-    return None if before == json.loads(json.dumps(now)) else before
+    asked = as_stored(json.loads(json.dumps(now)), folder)
+    return None if as_stored(before, folder) == asked else before
 
 
 def _refused(folder: Path, problem: str, whom: str) -> InputError:

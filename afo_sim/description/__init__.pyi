@@ -68,6 +68,7 @@ from .new import base_of as base_of
 from .new import target_of as target_of
 from .orthosis import MuscleGroup as MuscleGroup
 from .orthosis import Orthosis as Orthosis
+from .portable import as_found as as_found
 from .portable import toml_text as toml_text
 from .quantity import Described as Described
 from .quantity import Provenance as Provenance

@@ -49,12 +49,20 @@ def portable(
     return found
 
 
+def as_found(scenario: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
+    """A scenario that was written into a folder's files by way of `as_stored`, with whole paths again."""
+    found = copy.deepcopy(dict(scenario))
+    for table, key in SCENARIO_FILES:
+        holder = found.get(table)
+        if isinstance(holder, dict) and isinstance(holder.get(key), str):
+            holder[key] = assets.file_beside(holder[key], folder / "scenario")
+    return found
+
+
 def _placed(file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path, name: str) -> str:
     """The text that stands for a file; copies a file that is not shipped."""
-    for root in assets.FOLDERS:
-        shipped = assets.folder(root).resolve()
-        if file.is_relative_to(shipped):
-            return f"{root}/{file.relative_to(shipped).as_posix()}"
+    if shipped := assets.shipped_name(file):
+        return shipped
     if file.is_relative_to(folder):
         return file.relative_to(folder).as_posix()
     parts = _parts(file)

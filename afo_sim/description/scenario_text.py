@@ -1,5 +1,6 @@
 """A resolved scenario in words for people who do not read TOML."""
 
+import pathlib
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -84,7 +85,7 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     yield "worn", worn(scenario)
     if scenario.get("reference"):
         yield "compared with", reference(scenario)
-    words = f"stride {gait['cycle']}"
+    words = f"stride {pathlib.Path(gait['cycle']).name}"
     if gait.get("stride_time"):
         words += f", played at {_in(gait['stride_time'], 's'):g} s per stride"
     if gait.get("variability"):

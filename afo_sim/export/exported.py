@@ -50,7 +50,7 @@ def export(
     check_writable(path.parent)
     with together(path.parent, group) as scratch, warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
-        notes = kind.write(Order(recording, rate, patterns, report), scratch / path.name)
+        notes = kind.write(Order(recording, rate, patterns, report, path.parent), scratch / path.name)
         written = [name for name in group if (scratch / name).is_file()]
         if not force:
             _check_beside(path, scratch, group)

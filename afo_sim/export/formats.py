@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, json_text
+from afo_sim.common import InputError, as_stored, json_text
 from afo_sim.export.opensim import (
     ANKLE_ANGLE,
     NEEDED,
@@ -44,7 +44,7 @@ def _write_metrics(recording: Recording, path: pathlib.Path) -> None:
             writer.writerow([name, float(metric), metric.unit, words(name).label, *bands])
 
 
-def _write_mat(recording: Recording, rows: Rows, path: pathlib.Path) -> None:
+def _write_mat(recording: Recording, rows: Rows, path: pathlib.Path, place: pathlib.Path) -> None:
     """Write a run as the struct `run`.
 
     `run.columns`, `run.names`, `run.units` and `run.signs` have the same fields: values (n × 1, double), the
@@ -65,7 +65,7 @@ def _write_mat(recording: Recording, rows: Rows, path: pathlib.Path) -> None:
         "metrics": _metrics(recording.metrics),
         "strides": _strides(recording.strides),
         "warnings": np.array(recording.warnings, dtype=object),
-        "scenario": _json(recording.scenario),
+        "scenario": _json(as_stored(recording.scenario, place)),
         "studies": _json(recording.studies),
         "versions": _json(recording.versions),
     }
@@ -94,12 +94,13 @@ def _strides(strides: dict[int, dict[str, Metric]]) -> dict[str, np.ndarray]:
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be written: a run, its rate [Hz] and columns, and whom to report progress to."""
+    """What is to be written: a run, its rate [Hz] and columns, whom to report progress to, and where to."""
 
     recording: Recording
     rate: float | None
     columns: tuple[str, ...]
     report: Report
+    place: pathlib.Path
 
     def rows(self, *, columns: Iterable[str] | None = None) -> Rows:
         """The rows that leave, of the columns that were chosen or of others."""
@@ -162,7 +163,7 @@ def _csv(order: Order, path: pathlib.Path) -> tuple[str, ...]:
 
 def _mat(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     rows = order.rows()
-    _write_mat(order.recording, rows, path)
+    _write_mat(order.recording, rows, path, order.place)
     return rows.notes
 
 

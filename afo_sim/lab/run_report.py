@@ -41,7 +41,7 @@ def _as_json(fit: FitRun) -> dict[str, Any]:
     problem = fit.problem
     channels = {c.title: c for c in problem.log.channels}
     return {
-        "log": str(problem.log.file),
+        "log": problem.log.file.name,
         "scenario": problem.scenario["name"],
         "parameters": {
             p.name: {

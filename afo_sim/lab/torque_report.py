@@ -59,7 +59,7 @@ def as_json(found: TorqueFit) -> dict[str, Any]:
     """The fit as plain data, SI."""
     problem, intervals = found.problem, found.intervals
     return {
-        "data": list(dict.fromkeys(str(g.readings.file) for g in problem.groups)),
+        "data": list(dict.fromkeys(g.readings.file.name for g in problem.groups)),
         "chamber": problem.chamber,
         "torque": "difference" if problem.difference else "device",
         "parameters": {

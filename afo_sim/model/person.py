@@ -148,7 +148,7 @@ def _sources(scenario: Scenario) -> dict[str, Provenance]:
     """Sources of the mass and height that the patient does not state."""
     patient, gait = scenario.patient, scenario.gait
     assert patient is not None and gait is not None
-    walker, found = f"of the recorded walker, gait {gait.cycle}", {}
+    walker, found = f"of the recorded walker, gait {pathlib.Path(gait.cycle).name}", {}
     if patient.body_mass is None:
         found["body_mass"] = Provenance(kind="derived", source=walker)
     if patient.body_height is None and recorded_stride(gait).body_height is not None:

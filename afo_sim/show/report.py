@@ -162,7 +162,7 @@ def _stride_row(name: str, found: Sequence[Metric | None], run: RunView) -> _Tab
 def sources(runs: Sequence[RunView]) -> Iterator[str]:
     """Sources of data and definitions, one sentence or more each."""
     for name in _gaits_of(runs):
-        yield f"Walking, {name}: {_gait_source(name)}"
+        yield f"Walking, {pathlib.Path(name).name}: {_gait_source(name)}"
     if any(run.walks for run in runs):
         norm = gait_norm.read().header
         yield _NORM.format(source=norm["source"], licence=norm["licence"])
@@ -317,7 +317,7 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
     for name in _gaits_of(runs):
         if _gait_file(name) is None:
             found.append(
-                f"the gait file {name} is not there any more: its source "
+                f"the gait file {pathlib.Path(name).name} is not there any more: its source "
                 "and licence are unknown; all curves are the recordings' own"
             )
     return found

@@ -138,7 +138,7 @@ class Both:
         check_writable(target)
         with together(target, FILES) as scratch:
             for side, leg in self.legs.items():
-                leg.save(scratch / side, rrd=rrd, rate=rate)
+                leg.save(scratch / side, rrd=rrd, rate=rate, place=target / side)
             write_json(scratch / BOTH_JSON, self.summary())
             if len(self.phase):
                 shown().both(self, scratch / BOTH_PNG)

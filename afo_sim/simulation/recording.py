@@ -4,13 +4,13 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, installed, nearest_name
-from afo_sim.description import USUAL_LIMITS, Limits, load
+from afo_sim.common import InputError, Notice, as_stored, installed, nearest_name
+from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, undecided, with_draws
 from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
@@ -128,7 +128,12 @@ class Recording:
         return xarray.Dataset(variables, coords={"time": time}, attrs=facts)
 
     def save(
-        self, folder: str | os.PathLike[str], *, rrd: bool | None = None, rate: float | None = None
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        rrd: bool | None = None,
+        rate: float | None = None,
+        place: pathlib.Path | None = None,
     ) -> pathlib.Path:
         """Write recording.parquet, summary.json, model.xml and, with `rrd`, recording.rrd.
 
@@ -139,6 +144,7 @@ class Recording:
         folder : made if need be
         rrd : also write recording.rrd; by default where the library rerun is installed
         rate : samples a second in it [Hz]; the run's own by default
+        place : where the folder will stand, if it moves afterwards: the scenario's files are named from it
 
         Returns
         -------
@@ -146,7 +152,8 @@ class Recording:
         """
         drawn = (installed("rerun") if rrd is None else rrd) and len(self["time"]) > 0
         picture = (lambda path: shown().write(self, path, rate)) if drawn else None
-        return write_run(self, pathlib.Path(folder), picture)
+        written = replace(self, scenario=as_stored(self.scenario, place or pathlib.Path(folder)))
+        return write_run(written, pathlib.Path(folder), picture)
 
     def export(
         self,
@@ -255,7 +262,7 @@ def read_recording(folder: str | os.PathLike[str]) -> Recording:
     >>> read_recording(folder).status
     'ok'
     """
-    return Recording(**read_run(folder))
+    return _found(Recording(**read_run(folder)), pathlib.Path(folder))
 
 
 def recover_recording(folder: str | os.PathLike[str]) -> Recording:
@@ -266,12 +273,18 @@ def recover_recording(folder: str | os.PathLike[str]) -> Recording:
     InputError
         No run is there, or what says what its rows are is damaged too.
     """
-    return Recording(**read_undamaged(folder))
+    return _found(Recording(**read_undamaged(folder)), pathlib.Path(folder))
 
 
 def recording_header(file: Any, folder: str | os.PathLike[str]) -> Recording:
     """A run's Recording without its rows, from its opened Parquet file."""
-    return Recording(columns={}, **read_header(file, folder))
+    return _found(Recording(columns={}, **read_header(file, folder)), pathlib.Path(folder))
+
+
+def _found(recording: Recording, folder: pathlib.Path) -> Recording:
+    """A recording from a run's folder, or its Parquet file, with the whole paths of its scenario's files."""
+    place = folder if folder.is_dir() else folder.parent
+    return replace(recording, scenario=as_found(recording.scenario, place))
 
 
 class HasVerdict(Protocol):

@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol, TypeVar
 
 from afo_sim.common import (
     InputError,
+    as_stored,
     check_writable,
     code_fingerprint,
     disk,
@@ -22,6 +23,7 @@ from afo_sim.common import (
     write_json,
 )
 from afo_sim.common.versions import versions
+from afo_sim.description import as_found
 
 Changed = Literal["refuse", "restart", "continue"]
 AGAIN = "the same command again when there is room; what is computed is kept"
@@ -58,7 +60,7 @@ class FolderKind:
         )
         if not whole:
             raise InputError("is damaged: it lacks a part", file=path, allowed=allowed)
-        return dict(manifest)
+        return manifest | {"scenario": as_found(manifest["scenario"], folder)}
 
     def open(
         self,
@@ -80,7 +82,7 @@ class FolderKind:
         mixed = {"mixed": True} if manifest.get("fingerprint", now) != now else {}
         if manifest | known | mixed != manifest:  # where the files of the scenario lie may have changed
             manifest = manifest | known | mixed
-            _write_manifest(folder / self.manifest, manifest)
+            _write_manifest(folder / self.manifest, as_stored(manifest, folder))
         return manifest
 
     def _continued(
@@ -179,7 +181,7 @@ def write_answer(
     check_writable(folder)
     with together(folder, tuple(f"{stem}.{ending}" for ending in ("csv", "json", "png"))) as scratch:
         (scratch / f"{stem}.csv").write_text(answer.csv(), encoding="utf-8")
-        write_json(scratch / f"{stem}.json", answer.to_json())
+        write_json(scratch / f"{stem}.json", as_stored(answer.to_json(), folder))
         if draw is not None:
             draw(answer, scratch / f"{stem}.png")
     return folder

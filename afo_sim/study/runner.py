@@ -81,7 +81,7 @@ def open_store(
     known = {
         "fingerprint": now,
         "scenario": json.loads(json.dumps(expand("scenario", plan.scenario))),
-        "sweep_file": str(plan.file),
+        "sweep_file": plan.file.name,
         "cases": len(cases),
     }
 

@@ -107,7 +107,7 @@ class Plan(SweepTable):
     def scenario_name(self) -> str:
         """The scenario in a word."""
         named = self.scenario if isinstance(self.scenario, str) else self.scenario.get("name")
-        return str(named or "scenario")
+        return pathlib.Path(named or "scenario").name
 
     def walked(self) -> "Plan":
         """The same with settled strides that are walked to, not solved for; where nobody walks, the same."""

@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from afo_sim.common import InputError, Notice, replacing
+from afo_sim.description import as_found
 from afo_sim.simulation import Recording, read_recording
 from afo_sim.simulation import display_hooks as shown
 
@@ -54,7 +55,7 @@ def test_columns_have_the_promised_names_units_and_signs(folder: pathlib.Path, s
     assert schema.field("ankle/angle").metadata == {b"unit": b"rad", b"sign": b"dorsiflexion positive"}
     assert schema.field("chamber/dorsiflexor/pressure").metadata == {b"unit": b"Pa", b"sign": b"gauge"}
     run = json.loads(schema.metadata[b"afo_sim"])
-    assert run["scenario"] == seated.scenario
+    assert as_found(run["scenario"], folder) == seated.scenario
     assert run["versions"]["mujoco"] == mujoco.__version__
     assert run["parameters"]["dorsiflexor_1"] == seated.parameters["dorsiflexor_1"]
 

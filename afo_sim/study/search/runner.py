@@ -82,7 +82,7 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
     known = {
         "fingerprint": search.fingerprint(),
         "scenario": json.loads(json.dumps(expand("scenario", plan.scenario))),
-        "search_file": str(search.file),
+        "search_file": search.file.name,
     }
 
     def first() -> dict[str, Any]:
