@@ -28,6 +28,7 @@ COMMANDS = {
     "bode": "nothing",
     "size": "pressure nothing",
     "electronics": "nothing",
+    "recover": "r --out recovered",
     "view": "r --screenshot r.png",
     "figure": "r",
     "report": "r",

@@ -1,5 +1,4 @@
 from .assets import FLAT as FLAT
-from .assets import FOLDERS as FOLDERS
 from .assets import KINDS as KINDS
 from .assets import as_stored as as_stored
 from .assets import checks_of as checks_of
