@@ -230,3 +230,19 @@ def test_a_shipped_file_that_has_changed_is_warned_of(monkeypatch: pytest.Monkey
             find("scenario", "seated")
         assert [str(one.message) for one in caught] == expected
     assets._warn_of_change.cache_clear()
+
+
+@pytest.mark.parametrize("what", ["footer", "rows"])
+def test_a_small_file_does_not_unpack_to_gigabytes(what: str, tmp_path: pathlib.Path) -> None:
+    """Many groups of rows take 200 times their bytes; a column of one number takes none."""
+    file = tmp_path / "a.parquet"
+    if what == "footer":
+        table = pa.table({str(k): [0.0] * 1100 for k in range(2)})
+        pq.write_table(table, file, row_group_size=1)
+    else:
+        step = pa.table({str(k): pa.array(np.zeros(1_000_000)) for k in range(2)})
+        with pq.ParquetWriter(file, step.schema) as writer:
+            for _ in range(70):
+                writer.write_table(step)
+    with pytest.raises(InputError, match=r"size limit|would unpack"):
+        read_parquet(file)

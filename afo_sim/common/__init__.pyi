@@ -45,6 +45,7 @@ from .notice import Notice as Notice
 from .notice import identity as identity
 from .notice import unique as unique
 from .notice import with_code as with_code
+from .sealing import MOST_GROUPS as MOST_GROUPS
 from .sealing import check_text as check_text
 from .sealing import digest as digest
 from .sealing import open_parquet as open_parquet

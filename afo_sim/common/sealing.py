@@ -29,6 +29,9 @@ _SIZE = hashlib.sha256().digest_size
 _SEALED = b"afo_sim_sealed"  # of a Parquet file's metadata, the second mark
 _DAMAGED = "is damaged: it is not as this program wrote it (its digest does not match)"
 _BLOCK = 2**20  # that is read at a time [bytes]
+MOST_GROUPS = 1000  # of rows, and of columns: each pair takes 700 bytes of memory, and 3 of the file
+_LIMITS = {"thrift_container_size_limit": MOST_GROUPS, "thrift_string_size_limit": 2**26}
+_LARGE, _UNPACKED = 2**30, 200  # rows may take so much memory, or so many times their file's size [bytes]
 
 
 def digest(content: bytes) -> str:
@@ -163,8 +166,10 @@ def open_parquet(path: pathlib.Path, *, damaged: bool = False) -> Any:
 
     try:
         sealed = damaged or _is_sealed(path)
-        opened = pq.ParquetFile(path, pre_buffer=False, page_checksum_verification=damaged)
-        schema = opened.schema_arrow
+        opened = pq.ParquetFile(path, pre_buffer=False, page_checksum_verification=damaged, **_LIMITS)
+        schema, size = opened.schema_arrow, 8 * opened.metadata.num_rows * len(opened.schema_arrow)
+        if size > max(_LARGE, _UNPACKED * path.stat().st_size):
+            raise ValueError(f"it would unpack to {size / 2**30:.3g} GB")
     except (pa.ArrowException, OSError, ValueError) as error:
         raise InputError(f"is not a valid Parquet file: {error}", file=path) from None
     if not sealed and _SEALED in (schema.metadata or {}):

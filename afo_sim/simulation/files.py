@@ -17,6 +17,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import (
+    MOST_GROUPS,
     CallbackError,
     InputError,
     Notice,
@@ -101,7 +102,7 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
     table = pa.table([_float_array(v) for v in recording.columns.values()], schema=schema)
     model = packed(recording.model_binary)
     with parquet_writer(path, schema) as file:
-        file.write_table(table, row_group_size=ROW_GROUP)
+        file.write_table(table, row_group_size=max(ROW_GROUP, -(-len(table) // MOST_GROUPS)))
         if model:
             file.add_key_value_metadata({MODEL_KEY: model})
 

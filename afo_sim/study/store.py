@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from afo_sim.common import (
+    MOST_GROUPS,
     InputError,
     disk,
     identity,
@@ -29,7 +30,7 @@ from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, NOTICES, OVERRIDE
 from afo_sim.study.sweep_plan import Plan
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
-_GATHERED = 64  # chunks in one row group of the results
+_GATHERED = 64  # chunks in one row group of the results, or more
 SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
 
 
@@ -170,8 +171,9 @@ class Store:
         damaged = []
         with keeping(self.folder / RESULTS) as path:
             with parquet_writer(path, self.schema()) as writer:
-                for first in range(0, self.count, _GATHERED):
-                    some = range(first, min(first + _GATHERED, self.count))
+                gathered = max(_GATHERED, -(-self.count // MOST_GROUPS))
+                for first in range(0, self.count, gathered):
+                    some = range(first, min(first + gathered, self.count))
                     tables = {chunk: self._read(chunk) for chunk in some}
                     damaged += [chunk for chunk, table in tables.items() if table is None]
                     if not damaged:
