@@ -5,7 +5,6 @@ import gc
 import inspect
 import shutil
 import sys
-import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
@@ -14,7 +13,7 @@ import typer
 from typer import Argument, Option
 
 from afo_sim.cli.error_handler import Commands, print_version
-from afo_sim.common import InputError, unknown
+from afo_sim.common import InputError, parse_toml, unknown
 
 _EPILOGUE = """Exit codes:
 
@@ -109,8 +108,8 @@ def read_sets(
         if not equals or not key.strip():
             raise InputError("is not KEY=VALUE", field=field, value=text, allowed=example)
         try:
-            values[key.strip()] = tomllib.loads(f"value = {value}")["value"]
-        except (ValueError, RecursionError):
+            values[key.strip()] = parse_toml(f"value = {value}")["value"]
+        except ValueError:
             values[key.strip()] = value.strip()
     return values
 

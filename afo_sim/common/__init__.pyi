@@ -8,6 +8,7 @@ from .assets import find_gait as find_gait
 from .assets import folder as folder
 from .assets import gait_names as gait_names
 from .assets import names as names
+from .assets import parse_toml as parse_toml
 from .assets import read_toml as read_toml
 from .child import child_environment as child_environment
 from .child import safe_children as safe_children
@@ -40,12 +41,16 @@ from .machine_code import Compiled as Compiled
 from .machine_code import address as address
 from .machine_code import functions as functions
 from .machine_code import start as start
+from .magnitude import magnitudes as magnitudes
 from .magnitude import plausible as plausible
 from .notice import Notice as Notice
 from .notice import identity as identity
 from .notice import unique as unique
 from .notice import with_code as with_code
 from .sealing import MOST_GROUPS as MOST_GROUPS
+from .reading import check_regular as check_regular
+from .reading import read_bytes as read_bytes
+from .reading import read_text as read_text
 from .sealing import check_text as check_text
 from .sealing import digest as digest
 from .sealing import open_parquet as open_parquet

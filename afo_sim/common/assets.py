@@ -6,11 +6,13 @@ import hashlib
 import importlib.metadata
 import os
 import pathlib
+import re
 import tomllib
 import warnings
 from typing import Any
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.reading import LARGEST_DESCRIPTION, read_text
 from afo_sim.common.sealing import check_text
 
 KINDS = {
@@ -32,6 +34,9 @@ KINDS = {
 }
 FOLDERS = ("models", "gait_data")
 FLAT = ("scenario", "sweep", "search", "uncertainty")  # kinds whose products are single files, not folders
+_MOST_LEVELS = 32  # of tables and lists in each other
+_KEY_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
+_LONG_KEY = re.compile(rf"(?<![\w\\-])(?:{_KEY_PART}){{{_MOST_LEVELS}}}")  # read in the cube of its length
 
 
 @functools.cache
@@ -195,13 +200,30 @@ def checks_of(scenario: str) -> pathlib.Path:
 
 def read_toml(path: pathlib.Path) -> dict[str, Any]:
     """A TOML file as a dict; what is wrong with it as an `InputError`."""
+    text = read_text(path, LARGEST_DESCRIPTION)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read: {error}", file=path) from None
-    try:
-        return tomllib.loads(check_text(text, path))
-    except ValueError as error:  # TOML's own, or of a number or date beyond Python's
+        return parse_toml(check_text(text, path))
+    except ValueError as error:
         raise InputError(f"is not valid TOML: {error}", file=path) from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """A TOML text as a dict.
+
+    Raises
+    ------
+    ValueError
+        It is not valid TOML, a number or date is beyond Python's, or it is nested beyond `_MOST_LEVELS`.
+    """
+    try:
+        table = None if _LONG_KEY.search(text) else tomllib.loads(text)
     except RecursionError:
-        raise InputError("is not valid TOML: it is nested too deeply", file=path) from None
+        table = None
+    if table is None or _is_deep(table):
+        raise ValueError("it is nested too deeply")
+    return table
+
+
+def _is_deep(value: Any, levels: int = _MOST_LEVELS) -> bool:
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return levels < 0 or any(_is_deep(part, levels - 1) for part in parts)

@@ -8,6 +8,46 @@ from afo_sim.common.errors import InputError
 
 LARGEST = 1e12  # in any unit that people record in (mm, N·mm, ms, Pa): beyond it products overflow
 LEAST = 1e-30  # in such a unit: below it a number is a filter's rest of 0, and its inverse overflows
+# {SI unit: least magnitude that is not 0, largest magnitude}; any other unit has the two above
+_MAGNITUDES = {
+    "": (1e-12, 1e12),  # a share that no measurement resolves; switchings that no valve lives through
+    "m": (1e-10, 1e6),  # an atom; a week's walk
+    "m^2": (1e-14, 1e4),  # a hole of a tenth of a micrometre; a field
+    "m^3": (1e-12, 1e3),  # a thousandth of a cubic millimetre; a hall
+    "m^3/s": (1e-12, 1e3),  # four millilitres of leakage in fifty days; a river
+    "m^3/(s*Pa)": (1e-15, 1e-3),  # a leak of a third of a millilitre an hour at 1 bar; a nozzle of a metre
+    "m^2*s": (1e-12, 1e3),  # damping of a muscle's area
+    "m^-1": (1e-6, 1e9),  # slope of an exponential: over 1000 km; within a nanometre
+    "m/s": (1e-9, 1e4),  # creep of a centimetre in four months; a bullet
+    "rad": (1e-9, 1e6),  # a hundredth of what an encoder resolves; a day of turns
+    "s": (1e-9, 1e9),  # a thousandth of the shortest time step; thirty years
+    "Hz": (1e-6, 1e9),  # once in twelve days; a processor's clock
+    "s^-1": (1e-9, 1e9),  # as times
+    "Pa": (1e-3, 1e10),  # a hundred-millionth of the air's; a hundred times what breaks steel
+    "N": (1e-9, 1e9),  # weight of a grain of dust; of a ship
+    "N/Pa": (1e-14, 1e4),  # areas, as above
+    "N/m": (1e-6, 1e12),  # a cobweb; no spring
+    "N/(m*Pa)": (1e-12, 1e3),  # lengths of a muscle's law
+    "N*s/m": (1e-9, 1e9),  # air about a fibre; no damper
+    "N*s/(m*Pa)": (1e-15, 1e3),  # such a damper's, by pressure
+    "s/m": (1e-9, 1e3),  # damping of a ground by its stiffness
+    "N*m": (1e-9, 1e7),  # a grain of dust on a foot's length; a ship's shaft
+    "N*m/rad": (1e-9, 1e9),  # such a moment by one radian
+    "N*m*s/rad": (1e-9, 1e9),  # such a moment by one radian a second
+    "N*m/kg": (1e-9, 1e6),  # such a moment by a person's mass
+    "J/kg": (1e-9, 1e6),  # work of such a moment
+    "kg": (1e-9, 1e6),  # a microgram; a train
+    "kg/m": (1e-9, 1e6),  # a microgram by metre
+    "kg*m^2": (1e-15, 1e6),  # a microgram a millimetre off; a carousel
+    "W": (1e-9, 1e9),  # a watch's sleep; a power station
+    "W/K": (1e-9, 1e6),  # heat through a vacuum flask; through a house
+    "J/K": (1e-9, 1e6),  # a microgram of steel; a ton of it
+}
+
+
+def magnitudes(unit: str | None) -> tuple[float, float]:
+    """The least magnitude in an SI unit that is not 0, and the largest one."""
+    return (LEAST, LARGEST) if unit is None else _MAGNITUDES.get(unit, (LEAST, LARGEST))
 
 
 def plausible(values: Any, *, file: object = None, field: str = "", missing: bool = False) -> np.ndarray:

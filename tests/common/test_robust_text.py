@@ -1,5 +1,6 @@
 """Strange files and values: one InputError with its file, never another exception."""
 
+import os
 import pathlib
 
 import pytest
@@ -11,7 +12,13 @@ MUSCLES = pathlib.Path(__file__).parents[2] / "models" / "muscles"
 
 
 @pytest.mark.parametrize(
-    "text", ["x = " + 3000 * "[", "x = " + "9" * 5000, "x = 2000-13-45", "x = 1\nx = 2", "\0", "x = '\ud7ff"]
+    "text",
+    [
+        *("x = " + 3000 * "[", "x = " + 200 * "[" + 200 * "]", "x = " + 100 * "{a = " + "1" + 100 * "}"),
+        *("a." * 400_000 + "a = 1", "'a' . " * 40 + "a = 1", "[" + "a." * 100_000 + "a]", '"\\' * 400_000),
+        *("x = " + "9" * 5000, "x = 2000-13-45", "x = 1\nx = 2", "\0", "x = '\ud7ff"),
+    ],
+    ids=range(12),
 )
 def test_toml_that_is_none_names_its_file(text: str, tmp_path: pathlib.Path) -> None:
     file = tmp_path / "a.toml"
@@ -19,6 +26,29 @@ def test_toml_that_is_none_names_its_file(text: str, tmp_path: pathlib.Path) -> 
     with pytest.raises(InputError, match="is not valid TOML") as caught:
         assets.read_toml(file)
     assert caught.value.file == file
+
+
+@pytest.mark.parametrize("size", [2**20, 2**20 + 1])
+def test_a_description_is_of_bounded_size(size: int, tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text("x = 1\n" + "#" * (size - 6))
+    if size == 2**20:
+        assert assets.read_toml(file) == {"x": 1}
+        return
+    with pytest.raises(InputError, match="is too large; allowed: up to 1 MiB"):
+        assets.read_toml(file)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes with names")
+def test_what_never_ends_or_waits_is_no_file(tmp_path: pathlib.Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")  # nobody writes into it
+    for path, kind in (
+        (tmp_path / "pipe.toml", "a pipe or a device"),
+        ("/dev/zero", "device"),
+        (tmp_path, "a folder"),
+    ):
+        with pytest.raises(InputError, match=f"cannot be read: it is .*{kind}"):
+            assets.read_toml(pathlib.Path(path))
 
 
 def test_byte_order_mark_is_accepted(tmp_path: pathlib.Path) -> None:
