@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from math import pi
 from typing import Any
 
+from afo_sim.common.magnitude import magnitudes
+
 GRAVITY = 9.80665  # standard gravity [m/s²]
 LEAST_NUMBER = 1e3  # of a gauge pressure given as a bare number [Pa]: a smaller one was meant in bar
 AMBIENT_PRESSURE = 101_325.0  # [Pa], absolute
@@ -77,22 +79,22 @@ def parse_quantity(value: object, unit: str) -> float:
 
     Returns
     -------
-    float, finite.
+    float, of a magnitude that `magnitudes` has for the unit; what is closer to 0 is 0
 
     Raises
     ------
     ValueError
-        No unit, an unknown unit, another dimension, or a value that is not finite. The message
+        No unit, an unknown unit, another dimension, or a value that is not finite or too large. The message
         shows a well-formed example.
     """
     example = f'write it like "{EXAMPLES.get(unit, "1 " + unit)}"'
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise ValueError(f"is not a quantity; {example}")
     if unit == "":
-        return _finite(_number(value))
+        return _plausible(_number(value), unit)
     if not isinstance(value, str) or _is_number(value):
         raise ValueError(f"has no unit; {example}")
-    return _finite(_convert(value, unit, example))
+    return _plausible(_convert(value, unit, example), unit)
 
 
 def format_quantity(value: float, unit: str) -> str | float:
@@ -122,7 +124,7 @@ def read_any_quantity(text: str) -> tuple[float, Dimension]:
     found = _dimension(_read(text, example))
     unit = _si_units().get(found)
     if unit is None:
-        return _finite(float(_read(text, example).to_base_units().magnitude)), found
+        return _plausible(float(_read(text, example).to_base_units().magnitude)), found
     return parse_quantity(text, unit), found  # to the last digit as a field of that unit reads it
 
 
@@ -197,10 +199,14 @@ def _number(value: str | float) -> float:
         return math.inf
 
 
-def _finite(value: float) -> float:
+def _plausible(value: float, unit: str | None = None) -> float:
+    """A value that something of its unit can have; what is closer to 0 than anything is 0."""
+    least, largest = magnitudes(unit)
     if not math.isfinite(value):
         raise ValueError("is not finite")
-    return value
+    if abs(value) > largest:
+        raise ValueError(f"is beyond ±{largest:g}{f' {unit}' if unit else ''}, which nothing is")
+    return value if abs(value) >= least else 0.0
 
 
 # Factors between the units that descriptions are written in, as pint computes them, to the last digit. pint

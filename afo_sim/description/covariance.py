@@ -35,7 +35,7 @@ class FitCovariance(Described):
     """Standard error of each parameter, a text with the parameter's unit."""
     correlation: Annotated[tuple[tuple[_Correlation, ...], ...], Whole()]
     """Correlations of the parameters, row by row: symmetric, ones on the diagonal."""
-    freedom: Annotated[int, Field(ge=1)]
+    freedom: Annotated[int, Field(ge=1, le=10**9)]
     """Degrees of freedom: points that were fitted less parameters."""
 
     @field_validator("law")

@@ -9,7 +9,15 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
-from afo_sim.common import EXAMPLES, InputError, format_quantity, in_unit, nearest_name, parse_quantity
+from afo_sim.common import (
+    EXAMPLES,
+    InputError,
+    format_quantity,
+    in_unit,
+    magnitudes,
+    nearest_name,
+    parse_quantity,
+)
 
 _ROUNDING = 1e-14  # of a number that is converted between units, relative
 _VALUE_TABLE = "{ value = …, source = …, kind = … }"
@@ -65,7 +73,10 @@ class Quantity:
         lower = self.at_least is not None and number < self.at_least
         high = self.at_most is not None and number > self.at_most
         if low or lower or high:
-            raise refusal("is out of range", self.allowed)
+            least = amount(magnitudes(self.unit)[0], self.unit, 4)
+            raise refusal(
+                "is out of range", f"{self.allowed}; below {least} it is 0" if low else self.allowed
+            )
         return number
 
     def write(self, value: float) -> str | float:

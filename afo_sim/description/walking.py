@@ -10,7 +10,7 @@ from afo_sim.description.quantity import Described, Quantity, refusal
 
 Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
 Phase = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
-_PaceTime = Annotated[float, Quantity("s", at_least=0.0)]
+_PaceTime = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
 _PaceFactor = Annotated[float, Quantity("", at_least=0.0, at_most=3.0)]
 
 
@@ -23,7 +23,7 @@ class Gait(Described):
     """Duration of a stride; the recording's by default."""
     variability: Annotated[float, Quantity("", at_least=0.0, at_most=0.2)] = 0.0
     """Standard deviation of the stride time, as a share of it."""
-    seed: int = Field(default=0, ge=0)
+    seed: int = Field(default=0, ge=0, le=2**32 - 1)
     """Seed of the stride times, where they vary."""
     pace: tuple[tuple[_PaceTime, _PaceFactor], ...] = ()
     """Changes of the cadence: [time from which on, factor on it]; 0 is a stop, 1 the walker's own cadence."""

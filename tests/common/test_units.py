@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afo_sim.common import EXAMPLES, assets, format_quantity, in_unit, parse_quantity, units
+from afo_sim.common import EXAMPLES, assets, format_quantity, in_unit, magnitudes, parse_quantity, units
 from afo_sim.common.units import _registry, factor
 
 
@@ -116,9 +116,22 @@ def test_the_example_shown_on_refusal_is_itself_read(unit):
 @pytest.mark.slow
 @pytest.mark.parametrize("unit", EXAMPLES)
 @settings(derandomize=True, deadline=None, max_examples=60)
-@given(value=st.floats(allow_nan=False, allow_infinity=False))
-def test_writing_and_reading_again_is_exact(unit, value):
+@given(data=st.data())
+def test_writing_and_reading_again_is_exact(unit, data):
+    least, largest = magnitudes(unit)
+    value = data.draw(st.floats(least, largest) | st.floats(-largest, -least))
     assert parse_quantity(format_quantity(value, unit), unit) == value
+
+
+@pytest.mark.parametrize("unit", EXAMPLES)
+def test_what_nothing_can_have_is_refused_or_zero(unit):
+    least, largest = magnitudes(unit)
+    assert magnitudes(None)[0] < least < 1.0 < largest <= magnitudes(None)[1] or unit == "m^3/(s*Pa)"
+    for sign in (-1.0, 1.0):
+        assert parse_quantity(format_quantity(sign * least, unit), unit) == sign * least
+        assert parse_quantity(format_quantity(sign * 0.99 * least, unit), unit) == 0.0
+        with pytest.raises(ValueError, match="is beyond ±"):
+            parse_quantity(format_quantity(sign * 1.01 * largest, unit), unit)
 
 
 def test_in_unit():
