@@ -14,6 +14,7 @@ from .importing import default_folder as default_folder
 from .importing import import_leg as import_leg
 from .leg_numbers import LegNumbers as LegNumbers
 from .leg_numbers import doubtful_notes as doubtful_notes
+from .mjcf import compile_file as compile_file
 from .mjcf import tree_of as tree_of
 from .reading import read_tree as read_tree
 from .reading import second_opinion as second_opinion

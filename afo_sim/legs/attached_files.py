@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, assets, check_text, sealed_text, together
+from afo_sim.common import InputError, assets, check_text, parse_toml, read_text, sealed_text, together
 from afo_sim.description import Orthosis, load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.legs.attached import Attached
@@ -114,7 +114,7 @@ def attached(path: str | pathlib.Path) -> Attached:
         problem = "is missing: the muscles' parameters stand in it"
         raise InputError(problem, file=sidecar, allowed="the files that afo-sim attach has written")
     try:
-        table = tomllib.loads(check_text(sidecar.read_text(encoding="utf-8"), sidecar))
+        table = parse_toml(check_text(read_text(sidecar), sidecar))
         legs = table["leg"]
         if table["version"] != VERSION:
             problem = f"is of version {table['version']}, and this program reads {VERSION}"

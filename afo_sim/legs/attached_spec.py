@@ -16,7 +16,7 @@ from afo_sim.description import Orthosis, Segment, load
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.finding import Found
 from afo_sim.legs.mjcf import MANY_LINES, one_line
-from afo_sim.model import rigid_part
+from afo_sim.model import examine, rigid_part
 
 IMPLICITFAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 BIT = mujoco.mjtDisableBit
@@ -54,6 +54,7 @@ def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached |
         file = load("leg", str(model)).file
     if not file.is_file():
         raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
+    examine(file)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:

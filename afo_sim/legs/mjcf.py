@@ -2,14 +2,13 @@
 
 import dataclasses
 import pathlib
-import re
 import warnings
 from collections.abc import Iterator
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, read_text
 from afo_sim.legs.tree import (
     Joint,
     JointKind,
@@ -23,6 +22,7 @@ from afo_sim.legs.tree import (
     reading_note,
     turn_of,
 )
+from afo_sim.model import examine
 
 JOINT_KINDS: dict[int, JointKind] = {
     mujoco.mjtJoint.mjJNT_HINGE: "hinge",
@@ -52,26 +52,24 @@ BESIDE_TREE = {
     "plugins": ("nplugin", mujoco.mjtObj.mjOBJ_PLUGIN, "plugin"),
 }
 DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)  # of a geom; where it stands, its material's colour is shown
-NAN = re.compile(rb"""(?i)(?!name|class)\b(\w+)\s*=\s*["']([-+.\deE\s]*\bnan\b[-+.\w\s]*)["']""")
 MANY_LINES = (ValueError, RuntimeError, OSError, mujoco.FatalError)
 
 
 def read_mjcf(file: str | pathlib.Path) -> Tree:
     """Read a MuJoCo model file (MJCF)."""
     file = pathlib.Path(file)
-    model, warned = _compiled(file)
+    model, warned = compile_file(file)
     found = tree_of(model)
     found = dataclasses.replace(found, file=file, notes=(*found.notes, *warned))
     check_finite(found)
     return found
 
 
-def _compiled(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
+def compile_file(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
     """A model file as MuJoCo compiles it, with every body that stands in it, and MuJoCo's warnings."""
     if not file.is_file():
         raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
-    if nan := NAN.search(file.read_bytes()):  # MuJoCo takes it for a number that is left out
-        raise InputError("is not a number", file=file, field=nan[1].decode(), value=nan[2].decode())
+    examine(file)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -87,11 +85,11 @@ def _compiled(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
 
 
 def _spec(file: pathlib.Path) -> mujoco.MjSpec:
-    """A model file as a spec; MuJoCo itself opens files that end with .xml only."""
-    if file.suffix == ".xml":
+    """A model file as a spec; MuJoCo itself goes by the suffix."""
+    if file.suffix in (".xml", ".urdf"):
         return mujoco.MjSpec.from_file(str(file))
     pieces = {piece.name: piece.read_bytes() for piece in file.parent.glob("*.xml")}
-    spec = mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"), include=pieces)
+    spec = mujoco.MjSpec.from_string(read_text(file), include=pieces)
     spec.modelfiledir = str(file.parent)
     return spec
 

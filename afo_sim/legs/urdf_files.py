@@ -13,7 +13,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from afo_sim.common import InputError, nearest_name
+from afo_sim.common import InputError, check_regular, nearest_name, plausible, read_bytes
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # {element: {attribute: how many numbers stand there}}, http://wiki.ros.org/urdf/XML
@@ -110,14 +110,7 @@ def _looks_like_xml(content: bytes) -> bool:
 
 def content_of(file: pathlib.Path) -> bytes:
     """The bytes of a file."""
-    try:
-        content = file.read_bytes()
-    except IsADirectoryError:
-        raise InputError("is a folder", file=file) from None
-    except FileNotFoundError:
-        raise InputError("there is no such file", file=file) from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    content = read_bytes(file)
     if not content.strip():
         raise InputError("is empty", file=file)
     return content
@@ -187,10 +180,11 @@ def _number_problem(text: str, counts: tuple[int, ...], endless: bool) -> str:
     words = text.replace(",", " ").split() if len(counts) > 1 or counts == (3,) else [text.strip()]
     try:
         numbers = np.array([float(word) for word in words])
+        plausible(numbers[~np.isinf(numbers)] if endless else numbers)
     except ValueError:
         return "is not a number" if counts == (1,) else "is not a list of numbers"
-    if not np.isfinite(numbers).all() and not (endless and not np.isnan(numbers).any()):
-        return "is not finite"
+    except InputError as error:
+        return error.problem
     if len(numbers) not in counts:
         return f"has {len(numbers)} numbers, not {' or '.join(map(str, counts))}"
     return ""
@@ -316,6 +310,7 @@ def load_mesh(path: pathlib.Path, scale: float | np.ndarray | None) -> tuple[np.
 
     with quiet():
         try:
+            check_regular(path)
             mesh = trimesh.load(str(path), force="mesh", skip_materials=True)
             unit = trimesh.units.unit_conversion(mesh.units, "meters") if mesh.units else 1.0
         except Exception as error:  # each of trimesh's readers has errors of its own

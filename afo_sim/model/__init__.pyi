@@ -28,6 +28,7 @@ from .leg_shapes import FLAT as FLAT
 from .leg_shapes import leg_geoms as leg_geoms
 from .leg_shapes import support as support
 from .mirror import mirror_shapes as mirror_shapes
+from .model_file import examine as examine
 from .mounting import ANKLE as ANKLE
 from .mounting import SUBTALAR as SUBTALAR
 from .mounting import chamber_of as chamber_of

@@ -16,6 +16,7 @@ from afo_sim.description import Leg, Scenario
 from afo_sim.model.foot import hinge_toes, spring_toes
 from afo_sim.model.inversion import add_subtalar, free
 from afo_sim.model.mirror import leg_mirrored, mirror, orthosis_mirrored
+from afo_sim.model.model_file import examine
 from afo_sim.model.mounting import ANKLE, SUBTALAR
 from afo_sim.model.outsole import add_outsole, add_shoe
 from afo_sim.model.person import Size
@@ -243,7 +244,10 @@ def _mirror(spec: mujoco.MjSpec, file: pathlib.Path, field: str) -> None:
 
 def _read_spec(file: pathlib.Path) -> mujoco.MjSpec:
     """A model file as a spec of its caller's own; ValueError where MuJoCo cannot read it."""
-    if not file.is_file() or REFERS.search(file.read_bytes()):
+    if not file.is_file():
+        raise ValueError("there is no such file")
+    if REFERS.search(file.read_bytes()):
+        examine(file)
         return mujoco.MjSpec.from_file(str(file))
     return _parsed(file, file.stat().st_mtime_ns).copy()
 
@@ -260,6 +264,7 @@ def times_of_change(file: pathlib.Path) -> tuple[int, ...] | None:
 # A changed file has another time of change.
 @functools.lru_cache(maxsize=16)
 def _parsed(file: pathlib.Path, when: int) -> mujoco.MjSpec:
+    examine(file)
     return mujoco.MjSpec.from_file(str(file))
 
 

@@ -209,7 +209,7 @@ def test_a_number_that_is_none_is_refused_before_mujoco_leaves_it_out(
     file.write_text(
         f'<mujoco><worldbody><body name="nan" {where}><geom size="1"/></body></worldbody></mujoco>'
     )
-    with pytest.raises(InputError, match=r"(?i)nan.*is not a number"):
+    with pytest.raises(InputError, match=r"(?i)nan.*is not a finite number"):
         read_mjcf(file)
     assert capfd.readouterr() == ("", "")
     file.write_text('<mujoco><worldbody><body name="nan"><geom size="1"/></body></worldbody></mujoco>')

@@ -9,17 +9,12 @@ import numpy as np
 from afo_sim.cli.doctor.kinds import Findings
 from afo_sim.common import InputError
 from afo_sim.description import Side
-from afo_sim.legs import LegNumbers, Tree, cut, doubtful_notes, find, read_tree
+from afo_sim.legs import LegNumbers, Tree, compile_file, cut, doubtful_notes, find, read_tree
 
 
 def mjcf(path: pathlib.Path) -> Findings:
     """Masses and joints as MuJoCo reads them."""
-    try:
-        spec = mujoco.MjSpec.from_file(str(path))
-        spec.compiler.fusestatic = False
-        model = spec.compile()
-    except ValueError as error:
-        raise InputError(f"MuJoCo cannot read it: {error}", file=path) from None
+    model, _ = compile_file(path)
     findings = [("mass", f"{model.body_subtreemass[0]:.4g} kg")]
     for body in range(1, model.nbody):
         findings.append((f"body {model.body(body).name}", f"{model.body_mass[body]:.4g} kg"))
