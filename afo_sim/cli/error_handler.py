@@ -2,6 +2,7 @@
 
 import contextlib
 import datetime
+import errno
 import os
 import platform
 import re
@@ -125,6 +126,8 @@ def _message(error: BaseException) -> tuple[int, str]:
         return _INTERRUPTED, "stopped"
     if isinstance(error, OSError):
         return 2, ": ".join(str(part) for part in (error.filename, reason(error)) if part)
+    if isinstance(error, RuntimeError) and str(error).startswith("Symlink loop from "):  # pathlib's own
+        return 2, f"{str(error).removeprefix('Symlink loop from ')}: {reason(OSError(errno.ELOOP, ''))}"
     if isinstance(error, MemoryError):
         return 2, f"this needs more memory than there is{f': {error}' if str(error) else ''}"
     if isinstance(error, RecursionError):

@@ -264,8 +264,8 @@ def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, An
 
 def _require_different(sources: Sequence[Any], tests: Sequence[Any]) -> None:
     """Refuse a file that is to be fitted twice, or fitted and predicted."""
-    files = [pathlib.Path(s).resolve() for s in sources if isinstance(s, str | os.PathLike)]
-    others = [pathlib.Path(s).resolve() for s in tests if isinstance(s, str | os.PathLike)]
+    files = [os.path.realpath(s) for s in sources if isinstance(s, str | os.PathLike)]
+    others = [os.path.realpath(s) for s in tests if isinstance(s, str | os.PathLike)]
     for file in files:
         if [*files, *others].count(file) > 1:
             raise InputError("is given twice: its points would count double", file=file)

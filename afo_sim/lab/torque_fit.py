@@ -365,9 +365,9 @@ def _read(data: Any, chamber: str, difference: bool, rates: Mapping[str, Any] | 
             )
         name = pathlib.Path(source).stem if isinstance(source, str | os.PathLike) else f"data {k + 1}"
         if isinstance(source, str | os.PathLike):
-            if pathlib.Path(source).resolve() in files:
+            if os.path.realpath(source) in files:
                 raise InputError("is given twice: its readings would count double", file=source)
-            files.append(pathlib.Path(source).resolve())
+            files.append(os.path.realpath(source))
         name = name if name not in found else f"{name} {k + 1}"
         found[name] = read_torques(
             source, chamber=chamber, difference=difference, rates=(bounds["angle"], bounds["pressure"])

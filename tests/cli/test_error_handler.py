@@ -47,12 +47,33 @@ def test_version_and_exit_codes_are_told(capsys: pytest.CaptureFixture[str]) -> 
     assert afo_sim.InputError("x").exit_code == 2
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        *(("fit", "LOOP", "--law", "all"), ("fit-torque", "LOOP", "--orthosis", "s1"), ("report", "LOOP")),
+        *(("leg", "import", "LOOP"), ("leg", "import", "adult_75kg", "--out", "LOOP"), ("check", "LOOP")),
+        *(("run", "seated", "--out", "LOOP"), ("refit", "s1", "--to", "arm", "--out", "LOOP")),
+    ],
+    ids=" ".join,
+)
+def test_links_in_a_circle_are_one_message(
+    command: tuple[str, ...], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    loop = tmp_path / "loop.urdf"
+    loop.symlink_to(loop)
+    code, _, complaint = call(capsys, *(str(loop) if word == "LOOP" else word for word in command))
+    assert (code, complaint.count("\n")) == (2, 1)
+    assert str(loop) in complaint
+    assert "bug" not in complaint
+
+
 CASES = {
     "input": (InputError("is wrong", field="x"), 2, "x: is wrong"),
     "disk": (OSError(errno.ENOSPC, "No space left", "a.csv"), 2, "a.csv: the disk is full"),
     "permission": (PermissionError(errno.EACCES, "denied", "a.csv"), 2, "a.csv: you have no permission"),
     "strange": (OSError("broken"), 2, "broken"),
     "memory": (MemoryError("Unable to allocate 8 TiB"), 2, "more memory than there is: Unable to allocate"),
+    "links": (RuntimeError("Symlink loop from 'a.csv'"), 2, "'a.csv': its symbolic links run in a circle"),
     "depth": (RecursionError("maximum"), 2, "nested too deeply"),
     "interrupt": (KeyboardInterrupt(), 130, "stopped"),
     "reader gone": (BrokenPipeError(), 0, ""),
