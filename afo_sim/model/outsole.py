@@ -82,9 +82,8 @@ def _places_of(
     own = {name: site for name, site in found.items() if site is not None}
     if len(own) < len(POINTS):
         return {}
-    ankle = np.array(spec.joint("ankle").pos)
     bodies = {name: site.parent for name, site in own.items()}
-    origins = {name: _from_foot(body, foot) - ankle for name, body in bodies.items()}
+    origins = {name: _from_foot(body, foot) for name, body in bodies.items()}
     places = {name: np.array(site.pos) + origins[name] for name, site in own.items()}
     bare = {name: (float(place[0]), float(place[2])) for name, place in places.items()}
     return {
