@@ -47,9 +47,8 @@ class Law:
         """
         change = 0.0 if self.before is None else measured - self.before
         self.before = measured
-        if self.derivative_time:
-            filtered = self.derivative_filter * self.derivative + self.derivative_time * change
-            self.derivative = filtered / (self.derivative_filter + period)
+        filtered = self.derivative_filter * self.derivative + self.derivative_time * change
+        self.derivative = filtered / (self.derivative_filter + period)
         added = 0.0 if self.integral_time is None else error * period / self.integral_time
         wanted = (error + self.integral + added - self.derivative) / self.band
         if abs(wanted) <= self.limit or wanted * error < 0.0:

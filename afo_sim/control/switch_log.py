@@ -58,14 +58,6 @@ class Log:
         ]
         return "\n".join([",".join(TITLES), *lines, ""])
 
-    def coils_at(self, time: float) -> dict[str, Coils]:
-        """Coils at a time [s]; of chambers that have switched until then."""
-        return {
-            chamber: [s.coils for s in switches if s.time <= time][-1]
-            for chamber, switches in self.switches.items()
-            if switches and switches[0].time <= time
-        }
-
 
 def read_log(file: pathlib.Path, chambers: Sequence[str]) -> Log:
     """Read a CSV of switchings, as the host program and the sketch print it.
