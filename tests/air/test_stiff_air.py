@@ -10,6 +10,8 @@ from afo_sim.common import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description import load
 from afo_sim.model import AIR_ACCURATE, check_air, circuit_of
 from afo_sim.model.stability import check_volumes
+from afo_sim.native import air_block, air_step
+from afo_sim.native.air_block import NODE
 
 DELAYS = {"critical_ratio": "0.3", "opening_delay": "4 ms", "closing_delay": "4 ms"}
 CHAMBERS = ("dorsiflexor", "plantarflexor")
@@ -102,3 +104,17 @@ def test_a_volume_too_small_for_its_valve_is_told_with_the_one_that_would_do() -
     assert "'v', 0.08 ml" in warning
     enough = float(warning.rpartition("; ")[2].split()[0])
     assert told(1.05 * enough) == []
+
+
+@pytest.mark.parametrize("cubic", [0, 1])
+def test_the_error_of_a_part_is_nothing_of_an_even_change_and_that_of_a_cubic(cubic: int) -> None:
+    """0.8 (Y0 − Y1) + 0.4 h (F0 + F1) of Y = Y0 + t is 0, and of Y = Y0 + t³ 0.4 h³, in mass or σ."""
+    numbers, part, node = air_block.block(), 0.1, air_block.NODE_NUMBERS * air_block.FIRST_NODE
+    numbers[node + NODE.kind] = air_block.OF_VOLUME
+    for k, level in enumerate((1.0, 7.0)):
+        rise, rates = (part**3, (0.0, 3.0 * part**2)) if k == cubic else (part, (1.0, 1.0))
+        numbers[node + NODE.first_mass + k], numbers[node + NODE.mass + k] = level, level + rise
+        numbers[node + NODE.first_mass_rate + k], numbers[node + NODE.mass_rate + k] = rates
+        if k == cubic:
+            expected = 0.4 * part**3 / (level + rise)
+    assert air_step.error(numbers, air_block.FIRST_NODE + 1, part) == pytest.approx(expected, rel=1e-9)

@@ -1,5 +1,6 @@
 """The fixed clock of a controller: events at ticks, and a foot switch that starts it anew."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from control.samples import commands, made, walker
 
 import afo_sim
 from afo_sim.common import InputError
+from afo_sim.control import coils
 
 CLOCK: dict[str, Any] = {
     "period": "50 ms",
@@ -70,3 +72,11 @@ def test_a_wrong_clock_is_refused(sets: dict[str, Any], field: str, told: str) -
         made({"timer": CLOCK | sets})
     assert field in str(refused.value)
     assert told in str(refused.value)
+
+
+@pytest.mark.parametrize("command", [(1.05, 0.0), (0.0, 1.05), (-0.05, 0.0), (0.0, -0.05), (math.nan, 0.0)])
+def test_coils_beyond_their_range_are_refused(command: tuple[float, float]) -> None:
+    ends = {"front": (0.0, 1.0), "back": (1.0, 0.0)}
+    assert coils(ends, ends) == ends
+    with pytest.raises(InputError, match="outside a coil's range"):
+        coils({"front": command}, ["front"])

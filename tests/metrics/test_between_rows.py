@@ -10,7 +10,7 @@ from synthetic_walk import AMPLITUDE, MASS, OMEGA, STRIDE, TOE_OFF, UPRIGHT, wal
 import afo_sim
 from afo_sim.common import GRAVITY
 from afo_sim.gait import STANCE_FORCE
-from afo_sim.metrics import ankle_metrics, walk_metrics
+from afo_sim.metrics import Window, ankle_metrics, rise_time, walk_metrics
 from afo_sim.metrics.valves import filling
 from afo_sim.simulation.bilateral_air import cycle_of
 
@@ -107,3 +107,19 @@ def test_filling_ends_between_rows() -> None:
     columns |= {"chamber/a/pressure": pressure, "valve/a_outlet/opening": np.zeros(6)}
     found = dict(filling(columns | {"time": 0.01 * np.arange(6)}))
     assert found["fill_time_a"] == pytest.approx(0.036)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_lag_of_first_order_rises_in_ln_9_time_constants(step: float) -> None:
+    time = np.arange(0.0, 4.0, step)
+    lag = 1.0 - np.exp(-time / 0.2)
+    assert rise_time(time, 3.0 * lag - 7.0) == pytest.approx(0.2 * math.log(9.0), abs=step**2)
+    assert rise_time(time, np.minimum(time, 1.0)) == pytest.approx(0.8)
+    for never in (np.full(len(time), 1e3), -lag):
+        assert math.isnan(rise_time(time, never))
+
+
+def test_shares_of_steps_add_up_to_the_window_and_outer_rows_have_what_is_beyond() -> None:
+    assert Window(0.0, 9.6).shares(0, 10) == pytest.approx([1.0] * 9 + [0.6])
+    assert Window(0.0, 9.6).shares(0, 8) == pytest.approx([1.0] * 7 + [2.6])
+    assert Window(2.3, 4.5).shares(3, 2) == pytest.approx([1.7, 0.5])

@@ -147,3 +147,10 @@ def test_the_band_of_the_toes_extension_stands_beside_the_clearance() -> None:
     assert found["toe_clearance_less_extended"] == pytest.approx(6.0, abs=1e-3)
     phase = found["toe_clearance_phase"]
     assert found["toe_clearance_more_extended"] == pytest.approx(phase, abs=1e-6)  # 0.1 m is 1 mm a percent
+
+
+def test_a_ball_that_slides_on_the_floor_touches_it() -> None:
+    columns = walk_columns(5.0)
+    columns["ball/height"] = np.zeros_like(columns["ball/height"])
+    found = values(columns)
+    assert found["swings_with_ball_contact"] == found["swings_with_toe_contact"] == 100.0

@@ -132,6 +132,7 @@ def test_a_share_of_draws_is_judged_by_the_exact_bounds_of_every_count(
     told = tuple(judge({}).values())
     found = with_draws(told, trips / draws, draws, (0.02, 0.1))
     assert found[0].status == status and found[1:] == told[1:] and f"at most {percent(high)}" in found[0].text
+    assert (f"{trips} ({percent(trips / draws)}) touch" if trips else "none touches") in found[0].text
     needed = re.search(r"draw (\d+)", found[0].text)
     assert (needed is not None) == (status == "unknown")
     if needed and not trips:

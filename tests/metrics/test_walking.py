@@ -3,6 +3,8 @@
 import json
 import math
 import pathlib
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from synthetic_walk import AMPLITUDE, MASS, OMEGA, SHANK, STEP, STRIDE, TOE_OFF,
 
 import afo_sim
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import Metric, WalkMetrics, ankle_metrics, settled, walk_metrics
+from afo_sim.metrics import Metric, WalkMetrics, ankle_metrics, settled, walk_metrics, walking
 from afo_sim.metrics.metric import METRICS
 from afo_sim.metrics.strides import strides
 
@@ -340,3 +342,15 @@ def test_strides_are_kept_in_the_files(tmp_path: pathlib.Path) -> None:
     told = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["strides"]
     assert [row["stride"] for row in told] == [0, 1, 2]
     assert told[1]["metrics"]["toe_clearance"]["unit"] == "mm"
+
+
+@pytest.mark.parametrize(
+    ("durations", "change", "differ"),
+    [((1.5, 1.2, 1.2), 2.0, True), ((1.5, 1.2, 1.2), -0.9, False), ((1.2, 1.2, 1.5), 2.0, False)],
+)
+def test_strides_of_equal_duration_alone_are_said_not_to_repeat(
+    durations: tuple[float, ...], change: float, differ: bool
+) -> None:
+    walked: Any = [SimpleNamespace(duration=duration, timestep=STEP) for duration in durations]
+    said = list(walking._unsettled(walked, {"walked_clearance_change": Metric(change, "mm")}))
+    assert [notice.code for notice in said] == ["strides-differ"] * differ

@@ -9,7 +9,7 @@ import pytest
 import afo_sim
 from afo_sim import load
 from afo_sim.description import Orthosis
-from afo_sim.model import AirPath
+from afo_sim.model import AirPath, AirWay
 from afo_sim.model.air_path import half_of_tubes
 from afo_sim.native import CircuitVolume
 from afo_sim.physics import CO2
@@ -113,3 +113,9 @@ def test_the_python_callback_steps_a_network_without_a_warning() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert afo_sim.run("seated", sets | {"duration": "6 ms", "callback": "python"}).ok
+
+
+def test_conductances_in_series_add_as_inverse_squares() -> None:
+    """1/√(1/3² + 1/4²) = 12/5."""
+    assert AirWay((("valve", 3.0), ("tube", 4.0))).conductance == pytest.approx(2.4)
+    assert AirWay(()).conductance == np.inf

@@ -4,6 +4,8 @@ import dataclasses
 import math
 import pathlib
 import re
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from afo_sim.common import GRAVITY, InputError, assets
 from afo_sim.description import load
 from afo_sim.model import Built
 from afo_sim.model.build import build
+from afo_sim.model.contact import _toe_levers
 from afo_sim.physics import passive_moment
 from afo_sim.simulation import Recording, run_built
 
@@ -542,3 +545,12 @@ def test_a_recorded_force_that_the_pads_cannot_carry_is_told(
     missing = np.max(run["gait/ground_force_z"] - run["ground/force/z"]) / (75.0 * 9.80665)
     assert (missing > 0.01) == warned
     assert any("lower ground.damping" in text for text in run.warnings) == warned
+
+
+def test_pads_of_the_toes_have_levers_about_their_hinge() -> None:
+    """Of heel, ball, pulp and tip, which stand 0.1 to 0.4 m ahead of the ankle; by cosines of the pitch."""
+    foot: Any = SimpleNamespace(toes=SimpleNamespace(hinge=(0.12, -0.05)))
+    pitch, ahead = np.array([0.0, 0.5]), np.tile([0.1, 0.2, 0.3, 0.4], (2, 1))
+    hinge = 0.12 * np.cos(pitch) + 0.05 * np.sin(pitch)
+    expected = np.column_stack([np.zeros((2, 2)), 0.3 - hinge, 0.4 - hinge])
+    assert _toe_levers(foot, pitch, ahead) == pytest.approx(expected)

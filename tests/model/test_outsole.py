@@ -75,6 +75,10 @@ def test_the_model_stands_on_what_is_worn() -> None:
     assert bare.foot.points == pytest.approx(
         {name: pytest.approx(point, abs=1e-9) for name, point in BARE.items()}
     )
+    sides = [
+        shod.full_model.site(f"{side}{name}").pos[1] for side in ("", "sole_") for name in ("heel", "ball")
+    ]
+    assert sides[:2] == sides[2:]
     raised = shod.foot.ankle_height - bare.foot.ankle_height
     assert 0.024 < raised < 0.030  # 30 mm under the heel, 20 under the ball: some 26.7 under the ankle
     assert (shod.walk.pose[:, 1] - bare.walk.pose[:, 1]).mean() == pytest.approx(raised, abs=2e-3)

@@ -3,6 +3,7 @@
 import functools
 import math
 import pathlib
+from types import SimpleNamespace
 from typing import Any
 
 import mujoco
@@ -13,10 +14,17 @@ from scipy.optimize import brentq
 import afo_sim as afo
 from afo_sim.common import InputError
 from afo_sim.description import Orthosis
-from afo_sim.model import Design, PathFacts, along, path_points, rows
+from afo_sim.model import Design, PathFacts, along, path_points, rows, support, taut
 from afo_sim.model.design import design
-from afo_sim.model.leg_shapes import DEEP, leg_shapes, through_leg, winding_number
-from afo_sim.model.path_facts import path_facts, spans_above
+from afo_sim.model.leg_shapes import (
+    DEEP,
+    LegShapes,
+    _knee_height,
+    leg_shapes,
+    through_leg,
+    winding_number,
+)
+from afo_sim.model.path_facts import _alike, path_facts, spans_above
 from afo_sim.model.path_words import in_words
 from afo_sim.model.torque_map import torque_map
 
@@ -405,3 +413,53 @@ def test_wrong_pressures_are_refused() -> None:
         assert refused.value.field == "pressure"
     with pytest.raises(InputError, match="did you mean 's1'"):
         design("s_1")
+
+
+def test_a_muscle_is_taut_where_it_is_not_slack() -> None:
+    angles = np.radians([-20.0, 0.0, 10.0, 30.0])
+    found: Any = SimpleNamespace(angles=angles, slack=(((angles[0], angles[2]),), ()))
+    assert [taut(found, which) for which in (0, 1)] == ["above 10 deg", "everywhere"]
+    assert taut(facts()["dorsiflexor"], 0) == "below −15.5 deg"
+    assert taut(facts()["plantarflexor"], 0) == "nowhere"
+
+
+def test_muscles_of_a_group_are_alike_whichever_path_is_longer() -> None:
+    group: Any = SimpleNamespace(type=SimpleNamespace(nominal_length=0.2))
+    contraction = np.array([[0.0, -0.1, 1e-12, 0.1]] * 2)
+    names = ["a", "b", "c", "d"]
+    found = _alike(names, dict.fromkeys(names, group), contraction, {name: k for k, name in enumerate(names)})
+    assert found == [("a", "c"), ("b",), ("d",)]
+
+
+EXTENTS: dict[str, Any] = {  # support functions: of a direction in the shape's axes and its sizes [m]
+    "sphere": lambda d, s: s[0],
+    "capsule": lambda d, s: s[0] + s[1] * abs(d[2]),
+    "cylinder": lambda d, s: s[0] * math.hypot(d[0], d[1]) + s[1] * abs(d[2]),
+    "box": lambda d, s: s @ abs(d),
+    "ellipsoid": lambda d, s: np.linalg.norm(s * d),
+}
+
+
+def test_outermost_points_are_those_of_the_support_functions() -> None:
+    shapes = "".join(
+        f'<geom type="{kind}" size=".03 .1 .05" pos=".1 0 {0.1 * k}" euler="20 {30 * k} 50"/>'
+        for k, kind in enumerate(EXTENTS)
+    )
+    joint = '<joint name="ankle" type="hinge" pos="0 0 .02"/>'
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco><worldbody><body>{joint}{shapes}</body></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    directions = np.random.default_rng(2).normal(size=(9, 3))
+    directions[0] = (0.0, 0.0, 1.0)
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    tops = []
+    for geom, extent in enumerate(EXTENTS.values()):
+        local = directions @ data.geom_xmat[geom].reshape(3, 3)
+        expected = directions @ data.geom_xpos[geom] + [extent(d, model.geom_size[geom]) for d in local]
+        found = support(model, data, geom, directions)
+        assert (found * directions).sum(axis=1) == pytest.approx(expected, abs=1e-12)
+        tops.append(expected[0])
+    leg = LegShapes(model, data, dict.fromkeys(range(len(EXTENTS)), "shank"))
+    assert _knee_height(leg) == pytest.approx(max(tops) - 0.02)

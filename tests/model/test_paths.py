@@ -324,6 +324,14 @@ def test_pull_on_a_segment_turns_the_ankle_by_what_the_muscles_do() -> None:
     assert up == pytest.approx(-on_shank[:, 2], abs=1e-6)
 
 
+def test_a_straight_path_pulls_along_the_line_between_its_anchors() -> None:
+    for segment, own, other in (("foot", LOW, HIGH), ("shank", HIGH, LOW)):
+        found = paths_of(load("orthosis", "s1")).directions(ANGLES, segment)[:, 0]
+        for angle, direction in zip(ANGLES, found, strict=True):
+            line = turned(other, -angle if segment == "foot" else angle) - own
+            assert direction[[0, 2]] == pytest.approx(line / np.hypot(*line), abs=1e-9)
+
+
 def test_turns_are_those_of_the_pieces() -> None:
     paths = paths_of(guided(point("shank", 0.08, 0.05)))
     data = mujoco.MjData(paths.model)

@@ -1,10 +1,12 @@
 """An orthosis on a leg of another size: the same leg, a similar one, and back again."""
 
+import math
 import pathlib
 
 import mujoco
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from afo_sim.common import InputError
 from afo_sim.description import Orthosis, load
@@ -131,6 +133,26 @@ def test_taut_angle_is_where_the_muscle_has_its_own_length() -> None:
     assert np.degrees(found["dorsiflexor"].taut) == pytest.approx(-15.5, abs=0.1)
     assert np.degrees(found["plantarflexor"].taut) == pytest.approx(30.0, abs=0.5)
     assert found["dorsiflexor"].arm == pytest.approx(0.0648, abs=1e-4)
+
+
+@pytest.mark.parametrize("taller", [1.0, 1.2])
+def test_a_fit_is_that_of_straight_lines_between_the_anchors(taller: float) -> None:
+    """S1's paths have no points: L(θ) = |R(θ) b − a|, κ(θ) = 1 − (L − l)/L0, taut where κ = 0."""
+    orthosis = refit(s1(muscle__dorsiflexor__count=1), taller, taller)
+    group, found = orthosis.muscle["dorsiflexor"], fits(orthosis)["dorsiflexor"]
+    assert group.origin is not None and group.insertion is not None
+    (x1, _, z1), (x2, _, z2) = group.origin.from_ankle, group.insertion.from_ankle
+
+    def contraction(angle: float) -> float:
+        c, s = math.cos(angle), math.sin(angle)  # toe up turns forward to upward
+        length = math.hypot(c * x2 - s * z2 - x1, s * x2 + c * z2 - z1)
+        return 1.0 - (length - group.series_length) / group.type.nominal_length
+
+    low, high = orthosis.range_of_motion
+    assert found.contraction == pytest.approx((contraction(low), contraction(high)), rel=1e-9)
+    assert found.taut == pytest.approx(brentq(contraction, -1.0, 1.0), abs=1e-6)
+    slope = (contraction(1e-5) - contraction(-1e-5)) / 2e-5
+    assert found.arm == pytest.approx(slope * group.type.nominal_length, rel=1e-6)
 
 
 def test_a_file_says_the_same_and_keeps_its_comments(tmp_path: pathlib.Path) -> None:

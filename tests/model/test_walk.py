@@ -1,6 +1,7 @@
 """Pace and clock of a walk: its integral, accelerations by the chain rule, shares of steps, refusals."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -43,6 +44,7 @@ def test_the_walk_comes_as_far_as_the_integral_of_the_factor() -> None:
         assert pace.walked(np.array([time]))[0] == pytest.approx(expected, abs=1e-10)
     assert pace.stands == ((2.6, 3.5),)
     assert np.ptp(pace.walked(np.linspace(2.6, 3.5, 91))) == 0.0
+    assert Pace((1.0, 4.0), (0.0, 1.0, 0.0), 0.5).stands == ((0.0, 1.0), (4.5, math.inf))
 
 
 def test_an_even_factor_is_another_stride_time() -> None:

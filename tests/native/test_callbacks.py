@@ -2,18 +2,21 @@
 
 import ctypes
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
 import pytest
-from rig import charged, hanging_mass
+from rig import BRAID, LAW, charged, hanging_mass
 
 from afo_sim import native
-from afo_sim.common import CallbackError, assets
+from afo_sim.common import AMBIENT_PRESSURE, CallbackError, assets
 from afo_sim.description import load
 from afo_sim.description.muscle import LawSet
 from afo_sim.model.build import build
 from afo_sim.native import slots, struct_layout
+from afo_sim.native.callbacks import define
+from afo_sim.physics import LAWS
 from afo_sim.physics.static_force import muscle_static_force
 
 NETWORK, MUSCLE, CHAMBER = 0, 1, 2  # actuators of the hanging mass; then inlet and outlet
@@ -89,6 +92,42 @@ def test_network_stands_before_what_it_solves() -> None:
     assert kinds.index(slots.KIND_NETWORK) < min(
         kinds.index(slots.KIND_MUSCLE), kinds.index(slots.KIND_CHAMBER)
     )
+
+
+def test_a_start_in_motion_has_the_past_that_its_velocity_implies() -> None:
+    """One step back along q̇: volume and contraction of a state at rest there, at the same pressure."""
+    model, speed = hanging_mass(3.0, anchor=ANCHOR), 0.4
+    with native.installed():
+        data, still = charged(model, 3e5, 0.02), charged(model, 3e5, 0.02)
+        there = charged(model, 3e5, 0.02 - speed * model.opt.timestep)
+        data.qvel[0] = speed
+        native.step_back(model, data)
+    assert data.qpos[0] == 0.02
+    for place in (slots.LEADER_ACT.contraction, AIR + slots.CHAMBER_ACT.last_volume):
+        assert data.act[place] == pytest.approx(there.act[place], rel=1e-12)
+        assert abs(there.act[place] / still.act[place] - 1.0) > 1e-4
+
+
+def test_what_is_carried_over_is_the_laws_force_beyond_the_tension() -> None:
+    """Of a damped muscle in motion at the end of a step, by its law at that contraction and pressure."""
+    model, law = hanging_mass(3.0, damping=2e-3), LAWS["tondu_lopez_2000_bladder"]
+    with native.installed():
+        data = charged(model, 3e5, 0.02)
+        data.qvel[0] = -0.3
+        mujoco.mj_step(model, data, 5)
+    own = native.read_own(model, data.userdata, MUSCLE)
+    gauge = data.act[len(slots.LEADER_ACT) + slots.CHAMBER_ACT.last_pressure] - AMBIENT_PRESSURE
+    expected = law.kernel(float(own.contraction), gauge, *law.coefficients(BRAID, LAW)) - own.tension
+    assert abs(expected) > 1.0
+    assert native.read_carried(model, data.act, MUSCLE) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_motor_brakes_against_its_velocity() -> None:
+    row = np.zeros(slots.N_USER)
+    row[:2], row[slots.SPASTIC_ROW.gain] = (slots.MARK, slots.KIND_MOTOR), 2.5
+    model = SimpleNamespace(actuator_user=row, nuser_actuator=len(row))
+    bias, _ = define(lambda complaint, actuator: None)
+    assert bias(model, SimpleNamespace(actuator_velocity=[0.3]), 0) == -0.75
 
 
 def spoiled(

@@ -104,6 +104,21 @@ def test_delay_is_exact(delay: int) -> None:
     assert (reading[:delay] == WAVE[0]).all()
 
 
+def test_delayed_sensors_keep_lines_of_their_own() -> None:
+    """Three of them, fed in two stretches."""
+    delays, values = (3, 0, 5), np.array([WAVE, 2.0 * WAVE, 3.0 * WAVE])
+    rows = np.concatenate([ideal(DELAY=delays[k], LINE=line) for k, line in enumerate((0, 3, 3))])
+    memory, line, readings = np.full(3 * s.N_MEMORY, np.nan), np.full(8, np.nan), []
+    for begin, end in ((0, 150), (150, 400)):
+        part, reading = np.ascontiguousarray(values[:, begin:end]).ravel(), np.empty(3 * (end - begin))
+        s.sense(
+            rows, memory, line, part, reading, reading.copy(), 3, end - begin, end - begin, begin, TIMESTEP
+        )
+        readings.append(reading.reshape(3, -1))
+    for true, found, delay in zip(values, np.hstack(readings), delays, strict=True):
+        assert (found[delay:] == true[: 400 - delay]).all() and (found[:delay] == true[0]).all()
+
+
 @pytest.mark.parametrize("rate", [100.0, 333.0, 60.6])
 def test_samples_are_held(rate: float) -> None:
     reading = read(ideal(RATE=rate), WAVE)

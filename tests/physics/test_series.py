@@ -177,3 +177,8 @@ def test_turn_is_the_angle_between_two_directions() -> None:
         angle = math.radians(degrees)
         found = turn(2.0, 0.0, 0.0, 3.0 * math.cos(angle), 0.0, 3.0 * math.sin(angle))
         assert found == pytest.approx(angle, abs=1e-15)
+    assert turn(2.0, 0.0, 0.0, -1.0, 0.0, 0.0) == pytest.approx(math.pi)
+    draw = np.random.default_rng(3)
+    for first, second in draw.normal(size=(20, 2, 3)):  # anywhere in space
+        cosine = first @ second / np.linalg.norm(first) / np.linalg.norm(second)
+        assert turn(*map(float, (*first, *second))) == pytest.approx(math.acos(cosine), rel=1e-9)
