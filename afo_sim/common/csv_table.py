@@ -16,12 +16,15 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.magnitude import LARGEST, LEAST, plausible
+from afo_sim.common.reading import read_bytes
 from afo_sim.common.sealing import check_text, sealed_text
 from afo_sim.common.units import parse_quantity
 from afo_sim.common.writing import write_text
 
 _TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
+_LARGEST_CSV = 2**26  # bytes; an hour of 15 columns at 100 Hz is less
 RATIOS = {"-": 1.0, "1": 1.0, "%": 0.01}  # units of what has no dimension
 
 
@@ -53,8 +56,8 @@ def read_table(file: pathlib.Path, example: str) -> Table:
         The file cannot be read, is empty, or a line has more or fewer values than titles.
     """
     try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_bytes(file, _LARGEST_CSV).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
         raise InputError(f"cannot be read: {error}", file=file) from None
     facts, numbered = {}, []
     for number, line in enumerate(check_text(text, file).splitlines(), 1):
@@ -127,8 +130,9 @@ def table_of(data: Any, example: str, name: str) -> Table:
 
 def split_title(title: str) -> tuple[str, str]:
     """Name and unit of a title such as "pressure [bar]"; the unit is "" where there is none."""
-    found = _TITLE.match(title)
-    return (found[1], found[2] or "") if found else (title, "")
+    plain = " ".join(title.split())  # in a run of blanks the pattern would look for ever
+    found = _TITLE.match(plain)
+    return (found[1], found[2] or "") if found else (plain, "")
 
 
 def scale_of(
@@ -165,7 +169,9 @@ def number(file: pathlib.Path, line: int, name: str, cell: str) -> float:
     value = float(cell) if _NUMBER.match(cell) else math.nan
     if not math.isfinite(value):
         raise InputError(f"line {line}: is not a finite number", file=file, field=name, value=cell.strip())
-    return value
+    if value == 0.0 or LEAST <= abs(value) <= LARGEST:  # nearly all: by far the quickest
+        return value
+    return float(plausible(value, file=file, field=f"line {line}: {name}"))
 
 
 def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
@@ -217,11 +223,7 @@ class PhaseTable:
 
     def number(self, key: str) -> float:
         """A header key's number, or the `InputError` that says what is wrong with it."""
-        try:
-            return float(self.text(key))
-        except ValueError:
-            value = self.header[key]
-            raise InputError("is not a number", file=self.file, field=key, value=value) from None
+        return float(plausible(self.text(key), file=self.file, field=key))
 
 
 def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
@@ -248,7 +250,9 @@ def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
             except ValueError:
                 problem = f"is not a number (line {line})"
                 raise InputError(problem, file=path, field=names[column], value=cell) from None
-    return PhaseTable(path, text.facts, {name: values[:, names.index(name)] for name in columns})
+    found = {name: values[:, names.index(name)] for name in columns}
+    gated = {name: plausible(each, file=path, field=name, missing=True) for name, each in found.items()}
+    return PhaseTable(path, text.facts, gated)
 
 
 def read_header(path: pathlib.Path) -> dict[str, str]:

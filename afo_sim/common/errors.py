@@ -48,7 +48,8 @@ class InputError(AfoSimError):
     ):
         self.problem, self.file, self.field, self.value = problem, file, field, value
         self.allowed, self.nearest = allowed, nearest
-        place = ": ".join(str(part) for part in (file, field) if part)
+        named = field if len(field) <= 80 else f"{field[:77]}..."
+        place = ": ".join(str(part) for part in (file, named) if part)
         if value is not None:
             place += f" = {_shown(value)}" if field else f"{': ' if place else ''}{_shown(value)}"
         message = f"{place}: {problem}" if place else problem
