@@ -6,6 +6,7 @@ from osim_text import LAYOUTS, Part, document, linear, version_3, version_4, wal
 from scipy.spatial.transform import Rotation
 
 from afo_sim.common import InputError
+from afo_sim.gait_lab.readers import opensim_model
 from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
 
 ANY = (0.0, -3.0, 3.0)
@@ -237,9 +238,18 @@ def test_only_a_function_that_is_needed_is_refused(tmp_path):
         (document(50000, "", "", ""), "is not a known document version"),
         (document(30000, "", "", ""), "has no bodies, or no joints"),
         (version_3(*walker()).replace("meters", "millimeters"), "is another unit"),
-        (version_3(*walker()).replace("<mass>10.0", "<mass>ten"), "is not a number of 0 or more"),
-        (version_4(*walker()).replace("0.02 0.03 0.13", "0.02 0.03"), "is not three numbers"),
-        (version_4(*walker()).replace("<coefficients>1.0 0", "<coefficients>one 0"), "cannot be read"),
+        (version_3(*walker()).replace("<mass>10.0", "<mass>ten"), "mass = .*: is not a number"),
+        (version_3(*walker()).replace("<mass>10.0", "<mass>-10.0"), "mass of .* is negative"),
+        (version_3(*walker()).replace("<mass>10.0", "<mass>1e308"), "mass = 1e.308: is not a magnitude"),
+        (version_4(*walker()).replace("0.02 0.03 0.13", "0.02 0.03"), "is not 3 numbers"),
+        (
+            version_4(*walker()).replace("<coefficients>1.0 0", "<coefficients>one 0"),
+            "coefficients = .*: is not a number",
+        ),
+        (
+            version_4(*walker()).replace("<coefficients>1.0 0", "<coefficients>nan 0"),
+            "is not a finite number",
+        ),
     ],
 )
 def test_a_wrong_file_is_told_in_a_sentence(tmp_path, text, words):
@@ -247,6 +257,33 @@ def test_a_wrong_file_is_told_in_a_sentence(tmp_path, text, words):
     with pytest.raises(InputError, match=words) as caught:
         read_opensim_model(path)
     assert str(caught.value).startswith(str(path))
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        ("<Constant><value>1e308</value></Constant>", "Constant: value = .*: is not a magnitude"),
+        ("<Constant><value>x</value></Constant>", "Constant: value = .*: is not a number"),
+        (curve("SimmSpline", y="0 nan 1"), "SimmSpline: y = nan: is not a finite number"),
+        ("<MultiplierFunction>" * 3000 + "</MultiplierFunction>" * 3000, "is nested too deeply"),
+    ],
+)
+def test_a_wrong_function_is_told_in_a_sentence(tmp_path, function, words):
+    with pytest.raises(InputError, match=rf"small\.osim: .*{words}"):
+        one_joint(tmp_path, function)
+
+
+def test_an_axis_of_almost_no_length_has_no_direction(tmp_path):
+    text = one_joint(tmp_path, "<Constant/>").file.read_text().replace("0.0 0.0 2.0", "0 5e-324 0")
+    with pytest.raises(InputError, match="has an axis without direction"):
+        read_opensim_model(write(tmp_path / "thin.osim", text))
+
+
+def test_a_model_too_large_for_memory_is_not_read(tmp_path, monkeypatch):
+    path = write(tmp_path / "walker.osim", version_4(*walker()))
+    monkeypatch.setattr(opensim_model, "_LARGEST", path.stat().st_size - 1)
+    with pytest.raises(InputError, match="is too large"):
+        read_opensim_model(path)
 
 
 def test_a_file_that_is_not_there(tmp_path):

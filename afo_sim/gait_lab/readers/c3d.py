@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, parse_quantity
+from afo_sim.common import InputError, Notice, parse_quantity, plausible
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
@@ -123,7 +123,7 @@ def _plates_of_c3d(
 
 def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
     kinds, corners, origins = (file.numbers("FORCE_PLATFORM", n) for n in ("TYPE", "CORNERS", "ORIGIN"))
-    kind = int(kinds[k]) if k < len(kinds) else 0
+    kind = int(np.nan_to_num(kinds[k])) if k < len(kinds) else 0
     if kind not in _CHANNELS:
         raise _NoPlateError(f"its type is {kind}, and types 1 to 4 are read")
     if len(corners) < 12 * (k + 1):
@@ -141,7 +141,7 @@ def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
         kind=kind,
         corners=corners[12 * k : 12 * k + 12].reshape(4, 3),
         origin=origins[3 * k : 3 * k + 3] if len(origins) >= 3 * k + 3 else np.zeros(3),
-        channels=file.analogs[index].T,
+        channels=plausible(file.analogs[index].T, field="ANALOG", missing=True),
         calibration=_calibration(file, k) if kind == 4 else None,
         moment_unit=units[index[3]] if kind == 2 and index[3] < len(units) else "",
     )

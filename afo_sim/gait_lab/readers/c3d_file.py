@@ -18,10 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, child_environment, optional, trusted_places
+from afo_sim.common import InputError, child_environment, optional, plausible, trusted_places
 from afo_sim.gait_lab.readers.c3d_child import ANSWER, ANSWER_A_BYTE, ARRAYS
 
 _BLOCK = 512  # bytes; C3D counts in them
+_LARGEST = 2**28  # bytes of a file
 PATIENCE = 20.0  # that a file is given [s]
 SECONDS_A_BYTE = 1e-6  # that a large one is given more
 _BROKEN = "it is damaged (ezc3d broke off)"
@@ -32,6 +33,7 @@ CHILD = pathlib.Path(__file__).with_name("c3d_child.py")
 class C3dFile:
     """Numbers and texts of a C3D file, with the file's own units."""
 
+    file: pathlib.Path
     parameters: Mapping[str, Mapping[str, Any]]  # group: name: value
     points: np.ndarray  # (frames, points, 3)
     residuals: np.ndarray  # negative where not seen (frames, points)
@@ -41,11 +43,13 @@ class C3dFile:
     frames: int
 
     def numbers(self, group: str, name: str) -> np.ndarray:
-        """A parameter's numbers in the file's order; none if it is not there."""
+        """A parameter's numbers in the file's order, NaN where infinite; none if it is not there."""
         try:
-            return np.asarray(self.value(group, name), dtype=float).ravel(order="F")
+            found = np.asarray(self.value(group, name), dtype=float).ravel(order="F")
         except (TypeError, ValueError):
             return np.empty(0)
+        finite = np.where(np.isinf(found), np.nan, found)
+        return plausible(finite, file=self.file, field=f"{group}:{name}", missing=True)
 
     def value(self, group: str, name: str) -> Any:
         """A parameter as it is in the file; an empty list if it is not there."""
@@ -69,6 +73,7 @@ def read_c3d_file(path: pathlib.Path) -> C3dFile:
     frames, count = points.shape[:2]
     whole = residuals.size == count * frames
     return C3dFile(
+        file=path,
         parameters=found["parameters"],
         points=points,
         residuals=residuals.reshape(count, frames).T if whole else np.zeros((frames, count)),
@@ -123,6 +128,8 @@ def _refuse_damaged(path: pathlib.Path) -> int:
         raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
     except ValueError:  # a place before the file's beginning
         raise InputError("is not a whole C3D file", file=path) from None
+    if size > _LARGEST:
+        raise InputError("is too large", file=path, allowed=f"up to {_LARGEST >> 20} MiB")
     if len(head) < _BLOCK or head[1] != 0x50:
         raise InputError("is not a whole C3D file", file=path)
     if len(section) < 4:

@@ -15,8 +15,10 @@ from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slo
 from afo_sim.gait_lab.readers.text import (
     CUT_SHORT,
     cells_of,
+    measured,
     parse_row,
     read_lines,
+    require_size,
     unique_names,
     without_empty_end,
 )
@@ -110,8 +112,8 @@ def _numbers(
     path: pathlib.Path, lines: list[str], titles: list[str], separator: str, ended: bool
 ) -> tuple[np.ndarray, list[Notice]]:
     """The numbers (n, columns), NaN where a cell is empty, and warnings."""
-    rows: list[list[float]] = []
-    width = len(titles)
+    width, rows = len(titles), list[list[float]]()
+    require_size(path, len(lines), width)
     for k, line in enumerate(lines):
         cells = cells_of(line, separator)
         cells = without_empty_end(cells) if len(cells) > width else cells
@@ -122,14 +124,14 @@ def _numbers(
             rows.append(parse_row(cells + [""] * (width - len(cells))))
         except ValueError:
             if last:
-                return np.array(rows), [CUT_SHORT]
+                return measured(path, titles, rows), [CUT_SHORT]
             problem = f"row {k + 1} of its table is not {width} numbers"
             allowed = "decimal commas only where semicolons or tabs stand between the cells"
             allowed = allowed if separator == "," and len(cells) > width else "numbers or empty cells"
             raise InputError(problem, file=path, value=line.strip(), allowed=allowed) from None
     if len(rows) < 2:
         raise InputError("has fewer than two rows of numbers", file=path, allowed=_EXAMPLE)
-    return np.array(rows), []
+    return measured(path, titles, rows), []
 
 
 def _columns(path: pathlib.Path, titles: list[str], table: np.ndarray) -> list[_Column]:

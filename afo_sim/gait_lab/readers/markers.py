@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import Notice
+from afo_sim.common import Notice, plausible
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.text import unique_names
 
@@ -36,7 +36,7 @@ def lost_as_nan(points: np.ndarray) -> np.ndarray:
         size = np.abs(points)
         lost = ~np.isfinite(points).all(axis=2) | (size >= _FILLER).any(axis=2) | (points == 0.0).all(axis=2)
         lost |= (points[..., :1] == points).all(axis=2) & (size[..., 0] >= 999.0)
-    return np.where(lost[..., None], np.nan, points)
+    return plausible(np.where(lost[..., None], np.nan, points), missing=True)
 
 
 def marker_set(

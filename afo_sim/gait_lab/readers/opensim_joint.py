@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, plausible
 
 _Function = Callable[[Sequence[np.ndarray]], np.ndarray]  # coordinates, (n,) each → values that fit (n,)
 
@@ -20,18 +20,18 @@ def _read_function(element: Element) -> _Function:
     """
     kind = element.tag
     if kind == "Constant":
-        value = _numbers(element, "value", 1, "0")[0]
+        value = numbers(element, "value", 1, "0")[0]
         return lambda q: np.asarray(value)
     if kind == "LinearFunction":
-        return _linear(_numbers(element, "coefficients", left_out="1 0"))
+        return _linear(numbers(element, "coefficients", left_out="1 0"))
     if kind == "PolynomialFunction":
-        coefficients = _numbers(element, "coefficients")
+        coefficients = numbers(element, "coefficients")
         return lambda q: np.polyval(coefficients, q[0])
     if kind == "MultiplierFunction":
-        inner, scale = inner_function(element), _numbers(element, "scale", 1, "1")[0]
+        inner, scale = inner_function(element), numbers(element, "scale", 1, "1")[0]
         return lambda q: scale * inner(q)
     if kind in _SPLINES or kind == "PiecewiseLinearFunction":
-        x, y = _numbers(element, "x"), _numbers(element, "y")
+        x, y = numbers(element, "x"), numbers(element, "y")
         if len(x) != len(y) or len(x) < 2 or np.any(np.diff(x) <= 0.0):
             raise InputError("needs as many y as x, at least two, x rising", field=kind)
         return _line_through(x, y) if kind == "PiecewiseLinearFunction" or len(x) == 2 else _spline(x, y)
@@ -51,18 +51,14 @@ def inner_function(element: Element) -> _Function:
     return lambda q: np.asarray(0.0)
 
 
-def _numbers(element: Element, name: str, count: int | None = None, left_out: str = "") -> np.ndarray:
+def numbers(element: Element, name: str, count: int | None = None, left_out: str = "") -> np.ndarray:
     """Numbers of a child element; `left_out` is what OpenSim takes where there is none."""
-    text = element.findtext(name, left_out) or ""
-    try:
-        found = np.array([float(word) for word in text.replace(",", " ").split()])
-    except ValueError:
-        found = np.array([np.nan])
-    if not len(found) or not np.isfinite(found).all() or count not in (None, len(found)):
-        allowed = "a number" if count == 1 else "numbers"
-        raise InputError(
-            "cannot be read", field=f"{element.tag}: {name}", value=text.strip(), allowed=allowed
-        )
+    text = (element.findtext(name) or "").strip() or left_out
+    field = " ".join([element.tag, element.get("name", "")]).strip() + f": {name}"
+    found = plausible(text.replace(",", " ").split(), field=field)
+    if not len(found) or count not in (None, len(found)):
+        needed = {None: "numbers", 1: "a number"}.get(count, f"{count} numbers")
+        raise InputError(f"is not {needed}", field=field, value=text)
     return found
 
 

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, read_bytes
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_joint import (
     Coordinate,
@@ -16,10 +16,12 @@ from afo_sim.gait_lab.readers.opensim_joint import (
     MotionAxis,
     Pose,
     inner_function,
+    numbers,
     offset_pose,
 )
 
 _METRES = ("", "m", "meter", "meters", "metre", "metres")
+_LARGEST = 2**25  # bytes; a whole body with its muscles is 5 MB, and read it is thirty times as large
 _NEWEST = 49999  # document versions 1xxxx to 4xxxx: OpenSim 1 to 4
 
 X, Y, Z = np.eye(3)
@@ -76,15 +78,7 @@ class _Frames:
 
 def vector(element: Element, name: str, left_out: str = "0 0 0") -> np.ndarray:
     """Three numbers of a child element (3,); `left_out` is what OpenSim takes where there is none."""
-    text = element.findtext(name, left_out)
-    try:
-        found = np.array([float(word) for word in text.replace(",", " ").split()])
-    except ValueError:
-        found = np.array([])
-    if found.shape != (3,) or not np.isfinite(found).all():
-        field = f"{element.tag} {element.get('name', '')}: {name}"
-        raise InputError("is not three numbers", field=field, value=text.strip())
-    return found
+    return numbers(element, name, 3, left_out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +145,8 @@ def read_opensim_model(path: pathlib.Path) -> OpenSimModel:
         return _model(path, model)
     except InputError as error:
         raise error.of_file(path) from None
+    except RecursionError:
+        raise InputError("is nested too deeply", file=path) from None
 
 
 def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
@@ -158,7 +154,7 @@ def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
     joints: list[Joint] = []
     for body in model.iterfind("BodySet/objects/Body"):
         name = body.get("name", "")
-        bodies[name] = _number(body, "mass", f"mass of {name}")
+        bodies[name] = _number(body, "mass")
         joints += _body_joints(body)
     frames = _Frames(model, set(bodies))
     joints += _set_joints(model, frames)
@@ -182,19 +178,15 @@ def _spheres(model: ElementTree.Element, frames: _Frames) -> list[Sphere]:
     found = []
     for sphere in model.iterfind("ContactGeometrySet/objects/ContactSphere"):
         body, place = frames.base(sphere, "frame", "body_name")
-        radius = _number(sphere, "radius", f"radius of {sphere.get('name')}")
+        radius = _number(sphere, "radius")
         found.append(Sphere(body, place.point(vector(sphere, "location"))[0], radius))
     return found
 
 
-def _number(element: ElementTree.Element, name: str, field: str) -> float:
-    text = (element.findtext(name) or "0").strip()
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value < np.inf:
-        raise InputError("is not a number of 0 or more", field=field, value=text)
+def _number(element: ElementTree.Element, name: str) -> float:
+    value = float(numbers(element, name, 1, "0")[0])
+    if value < 0.0:
+        raise InputError("is negative", field=f"{name} of {element.get('name')}", value=value)
     return value
 
 
@@ -278,13 +270,10 @@ def _spatial(joint: Element, names: list[str]) -> tuple[tuple[MotionAxis, ...], 
 
 
 def _coordinate(element: Element, rotational: bool) -> Coordinate:
-    texts = [element.findtext("default_value") or "0", *(element.findtext("range") or "-inf inf").split()]
-    try:
-        default, low, high = (float(text) for text in texts)
-    except ValueError:
-        raise InputError(
-            "its default value or its range cannot be read", field=f"coordinate {element.get('name')}"
-        ) from None
+    default, low, high = float(numbers(element, "default_value", 1, "0")[0]), -np.inf, np.inf
+    stated = (element.findtext("range") or "").strip().lower()
+    if stated and "inf" not in stated:
+        low, high = map(float, numbers(element, "range", 2))
     locked = (element.findtext("locked") or "").strip().lower() == "true"
     return Coordinate(element.get("name", ""), default, (low, high), rotational, locked)
 
@@ -297,10 +286,9 @@ class _NoDoctype(ElementTree.TreeBuilder):
 
 
 def _root(path: pathlib.Path) -> ElementTree.Element:
+    raw = read_bytes(path, _LARGEST)
     try:
-        return ElementTree.parse(path, ElementTree.XMLParser(target=_NoDoctype())).getroot()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path) from None
+        return ElementTree.fromstring(raw, ElementTree.XMLParser(target=_NoDoctype()))
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise InputError(f"is not XML: {error}", file=path, allowed="an OpenSim model, .osim") from None
     except InputError as error:

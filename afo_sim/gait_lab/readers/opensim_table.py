@@ -11,9 +11,11 @@ from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
     cells_of,
+    measured,
     miscount,
     parse_row,
     read_lines,
+    require_size,
     separator_of,
     unique_names,
     without_empty_end,
@@ -50,7 +52,7 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     separator = separator_of(body[0])
     names = without_empty_end(cells_of(body[0], separator))
     _refuse_vectors(path, header, names, body[1], separator)
-    table, notices = _table(path, body[1:], len(names), separator, ended)
+    table, notices = _table(path, body[1:], names, separator, ended)
     notices += _counts(header, ("nrows", "datarows"), len(table), "rows")
     # each row has its columns: no harm
     wide = _counts(header, ("ncolumns", "datacolumns"), table.shape[1], "columns")
@@ -106,24 +108,25 @@ def _refuse_vectors(
 
 
 def _table(
-    path: pathlib.Path, lines: list[str], width: int, separator: str | None, ended: bool
+    path: pathlib.Path, lines: list[str], names: list[str], separator: str | None, ended: bool
 ) -> tuple[np.ndarray, list[Notice]]:
     """The numbers (n, width), and warnings; the last row is left out where it was cut."""
-    rows: list[list[float]] = []
+    width, rows = len(names), list[list[float]]()
+    require_size(path, len(lines), width)
     for k, line in enumerate(lines):
         try:
             rows.append(parse_row(_cells(line, width, separator)))
         except ValueError:
             if k == len(lines) - 1 and k >= 2:
                 text = "its last row, the {row}th, is cut short and was left out"
-                return np.array(rows), [Notice("last-row-cut", text, row=k + 1)]
+                return measured(path, names, rows), [Notice("last-row-cut", text, row=k + 1)]
             problem = f"row {k + 1} of its table is not {width} numbers"
             raise InputError(problem, file=path, value=" ".join(line.split())) from None
     # "12.345" cut to "12" is a number too, but the row is shorter than those before it
     if not ended and len(rows) > 11 and len(lines[-1]) < min(len(line) for line in lines[-11:-1]):
         text = "its last row ends with the file and may be cut: left out"
-        return np.array(rows[:-1]), [Notice("last-row-cut", text)]
-    return np.array(rows), []
+        return measured(path, names, rows[:-1]), [Notice("last-row-cut", text)]
+    return measured(path, names, rows), []
 
 
 def _cells(line: str, width: int, separator: str | None) -> list[str]:

@@ -9,6 +9,8 @@ from afo_sim.gait_lab.noted import note
 
 _WOBBLE = 0.005  # share of a step by which steps may differ and count as even [-]; assumed
 _DISAGREES = 0.02  # share by which clock and stated rate may differ without a word [-]; assumed
+_SHORTEST_STEP = 1e-5  # likewise: of the fastest plates a tenth [s]; assumed
+_UNEVEN = 100.0  # mean step over the middle one, beyond which even steps would fill the memory [-]; assumed
 _LONGEST_STEP = 0.5  # between two samples of a walk [s]; assumed: beyond, it is no time in seconds
 
 _LONGEST_GAP = 0.2  # that is filled without distrust [s]
@@ -111,11 +113,15 @@ def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> No
         raise InputError(
             f"time does not increase after {time[np.argmax(steps <= 0.0)]:g} s", file=file, field=field
         )
-    longest = max(_LONGEST_GAP, 3.0 * float(np.median(steps)))
+    middle, mean = float(np.median(steps)), float(steps.mean())
+    longest = max(_LONGEST_GAP, 3.0 * middle)
     if steps.max() > longest:
         k = int(np.argmax(steps))
         seen = f"time leaps from {time[k]:g} to {time[k + 1]:g} s"
         raise InputError(seen, file=file, field=field, allowed=f"steps of at most {longest:.3g} s")
+    if middle < 0.99 * _SHORTEST_STEP or mean > _UNEVEN * middle:
+        seen = f"its time runs in steps of {middle:g} s, {mean:g} s in the mean"
+        raise InputError(seen, file=file, field=field, allowed=f"even steps from {_SHORTEST_STEP:g} s")
 
 
 def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tuple[float, float]]]:

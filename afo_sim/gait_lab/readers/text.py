@@ -3,8 +3,12 @@
 import math
 import pathlib
 import re
+from collections.abc import Sequence
 
-from afo_sim.common import InputError, Notice
+import numpy as np
+from numpy.typing import ArrayLike
+
+from afo_sim.common import InputError, Notice, plausible, read_bytes
 
 _MISSING = re.compile(
     r"-?(nan(\(.*\))?|n/?a|null|none|-+|\?+|[+-]?1[.,]#(qnan|snan|ind|nan)[0-9]*)?$", re.IGNORECASE
@@ -13,15 +17,16 @@ _INFINITE = re.compile(r"([+-]?)(inf(inity)?|1[.,]#inf[0-9]*)$", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,4})?$", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eEdD][+-]?\d{1,4})?$", re.ASCII)
 
+_LARGEST = 2**28  # bytes of a file; ten minutes of 20 columns at 1000 Hz are half of it
+_MOST_LINES = 10_000_000  # ten minutes at 5000 Hz, with line ends of two characters, are 6 million
+_MOST_CELLS = 25_000_000  # of a table: ten minutes of 40 columns at 1000 Hz are fewer
+
 CUT_SHORT = Notice("last-row-cut", "its last row is cut short and was left out")
 
 
 def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
     """Lines of a text file in UTF-8, UTF-16 with its mark, or Latin-1."""
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", file=path) from None
+    raw = read_bytes(path, _LARGEST)
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = raw.decode("utf-16", errors="replace")
     else:
@@ -31,6 +36,8 @@ def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
             text = raw.decode("latin-1")
     if "\0" in text:
         raise InputError("is not a text file", file=path)
+    if text.count("\n") + text.count("\r") > _MOST_LINES:
+        raise InputError("has too many lines", file=path, allowed=f"up to {_MOST_LINES:.0e}")
     ended = text.endswith(("\n", "\r"))
     lines = re.split("\r\n|\r|\n", text)  # not splitlines, which splits at Latin-1's 0x85 too
     return (lines[:-1] if ended else lines), ended
@@ -65,6 +72,25 @@ def parse_row(cells: list[str]) -> list[float]:
         return [_parse_number(cell) for cell in cells]
 
 
+def require_size(path: pathlib.Path, rows: int, columns: int) -> None:
+    """Refuse a table for which memory has no room, before it is made."""
+    if rows * columns > _MOST_CELLS:
+        problem = f"has {rows} rows of {columns} numbers"
+        raise InputError(problem, file=path, allowed=f"up to {_MOST_CELLS:.0e} numbers")
+
+
+def measured(path: pathlib.Path, names: Sequence[str], rows: ArrayLike) -> np.ndarray:
+    """Rows of numbers as a table (n, columns), NaN where nothing was measured.
+
+    Infinite ones are left: a marker may be lost, or a column not needed.
+    """
+    table = np.array(rows)
+    for k, name in enumerate(names):
+        rest = ~np.isinf(table[:, k])
+        table[rest, k] = plausible(table[rest, k], file=path, field=name, missing=True)
+    return table
+
+
 def separator_of(line: str) -> str | None:
     """What stands between the cells of a line: tab, semicolon or comma; None is any blanks."""
     return next((mark for mark in "\t;," if mark in line), None)
@@ -87,16 +113,17 @@ def without_empty_end(cells: list[str]) -> list[str]:
 
 def unique_names(names: list[str], what: str) -> tuple[list[str], list[Notice]]:
     """Names of which none comes twice, and a warning if one did: the second NAME becomes NAME.2."""
-    taken: set[str] = set()
+    last: dict[str, int] = {}  # number of each name that is taken
     found, renamed = [], []
     for name in names:
-        new, number = name, 1
-        while new in taken:
+        new, number = name, last.get(name, 0)
+        while new in last:
             number += 1
             new = f"{name}.{number}"
         if new != name:
             renamed.append(new)
-        taken.add(new)
+        last[name] = max(number, 1)
+        last.setdefault(new, 1)
         found.append(new)
     if not renamed:
         return found, []

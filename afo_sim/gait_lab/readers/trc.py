@@ -12,9 +12,11 @@ from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slo
 from afo_sim.gait_lab.readers.text import (
     CUT_SHORT,
     cells_of,
+    measured,
     miscount,
     parse_row,
     read_lines,
+    require_size,
     without_empty_end,
 )
 from afo_sim.gait_lab.readers.unit_checks import length_name, metres
@@ -90,23 +92,25 @@ def _titles(path: pathlib.Path, line: str, rest: list[str], stated: dict[str, st
 
 def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray, list[Notice]]:
     """The numbers (n, lead + 3 × markers), NaN where a cell is empty, and warnings."""
-    rows = [cells_of(row, "\t" if header.tabs else None) for row in header.rows]
-    warnings = []
+    rows, warnings, separator = header.rows, [], "\t" if header.tabs else None
     named = header.lead + 3 * len(header.names)
-    trimmed = [len(without_empty_end(cells)) for cells in rows]
-    if not ended and len(rows) > 3 and len(rows[-1]) < min(len(rows[-2]), named):
-        rows, trimmed = rows[:-1], trimmed[:-1]
+    split = (cells_of(row, separator) for row in rows)  # all cells at a time would be ten times the file
+    counts = [(len(cells), len(without_empty_end(cells))) for cells in split]
+    if not ended and len(rows) > 3 and counts[-1][0] < min(counts[-2][0], named):
+        rows, counts = rows[:-1], counts[:-1]
         warnings.append(CUT_SHORT)
-    width = max(named, max(trimmed))
+    width = max(named, *{filled for _, filled in counts})
     width = header.lead + 3 * -(-(width - header.lead) // 3)
-    if not header.tabs and any(len(cells) != width for cells in rows):
-        k = next(k for k, cells in enumerate(rows) if len(cells) != width)
-        seen = f"row {k + 1} has {len(rows[k])} numbers where the names ask for {named}"
+    if not header.tabs and any(count != width for count, _ in counts):
+        k = next(k for k, (count, _) in enumerate(counts) if count != width)
+        seen = f"row {k + 1} has {counts[k][0]} numbers where the names ask for {named}"
         raise InputError(seen, file=path, allowed="tabs between the cells where some are empty")
     if width > 3 * named + 300:
         raise InputError(f"has rows of {width} numbers for {len(header.names)} names", file=path)
+    require_size(path, len(rows), width)
     table = np.full((len(rows), width), np.nan)
-    for k, cells in enumerate(rows):
+    for k, row in enumerate(rows):
+        cells = cells_of(row, separator)
         try:
             found = parse_row(cells[:width])
         except ValueError:
@@ -127,7 +131,9 @@ def _counts(stated: dict[str, str], frames: int, markers: int) -> list[Notice]:
 
 def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[Notice]]:
     rate = _rate(header.stated.get("datarate", ""))
-    time = table[:, 1] if header.lead == 2 else np.full(len(table), np.nan)
+    time = np.full(len(table), np.nan)
+    if header.lead == 2:
+        time = measured(path, ["Time"], table[:, 1:2])[:, 0]
     if np.isfinite(time).any() and np.any(time[np.isfinite(time)] != 0.0):
         refuse_slow(path, time, "Time", "seconds" + (f"; its DataRate is {rate:g} Hz" if rate else ""))
         return even_clock(time, rate)

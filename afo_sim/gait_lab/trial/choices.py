@@ -24,6 +24,7 @@ _QUANTITIES = {  # option: (SI unit, how a person writes it)
     "hip": ("m", "-6.3 cm"),
     "ankle_height": ("m", "7 cm"),
 }
+_LOWEST_CUTOFF = 0.01  # far below a stride's own frequency; nearer to 0 a filter has no solution [Hz]
 _HIGHEST_CUTOFF = 50.0  # above it a low-pass leaves walking as noisy as it is; 6 Hz is usual, assumed [Hz]
 PLAIN = ("forward", "up", "source", "licence", "map", "model", "static")
 
@@ -90,6 +91,9 @@ class Choices:
             if number is not None and not low <= number <= high:
                 allowed_range = f"{low:g} to {high:g}" if high < math.inf else "0 or more"
                 raise InputError("is out of range", field=name, value=number, allowed=f"{allowed_range} (SI)")
+        if 0.0 < self.cutoff < _LOWEST_CUTOFF:
+            allowed_range = f"0 or at least {_LOWEST_CUTOFF:g} (SI)"
+            raise InputError("is out of range", field="cutoff", value=self.cutoff, allowed=allowed_range)
 
     @property
     def letter(self) -> str:
