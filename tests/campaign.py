@@ -1,8 +1,11 @@
 """Campaigns: many random or damaged cases; the suite runs a seeded slice, the nightly script all of them."""
 
+import datetime
 import os
 
 NIGHTLY = bool(os.environ.get("AFO_SIM_NIGHTLY"))
+# of damaged files: a fresh one a day, the last digit for the ten of a night
+SEED = int(os.environ.get("AFO_SIM_FUZZ_SEED") or f"{datetime.date.today():%Y%m%d}0")
 
 
 def size(slice_: int, whole: int) -> int:

@@ -4,6 +4,7 @@ import gc
 import os
 
 import pytest
+from campaign import SEED
 
 import afo_sim
 from afo_sim.common.versions import CORE
@@ -26,6 +27,10 @@ def pytest_collection_finish() -> None:
     """What is imported stays: Python's garbage collector need not look through it during each test."""
     gc.collect()
     gc.freeze()
+
+
+def pytest_report_header() -> str:
+    return f"seed of damaged files: AFO_SIM_FUZZ_SEED={SEED}"
 
 
 CORE_FOLDERS = {*CORE, "air", "laws_of_nature"}

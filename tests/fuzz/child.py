@@ -1,0 +1,90 @@
+"""Commands on damaged files, in one process: how each ended; an end of the process is the parent's.
+
+A line of the input is a row of `Damage`, or ["base", "seed"] of one to be drawn. By hand:
+    echo '["trc", "20260101 7"]' | PYTHONPATH=tests python -m fuzz.child FOLDER
+"""
+
+import contextlib
+import faulthandler
+import io
+import json
+import os
+import pathlib
+import resource
+import shutil
+import sys
+
+from fuzz.bases import BASES, IMPORT
+from fuzz.damage import Damage, drawn
+
+from afo_sim.cli import app, error_handler
+
+LONGEST = 20.0  # of a command [s]
+LARGEST = 2 * 2**20  # of the process [KiB]
+_OF = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+_DRAWN = 50  # one of so many imports is drawn too
+
+
+def _peak(of: int) -> int:
+    return resource.getrusage(of).ru_maxrss
+
+
+def ended(folder: pathlib.Path, damage: Damage, whole: bytes) -> tuple[str, str]:
+    """How the command ended on a damaged file, and its words."""
+    base, said = BASES[damage.base], io.StringIO()
+    (folder / base.file).write_bytes(damage.of(whole))
+    sys.argv = ["afo-sim", *base.command]
+    os.chdir(folder)
+    if damage.operator != "none":
+        faulthandler.dump_traceback_later(LONGEST, exit=True)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+            code = error_handler.run(app)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+    words = said.getvalue()
+    for bug in folder.glob("afo-sim-bug-*"):
+        words = bug.read_text("utf-8", "replace")[-1500:]
+        bug.unlink()
+    if "more memory than there is" in words or max(map(_peak, _OF)) > LARGEST:
+        return "memory", words[-500:]
+    if code not in (0, 1, 2, 3):
+        return "traceback", words
+    if (code and not words.strip()) or len(words) > 6000:
+        return "wordless or wordy", words[-500:]
+    return "refused" if code == 2 else "fine", words[:200]
+
+
+def main(folder: pathlib.Path) -> None:
+    """Answer each line of the standard input with one: the damage, how it ended, what was said."""
+    import afo_sim.show
+
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # what libraries print is no part of the answer
+    resource.setrlimit(resource.RLIMIT_AS, (8 * 2**30, 8 * 2**30))
+    draw = afo_sim.show.draw_gait
+    for number, line in enumerate(sys.stdin):
+        name, *rest = json.loads(line)
+        place = folder / name
+        if not place.is_dir():
+            making = folder / f"{name}.{os.getpid()}"
+            making.mkdir(parents=True)
+            BASES[name].make(making)
+            shutil.copy(making / BASES[name].file, making / "whole")
+            making.rename(place)
+            whole = (place / "whole").read_bytes()
+            ended(place, Damage(name, "none", ""), whole)  # what it compiles is no part of a case's time
+        raw = (place / "whole").read_bytes()
+        damage = Damage(name, *rest) if len(rest) > 1 else drawn(name, raw, rest[0])
+        print(json.dumps(list(vars(damage).values())), file=sys.stderr, flush=True)
+        if BASES[name].command[:2] == IMPORT:
+            afo_sim.show.draw_gait = draw if number % _DRAWN == _DRAWN - 1 else lambda *given: None
+        how, words = ended(place, damage, raw)
+        print(json.dumps([*vars(damage).values(), how, words]), file=answers, flush=True)
+        shutil.rmtree(place / "out", ignore_errors=True)
+        if how == "memory":  # the peak stays: a new process goes on
+            return
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]).resolve())

@@ -1,0 +1,12 @@
+"""Damage that once ended by a traceback, or not at all; it is done again whenever the tests run."""
+
+from fuzz.damage import Damage
+
+_FORCES, _ANGLES = "#\t" * 18 + "#", "#\t" * 6 + "#"  # rows of the tables
+FOUND = (
+    Damage("grf.mot", "number", f"1 of {_FORCES}@186", "-1e308"),
+    Damage("grf.mot", "number", f"10 of {_FORCES}@233", "-1e308"),
+    Damage("ik.mot", "number", f"2 of {_ANGLES}@*", "1e308"),
+    Damage("osim 4", "number", '0 of <Marker name="RMT1"><socket_parent_frame>/bodyset/calcn_r</s@0', "1e15"),
+    Damage("c3d type 4", "number", "4 RATIO h@0", "-1"),
+)
