@@ -47,10 +47,10 @@ from .notice import Notice as Notice
 from .notice import identity as identity
 from .notice import unique as unique
 from .notice import with_code as with_code
-from .reading import read_bytes as read_bytes
-from .sealing import MOST_GROUPS as MOST_GROUPS
 from .reading import check_regular as check_regular
+from .reading import read_bytes as read_bytes
 from .reading import read_text as read_text
+from .sealing import MOST_GROUPS as MOST_GROUPS
 from .sealing import check_text as check_text
 from .sealing import digest as digest
 from .sealing import open_parquet as open_parquet
