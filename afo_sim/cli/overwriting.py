@@ -87,7 +87,7 @@ def _other(
     try:
         table = read_json(folder / file)
         before = {key: table[key] for key in now}
-    except (OSError, ValueError, KeyError, TypeError):
+    except (InputError, OSError, ValueError, KeyError, TypeError):
         return {}
     asked = as_stored(json.loads(json.dumps(now)), folder)
     return None if as_stored(before, folder) == asked else before

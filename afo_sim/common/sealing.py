@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from typing import IO, Any
 
 from afo_sim.common.errors import InputError
+from afo_sim.common.reading import read_bytes, read_text
 from afo_sim.common.writing import json_text, replacing
 
 _HINT = "(delete this line when you edit the file)"
@@ -84,7 +85,7 @@ def _changed_beside(text: str, file: pathlib.Path) -> pathlib.Path | None:
     for line in itertools.takewhile(lambda line: line.startswith("#"), text.splitlines()):
         named = _BESIDE.fullmatch(line)
         path = file.parent / named[1] if named else file
-        if named and not (path.is_file() and digest(path.read_bytes()) == named[2]):
+        if named and digest(read_bytes(path)) != named[2]:
             return path
     return None
 
@@ -105,16 +106,20 @@ def read_json(path: pathlib.Path) -> Any:
 
     Raises
     ------
-    OSError, ValueError
-        The file cannot be read, is not JSON, or is damaged.
+    OSError, ValueError, InputError
+        The file cannot be read or is too large; it is not JSON, or is damaged.
     """
-    text = path.read_text(encoding="utf-8")
+    path.stat()  # OSError where it is not there
+    text = read_text(path)
     found = _LAST.search(text)
     if found is None and _JSON_MARKS.search(text[-64:]):
         raise ValueError("its digest is damaged")
     if found is not None and _of_text(text[: found.start()] + "\n}\n") != found[1]:
         raise ValueError("its digest does not match")
-    value = json.loads(text)
+    try:
+        value = json.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None
     if found is not None:
         del value["digest"]
     return value

@@ -10,7 +10,7 @@ import pathlib
 import re
 from collections.abc import Iterator, Mapping
 
-from afo_sim.common import InputError, check_regular, plausible, read_bytes
+from afo_sim.common import InputError, check_regular, check_text, plausible, read_bytes, read_text
 
 _LARGEST_MODEL = 2**26  # of a model's text [bytes]; meshes may stand in it
 _MOST = {  # of a model, its copies counted: several times a whole body's with its muscles
@@ -45,8 +45,12 @@ def examine(file: pathlib.Path) -> None:
     ------
     InputError
         The file, or one that it names, is no regular file or too large; it has too many elements, levels or
-        copies; a number is not finite, or of a magnitude that nothing has.
+        copies; a number is not finite, or of a magnitude that nothing has; it has changed since this program
+        wrote it.
     """
+    beside = file.with_suffix(".toml")
+    if beside.is_file():  # of a leg, or of a worn model: it may hold this file's digest
+        check_text(read_text(beside), beside)
     counted = dict.fromkeys(_MOST, 0.0)
     known, todo = {file}, [file]
     while todo:

@@ -80,7 +80,7 @@ def whole_picture(folder: pathlib.Path) -> pathlib.Path | None:
     try:
         written = read_json(folder / SUMMARY).get("digests", {})
         return path if path.is_file() and written.get(RERUN) in (None, digest(path.read_bytes())) else None
-    except (OSError, ValueError, AttributeError):
+    except (InputError, OSError, ValueError, AttributeError):
         return None
 
 
