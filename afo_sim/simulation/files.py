@@ -151,7 +151,15 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             "parameters": run["parameters"],
             "studies": run.get("studies", {}),
         }
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError, zlib.error) as error:
+    except (
+        AttributeError,
+        KeyError,
+        TypeError,
+        ValueError,
+        OverflowError,
+        RecursionError,
+        zlib.error,
+    ) as error:
         raise InputError(_unreadable(run, error), file=folder) from None
 
 
