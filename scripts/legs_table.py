@@ -18,7 +18,7 @@ import numpy as np
 import trimesh
 
 import afo_sim as afo
-from afo_sim.common import assets
+from afo_sim.common import assets, without_digests
 from afo_sim.legs import Imported, LegNumbers, export_leg, import_leg
 from afo_sim.model.build import build
 from afo_sim.model.path_facts import path_facts
@@ -170,12 +170,14 @@ def seated(leg: str | pathlib.Path) -> afo.Recording:
 
 
 def with_same_tissue(file: pathlib.Path) -> None:
-    """Take the ankle's own spring, friction, damping and armature out of a leg's file."""
+    """Take the ankle's own spring, friction, damping and armature out of an imported leg's file."""
     document = ElementTree.parse(file)
     for joint in document.getroot().iter("joint"):
         for key in OWN if joint.get("name") == "ankle" else ():
             joint.attrib.pop(key, None)
     document.write(file)
+    about = file.with_suffix(".toml")
+    about.write_text(without_digests(about.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def swapped_leg(numbers: LegNumbers, folder: pathlib.Path) -> pathlib.Path:

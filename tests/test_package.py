@@ -184,3 +184,14 @@ def test_options_that_the_documents_name_are_there() -> None:
     foreign |= {"--check", "--cost", "--parts", "--table", "--walkers", "--write"}
     known = options(get_command(app)) | {"--help"}
     assert not set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", TEXT)) - known - foreign
+
+
+def test_every_test_that_the_threat_model_names_is_there() -> None:
+    defined = {
+        name
+        for file in (ROOT / "tests").rglob("*.py")
+        for name in re.findall(r"^def (test_\w+)", file.read_text(), re.M)
+    }
+    named = re.findall(r"`(test_\w+|tests/[\w/.]+)`", PAGES["security"])
+    assert len(named) > 20
+    assert [name for name in named if name not in defined and not (ROOT / name).exists()] == []

@@ -131,9 +131,7 @@ def test_an_edited_file_says_which_line_to_delete(tmp_path: pathlib.Path) -> Non
     assert load("scenario", file).duration == 3.0
 
 
-def test_another_format_is_read_or_names_the_version_that_wrote_it(
-    run: pathlib.Path, tmp_path: pathlib.Path
-) -> None:
+def test_another_format_is_read_or_its_version_is_named(run: pathlib.Path, tmp_path: pathlib.Path) -> None:
     table = read_parquet(run / "recording.parquet")
     header = json.loads(table.schema.metadata[RUN_KEY.encode()])
     assert header["format"] == FORMAT and header["columns"] == table.column_names

@@ -79,7 +79,7 @@ def parse_quantity(value: object, unit: str) -> float:
 
     Returns
     -------
-    float, of a magnitude that `magnitudes` has for the unit; what is closer to 0 is 0
+    float, finite, up to the largest magnitude that `magnitudes` has for the unit
 
     Raises
     ------
@@ -200,13 +200,13 @@ def _number(value: str | float) -> float:
 
 
 def _plausible(value: float, unit: str | None = None) -> float:
-    """A value that something of its unit can have; what is closer to 0 than anything is 0."""
-    least, largest = magnitudes(unit)
+    """A value that is not beyond what something of its unit can have."""
+    largest = magnitudes(unit)[1]
     if not math.isfinite(value):
         raise ValueError("is not finite")
     if abs(value) > largest:
         raise ValueError(f"is beyond ±{largest:g}{f' {unit}' if unit else ''}, which nothing is")
-    return value if abs(value) >= least else 0.0
+    return value
 
 
 # Factors between the units that descriptions are written in, as pint computes them, to the last digit. pint

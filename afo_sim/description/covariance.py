@@ -290,7 +290,7 @@ def _unit(key: str) -> str:
 
 
 def _standard_error(text: Any, unit: str, info: ValidationInfo) -> float:
-    return Quantity(unit, above=0.0).read(text, info)
+    return Quantity(unit, above=0.0, exact=True).read(text, info)
 
 
 def _nearest(name: str, known: Sequence[str]) -> str:

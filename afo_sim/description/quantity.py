@@ -34,6 +34,7 @@ class Quantity:
     above: float | None = None
     at_least: float | None = None
     at_most: float | None = None
+    exact: bool = False  # a rest of rounding is not 0
 
     @property
     def allowed(self) -> str:
@@ -64,6 +65,8 @@ class Quantity:
             number = parse_quantity(plain, self.unit)
         except ValueError as error:
             raise refusal(str(error), self.allowed) from None
+        if abs(number) < magnitudes(self.unit)[0] and not self.exact:  # a rest of rounding
+            number = 0.0
         for bound, beyond in ((self.at_least, -1.0), (self.at_most, 1.0)):
             if bound is None or not beyond * (number - bound) > 0.0:
                 continue

@@ -78,7 +78,7 @@ def whole_picture(folder: pathlib.Path) -> pathlib.Path | None:
     """A run's recording.rrd, if it is there as it was written (an older run: if it is there)."""
     path = folder / RERUN
     try:
-        written = read_json(folder / SUMMARY).get("digests", {})
+        written = read_json(folder / SUMMARY).get("digests", {}) if (folder / SUMMARY).is_file() else {}
         return path if path.is_file() and written.get(RERUN) in (None, digest(path.read_bytes())) else None
     except (InputError, OSError, ValueError, AttributeError):
         return None

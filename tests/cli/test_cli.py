@@ -359,7 +359,7 @@ def test_damaged_run_is_one_message(
     extra = ["--screenshot", str(tmp_path / "x.png")] if command == "view" else []
     code, _, complaint = call(capsys, command, str(tmp_path), *extra)
     assert code == 2
-    assert "recording.parquet: is not a recording of this program" in complaint
+    assert "recording.parquet: is not a valid Parquet file" in complaint
     assert {p.name for p in tmp_path.iterdir()} == {"recording.parquet"}
 
 

@@ -529,5 +529,5 @@ def test_a_recording_of_another_making_is_refused(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
     (tmp_path / "recording.parquet").write_bytes(b"not a table")
-    with pytest.raises(InputError, match="not a recording"):
+    with pytest.raises(InputError, match="not a valid Parquet file"):
         write_report([tmp_path])

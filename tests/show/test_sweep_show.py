@@ -124,7 +124,7 @@ def test_finished_wins_over_chunks(tmp_path: pathlib.Path) -> None:
     ("name", "text", "problem"),
     [
         ("other.txt", b"", "no sweep here"),
-        ("results.parquet", b"PAR1 and no more", "cannot be read"),
+        ("results.parquet", b"PAR1 and no more", "is not a valid Parquet file"),
         ("chunks/.tmp", b"", "no case of this sweep"),
     ],
 )
