@@ -63,7 +63,7 @@ def test_links_in_a_circle_are_one_message(
     loop.symlink_to(loop)
     code, _, complaint = call(capsys, *(str(loop) if word == "LOOP" else word for word in command))
     assert (code, complaint.count("\n")) == (2, 1)
-    assert str(loop) in complaint
+    assert str(loop)[:40] in complaint
     assert "bug" not in complaint
 
 

@@ -6,7 +6,14 @@ from typing import Any
 import pytest
 
 from afo_sim import run
-from afo_sim.common import AMBIENT_PRESSURE, STANDARD_DENSITY, InputError, magnitudes
+from afo_sim.common import (
+    AMBIENT_PRESSURE,
+    EXAMPLES,
+    STANDARD_DENSITY,
+    InputError,
+    format_quantity,
+    magnitudes,
+)
 from afo_sim.description import SETS, Quantity, fields_of, load, tables
 from afo_sim.description.schema import SPECS, quantity_of
 
@@ -37,6 +44,14 @@ def test_a_value_that_nothing_has_is_one_message(key: str, value: str | float, w
 
 
 def test_a_rest_of_rounding_is_zero() -> None:
+    for unit in EXAMPLES:
+        least, read = magnitudes(unit)[0], Quantity(unit).read
+        assert [read(format_quantity(x * least, unit)) for x in (-1.0, -0.99, 0.99, 1.0)] == [
+            -least,
+            0,
+            0,
+            least,
+        ]
     assert load("scenario", "seated", {"load_moment": "1e-17 N*m"}).load_moment == 0.0
 
 

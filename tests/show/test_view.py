@@ -14,6 +14,7 @@ import rerun as rr
 from campaign import size
 from rerun_files import needs_vulkan, read, rerun
 
+import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
@@ -279,3 +280,17 @@ def test_watched_run_is_the_unwatched_run(seated: Recording) -> None:
     for name, values in watched.columns.items():
         assert np.array_equal(values, seated[name][: len(values)])
     assert watched["time"][-1] == pytest.approx(9.0, abs=0.003)
+
+
+def test_a_leg_with_a_mesh_is_shown(tmp_path: pathlib.Path) -> None:
+    """The MJCF that a run keeps to look at names the mesh; the kept model holds it."""
+    source = afo_sim.load("scenario", "seated").leg.file
+    mesh = '<asset><mesh name="shoe" file="shoe.obj"/></asset><worldbody>'
+    text = source.read_text(encoding="utf-8").replace("<worldbody>", mesh, 1)
+    faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    (tmp_path / "shoe.obj").write_text(f"v 0 0 0\nv .1 0 0\nv 0 .02 0\nv 0 0 .013\n{faces}")
+    shoe = '<geom type="mesh" mesh="shoe" mass="0" contype="0" conaffinity="0"/>'
+    (tmp_path / "leg.xml").write_text(text.replace('<body name="foot">', f'<body name="foot">{shoe}', 1))
+    (tmp_path / "leg.toml").write_text((source.parent / "leg.toml").read_text(encoding="utf-8"))
+    run = afo_sim.run("seated", {"leg": str(tmp_path / "leg.toml"), "duration": "0.2 s"})
+    assert (run.save(tmp_path / "run", rrd=True) / "recording.rrd").stat().st_size > 10_000

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import afo_sim
 from afo_sim import cli
 from afo_sim.cli import error_handler
-from afo_sim.common import InputError, assets
+from afo_sim.common import InputError, assets, read_json, write_json
 from afo_sim.show import draw_search
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, cases_of, statement
 from afo_sim.study.constraint import read_constraint
@@ -670,11 +670,11 @@ def test_a_changed_search_is_refused_or_begins_anew(
     assert code == 2
     assert "another search" in err
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
-    manifest = json.loads((out / store.MANIFEST).read_text())
+    manifest = read_json(out / store.MANIFEST)
     manifest["fingerprint"]["code"] = "other"
     copy = tmp_path / "copy"
     (copy / store.GENERATIONS).mkdir(parents=True)
-    (copy / store.MANIFEST).write_text(json.dumps(manifest))
+    write_json(copy / store.MANIFEST, manifest)
     (copy / store.GENERATIONS / "000000.parquet").write_text("of other code")
     code, _, err = call(capsys, "optimise", uninterrupted / "small.toml", "--out", copy)
     assert code == 2

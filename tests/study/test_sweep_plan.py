@@ -306,14 +306,19 @@ def test_every_case_has_its_own_seed_and_not_the_neighbours() -> None:
 # -- exactness --------------------------------------------------------------------------------------------
 
 
+def has_magnitude(value: float) -> bool:
+    """A smaller number would be 0, as a rest of rounding."""
+    return not 0.0 < abs(value) < 1e-9
+
+
 @pytest.mark.slow
 @settings(derandomize=not NIGHTLY, deadline=None, max_examples=size(25, 100))
 @given(
     pressure=st.floats(1.0, 2e6, exclude_min=True),
-    x=st.floats(-2.0, 2.0),
-    strength=st.floats(0.0, 1.0),
-    offset=st.floats(-0.35, 0.35),
-    inlet=st.floats(1e-300, 1e-6),
+    x=st.floats(-2.0, 2.0).filter(has_magnitude),
+    strength=st.floats(0.0, 1.0).filter(has_magnitude),
+    offset=st.floats(-0.35, 0.35).filter(has_magnitude),
+    inlet=st.floats(1e-15, 1e-6),
 )
 def test_the_scenario_gets_exactly_the_cases_values(
     pressure: float, x: float, strength: float, offset: float, inlet: float, tmp_path_factory: Any

@@ -7,6 +7,7 @@ import pathlib
 import resource
 import shutil
 import signal
+import stat
 import subprocess
 import time
 from collections.abc import Iterator
@@ -407,7 +408,8 @@ def test_a_full_disk_is_said_and_the_sweep_goes_on_later(
     calls = []
 
     def fsync(descriptor: int) -> None:
-        calls.append(descriptor)
+        if not stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            calls.append(descriptor)
         if len(calls) > 3:  # the manifest and two chunks fit
             raise OSError(errno.ENOSPC, "No space left on device")
         real(descriptor)

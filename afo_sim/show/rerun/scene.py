@@ -83,7 +83,10 @@ class Stage:
 
 def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: str = "force") -> Stage:
     """The stage of a run."""
-    model = mujoco.MjModel.from_xml_string(source.header.model_xml)
+    try:
+        model = mujoco.MjModel.from_xml_string(source.header.model_xml)
+    except ValueError:  # meshes stand in the kept model alone
+        model = source.header.model()
     toes = ("gait/toe_extension",) if "gait/toe_extension" in source.columns else ()
     walking = tuple(dict.fromkeys((*_WALKING, *toes, stance_force(source.columns)))) if source.walks else ()
     groups = muscle_names(source.scenario.orthosis)
