@@ -125,7 +125,9 @@ def _message(error: BaseException) -> tuple[int, str]:
     if isinstance(error, KeyboardInterrupt):
         return _INTERRUPTED, "stopped"
     if isinstance(error, OSError):
-        return 2, ": ".join(str(part) for part in (error.filename, reason(error)) if part)
+        name = str(error.filename or "")
+        name = name if len(name) <= 300 else f"{name[:297]}..."  # which is why it is refused
+        return 2, ": ".join(part for part in (name, reason(error)) if part)
     if isinstance(error, RuntimeError) and str(error).startswith("Symlink loop from "):  # pathlib's own
         return 2, f"{str(error).removeprefix('Symlink loop from ')}: {reason(OSError(errno.ELOOP, ''))}"
     if isinstance(error, MemoryError):

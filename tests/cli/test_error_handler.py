@@ -70,6 +70,7 @@ def test_links_in_a_circle_are_one_message(
 CASES = {
     "input": (InputError("is wrong", field="x"), 2, "x: is wrong"),
     "disk": (OSError(errno.ENOSPC, "No space left", "a.csv"), 2, "a.csv: the disk is full"),
+    "long": (OSError(errno.ENAMETOOLONG, "File name too long", "a" * 999), 2, f"{297 * 'a'}...: File name"),
     "permission": (PermissionError(errno.EACCES, "denied", "a.csv"), 2, "a.csv: you have no permission"),
     "strange": (OSError("broken"), 2, "broken"),
     "memory": (MemoryError("Unable to allocate 8 TiB"), 2, "more memory than there is: Unable to allocate"),
