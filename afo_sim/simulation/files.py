@@ -26,6 +26,7 @@ from afo_sim.common import (
     json_text,
     open_parquet,
     parquet_writer,
+    plausible,
     read_json,
     sealed_json,
     settle,
@@ -195,7 +196,9 @@ def read_run(folder: str | os.PathLike[str]) -> dict[str, Any]:
         table = file.read()
     except (pa.ArrowException, OSError) as error:
         raise InputError(f"is not a recording of this program: {error}", file=folder) from None
-    return header | {"columns": {name: table[name].to_numpy() for name in table.column_names}}
+    columns = {name: table[name].to_numpy() for name in table.column_names}
+    plausible(columns.get("time", ()), file=folder, field="time")
+    return header | {"columns": columns}
 
 
 def read_undamaged(folder: str | os.PathLike[str]) -> dict[str, Any]:
@@ -224,6 +227,7 @@ def read_undamaged(folder: str | os.PathLike[str]) -> dict[str, Any]:
                 lost.append(f"{name} (rows {rows} to {rows + count - 1})")
             rows += count
         columns[name] = np.concatenate(parts)
+    plausible(columns.get("time", ()), file=folder, field="time")  # without it no row means anything
     notice = Notice(
         "recovered",
         "recovered from a damaged file; lost: {lost}",
