@@ -36,7 +36,7 @@ from afo_sim.description import load, toml_text
 from afo_sim.gait import file as gait_file
 from afo_sim.legs import attach, import_leg, write_attached
 from afo_sim.legs.attached_files import attached
-from afo_sim.simulation import Recording, read_recording, recover_recording, whole_picture
+from afo_sim.simulation import Recording, intact_picture, read_recording, recover_recording
 from afo_sim.simulation.files import FORMAT, RUN_KEY
 from afo_sim.study import SWEEP, read, recover, runner
 from afo_sim.study.search import store as search
@@ -72,8 +72,8 @@ def files(run: pathlib.Path, seated: Recording) -> Files:
     results = place / "whole" / "out"
     return {
         "recording": (run / "recording.parquet", lambda: read_recording(run)),
-        "picture": (run / "recording.rrd", lambda: whole_picture(run)),
-        "digests of the run": (run / "summary.json", lambda: whole_picture(run)),
+        "picture": (run / "recording.rrd", lambda: intact_picture(run)),
+        "digests of the run": (run / "summary.json", lambda: intact_picture(run)),
         "results": (results / "results.parquet", lambda: read(results)),
         "chunk": (chunk, lambda: read(place / "part")),
         "manifest": (results / "sweep.json", lambda: SWEEP.read(results)),
@@ -188,6 +188,7 @@ def test_what_is_whole_of_a_run_is_recovered(
     assert code == 0 and f"lost: {column.path_in_schema} (rows 0 to 399)" in said
     found = read_recording(tmp_path / "run-recovered")
     assert found.metrics == before.metrics and found.warnings[-1].code == "recovered"
+    assert found.scenario["description"].startswith(f"{found.warnings[-1]}; ")  # the title of its pictures
     for name, values in before.columns.items():
         lost = name == column.path_in_schema
         assert np.array_equal(

@@ -1,6 +1,6 @@
 """The command line: reads options, calls the library, prints.
 
-A name is imported when it is first asked for: a program's signals are minded before typer is there.
+A name is imported when it is first asked for: signal handlers are installed before typer is there.
 """
 
 import lazy_loader

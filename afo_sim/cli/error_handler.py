@@ -79,13 +79,13 @@ def print_version(asked: bool) -> None:
         raise typer.Exit
 
 
-def run(app: typer.Typer, came: Sequence[int] = ()) -> int:
+def run(app: typer.Typer, received: Sequence[int] = ()) -> int:
     """Run a command line.
 
     Parameters
     ----------
     app : its commands
-    came : signals that have come; what they have raised may have become another error on its way
+    received : signals so far; what they have raised may have become another error on its way
 
     Returns
     -------
@@ -102,7 +102,7 @@ def run(app: typer.Typer, came: Sequence[int] = ()) -> int:
         code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     except BaseException as error:
         cause = error.__cause__ if isinstance(error, _Stopped) and error.__cause__ else error
-        code = _report(KeyboardInterrupt() if came else cause)
+        code = _report(KeyboardInterrupt() if received else cause)
     return _flush() or code
 
 

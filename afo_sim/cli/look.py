@@ -60,9 +60,9 @@ def _rerun_files(paths: list[Path], scratch: Path, rate: float | None, colour: s
     for path in paths:
         if path not in folders:
             raise InputError("there is no run here", file=path, allowed="folders of runs, or only .rrd files")
-    from afo_sim.simulation import RERUN, whole_picture
+    from afo_sim.simulation import RERUN, intact_picture
 
-    present = whole_picture(folders[0])
+    present = intact_picture(folders[0])
     if len(folders) == 1 and present and rate is None and colour == "force":
         return [present]
     from afo_sim.show.rerun import write_comparison, write_rrd

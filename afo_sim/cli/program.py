@@ -1,4 +1,4 @@
-"""The process of the command line: its signals, its standard streams, its last words.
+"""The process of the command line: its signals, its standard streams, its last message.
 
 The first signal stops the command as an error would: unfinished files are removed. A second one ends the
 process at once, and so does one that comes when the command is over. What a process leaves unfinished has a
@@ -22,7 +22,7 @@ def main() -> NoReturn:
     Program().run()
 
 
-# Of KeyboardInterrupt itself Python would keep in mind that it has passed an `exec`, and end by SIGINT.
+# Python would remember of a plain KeyboardInterrupt that it has passed an `exec`, and end by SIGINT.
 class Stopped(KeyboardInterrupt):
     """A signal has come."""
 
@@ -30,56 +30,56 @@ class Stopped(KeyboardInterrupt):
 class Program:
     """One run of the command line in a process of its own.
 
-    came : signals, in their order
-    over : whether the exit code is known
+    received : signals, in their order
+    finished : whether the exit code is known
     """
 
     def __init__(self) -> None:
-        self.came: list[int] = []
-        self.over = False
+        self.received: list[int] = []
+        self.finished = False
 
     def run(self) -> NoReturn:
         """Run the command of `sys.argv`, and exit."""
         try:
-            self._mind_signals()
+            self._install_handlers()
             _open_streams()
             from afo_sim.cli import error_handler
             from afo_sim.cli.commands import app
 
-            code = error_handler.run(app, self.came)
+            code = error_handler.run(app, self.received)
         except BaseException as error:  # of an import, or of the report on another error
-            code = self._last_words(error)
-        self.over = True
-        sys.exit(_STOPPED + self.came[0] if self.came and code else code)
+            code = self._final_message(error)
+        self.finished = True
+        sys.exit(_STOPPED + self.received[0] if self.received and code else code)
 
-    def _mind_signals(self) -> None:
-        sys.excepthook = lambda kind, error, trace: os._exit(self._last_words(error))
+    def _install_handlers(self) -> None:
+        sys.excepthook = lambda kind, error, trace: os._exit(self._final_message(error))
         sys.unraisablehook = self._swallowed
         for number in (signal.SIGINT, signal.SIGTERM):
             if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup wants it
                 signal.signal(number, self._stop)
 
     def _stop(self, number: int, _: FrameType | None) -> None:
-        self.came.append(number)
-        if self.over or len(self.came) > 1:
-            os._exit(self._last_words(Stopped()))
+        self.received.append(number)
+        if self.finished or len(self.received) > 1:
+            os._exit(self._final_message(Stopped()))
         raise Stopped
 
     def _swallowed(self, unraisable: Any) -> None:
         """Send a signal again that came in a destructor or a callback, where nothing can be raised."""
-        if isinstance(unraisable.exc_value, Stopped) and self.came:
-            threading.Timer(0.01, signal.raise_signal, [self.came.pop()]).start()
+        if isinstance(unraisable.exc_value, Stopped) and self.received:
+            threading.Timer(0.01, signal.raise_signal, [self.received.pop()]).start()
         else:
             sys.__unraisablehook__(unraisable)
 
-    def _last_words(self, error: BaseException) -> int:
+    def _final_message(self, error: BaseException) -> int:
         """Say why it ends by what cannot fail, once; the exit code."""
-        words = "stopped" if self.came else f"this is a bug in afo-sim ({type(error).__name__})"
-        if not self.over:
-            self.over = True
+        words = "stopped" if self.received else f"this is a bug in afo-sim ({type(error).__name__})"
+        if not self.finished:
+            self.finished = True
             with contextlib.suppress(OSError):
                 os.write(2, f"afo-sim: {words}\n".encode())
-        return _STOPPED + self.came[0] if self.came else _BUG
+        return _STOPPED + self.received[0] if self.received else _BUG
 
 
 def _open_streams() -> None:

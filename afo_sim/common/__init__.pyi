@@ -50,9 +50,11 @@ from .notice import with_code as with_code
 from .reading import check_regular as check_regular
 from .reading import read_bytes as read_bytes
 from .reading import read_text as read_text
+from .reading import unpack as unpack
 from .sealing import MOST_GROUPS as MOST_GROUPS
 from .sealing import check_text as check_text
 from .sealing import digest as digest
+from .sealing import file_digest as file_digest
 from .sealing import open_parquet as open_parquet
 from .sealing import parquet_writer as parquet_writer
 from .sealing import read_json as read_json
@@ -77,7 +79,6 @@ from .units import format_quantity as format_quantity
 from .units import in_unit as in_unit
 from .units import parse_quantity as parse_quantity
 from .units import read_any_quantity as read_any_quantity
-from .unpacking import unpack as unpack
 from .versions import code_fingerprint as code_fingerprint
 from .writing import check_encoding as check_encoding
 from .writing import check_writable as check_writable

@@ -54,7 +54,7 @@ def functions(
     key = fingerprint(*follows)
     codes = _stored(kind, key)
     if not codes:
-        with user_cache.alone():  # whoever has waited finds what the first has compiled
+        with user_cache.locked():  # whoever has waited finds what the first has compiled
             codes = _stored(kind, key) or _compile(kind, key, compile_)
     return [_loaded(code, prototype) for code in codes]
 

@@ -5,6 +5,9 @@ import operator
 import os
 import pathlib
 import stat
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.writing import reason
@@ -28,15 +31,8 @@ def read_bytes(path: str | os.PathLike[str], most: int = LARGEST_DATA) -> bytes:
     InputError
         There is no such file, it cannot be read, it is a folder, a pipe or a device, or it is larger.
     """
-    try:
-        with open(path, "rb", opener=_opened) as stream:
-            content = stream.read(most + 1)  # not its stated size, which a file of the system lacks
-    except FileNotFoundError:
-        raise InputError("cannot be read: there is no such file", file=path) from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {reason(error)}", file=path) from None
-    except ValueError:  # a name that no system has, as one with a zero in it
-        raise InputError("cannot be read: it is not a valid name of a file", file=path) from None
+    with _in_words(path), open(path, "rb", opener=_opened) as stream:
+        content = stream.read(most + 1)  # not its stated size, which a file of the system lacks
     if len(content) > most:
         raise InputError("is too large", file=path, allowed=f"up to {most / 2**20:g} MiB")
     return content
@@ -44,9 +40,23 @@ def read_bytes(path: str | os.PathLike[str], most: int = LARGEST_DATA) -> bytes:
 
 def check_regular(path: pathlib.Path, most: int = LARGEST_DATA) -> None:
     """Refuse what another program is to read, and would read without end; errors as `read_bytes`."""
-    with open(path, "rb", opener=_opened) as stream:
-        if os.fstat(stream.fileno()).st_size > most:
-            raise InputError("is too large", file=path, allowed=f"up to {most / 2**20:g} MiB")
+    with _in_words(path), open(path, "rb", opener=_opened) as stream:
+        size = os.fstat(stream.fileno()).st_size
+    if size > most:
+        raise InputError("is too large", file=path, allowed=f"up to {most / 2**20:g} MiB")
+
+
+@contextmanager
+def _in_words(path: str | os.PathLike[str]) -> Iterator[None]:
+    """The system's refusals as InputError."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise InputError("cannot be read: there is no such file", file=path) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {reason(error)}", file=path) from None
+    except ValueError:  # a name that no system has, as one with a zero in it
+        raise InputError("cannot be read: it is not a valid name of a file", file=path) from None
 
 
 def _opened(path: str, flags: int) -> int:
@@ -78,3 +88,25 @@ def read_text(path: str | os.PathLike[str], most: int = LARGEST_DATA) -> str:
         problem = f"cannot be read: byte {error.start} is not UTF-8"
         raise InputError(problem, file=path, allowed="a text in UTF-8") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def unpack(data: bytes, most: int) -> bytes:
+    """Unpack what `zlib.compress` has made.
+
+    Parameters
+    ----------
+    data : compressed; a few kB of a damaged or hostile file may stand for gigabytes
+    most : size that is allowed [bytes]
+
+    Raises
+    ------
+    ValueError
+        The data are cut short, or larger than allowed.
+    zlib.error
+        They are not compressed data.
+    """
+    unpacker = zlib.decompressobj()
+    found = unpacker.decompress(data, most + 1)
+    if len(found) > most or not unpacker.eof:
+        raise ValueError(f"its compressed data are cut short, or unpack to more than {most} bytes")
+    return found

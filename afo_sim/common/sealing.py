@@ -5,6 +5,7 @@ its footer, where readers look for nothing. A file without a digest is read as b
 version, or its owner's. One damaged bit makes no such file of a sealed one: two marks show each seal.
 """
 
+import functools
 import hashlib
 import itertools
 import json
@@ -15,7 +16,7 @@ from contextlib import contextmanager
 from typing import IO, Any
 
 from afo_sim.common.errors import InputError
-from afo_sim.common.reading import read_bytes, read_text
+from afo_sim.common.reading import check_regular, read_text
 from afo_sim.common.writing import json_text, replacing
 
 _HINT = "(delete this line when you edit the file)"
@@ -29,6 +30,7 @@ _SEAL = b"afo-sim\1"  # before the digest in a Parquet file
 _SIZE = hashlib.sha256().digest_size
 _SEALED = b"afo_sim_sealed"  # of a Parquet file's metadata, the second mark
 _DAMAGED = "is damaged: it is not as this program wrote it (its digest does not match)"
+_RECOVER = "`afo-sim recover` of its folder, which saves what is whole of a run or a sweep"
 _BLOCK = 2**20  # that is read at a time [bytes]
 MOST_GROUPS = 1000  # of rows, and of columns: each pair takes 700 bytes of memory, and 3 of the file
 _LIMITS = {"thrift_container_size_limit": MOST_GROUPS, "thrift_string_size_limit": 2**26}
@@ -36,8 +38,17 @@ _LARGE, _UNPACKED = 2**30, 200  # rows may take so much memory, or so many times
 
 
 def digest(content: bytes) -> str:
-    """The digest of a file's content, as it stands in another file."""
-    return hashlib.blake2b(content, digest_size=16).hexdigest()
+    """The digest of a content, as it stands in a file."""
+    return _digest(content).hexdigest()
+
+
+def file_digest(path: pathlib.Path) -> str:
+    """The digest of a file's content; OSError where it cannot be read."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, _digest).hexdigest()
+
+
+_digest = functools.partial(hashlib.blake2b, digest_size=16)
 
 
 def sealed_text(text: str, folder: pathlib.Path | None = None) -> str:
@@ -51,7 +62,7 @@ def sealed_text(text: str, folder: pathlib.Path | None = None) -> str:
     files = sorted(path for path in folder.rglob("*") if path.is_file()) if folder else ()
     for path in files:
         if folder and path.suffix in _PARTS:
-            text = f"# digest of {path.relative_to(folder).as_posix()}: {digest(path.read_bytes())}\n{text}"
+            text = f"# digest of {path.relative_to(folder).as_posix()}: {file_digest(path)}\n{text}"
     return f"# digest: {_of_text(text)} {_HINT}\n{text}"
 
 
@@ -85,7 +96,10 @@ def _changed_beside(text: str, file: pathlib.Path) -> pathlib.Path | None:
     for line in itertools.takewhile(lambda line: line.startswith("#"), text.splitlines()):
         named = _BESIDE.fullmatch(line)
         path = file.parent / named[1] if named else file
-        if named and digest(read_bytes(path)) != named[2]:
+        if not named:
+            continue
+        check_regular(path)
+        if file_digest(path) != named[2]:
             return path
     return None
 
@@ -178,7 +192,7 @@ def open_parquet(path: pathlib.Path, *, damaged: bool = False) -> Any:
     except (pa.ArrowException, OSError, ValueError) as error:
         raise InputError(f"is not a valid Parquet file: {error}", file=path) from None
     if not sealed and _SEALED in (schema.metadata or {}):
-        raise InputError(_DAMAGED, file=path)
+        raise InputError(_DAMAGED, file=path, allowed=_RECOVER)
     return opened
 
 
@@ -202,7 +216,7 @@ def _is_sealed(path: pathlib.Path) -> bool:
         if not seal.startswith(_SEAL):
             return False
         if seal != _SEAL + _hash(file, place, footer):
-            raise InputError(_DAMAGED, file=path)
+            raise InputError(_DAMAGED, file=path, allowed=_RECOVER)
     return True
 
 

@@ -96,7 +96,7 @@ def write(kind: str, key: str, content: bytes) -> None:
 
 
 @contextmanager
-def alone() -> Iterator[None]:
+def locked() -> Iterator[None]:
     """A block that one process at a time is in, of those that share the folder; so that one compiles for all.
 
     Where the system has no such lock, or nobody else has come out within PATIENCE, the block is entered

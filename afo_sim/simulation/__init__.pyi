@@ -26,9 +26,9 @@ from .files import MODEL as MODEL
 from .files import PARQUET as PARQUET
 from .files import RERUN as RERUN
 from .files import SUMMARY as SUMMARY
+from .files import intact_picture as intact_picture
 from .files import open_run as open_run
 from .files import to_binary as to_binary
-from .files import whole_picture as whole_picture
 from .loop import Commander as Commander
 from .loop import Loop as Loop
 from .loop import described_policy as described_policy

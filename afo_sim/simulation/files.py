@@ -23,6 +23,7 @@ from afo_sim.common import (
     Notice,
     check_writable,
     digest,
+    file_digest,
     json_text,
     open_parquet,
     parquet_writer,
@@ -69,18 +70,19 @@ def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pa
         (scratch / MODEL).write_text(labelled(recording.model_xml), encoding="utf-8")
         if picture is not None:
             picture(scratch / RERUN)
-        written = {file.name: digest(file.read_bytes()) for file in sorted(scratch.iterdir())}
-        summary = sealed_json(recording.summary() | {"digests": written})
+        beside = (scratch / name for name in (MODEL, RERUN))  # the recording has its own
+        digests = {file.name: file_digest(file) for file in beside if file.is_file()}
+        summary = sealed_json(recording.summary() | {"digests": digests})
         (scratch / SUMMARY).write_text(summary, encoding="utf-8")
     return folder
 
 
-def whole_picture(folder: pathlib.Path) -> pathlib.Path | None:
+def intact_picture(folder: pathlib.Path) -> pathlib.Path | None:
     """A run's recording.rrd, if it is there as it was written (an older run: if it is there)."""
     path = folder / RERUN
     try:
         written = read_json(folder / SUMMARY).get("digests", {}) if (folder / SUMMARY).is_file() else {}
-        return path if path.is_file() and written.get(RERUN) in (None, digest(path.read_bytes())) else None
+        return path if path.is_file() and written.get(RERUN) in (None, file_digest(path)) else None
     except (InputError, OSError, ValueError, AttributeError):
         return None
 
@@ -133,6 +135,9 @@ def open_run(folder: str | os.PathLike[str], *, damaged: bool = False) -> Any:
     return open_parquet(path, damaged=damaged)
 
 
+_STRANGE = (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError, zlib.error)
+
+
 def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
     """Header of a run's opened Parquet file, by field of Recording; all but its rows."""
     run: Any = {}
@@ -152,15 +157,7 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             "parameters": run["parameters"],
             "studies": run.get("studies", {}),
         }
-    except (
-        AttributeError,
-        KeyError,
-        TypeError,
-        ValueError,
-        OverflowError,
-        RecursionError,
-        zlib.error,
-    ) as error:
+    except _STRANGE as error:
         raise InputError(_unreadable(run, error), file=folder) from None
 
 
@@ -228,12 +225,10 @@ def read_undamaged(folder: str | os.PathLike[str]) -> dict[str, Any]:
             rows += count
         columns[name] = np.concatenate(parts)
     plausible(columns.get("time", ()), file=folder, field="time")  # without it no row means anything
-    notice = Notice(
-        "recovered",
-        "recovered from a damaged file; lost: {lost}",
-        severity="error",
-        lost=", ".join(lost) or "nothing",
-    )
+    text, named = "recovered from a damaged file; lost: {lost}", ", ".join(lost) or "nothing"
+    notice = Notice("recovered", text, severity="error", lost=named)
+    told = header["scenario"].get("description", "")  # which is the title of every picture
+    header["scenario"] |= {"description": "; ".join(filter(None, [str(notice), told]))}
     return header | {"columns": columns, "warnings": (*header["warnings"], notice)}
 
 

@@ -23,7 +23,7 @@ for _ in range(40):
 
 HOLDER = """
 from afo_sim.common import user_cache
-with user_cache.alone():
+with user_cache.locked():
     print("in", flush=True)
     input()
 """
@@ -84,7 +84,7 @@ def test_a_process_waits_until_the_other_is_done_or_dead(
     entered = threading.Event()
 
     def enter() -> None:
-        with user_cache.alone():
+        with user_cache.locked():
             entered.set()
 
     waiting = threading.Thread(target=enter)
@@ -92,7 +92,7 @@ def test_a_process_waits_until_the_other_is_done_or_dead(
     assert not entered.wait(0.5)
     with monkeypatch.context() as hurry:
         hurry.setattr(user_cache, "PATIENCE", 0.0)
-        with user_cache.alone():  # nobody waits for ever
+        with user_cache.locked():  # nobody waits for ever
             assert not entered.is_set()
     holder.kill()
     holder.communicate()
