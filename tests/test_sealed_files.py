@@ -151,6 +151,8 @@ def test_another_format_is_read_or_its_version_is_named(run: pathlib.Path, tmp_p
     )
     with pytest.raises(InputError, match="has no such column"):
         older.columns["ankle/angle"]
+    with pytest.raises(InputError, match="is not a column of this version"):
+        older.describe("ankle/of_a_newer_version")
 
 
 def test_a_seal_without_its_digest_is_damage(tmp_path: pathlib.Path) -> None:

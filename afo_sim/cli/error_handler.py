@@ -121,7 +121,7 @@ def _message(error: BaseException) -> tuple[int, str]:
 
     error = missing_extra(error) or error
     if isinstance(error, AfoSimError):
-        return error.exit_code, str(error)
+        return error.exit_code, _bounded(str(error))
     if isinstance(error, KeyboardInterrupt):
         return _INTERRUPTED, "stopped"
     if isinstance(error, OSError):
@@ -137,6 +137,13 @@ def _message(error: BaseException) -> tuple[int, str]:
     file = _write_bug(error)
     where = f"please send {file}" if file else "no file with the details could be written"
     return _BUG, f"this is a bug in afo-sim ({type(error).__name__}: {_short(error)}); {where}"
+
+
+def _bounded(text: str) -> str:
+    """A message without what nobody reads: beyond 20 lines, and amid a line of 1000 characters."""
+    lines = [f"{line[:500]} … {line[-400:]}" if len(line) > 1000 else line for line in text.split("\n")]
+    more = [f"… and {len(lines) - 20} more"] if len(lines) > 20 else []
+    return "\n".join(lines[:20] + more)
 
 
 def _short(error: BaseException) -> str:

@@ -214,6 +214,9 @@ class _Examination:
 
     def _slide(self) -> None:
         flat = self.cycle.ankle_x[self._usual()]
+        if not len(flat):
+            expected = f"rows between phase {USUAL[0]:g} and {USUAL[1]:g}"
+            self._refuse("phase", "has no row in mid-stance", expected)
         slide = float(flat[-1] - flat[0])
         if abs(slide) > _SLIDE:
             low, high = (f"{100.0 * share:.0f}" for share in USUAL)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, unknown
+from afo_sim.common import AMBIENT_PRESSURE, InputError, unknown
 from afo_sim.control import TOLD
 from afo_sim.metrics import SOLVED
 from afo_sim.model import JOINTS, SINK, SUBTALAR, free
@@ -396,14 +396,17 @@ def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[st
     Raises
     ------
     InputError
-        The scenario has no such sensor.
+        The scenario has no such sensor, or this version of the program no such column.
     """
     if column.startswith(SENSOR):
         return _of_sensor(column, (scenario or {}).get("sensor") or {})
     if column in DESCRIBED:
         return DESCRIBED[column]
-    kind, _, *last = column.split("/")
-    return DESCRIBED["/".join([kind, "*", *last])]
+    kind, *name_and_rest = column.split("/")
+    pattern = "/".join([kind, "*", *name_and_rest[1:]])
+    if pattern not in DESCRIBED:
+        raise InputError("is not a column of this version of the program", field="column", value=column)
+    return DESCRIBED[pattern]
 
 
 def _of_sensor(column: str, sensors: Mapping[str, Any]) -> tuple[str, str]:

@@ -66,6 +66,9 @@ def _linear(coefficients: np.ndarray) -> _Function:
     """a₁q₁ + … + b."""
 
     def value(q: Sequence[np.ndarray]) -> np.ndarray:
+        if len(coefficients) != len(q) + 1:
+            problem = f"has {len(coefficients)} coefficients for {len(q)} coordinates"
+            raise InputError(problem, field="LinearFunction", allowed="one more than there are coordinates")
         return np.asarray(sum(a * x for a, x in zip(coefficients[:-1], q, strict=True)) + coefficients[-1])
 
     return value
