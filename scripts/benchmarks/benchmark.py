@@ -41,12 +41,13 @@ def of_run(options: argparse.Namespace) -> Measures:
 
 def of_designs(options: argparse.Namespace) -> Measures:
     """The parts of many designs' speed."""
-    from designs import design_rates, stride_rates
+    from designs import design_rates, overheads, stride_rates
     from processes import memory
     from step_accuracy import accuracy
 
     return {
         "designs": lambda: design_rates(options.cases, options.repeats),
+        "overhead": lambda: overheads(options.cases, options.repeats),
         "strides": lambda: stride_rates(options.cases, options.repeats),
         "accuracy": lambda: accuracy(options.repeats, options.reference),
         "memory": lambda: memory(options.short_cases),

@@ -4,7 +4,9 @@ import json
 import pathlib
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from unittest import mock
 
 import numpy as np
 from measuring import Figure, figure, in_turn, ratio, spent
@@ -14,6 +16,7 @@ from afo_sim import native
 from afo_sim.description import expand
 from afo_sim.model import walking_start
 from afo_sim.simulation import EVERYTHING, Asked
+from afo_sim.simulation.stepping import BatchStepper, Rows, Stop
 from afo_sim.study import Plan, design, engine, runner, sweep_plan
 
 SCENARIO = "walk-dropfoot-afo"
@@ -98,19 +101,24 @@ def sweeps(count: int, sets: Mapping[str, str], threads: int, strides: float) ->
     return measure
 
 
-def bare(cases: list[engine.Prepared], threads: int, strides: float) -> Callable[[], float]:
-    """A measurement: strides per second of `mujoco.batch` alone, on the same models."""
+def bare(
+    cases: list[engine.Prepared], threads: int, strides: float, steps: int | None = None
+) -> Callable[[], float]:
+    """A measurement: strides per second of `mujoco.batch` alone, on the same models; all steps, or some."""
     batch = Batch(cases[0].built.model, nsim=len(cases), nthread=threads)
     batch.set_models([case.built.model for case in cases])
     with native.installed():
         first = np.array([walking_start(case.built, case.control[0]) for case in cases])
     controls = np.stack([case.control for case in cases])
+    if steps is not None:
+        controls = np.resize(controls.swapaxes(0, 1), (steps, *controls.shape[::2])).swapaxes(0, 1)
+    inputs = np.ascontiguousarray(controls)
 
     def measure() -> float:
         batch.state[:] = first
         with native.installed(), native.without_clock():
             begun = time.perf_counter()
-            batch.rollout(controls.shape[1], controls, record=["qpos"])
+            batch.rollout(inputs.shape[1], inputs, record=["qpos"])
             return len(cases) * strides / (time.perf_counter() - begun)
 
     return measure
@@ -152,6 +160,59 @@ def design_rates(count: int, repeats: int) -> list[Figure]:
     ]
 
 
+def overheads(count: int, repeats: int) -> list[Figure]:
+    """Processor time of settled designs over that of the engine alone for as many steps of the same models.
+
+    Parameters
+    ----------
+    count : designs
+    repeats : rounds
+    """
+    found: list[Figure] = []
+    for way in ("settled designs", "settled designs, all metrics"):
+        sets, asked = WAYS[way]
+        once = designs(count, {"timestep": "2 ms", **sets}, 1, asked)
+        with steps_counted() as counted:
+            once()
+        steps = round(sum(counted) / count)
+        models = [_ready(k, {**case, **sets}, "2 ms") for k, case in enumerate(cases_of(count, sets))]
+        engine_alone = bare(models, 1, 1.0, steps)
+        measures = {way: _processor_of(once), "engine": _processor_of(engine_alone)}
+        times = in_turn(measures, repeats, first=True)
+        found += [
+            figure(f"{way}, steps of each", "", "lower", steps),
+            figure(f"{way}, processor time of each", "ms", "lower", 1e3 / count * np.array(times[way])),
+            figure("…of which the engine's steps", "ms", "lower", 1e3 / count * np.array(times["engine"])),
+            ratio(f"{way}, overhead factor", times[way], times["engine"], "lower"),
+        ]
+    return found
+
+
+def _processor_of(once: Callable[[], float]) -> Callable[[], float]:
+    """A measurement of the processor time of another [s]."""
+
+    def measure() -> float:
+        with spent() as took:
+            once()
+        return took.processor
+
+    return measure
+
+
+@contextmanager
+def steps_counted() -> Iterator[list[int]]:
+    """A block in which each stretch of steps notes how many steps it takes, over all simulations."""
+    counted: list[int] = []
+    own = BatchStepper.advance
+
+    def noted(self: BatchStepper, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
+        counted.append(len(alive) * inputs.shape[1])
+        return own(self, alive, inputs, out)
+
+    with mock.patch.object(BatchStepper, "advance", noted):
+        yield counted
+
+
 def stride_rates(count: int, repeats: int) -> list[Figure]:
     """Walked strides per second of whole sweeps, with metrics and files, and of the engine alone.
 
@@ -173,8 +234,8 @@ def stride_rates(count: int, repeats: int) -> list[Figure]:
     return _told(measures, "strides/s", repeats)
 
 
-def _ready(number: int, sets: Mapping[str, object]) -> engine.Prepared:
-    case = engine.prepare(SCENARIO, number, {"timestep": STEPS[0], **WALKED, **sets})
+def _ready(number: int, sets: Mapping[str, object], step: str = STEPS[0]) -> engine.Prepared:
+    case = engine.prepare(SCENARIO, number, {"timestep": step, **WALKED, **sets})
     if isinstance(case, engine.Outcome):
         raise SystemExit(f"case {number} does not run: {case.reason}")
     return case
