@@ -1,7 +1,8 @@
 """Field types of the descriptions: quantities read from text, and numbers that name their source."""
 
+import marshal
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any, Literal, Self
@@ -140,6 +141,18 @@ class Provenance(BaseModel):
     source: str
 
 
+class Unchanging(dict[Any, Any]):
+    """A table of a description, which descriptions share: it refuses to be changed."""
+
+    def _refuse(self, *_: object, **__: object) -> Any:
+        raise TypeError("a description is frozen: `set` makes a changed copy")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> Any:
+        return type(self), (dict(self),)
+
+
 class Described(BaseModel):
     """A frozen description whose numbers may be written { value = …, source = …, kind = … }."""
 
@@ -159,8 +172,30 @@ class Described(BaseModel):
         values, sources = split_sources(table)
         return values if not sources else values | {"provenance": sources}
 
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.with_info_wrap_validator_function(cls._shared, handler(source))
+
+    @classmethod
+    def _shared(cls, table: Any, read: Callable[[Any], Self], info: ValidationInfo) -> Self:
+        """What the same table gave before, where whoever reads keeps that: {(class, table): description}."""
+        kept = (info.context or {}).get("kept")
+        if kept is None or type(table) is not dict:
+            return read(table)
+        try:  # by type and bit of every value
+            key = cls, marshal.dumps(table, 2)
+        except ValueError:  # it holds something that no file does
+            return read(table)
+        found = kept.get(key)
+        if found is None:
+            found = kept[key] = read(table)
+            for name, value in vars(found).items():
+                vars(found)[name] = Unchanging(value) if type(value) is dict else value
+        return found
+
     def __hash__(self) -> int:
-        return hash(self.model_dump_json())
+        # of its own numbers and words: parts that differ are told apart by comparing
+        return hash((type(self), *(v for v in vars(self).values() if isinstance(v, str | float | int))))
 
     def __repr__(self) -> str:
         name, about = getattr(self, "name", ""), getattr(self, "description", "")

@@ -1,5 +1,6 @@
 """TOML → description: follow the names of legs, orthoses, muscles and valves, apply --set, check."""
 
+import marshal
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -39,6 +40,8 @@ _Sets = Mapping[str, Any] | None
 D = TypeVar("D", bound=Described)
 USUAL_LIMITS = "usual"
 LONG = 10**15  # number that a title leaves out
+MOST_KEPT = 1000  # parts of descriptions; a scenario has some 60
+KEPT: dict[Any, Any] = {}  # parts by class and table: the cases of a sweep share what they do not change
 # pydantic's kinds of error in our words, and what lists look like
 PROBLEMS = {
     "missing": "is missing",
@@ -153,7 +156,9 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
     for key, value in changed.items():
         _say_what_is_set(tree.root, key, value)
     try:
-        description = SPECS[kind].model_validate(tree.root)
+        if len(KEPT) > MOST_KEPT:
+            KEPT.clear()
+        description = SPECS[kind].model_validate(tree.root, context={"kept": KEPT})
     except ValidationError as error:
         raise _first(_problems(tree, error)) from None
     if tree.unfound:
@@ -221,6 +226,10 @@ def _limited(tree: Tree) -> Tree:
 
 def _copied(value: Any) -> Any:
     """A copy of tables and lists; what else stands in them nobody changes."""
+    try:
+        return marshal.loads(marshal.dumps(value, 2))  # version 2 does not join what is alike
+    except ValueError:  # it holds something that no file does
+        pass
     if isinstance(value, dict):
         return {key: _copied(item) for key, item in value.items()}
     return [_copied(item) for item in value] if isinstance(value, list) else value

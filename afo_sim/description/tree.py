@@ -35,7 +35,7 @@ class Tree:
     def follow(self, path: Path) -> None:
         """Replace the name at `path`, if it is a reference, by what it names."""
         kind = _reference(self.kind, path)
-        holder = self._holder(path)
+        holder = None if kind is None else self._holder(path)
         if kind is None or holder is None or not isinstance(holder.get(path[-1]), str):
             return
         beside, inner = self.file_of(path)
@@ -53,8 +53,8 @@ class Tree:
         holder[path[-1]] = read_table(kind, file)
         self.files[path] = file
 
-    def follow_all(self, path: Path = ()) -> None:
-        """Follow every reference at and below `path`; what is not found stands in `unfound`."""
+    def follow_all(self, path: Path = (), holder: Any = None) -> None:
+        """Follow every reference at and below `path`, a key of `holder`; `unfound` has what is not found."""
         if path:
             try:
                 self.follow(path)
@@ -62,11 +62,10 @@ class Tree:
                 self.unfound[path] = error
         if not _may_hold_references(self.kind, path):
             return
-        holder = self._holder(path)
-        node = self.root if not path else (holder or {}).get(path[-1])
+        node = holder[path[-1]] if path else self.root
         if isinstance(node, dict):
             for key in list(node):
-                self.follow_all((*path, key))
+                self.follow_all((*path, key), node)
 
     def set(self, dotted: str, value: Any) -> None:
         """Put a value at a dotted key, following references on the way down."""
