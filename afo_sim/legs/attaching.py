@@ -353,7 +353,7 @@ def _check_muscles(attached: Attached) -> list[Notice]:
     try:
         check_paths(angles, lengths, attached.muscles, orthosis)
         warned = [
-            *check_stretch(model, angles, lengths, attached.muscles, orthosis),
+            *check_stretch(model.actuator_user, angles, lengths, attached.muscles, orthosis),
             *check_guides(orthosis, stops),
         ]
     except InputError as error:

@@ -1,5 +1,6 @@
 """Scenario → compiled model with its parameters, and what only the compiled model can show to be wrong."""
 
+import copy
 import dataclasses
 import functools
 import itertools
@@ -13,7 +14,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import Notice
-from afo_sim.description import Scenario, load
+from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.gait import STANCE_FORCE
 from afo_sim.model import stability
 from afo_sim.model.air_checks import check_air_path
@@ -135,9 +136,7 @@ def _build(scenario: Scenario) -> Built:
     _fill_parameters(model, geometry, circuit, scenario, foot)
     fill_hinge(model, scenario, size)
     check_stiffness(model, scenario)
-    angles, lengths = geometry.angles, geometry.lengths
-    check_paths(angles, lengths, index.muscles, scenario.orthosis)
-    stretch = check_stretch(model, angles, lengths, index.muscles, scenario.orthosis)
+    stretch = _stretched(geometry, circuit, scenario.orthosis)
     numbers, coarse = stability.check_stability(model, index, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
@@ -153,7 +152,8 @@ def _fill_parameters(
     model: mujoco.MjModel, geometry: Geometry, circuit: native.Circuit, scenario: Scenario, foot: Foot | None
 ) -> None:
     """Exact parameters into the compiled model."""
-    native.fill_circuit(model, circuit, geometry.circuit)
+    model.actuator_user[:] = _rows(geometry, circuit)
+    native.fill_inverse_masses(model)
     if foot is not None:
         fill_walking(model, geometry.index.walking, scenario, foot)
     tissue = own_tissue(scenario)
@@ -163,6 +163,23 @@ def _fill_parameters(
         load=scenario.load_moment,
         damping=0.5 * tissue.damping,
     )
+
+
+# Cases of a sweep share both.
+@functools.lru_cache(maxsize=4)
+def _rows(geometry: Geometry, circuit: native.Circuit) -> np.ndarray:
+    """The circuit's parameters (nu, n)."""
+    model = copy.copy(geometry.model)
+    native.fill_circuit(model, circuit, geometry.circuit)
+    return model.actuator_user.copy()
+
+
+@functools.lru_cache(maxsize=4)
+def _stretched(geometry: Geometry, circuit: native.Circuit, orthosis: Orthosis) -> tuple[Notice, ...]:
+    """Warnings of muscles on their paths; refuses those that cannot work there."""
+    angles, lengths, muscles = geometry.angles, geometry.lengths, geometry.index.muscles
+    check_paths(angles, lengths, muscles, orthosis)
+    return tuple(check_stretch(_rows(geometry, circuit), angles, lengths, muscles, orthosis))
 
 
 def _circuit(scenario: Scenario) -> native.Circuit:

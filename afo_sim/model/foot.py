@@ -8,6 +8,7 @@ r is the extension at which the toes' own spring rests (`gait/toe_extension.py`)
 own shape. Where nobody walks, the toes do not bend.
 """
 
+import functools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -254,7 +255,12 @@ class Resting:
 
     def at(self, wave: Wave) -> np.ndarray:
         """Rest extension ρ at gait phases [rad] (n,)."""
-        return self.share * toe_extension(self.swing)(wave)
+        return self.share * _extended(self.swing, wave)
+
+
+@functools.lru_cache(maxsize=8)  # cases of a sweep share it
+def _extended(swing: float, wave: Wave) -> np.ndarray:
+    return toe_extension(swing)(wave)
 
 
 def hinge_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:

@@ -93,12 +93,12 @@ def sweep_ankle(
         arm[k] = -jacobian[ids, index.ankle_dof]
         mujoco.mj_fullM(model, data, mass_matrix)
         inertia[k] = mass_matrix[index.ankle_dof, index.ankle_dof]
-    return contractions(model, ids, lengths), arm, inertia
+    return contractions(model.actuator_user, ids, lengths), arm, inertia
 
 
-def contractions(model: mujoco.MjModel, muscles: list[int], lengths: np.ndarray) -> np.ndarray:
-    """Contraction ratios of paths of these lengths [m] (n, n_muscle), by the muscles' rows [-]."""
-    rows = model.actuator_user[muscles]
+def contractions(rows: np.ndarray, muscles: list[int], lengths: np.ndarray) -> np.ndarray:
+    """Contraction ratios of paths of these lengths [m] (n, n_muscle), by all actuators' rows [-]."""
+    rows = rows[muscles]
     own = rows[:, native.MUSCLE_NOMINAL_LENGTH]
     return (own + rows[:, native.MUSCLE_SERIES_LENGTH] - lengths) / own
 

@@ -104,7 +104,7 @@ def _check_length(name: str, angles: np.ndarray, length: np.ndarray, group: Musc
 
 
 def check_stretch(
-    model: mujoco.MjModel,
+    rows: np.ndarray,
     angles: np.ndarray,
     lengths: np.ndarray,
     muscles: Mapping[str, int],
@@ -114,13 +114,13 @@ def check_stretch(
 
     Parameters
     ----------
-    model : with its parameters
+    rows : of all actuators, with their parameters (nu, n)
     angles : of the ankle over the range of motion [rad] (n,)
     lengths : of the muscles' paths at these angles [m] (n, n_muscle)
     muscles : actuator ids by name
     orthosis : whose muscles they are
     """
-    contraction = contractions(model, list(muscles.values()), lengths)
+    contraction = contractions(rows, list(muscles.values()), lengths)
     known: dict[tuple[str, float], float] = {}  # parallel muscles are stretched alike
     warnings: list[Notice] = []
     groups = muscle_names(orthosis)

@@ -14,9 +14,9 @@ import numpy as np
 from afo_sim.common import GRAVITY
 from afo_sim.description import Scenario
 from afo_sim.gait import GaitCycle, Wave
-from afo_sim.model.foot import Foot, Resting, ToeSegment, Turn, turned
+from afo_sim.model.foot import Foot, ToeSegment, turned
 from afo_sim.model.person import Size, Tissue, healthy_tissue, own_tissue, reflex_gain
-from afo_sim.model.walk import Walk
+from afo_sim.model.walk import Walk, bent
 from afo_sim.physics import passive_moments
 
 # Quasi-stiffness of the active ankle about its recorded angle, by gait phase, of a person of the leg's height
@@ -80,25 +80,33 @@ def _bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
     Units: returns [N·m].
     """
     assert walk.toe is not None
-    pitch = walk.ankle - walk.pose[:, 2]
-    foot = Turn.by(pitch)
-    hinge = turned(toes.hinge, foot)
-    bent = _swung(walk, toes, hinge, foot.further(walk.toe), pitch + walk.toe)
-    moment: np.ndarray = bent - _swung(walk, toes, hinge, foot, pitch)
+    own = toes.inertia - toes.mass * (toes.centre[0] ** 2 + toes.centre[1] ** 2)
+    square = walk.timestep**2
+    turning, moved = _carried(walk, toes.hinge, toes.centre)
+    straight, still = _carried(walk.rigid, toes.hinge, toes.centre)
+    moment: np.ndarray = own * turning / square + toes.mass * moved
+    moment -= own * straight / square + toes.mass * still
     moment.flags.writeable = False
     return moment
 
 
-def _swung(
-    walk: Walk, toes: ToeSegment, hinge: tuple[np.ndarray, np.ndarray], turn: Turn, pitch: np.ndarray
-) -> np.ndarray:
-    """Moment about the ankle that toes at a pitch (n_step + 2,) need [N·m] (n_step,)."""
-    own = toes.inertia - toes.mass * (toes.centre[0] ** 2 + toes.centre[1] ** 2)
-    x, z = (at + ahead for at, ahead in zip(hinge, turned(toes.centre, turn), strict=True))
+@functools.lru_cache(maxsize=8)  # walkers of any mass share that of straight toes
+def _carried(
+    walk: Walk, hinge: tuple[float, float], centre: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Second difference of the toes' pitch, and their moment about the ankle as a point, over its mass.
+
+    Units: hinge, centre [m], returns [rad], [m²/s²] (n_step,).
+    """
+    pitch, turn = walk.ankle - walk.pose[:, 2], walk.sole
+    at = turned(hinge, turn)
+    if walk.toe is not None:
+        pitch, turn = pitch + walk.toe, turn.further(walk.toe)
+    x, z = (start + ahead for start, ahead in zip(at, turned(centre, turn), strict=True))
     square = walk.timestep**2
     along, upward = np.diff(x, 2) / square, np.diff(z, 2) / square + GRAVITY
     carried = x[1:-1] * (walk.acceleration[:, 1] + upward) - z[1:-1] * (walk.acceleration[:, 0] + along)
-    return own * np.diff(pitch, 2) / square + toes.mass * carried
+    return np.diff(pitch, 2), carried
 
 
 def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
@@ -119,7 +127,7 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     recorded = needed_moment(walk, foot, body_mass)
     healthy = _actively(walk, recorded, tissue)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
-    stiffness = _healthy_stiffness(walk) * body_mass * size.taller * patient.stiffness
+    stiffness = _healthy_stiffness(walk.rigid) * body_mass * size.taller * patient.stiffness
     stiffness *= _strength(walk, foot, scenario, body_mass)
     reflex = -reflex_gain(scenario) * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     tighter = passive_along(walk, own) - passive_along(walk, tissue)
@@ -140,7 +148,8 @@ def _strength(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> n
     time = walk.time[1:-1]
     if np.ptp(sides) == 0.0:
         return np.full(len(time), sides[0])
-    stride = _one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, walk.offset, walk.resting)
+    stride = _one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, walk.offset)
+    stride = stride if walk.resting is None else bent(stride, walk.resting)
     tissue = healthy_tissue(scenario)
     moment = _healthy_stride(stride, foot.mass, foot.centre, foot.inertia, foot.toes, tissue, body_mass)
     switches, dorsal = _switching(walk, moment)
@@ -175,7 +184,7 @@ def _healthy_stiffness(walk: Walk) -> np.ndarray:
 
 def passive_along(walk: Walk, tissue: Tissue) -> np.ndarray:
     """Passive moment of the tissue at the recorded angles, dorsiflexion positive [N·m] (n_step,)."""
-    return tissue.scale * _healthy_mean_along(walk, tissue.offset)
+    return tissue.scale * _healthy_mean_along(walk.rigid, tissue.offset)
 
 
 @functools.lru_cache(maxsize=4)  # cases of a sweep share it
@@ -186,8 +195,8 @@ def _healthy_mean_along(walk: Walk, offset: float) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=8)  # cases of a sweep share it
-def _one_stride(cycle: GaitCycle, stride_time: float, offset: float, resting: Resting | None) -> Walk:
-    """One stride of a gait cycle, from heel strike to heel strike, at `SAMPLES` instants.
+def _one_stride(cycle: GaitCycle, stride_time: float, offset: float) -> Walk:
+    """One stride of a gait cycle, from heel strike to heel strike, at `SAMPLES` instants, of a rigid foot.
 
     Units: stride_time [s], offset [rad].
     """
@@ -196,8 +205,7 @@ def _one_stride(cycle: GaitCycle, stride_time: float, offset: float, resting: Re
     pose = np.stack([cycle.signal(name, wave) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
     ankle = cycle.signal("ankle_angle", wave) + offset
     knee = cycle.signal("knee_angle", wave)
-    toe = None if resting is None else resting.at(wave)
-    return Walk(cycle, (0.0, 0.0), stride_time / SAMPLES, phase, pose, ankle, knee, toe, offset, resting)
+    return Walk(cycle, (0.0, 0.0), stride_time / SAMPLES, phase, pose, ankle, knee, offset, wave)
 
 
 def crossings(moment: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import os
 import pathlib
 from dataclasses import dataclass
 from typing import Self
@@ -117,19 +118,27 @@ def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
     InputError
         The gait cannot be found or read, or it has no such speed.
     """
-    file = assets.find_gait(gait.cycle)
-    return _similar(file, file.stat().st_mtime_ns, gait.speed, taller)
+    try:
+        now = os.stat(file := _found(gait.cycle))  # noqa: PTH116  # a case asks thirty times
+    except OSError:  # it has gone since
+        _found.cache_clear()
+        now = os.stat(file := _found(gait.cycle))  # noqa: PTH116
+    return _similar(file, (now.st_mtime_ns, now.st_size, now.st_ino), gait.speed, taller)
 
 
-# Cases of a sweep share most of this; a changed file has another time of change.
+_found = functools.lru_cache(maxsize=64)(assets.find_gait)
+_Stamp = tuple[int, int, int]  # time of change [ns], size and number of a file: a changed one has another
+
+
+# Cases of a sweep share most of this.
 @functools.lru_cache(maxsize=8)
-def _read(file: pathlib.Path, when: int, speed: float | None, taller: float) -> GaitCycle:
+def _read(file: pathlib.Path, stamp: _Stamp, speed: float | None, taller: float) -> GaitCycle:
     return gait_file.read(file) if speed is None else family.at_speed(file, speed, taller)
 
 
 @functools.lru_cache(maxsize=8)
-def _similar(file: pathlib.Path, when: int, speed: float | None, taller: float) -> GaitCycle:
-    return scaled(_read(file, when, speed, 1.0 if speed is None else taller), taller)
+def _similar(file: pathlib.Path, stamp: _Stamp, speed: float | None, taller: float) -> GaitCycle:
+    return scaled(_read(file, stamp, speed, 1.0 if speed is None else taller), taller)
 
 
 def with_person(scenario: Scenario) -> Scenario:

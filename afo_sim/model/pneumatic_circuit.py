@@ -1,5 +1,6 @@
 """The pneumatic circuit of an orthosis, as `native` takes it."""
 
+import functools
 from collections.abc import Mapping
 
 from afo_sim import native
@@ -28,7 +29,20 @@ def circuit_of(
     drives : pressure drives by chamber
     supply : that it hangs on; endless air by default
     """
-    driven, path = drives or {}, AirPath.of(orthosis, supply)
+    if supply is not None and not (supply.source or supply.regulator or orthosis.volume):
+        supply = None  # its pressure is an input
+    return _circuit(orthosis, joint, inverts, tuple((drives or {}).items()), supply)
+
+
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it, and what is kept by it
+def _circuit(
+    orthosis: Orthosis,
+    joint: str,
+    inverts: bool,
+    drives: tuple[tuple[str, Drive], ...],
+    supply: Supply | None,
+) -> native.Circuit:
+    driven, path = dict(drives), AirPath.of(orthosis, supply)
     return native.Circuit(
         muscles=tuple(
             native.CircuitMuscle(

@@ -10,6 +10,7 @@ phase φ, its rate and its second derivative are continuous, and so is the shank
 φ̈ q′(φ) + φ̇² q″(φ).
 """
 
+import copy
 import functools
 from dataclasses import dataclass
 from itertools import pairwise
@@ -137,7 +138,8 @@ class Walk:
     ankle angle, as this outsole has it [rad]; knee the recorded knee angle [rad]; toe the toes' rest
     extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
     the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
-    upward positive [m]; resting gives the toes' rest extension at any phase.
+    upward positive [m]; wave is of the phase; resting gives the toes' rest extension at any phase; bent_from
+    is the same walk of a rigid foot, of whatever person.
     """
 
     cycle: GaitCycle
@@ -147,9 +149,16 @@ class Walk:
     pose: np.ndarray
     ankle: np.ndarray
     knee: np.ndarray
+    offset: float
+    wave: Wave
     toe: np.ndarray | None = None
-    offset: float = 0.0
     resting: Resting | None = None
+    bent_from: "Walk | None" = None
+
+    @property
+    def rigid(self) -> "Walk":
+        """The same walk of a rigid foot, by which is kept what does not depend on the toes."""
+        return self.bent_from or self
 
     # what every case of a sweep needs of it, computed once
 
@@ -179,6 +188,11 @@ class Walk:
         return Turn.by((self.ankle - self.pose[:, 2])[1:-1])
 
     @functools.cached_property
+    def sole(self) -> Turn:
+        """The same at every sample (n_step + 2,)."""
+        return Turn.by(self.ankle - self.pose[:, 2])
+
+    @functools.cached_property
     def ground_lever(self) -> np.ndarray:
         """Moment of the recorded ground force about the ankle over the body's weight [m] (n_step,)."""
         forward, upward, place = self.cycle.ground(self.phase[1:-1])
@@ -199,14 +213,25 @@ class Walk:
         return np.append(self.pose[1], self.ankle[1]), velocity, float(ankle_velocity)
 
 
+# Where an orthosis has the outsole, toes rest as heavy a walker's bend it: all else is the same for all.
+@functools.lru_cache(maxsize=4)
+def bent(walk: Walk, resting: Resting) -> Walk:
+    """A walk of a rigid foot with toes that rest bent."""
+    for name, each in vars(Walk).items():
+        if isinstance(each, functools.cached_property):
+            getattr(walk, name)  # for the next copy, too
+    toed = copy.copy(walk)
+    vars(toed).update(toe=_kept(resting.at(walk.wave)), resting=resting, bent_from=walk)
+    return toed
+
+
 def lay_out(scenario: Scenario, foot: Foot) -> Walk:
     """Read the scenario's gait cycle, fit it to the leg, and sample it at every step."""
     assert scenario.gait is not None
     gait = scenario.gait.model_copy(update={"ankle_offset": scenario.gait.ankle_offset + foot.level})
-    resting = None if scenario.leg.toes is None else Resting.of(scenario)
     stands = _Stands.of(scenario, foot, gait.ankle_offset)
-    stride = persons_stride(scenario)
-    return _laid_out(stride, gait, stands, resting, scenario.timestep, scenario.n_step)
+    walk = _laid_out(persons_stride(scenario), gait, stands, scenario.timestep, scenario.n_step)
+    return walk if scenario.leg.toes is None else bent(walk, Resting.of(scenario))
 
 
 @dataclass(frozen=True)
@@ -277,14 +302,7 @@ def _sampled(
 
 
 @functools.lru_cache(maxsize=2)
-def _laid_out(
-    stride: GaitCycle,
-    gait: Gait,
-    stands: _Stands,
-    resting: Resting | None,
-    timestep: float,
-    n_step: int,
-) -> Walk:
+def _laid_out(stride: GaitCycle, gait: Gait, stands: _Stands, timestep: float, n_step: int) -> Walk:
     placed = _fitted(stride, stands)
     cycle, shift = placed.cycle, (placed.along, placed.vertical)
     as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
@@ -292,9 +310,8 @@ def _laid_out(
     ankle_x, ankle_z = (cycle.signal(name, wave) for name in ("ankle_x", "ankle_z"))
     pose = _kept(np.stack([ankle_x, ankle_z, signals["shank_angle"]], axis=1))
     ankle = _kept(signals["ankle_angle"] + gait.ankle_offset)
-    toe = None if resting is None else _kept(resting.at(wave))
     knee = _kept(signals["knee_angle"])
-    return Walk(cycle, shift, timestep, phase, pose, ankle, knee, toe, gait.ankle_offset, resting)
+    return Walk(cycle, shift, timestep, phase, pose, ankle, knee, gait.ankle_offset, wave)
 
 
 def _kept(array: np.ndarray) -> np.ndarray:

@@ -91,11 +91,8 @@ def walking_actuators(model: mujoco.MjModel) -> dict[str, int]:
 
 def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Scenario, foot: Foot) -> None:
     """Their rows."""
-    for name, i in actuators.items():
-        if name == SPASTIC:
-            model.actuator_user[i] = native.spastic_row(gain=reflex_gain(scenario))
-        else:
-            model.actuator_user[i] = native.motor_row()
+    model.actuator_user[list(actuators.values())] = native.motor_row()
+    model.actuator_user[actuators[SPASTIC]] = native.spastic_row(gain=reflex_gain(scenario))
     if scenario.contact:
         ground = ground_of(scenario, Size.of(scenario))
         brakes = float(model.dof_damping[int(model.joint(SINK).dofadr[0])])

@@ -157,7 +157,7 @@ class CircuitChamber:
     three_way: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Circuit:
     """Muscles, chambers and anchors, in the order of their actuators, and the rest of the air path.
 
