@@ -5,6 +5,7 @@ from typing import Any
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.slots import FRICTION_ROW, LEADER_ACT, LEADER_DATA, MUSCLE_ROW, PAD_ROW
 from afo_sim.physics import (
+    Slopes,
     cable_tension,
     friction_force,
     friction_pressure,
@@ -16,13 +17,10 @@ from afo_sim.physics import (
     three_element_damping,
 )
 
-CONTRACTION_STEP, PRESSURE_STEP = 1e-7, 1.0  # of the slopes of a law [-], [Pa]
-FRICTION_STEP = 500.0  # of the slope ∂F/∂p that friction is integrated with [Pa]
-
 
 @register_jitable
-def law_force(u: Any, k: int, contraction: float, pressure: float) -> float:
-    """Signed static force of the muscle whose row starts at k, at gauge pressure [N]."""
+def law_slopes(u: Any, k: int, contraction: float, pressure: float) -> Slopes:
+    """Signed static force of the muscle whose row starts at k, at gauge pressure, and its slopes."""
     return signed_force(
         u[k + MUSCLE_ROW.law],
         contraction,
@@ -36,15 +34,6 @@ def law_force(u: Any, k: int, contraction: float, pressure: float) -> float:
         u,
         k + MUSCLE_ROW.coefficients,
     )
-
-
-@register_jitable
-def law_slopes(u: Any, k: int, contraction: float, pressure: float) -> tuple[float, float, float]:
-    """Static force of the muscle whose row starts at k [N], −∂F/∂κ [N], ∂F/∂p [N/Pa], at gauge pressure."""
-    static = law_force(u, k, contraction, pressure)
-    stiffness = (static - law_force(u, k, contraction + CONTRACTION_STEP, pressure)) / CONTRACTION_STEP
-    by_pressure = (law_force(u, k, contraction, pressure + PRESSURE_STEP) - static) / PRESSURE_STEP
-    return static, stiffness, by_pressure
 
 
 @register_jitable
@@ -77,9 +66,8 @@ def friction(
         q, q_slope = bound, 0.0
     elif q < -bound:
         q, q_slope = -bound, 0.0
-    felt = law_force(u, k, contraction, pressure - q)
-    more = law_force(u, k, contraction, pressure - q + FRICTION_STEP)
-    slope = (more - felt) / FRICTION_STEP * q_slope
+    felt, _, by_pressure = law_slopes(u, k, contraction, pressure - q)
+    slope = by_pressure * q_slope
     return static - felt, slope if slope > 0.0 else 0.0
 
 
@@ -121,12 +109,12 @@ def imbalance(
     state, pressure = int(u[k + MUSCLE_ROW.state]), absolute - AMBIENT_PRESSURE
     per_step = 1.0 / m.opt.timestep
     rate = (contraction - act[state + LEADER_ACT.contraction]) * per_step
-    static, stiffness, by_pressure = law_slopes(u, k, contraction, pressure)
+    static, by_contraction, by_pressure = law_slopes(u, k, contraction, pressure)
     c = damping(m, k, rate, 0.5 * (absolute + last_absolute))
     rubbing, by_rate = friction(m, d, k, contraction, rate, pressure, static)
     theta = weight_of_end(m, k, last_absolute)
     left = theta * (static - tension) + (1.0 - theta) * act[state + LEADER_ACT.carried] - c * rate - rubbing
-    return left, theta * stiffness + (c + by_rate) * per_step, theta * by_pressure, theta
+    return left, (c + by_rate) * per_step - theta * by_contraction, theta * by_pressure, theta
 
 
 @register_jitable
@@ -134,8 +122,9 @@ def imbalance_at_rest(
     m: Any, k: int, contraction: float, absolute: float, tension: float
 ) -> tuple[float, float, float, float]:
     """As `imbalance`, of a muscle at rest: F_static − T, without damper and friction."""
-    static, stiffness, by_pressure = law_slopes(m.actuator_user, k, contraction, absolute - AMBIENT_PRESSURE)
-    return static - tension, stiffness, by_pressure, 1.0
+    pressure = absolute - AMBIENT_PRESSURE
+    static, by_contraction, by_pressure = law_slopes(m.actuator_user, k, contraction, pressure)
+    return static - tension, -by_contraction, by_pressure, 1.0
 
 
 @register_jitable

@@ -20,7 +20,7 @@ from afo_sim.native.air import chamber_complaint
 from afo_sim.native.balance import SHORTEST, air_of, lacking, shift, volume_of, within
 from afo_sim.native.error_codes import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
 from afo_sim.native.guides import friction_carried
-from afo_sim.native.muscle import cable, law_force, stretch
+from afo_sim.native.muscle import cable, law_slopes, stretch
 from afo_sim.native.newton import guess, linearise_all, newton, newton_chamber
 from afo_sim.native.slots import (
     AIR_ROW,
@@ -271,7 +271,7 @@ def write_leader(
     carried = 0.0
     if within(u, k, -1.0) < kappa < SHORTEST:  # at an end of its range something else carries
         absolute = data[int(u[m.nuser_actuator * chamber + AIR_ROW.userdata]) + CHAMBER_DATA.pressure]
-        carried = law_force(u, k, kappa, absolute - AMBIENT_PRESSURE) - tension
+        carried = law_slopes(u, k, kappa, absolute - AMBIENT_PRESSURE)[0] - tension
     move = kappa - act[state + LEADER_ACT.contraction]
     act_dot[state + LEADER_ACT.contraction] = per_step * move
     act_dot[state + LEADER_ACT.last_move] = per_step * (move - act[state + LEADER_ACT.last_move])
@@ -309,7 +309,7 @@ def unsolved(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
         leader = int(u[q + CHAMBER_ROW.first_muscle])
         while leader >= 0:
             k = m.nuser_actuator * leader
-            force = law_force(u, k, 0.0, gauge)
+            force = law_slopes(u, k, 0.0, gauge)[0]
             if force != force:
                 return NO_NUMBER, leader
             leader = int(u[k + MUSCLE_ROW.next])

@@ -59,7 +59,7 @@ class AtRest:
             self.braids,
             self.coefficients,
             0,
-        )
+        )[0]
 
     def contraction(self, pressure: float, force: float, most_stretched: float) -> float:
         """Contraction ratio [-] at which a force [N] is carried at a gauge pressure [Pa].
@@ -129,7 +129,7 @@ def on_anchors(u: np.ndarray, anchors: Sequence[tuple[float, ...]]) -> np.ndarra
 @register_jitable
 def _tension_at(kappa: float, pressure: float, u: Any) -> float:
     """Tension of the muscle of a row at its own contraction ratio and a gauge pressure [Pa], ≥ 0 [N]."""
-    force = signed_force(u[0], kappa, pressure, u[1], u[2], u[3], u[4], u[5], u[6], u, _COEFFICIENTS)
+    force = signed_force(u[0], kappa, pressure, u[1], u[2], u[3], u[4], u[5], u[6], u, _COEFFICIENTS)[0]
     return 0.0 if force < 0.0 else force  # a NaN comes out here
 
 

@@ -119,7 +119,7 @@ def check_coefficients(entry: Entry, arguments: int, most: int) -> int:
     if number > most:
         raise ValueError(f"{entry.name!r} has {number} coefficients; an actuator's row has {most} slots")
     try:
-        inspect.signature(entry.kernel).bind(*[0.0] * (arguments + number))
+        inspect.signature(getattr(entry.kernel, "slopes", entry.kernel)).bind(*[0.0] * (arguments + number))
     except TypeError as error:
         problem = f"{entry.name!r} has {number} coefficients, which its kernel does not take"
         raise ValueError(f"{problem}: {error}") from None

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Law
+from afo_sim.physics.law import Law, Slopes, slopes_of
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
 
@@ -95,19 +95,21 @@ RETURN_PRESSURE = 1e5  # gauge pressure from which no return force acts [Pa]
 _StaticForce = Callable[[float, float, float, Any, int], float]
 
 
-def over(laws: Iterable[Law]) -> _StaticForce:
-    """A function over laws: (native id, κ [-], p gauge [Pa], u, c) → signed force [N].
+def over(laws: Iterable[Law], slopes: bool = False) -> Callable[[float, float, float, Any, int], Any]:
+    """A function over laws: (native id, κ [-], p gauge [Pa], u, c) → signed force [N], or `Slopes`.
 
     The coefficients of the law start at u[c]. The force of an unknown id is not a number.
     """
     branches = []
     for law in laws:
         taken = ["contraction", "pressure", *items("u", "c", len(typical_coefficients(law)))]
-        branches.append(Branch(law.native_id, law.kernel, (f"return {{kernel}}({', '.join(taken)})",)))
+        kernel = slopes_of(law.kernel) if slopes else law.kernel
+        branches.append(Branch(law.native_id, kernel, (f"return {{kernel}}({', '.join(taken)})",)))
     return dispatcher(
-        "static_force",
+        "static_slopes" if slopes else "static_force",
         ("law", "contraction", "pressure", "u", "c"),
         branches,
+        otherwise="math.nan, math.nan, math.nan" if slopes else "math.nan",
         description="Signed force of the law with a native id, whose coefficients start at u[c] [N].",
     )
 
@@ -126,12 +128,13 @@ def check(function: _StaticForce, laws: Mapping[str, Law]) -> None:
 
 static_force: _StaticForce = over(LAWS.values())
 check(static_force, LAWS)
+static_slopes: Callable[[float, float, float, Any, int], Slopes] = over(LAWS.values(), slopes=True)
 
 
 @register_jitable
 def muscle_static_force(
     law: float, contraction: float, pressure: float, lowest_pressure: float, u: Sequence[float], c: int
-) -> float:
+) -> Slopes:
     """The law as a muscle asks it: at κ ≥ 0 and p ≥ 0, and no pull without air.
 
     Stretched, the braid carries (`braid_force`). A bladder below ambient leaves the braid. Below
@@ -148,17 +151,18 @@ def muscle_static_force(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa]); those of κ ≥ 0 at κ = 0, of p ≥ 0 at p = 0
     """
-    kappa = 0.0 if contraction < 0.0 else contraction
-    if pressure < 0.0:
-        pressure = 0.0
-    force = static_force(law, kappa, pressure, u, c)
+    kappa, stretched = (0.0, 0.0) if contraction < 0.0 else (contraction, 1.0)
+    pressure, below = (0.0, 0.0) if pressure < 0.0 else (pressure, 1.0)
+    force, by_contraction, by_pressure = static_slopes(law, kappa, pressure, u, c)
     if pressure < lowest_pressure:
-        most = static_force(law, kappa, lowest_pressure, u, c) * pressure / lowest_pressure
-        if most < force:
-            return most
-    return force + 0.0 * lowest_pressure  # a NaN stays one
+        full, full_by, _ = static_slopes(law, kappa, lowest_pressure, u, c)
+        if full * pressure / lowest_pressure < force:
+            force, by_pressure = full * pressure / lowest_pressure, full / lowest_pressure
+            by_contraction = full_by * pressure / lowest_pressure
+    # a NaN stays one
+    return force + 0.0 * lowest_pressure, stretched * by_contraction, below * by_pressure
 
 
 @register_jitable
@@ -174,8 +178,8 @@ def signed_force(
     braids: float,
     u: Sequence[float],
     c: int,
-) -> float:
-    """Static force of a muscle at its own length: law, braid and return force.
+) -> Slopes:
+    """Static force of a muscle at its own length: law, braid and return force; and its slopes.
 
     Negative, it brings a slack muscle back.
 
@@ -201,24 +205,31 @@ def signed_force(
 
     Returns
     -------
-    float : signed force [N]; it falls as κ rises
+    (signed force [N], which falls as κ rises, its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
     The laws' own; stretch and return force are this project's.
     """
-    if pressure < 0.0:
-        pressure = 0.0
-    force = muscle_static_force(law, contraction, pressure, lowest_pressure, u, c)
+    pressure, below = (0.0, 0.0) if pressure < 0.0 else (pressure, 1.0)
+    force, by_contraction, by_pressure = muscle_static_force(
+        law, contraction, pressure, lowest_pressure, u, c
+    )
     if contraction < 0.0:
         x = 1.0 - contraction
         if force < 0.0:
             left = 1.0 + contraction / SLACK_BLEND
-            force = force * left if left > 0.0 else 0.0
+            left, by_left = (left, force / SLACK_BLEND) if left > 0.0 else (0.0, 0.0)
+            force, by_contraction, by_pressure = force * left, by_left, by_pressure * left
         area = math.pi * nominal_radius * nominal_radius
         force += braids * pressure * area * 3.0 * (b - 1.0) * (x * x - 1.0)
+        by_contraction -= braids * pressure * area * 6.0 * (b - 1.0) * x
+        by_pressure += braids * area * 3.0 * (b - 1.0) * (x * x - 1.0)
         force += braid_force(contraction, braid_stiffness)
+        by_contraction -= braid_stiffness * min(-contraction / BRAID_BLEND, 1.0)
     if pressure < RETURN_PRESSURE:
         left = 1.0 - pressure / RETURN_PRESSURE
         force -= return_stiffness * contraction * left * left
-    return force
+        by_contraction -= return_stiffness * left * left
+        by_pressure += 2.0 * return_stiffness * contraction * left / RETURN_PRESSURE
+    return force, by_contraction, below * by_pressure

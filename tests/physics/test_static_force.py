@@ -3,6 +3,8 @@
 import dataclasses
 import itertools
 import math
+import sys
+import types
 
 import numpy as np
 import pytest
@@ -20,7 +22,9 @@ from afo_sim.physics import (
     braid_force,
     contractions,
     forces,
+    guards,
     signed_force,
+    slopes_of,
 )
 from afo_sim.physics.laws.chou_hannaford import chou_hannaford_1996
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
@@ -167,7 +171,7 @@ def test_a_muscle_without_air_does_not_pull(case):
     for kappa in np.linspace(0.0, 0.3, 7):
 
         def force(pressure, kappa=kappa):
-            return muscle_static_force(float(case.law.native_id), kappa, pressure, low, row, 0)
+            return muscle_static_force(float(case.law.native_id), kappa, pressure, low, row, 0)[0]
 
         assert force(0.0) <= 0.0
         assert force(-5e4) <= 0.0
@@ -181,9 +185,8 @@ def test_a_muscle_without_air_does_not_pull(case):
 @every_set
 def test_a_stretched_muscle_asks_its_law_at_no_contraction(case):
     p = case.pressures[-1]
-    assert muscle_static_force(float(case.law.native_id), -0.02, p, 0.0, list(case.coefficients), 0) == case(
-        0.0, p
-    )
+    row, native_id = list(case.coefficients), float(case.law.native_id)
+    assert muscle_static_force(native_id, -0.02, p, 0.0, row, 0)[0] == case(0.0, p)
 
 
 R0, B = 5.75e-3, 1.0 / math.sin(math.radians(22.0)) ** 2
@@ -197,7 +200,7 @@ def _muscle(case, contraction, pressure, lowest=0.0, braid_stiffness=BRAID_STIFF
     braids = float(case.law.braids)
     return signed_force(
         native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, braids, row, 0
-    )
+    )[0]
 
 
 @every_set
@@ -279,10 +282,36 @@ def test_a_muscles_force_is_continuous_and_hides_no_nan(case):
     ]
     for i in range(len(good)):
         bad = [*good[:i], math.nan, *good[i + 1 :]]
-        assert math.isnan(signed_force(*bad, row, 0)), i
+        assert math.isnan(signed_force(*bad, row, 0)[0]), i
     for i in range(len(row)):
         spoiled = [*row[:i], math.nan, *row[i + 1 :]]
-        assert math.isnan(signed_force(*good, spoiled, 0)), i
+        assert math.isnan(signed_force(*good, spoiled, 0)[0]), i
+
+
+COMPLEX = types.SimpleNamespace(exp=np.exp, log=np.log, sqrt=np.sqrt, pi=math.pi, nan=math.nan)  # for `math`
+
+
+@every_set
+def test_slopes_are_those_of_the_force(case):
+    """By complex steps, which take no difference: the law's own, and a muscle's, stretched, slack, vented."""
+    step, row, native_id = 1e-30, list(case.coefficients), float(case.law.native_id)
+    fixed = (case.pressures[0], RETURN, BRAID_STIFFNESS, R0, B, float(case.law.braids), row, 0)
+    kernels = (
+        lambda kappa, p: slopes_of(case.law.kernel)(kappa, p, *row),
+        lambda kappa, p: signed_force(native_id, kappa, p, *fixed),
+    )
+    contractions = (-0.031, -0.0031, -3.1e-4, 1.3e-3, 0.031, 0.11, 0.191, 0.253, 0.41, 0.83, 1.1)
+    pressures = (-3e4, 0.02e5, 0.3e5, 0.7e5, *case.pressures[::3], 9.7e5)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (guards, *(sys.modules[law.kernel.slopes.__module__] for law in LAWS.values())):
+            patch.setattr(module, "math", COMPLEX, raising=False)
+        for kernel, kappa, p in itertools.product(kernels, contractions, pressures):
+            force, *slopes = kernel(kappa, p)
+            moved, pressed = kernel(np.complex128(kappa, step), p), kernel(kappa, np.complex128(p, step))
+            expected = np.imag([moved[0], pressed[0]]) / step
+            scale = abs(force) + 1.0
+            assert slopes[0] == pytest.approx(expected[0], rel=1e-9, abs=1e-9 * scale), (kappa, p)
+            assert slopes[1] == pytest.approx(expected[1], rel=1e-9, abs=1e-14 * scale), (kappa, p)
 
 
 @every_set

@@ -2,12 +2,20 @@
 
 import math
 
-from afo_sim.physics.guards import bounded_exp
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Braid, Coefficients, Law, LawParameter, Values, without_default
+from afo_sim.physics.guards import STEEPEST, bounded_exp
+from afo_sim.physics.law import (
+    Braid,
+    Coefficients,
+    Law,
+    LawParameter,
+    Slopes,
+    Values,
+    with_slopes,
+    without_default,
+)
 
 
-@register_jitable
+@with_slopes
 def bolen_2026(
     contraction: float,
     pressure: float,
@@ -16,7 +24,7 @@ def bolen_2026(
     c0: float,
     c1: float,
     c2: float,
-) -> float:
+) -> Slopes:
     """Normalised law: F = F620 [c0 (e^(−c1 ε) − 1) + P e^(−c2 ε²)], ε = κ/κ620, P = p/620 kPa.
 
     Parameters
@@ -29,7 +37,7 @@ def bolen_2026(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
@@ -37,7 +45,12 @@ def bolen_2026(
     """
     x = contraction / contraction_620
     square = x * x if x > 0.0 else 0.0 * x  # a stretched muscle is not weaker
-    return force_620 * (c0 * (bounded_exp(-c1 * x) - 1.0) + pressure / 620e3 * bounded_exp(-c2 * square))
+    lost, kept = bounded_exp(-c1 * x), bounded_exp(-c2 * square)
+    by_x = -c0 * c1 * min(lost, STEEPEST)
+    if x > 0.0:
+        by_x -= pressure / 620e3 * 2.0 * c2 * x * kept
+    force = force_620 * (c0 * (lost - 1.0) + pressure / 620e3 * kept)
+    return force, force_620 * by_x / contraction_620, force_620 * kept / 620e3
 
 
 PARAMETERS = (

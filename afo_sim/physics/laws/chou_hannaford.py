@@ -3,11 +3,10 @@
 import math
 
 from afo_sim.physics.guards import SMALLEST_SINE
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Law, LawParameter
+from afo_sim.physics.law import Law, LawParameter, Slopes, with_slopes
 
 
-@register_jitable
+@with_slopes
 def chou_hannaford_1996(
     contraction: float,
     pressure: float,
@@ -15,7 +14,7 @@ def chou_hannaford_1996(
     thread_length: float,
     turns: float,
     wall_thickness: float,
-) -> float:
+) -> Slopes:
     """Geometric model of a braid: F = p (3 L² − B²)/(4 π n²) + π p [D90 t (2 s − 1/s) − t²].
 
     Parameters
@@ -29,7 +28,7 @@ def chou_hannaford_1996(
 
     Returns
     -------
-    float : signed force [N]; of the thin wall, zero at a braid angle of 54.74°.
+    (signed force [N], its slopes by κ [N] and p [N/Pa]); of the thin wall, zero at a braid angle of 54.74°.
 
     Source
     ------
@@ -39,15 +38,18 @@ def chou_hannaford_1996(
     length = nominal_length * (1.0 - contraction)
     if length < 0.0:
         length = 0.0
-    force = (
-        pressure * (3.0 * length * length - thread_length * thread_length) / (4.0 * math.pi * turns * turns)
-    )
+    square, around = 3.0 * length * length - thread_length * thread_length, 4.0 * math.pi * turns * turns
     cosine = length / thread_length
-    sine = SMALLEST_SINE
+    sine, sine_by_length = SMALLEST_SINE, 0.0
     if 1.0 - cosine * cosine > SMALLEST_SINE * SMALLEST_SINE:
         sine = math.sqrt(1.0 - cosine * cosine)
-    across = thread_length / (turns * math.pi) * wall_thickness * (2.0 * sine - 1.0 / sine)
-    return force + math.pi * pressure * (across - wall_thickness * wall_thickness)
+        sine_by_length = -cosine / (sine * thread_length)
+    wall = thread_length / (turns * math.pi) * wall_thickness
+    across = wall * (2.0 * sine - 1.0 / sine)
+    force = pressure * square / around + math.pi * pressure * (across - wall_thickness * wall_thickness)
+    by_length = 6.0 * length / around + math.pi * wall * (2.0 + 1.0 / (sine * sine)) * sine_by_length
+    by_pressure = square / around + math.pi * (across - wall_thickness * wall_thickness)
+    return force, -nominal_length * pressure * by_length, by_pressure
 
 
 WALL = LawParameter("wall_thickness", "t", "m", 0.0, 5e-3, "thickness of braid and bladder", (0.0, 1e-3), 0.0)

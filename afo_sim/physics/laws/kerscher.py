@@ -2,12 +2,19 @@
 
 import math
 
-from afo_sim.physics.guards import BAR, bounded_exp
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, radial, without_default
+from afo_sim.physics.guards import BAR, STEEPEST, bounded_exp
+from afo_sim.physics.law import (
+    CHARACTERISTIC,
+    Law,
+    LawParameter,
+    Slopes,
+    radial,
+    with_slopes,
+    without_default,
+)
 
 
-@register_jitable
+@with_slopes
 def kerscher_2006(
     contraction: float,
     pressure: float,
@@ -18,7 +25,7 @@ def kerscher_2006(
     a_kappa: float,
     b_kappa: float,
     c_kappa: float,
-) -> float:
+) -> Slopes:
     """Braid with two corrections: F = μ(κ) π r0² p [a (1 − ε(p) κ)² − b].
 
     μ = a_κ e^(−c_κ κ) − b_κ, ε = a_ε e^(−p) − b_ε with p in bar, a = 3 (b − 1). Beyond the zero,
@@ -34,21 +41,26 @@ def kerscher_2006(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
     Kerscher et al. 2006, in the form of Piteľ & Tóthová 2016 (S2), eq. 3–7, whose minus signs are kept.
     """
-    epsilon = a_epsilon * bounded_exp(-pressure / BAR) - b_epsilon
+    falls = bounded_exp(-pressure / BAR)
+    epsilon, epsilon_by = a_epsilon * falls - b_epsilon, -a_epsilon * min(falls, STEEPEST) / BAR
     x = 1.0 - epsilon * contraction
     if x < 0.0:
         x = 0.0
-    force = math.pi * nominal_radius * nominal_radius * pressure * (3.0 * (b - 1.0) * x * x - b)
-    mu = a_kappa * bounded_exp(-c_kappa * contraction) - b_kappa
+    area, bracket = math.pi * nominal_radius * nominal_radius, 3.0 * (b - 1.0) * x * x - b
+    force, by_x = area * pressure * bracket, area * pressure * 6.0 * (b - 1.0) * x
+    by_contraction, by_pressure = -by_x * epsilon, area * bracket - by_x * contraction * epsilon_by
+    more = bounded_exp(-c_kappa * contraction)
+    mu = a_kappa * more - b_kappa
     if force <= 0.0:
-        return force + 0.0 * mu  # a NaN stays one
-    return mu * force
+        return force + 0.0 * mu, by_contraction, by_pressure  # a NaN stays one
+    mu_by = -a_kappa * c_kappa * min(more, STEEPEST)
+    return mu * force, mu * by_contraction + mu_by * force, mu * by_pressure
 
 
 PARAMETERS = (

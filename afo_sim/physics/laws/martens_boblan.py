@@ -3,19 +3,20 @@
 import math
 
 from afo_sim.physics.guards import SMALLEST_SINE
-from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import (
     CHARACTERISTIC,
     Braid,
     Coefficients,
     Law,
     LawParameter,
+    Slopes,
     Values,
+    with_slopes,
     without_default,
 )
 
 
-@register_jitable
+@with_slopes
 def martens_boblan_2017(
     contraction: float,
     pressure: float,
@@ -28,7 +29,7 @@ def martens_boblan_2017(
     c1: float,
     c2: float,
     c3: float,
-) -> float:
+) -> Slopes:
     """Braid and rubber wall: F = p (3 L² − B²)/(4 π n²) + σ_D H0 π L dD/dL − σ_L H0 π D.
 
     σ_L = E (L − L0)/L0 and σ_D = E (D − D0)/D0 with the modulus E = c0 + c1 L + c2 L² + c3 L³.
@@ -46,7 +47,7 @@ def martens_boblan_2017(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
@@ -56,8 +57,9 @@ def martens_boblan_2017(
     length = nominal_length * (1.0 - contraction)
     if length < 0.0:
         length = 0.0
-    force = pressure * (3.0 * length * length - fibre_length * fibre_length) / (4.0 * math.pi * turns * turns)
-    longest = fibre_length * math.sqrt(1.0 - SMALLEST_SINE * SMALLEST_SINE)
+    square, around_braid = 3.0 * length * length - fibre_length * fibre_length, 4.0 * math.pi * turns * turns
+    force, by_length = pressure * square / around_braid, pressure * 6.0 * length / around_braid
+    longest, unheld = fibre_length * math.sqrt(1.0 - SMALLEST_SINE * SMALLEST_SINE), length
     if length > longest:
         length = longest
     if length < 0.7 * nominal_length:
@@ -69,7 +71,23 @@ def martens_boblan_2017(
     along = modulus * (length - nominal_length) / nominal_length
     around = modulus * (diameter - 2.0 * nominal_radius) / (2.0 * nominal_radius)
     slope = -length / (diameter * turns * turns * math.pi * math.pi)
-    return force + wall_thickness * math.pi * (around * length * slope - along * diameter)
+    force += wall_thickness * math.pi * (around * length * slope - along * diameter)
+    if length == unheld:
+        softer = c1 + length * (2.0 * c2 + length * 3.0 * c3)
+        along_by = softer * (length - nominal_length) / nominal_length + modulus / nominal_length
+        around_by = (softer * (diameter - 2.0 * nominal_radius) + modulus * slope) / (2.0 * nominal_radius)
+        bend = slope / length - slope * slope / diameter  # d²D/dL²
+        by_length += (
+            wall_thickness
+            * math.pi
+            * (
+                around_by * length * slope
+                + around * (slope + length * bend)
+                - along_by * diameter
+                - along * slope
+            )
+        )
+    return force, -nominal_length * by_length, square / around_braid
 
 
 C = ((1e6, 1e7), (-1e7, 0.0), (0.0, 1e7), (-1e7, 0.0))  # where fits start

@@ -1,11 +1,10 @@
 """The maximum-force approximation, Piteľ & Tóthová 2016."""
 
 from afo_sim.physics.guards import SPAN, descending
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, plain, without_default
+from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, Slopes, plain, with_slopes, without_default
 
 
-@register_jitable
+@with_slopes
 def maximum_force(
     contraction: float,
     pressure: float,
@@ -18,7 +17,7 @@ def maximum_force(
     a0: float,
     a1: float,
     a2: float,
-) -> float:
+) -> Slopes:
     """Maximum-force approximation: F = F_max(κ) − (p_max − p) g(κ).
 
     F_max = b0 + b1 κ + b2 κ² + b3 κ³ + b4 κ⁴ is the force at p_max, g = a0 + a1 κ + a2 κ² its slope
@@ -34,7 +33,7 @@ def maximum_force(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
@@ -43,7 +42,8 @@ def maximum_force(
     independent of p and a parabola in κ.
     """
     missing = maximum_pressure - pressure
-    return descending(contraction, SPAN, b0 - missing * a0, b1 - missing * a1, b2 - missing * a2, b3, b4, 0.0)
+    q = (b0 - missing * a0, b1 - missing * a1, b2 - missing * a2, b3, b4, 0.0)
+    return descending(contraction, SPAN, q, (a0, a1, a2, 0.0, 0.0, 0.0))
 
 
 B = ((500.0, 2000.0), (-6000.0, -3000.0), (0.0, 1e4), (-1e4, 0.0), (0.0, 1e4))  # where fits start

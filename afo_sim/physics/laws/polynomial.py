@@ -1,12 +1,11 @@
 """A polynomial of fifth order in contraction and pressure, Piteľ & Tóthová 2016."""
 
 from afo_sim.physics.guards import BAR, SPAN, descending
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, plain, without_default
+from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, Slopes, plain, with_slopes, without_default
 
 
-@register_jitable
-def polynomial(contraction: float, pressure: float, *a: float) -> float:
+@with_slopes
+def polynomial(contraction: float, pressure: float, *a: float) -> Slopes:
     """Polynomial of fifth order: F = Σ a_ij x^i y^j over i + j ≤ 5, with x = 10 κ and y = p/(6 bar).
 
     Parameters
@@ -17,7 +16,7 @@ def polynomial(contraction: float, pressure: float, *a: float) -> float:
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
@@ -29,7 +28,12 @@ def polynomial(contraction: float, pressure: float, *a: float) -> float:
     q2 = a[11] + y * (a[12] + y * (a[13] + y * a[14]))
     q3 = a[15] + y * (a[16] + y * a[17])
     q4 = a[18] + y * a[19]
-    return descending(10.0 * contraction, 10.0 * SPAN, q0, q1, q2, q3, q4, a[20])
+    by0 = a[1] + y * (2.0 * a[2] + y * (3.0 * a[3] + y * (4.0 * a[4] + y * 5.0 * a[5])))
+    by1 = a[7] + y * (2.0 * a[8] + y * (3.0 * a[9] + y * 4.0 * a[10]))
+    by2 = a[12] + y * (2.0 * a[13] + y * 3.0 * a[14])
+    by = (by0, by1, by2, a[16] + y * 2.0 * a[17], a[19], 0.0)
+    force, by_x, by_y = descending(10.0 * contraction, 10.0 * SPAN, (q0, q1, q2, q3, q4, a[20]), by)
+    return force, 10.0 * by_x, by_y / (6.0 * BAR)
 
 
 START = {(0, 1): (500.0, 1500.0), (1, 0): (-1500.0, -500.0)}  # where fits start; (−30, 30) elsewhere

@@ -1,11 +1,10 @@
 """The exponential law of fluidic muscles, Sárosi 2012."""
 
-from afo_sim.physics.guards import BAR, bounded_exp
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, plain, without_default
+from afo_sim.physics.guards import BAR, STEEPEST, bounded_exp
+from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, Slopes, plain, with_slopes, without_default
 
 
-@register_jitable
+@with_slopes
 def sarosi_2012(
     contraction: float,
     pressure: float,
@@ -15,7 +14,7 @@ def sarosi_2012(
     a4: float,
     a5: float,
     a6: float,
-) -> float:
+) -> Slopes:
     """Exponential law: F = (a1 p + a2) e^(a3 κ) + a4 κ p + a5 p + a6, κ in per cent and p in bar.
 
     Parameters
@@ -26,17 +25,20 @@ def sarosi_2012(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
     Sárosi 2012; Piteľ & Tóthová 2016 (S2), eq. 10; grouping of terms as in public code.
     """
     kappa, bar = 100.0 * contraction, pressure / BAR
-    weight = a1 * bar + a2
+    weight, weight_by_bar = a1 * bar + a2, a1
     if weight < 0.0:  # at pressures far beyond any muscle's; the exponential would turn over
-        weight = 0.0
-    return weight * bounded_exp(a3 * kappa) + a4 * kappa * bar + a5 * bar + a6
+        weight = weight_by_bar = 0.0
+    power = bounded_exp(a3 * kappa)
+    force = weight * power + a4 * kappa * bar + a5 * bar + a6
+    by_kappa, by_bar = weight * a3 * min(power, STEEPEST) + a4 * bar, weight_by_bar * power + a4 * kappa + a5
+    return force, 100.0 * by_kappa, by_bar / BAR
 
 
 PARAMETERS = (

@@ -2,14 +2,22 @@
 
 import math
 
-from afo_sim.physics.guards import BAR, bounded_exp
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import CHARACTERISTIC, Braid, Coefficients, Law, LawParameter, Values
+from afo_sim.physics.guards import BAR, STEEPEST, bounded_exp
+from afo_sim.physics.law import (
+    CHARACTERISTIC,
+    Braid,
+    Coefficients,
+    Law,
+    LawParameter,
+    Slopes,
+    Values,
+    with_slopes,
+)
 
 LEAST_PRESSURE = 0.05  # [bar] below which n(p) and a(p) are held
 
 
-@register_jitable
+@with_slopes
 def takosoglu_2016(
     contraction: float,
     pressure: float,
@@ -19,7 +27,7 @@ def takosoglu_2016(
     b: float,
     n0: float,
     n1: float,
-) -> float:
+) -> Slopes:
     """Braid with a free exponent: F = π r0² p [a(p) (1 − κ)^n(p) − b], a = a0 + a1/p, n = n0 + n1/p.
 
     Parameters
@@ -33,26 +41,31 @@ def takosoglu_2016(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
     Takosoglu et al. 2016 (S3), eq. 5, doi 10.1177/0020294016629176. The paper's own n(p) and a(p) (eq.
     6–9) are lost from its text; 1/p is the form derived here on independent 10 mm characteristics.
     """
-    bar = pressure / BAR
+    bar, held = pressure / BAR, 0.0
     if bar < LEAST_PRESSURE:
-        bar = LEAST_PRESSURE
-    a, n = a0 + a1 / bar, n0 + n1 / bar
+        bar, held = LEAST_PRESSURE, 1.0
+    per_bar = (held - 1.0) / (bar * bar * BAR)  # d(1/bar)/dp
+    a, n, a_by = a0 + a1 / bar, n0 + n1 / bar, a1 * per_bar
     if a < 0.0:
-        a = 0.0
+        a = a_by = 0.0
     x = 1.0 - contraction
     power = 0.0 * (a + n)
+    by_x = by_n = 0.0
     if x > 0.0:
         power = bounded_exp(n * math.log(x))
+        by_x, by_n = min(power, STEEPEST) * n / x, min(power, STEEPEST) * math.log(x)
     elif x != x:
         power = x
-    return math.pi * nominal_radius * nominal_radius * pressure * (a * power - b)
+    area = math.pi * nominal_radius * nominal_radius
+    by_pressure = area * (a * power - b) + area * pressure * (a_by * power + a * by_n * n1 * per_bar)
+    return area * pressure * (a * power - b), -area * pressure * a * by_x, by_pressure
 
 
 A = LawParameter("a", "a", "", 0.0, 1000.0, "force at no contraction, over π r0² p", (10.0, 25.0))

@@ -1,10 +1,9 @@
 """The static part of the three-element model: Reynolds et al. 2003, Serres et al. 2009."""
 
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Law, LawParameter, without_default
+from afo_sim.physics.law import Law, LawParameter, Slopes, with_slopes, without_default
 
 
-@register_jitable
+@with_slopes
 def three_element(
     contraction: float,
     pressure: float,
@@ -16,7 +15,7 @@ def three_element(
     k1: float,
     k2: float,
     k3: float,
-) -> float:
+) -> Slopes:
     """Static part of the three-element model: F = F_ce(p) − K(p) x, with x = κ L0.
 
     F_ce = f0 + f1 p; K = k0 + k1 p below the switch pressure and k2 + k3 p from there.
@@ -32,17 +31,18 @@ def three_element(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
     Reynolds et al. 2003, Ann. Biomed. Eng. 31, doi 10.1114/1.1554921; S0.
     """
-    stiffness = k0 + k1 * pressure if pressure < switch_pressure else k2 + k3 * pressure
+    stiffness, by = (k0 + k1 * pressure, k1) if pressure < switch_pressure else (k2 + k3 * pressure, k3)
     if stiffness < 0.0:
-        stiffness = 0.0
+        stiffness = by = 0.0
     unknown = 0.0 * (switch_pressure + k0 + k1 + k2 + k3)  # a NaN stays one
-    return f0 + f1 * pressure - stiffness * nominal_length * contraction + unknown
+    force = f0 + f1 * pressure - stiffness * nominal_length * contraction + unknown
+    return force, -stiffness * nominal_length, f1 - by * nominal_length * contraction
 
 
 LINES = (

@@ -2,12 +2,13 @@
 
 import math
 
-from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Law, LawParameter, radial
+from afo_sim.physics.law import Law, LawParameter, Slopes, radial, slopes_of, with_slopes
 
 
-@register_jitable
-def tondu_lopez_2000(contraction: float, pressure: float, nominal_radius: float, b: float, k: float) -> float:
+@with_slopes
+def tondu_lopez_2000(
+    contraction: float, pressure: float, nominal_radius: float, b: float, k: float
+) -> Slopes:
     """Braid with tapered ends: F = π r0² p [a (1 − k κ)² − b], with a = 3 (b − 1).
 
     Parameters
@@ -20,7 +21,7 @@ def tondu_lopez_2000(contraction: float, pressure: float, nominal_radius: float,
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
@@ -29,10 +30,14 @@ def tondu_lopez_2000(contraction: float, pressure: float, nominal_radius: float,
     x = 1.0 - k * contraction
     if x < 0.0:  # the parabola would rise again
         x = 0.0
-    return math.pi * nominal_radius * nominal_radius * pressure * (3.0 * (b - 1.0) * x * x - b)
+    area, bracket = math.pi * nominal_radius * nominal_radius, 3.0 * (b - 1.0) * x * x - b
+    return area * pressure * bracket, -area * pressure * 6.0 * (b - 1.0) * x * k, area * bracket
 
 
-@register_jitable
+_braid = slopes_of(tondu_lopez_2000)
+
+
+@with_slopes
 def tondu_lopez_2000_bladder(
     contraction: float,
     pressure: float,
@@ -41,7 +46,7 @@ def tondu_lopez_2000_bladder(
     k: float,
     bladder_force: float,
     bladder_stiffness: float,
-) -> float:
+) -> Slopes:
     """Tondu–Lopez less what the rubber bladder takes: F = F_TL − F0 − K_b κ.
 
     Parameters
@@ -52,14 +57,15 @@ def tondu_lopez_2000_bladder(
 
     Returns
     -------
-    float : signed force [N]
+    (signed force [N], its slopes by κ [N] and p [N/Pa])
 
     Source
     ------
     The bladder terms are this project's, derived from S1's tables I and II; not published.
     """
-    braid = tondu_lopez_2000(contraction, pressure, nominal_radius, b, k)
-    return braid - bladder_force - bladder_stiffness * contraction
+    braid, by_contraction, by_pressure = _braid(contraction, pressure, nominal_radius, b, k)
+    force = braid - bladder_force - bladder_stiffness * contraction
+    return force, by_contraction - bladder_stiffness, by_pressure
 
 
 K = LawParameter("k", "k", "", 0.5, 3.0, "end correction; 1 is a cylinder", (0.8, 1.8), 1.0)
