@@ -5,7 +5,6 @@ import hashlib
 import importlib.metadata
 import pathlib
 import platform
-import types
 
 CORE = ("common", "physics", "gait", "description", "native", "control", "metrics", "model", "simulation")
 # The rooms that results depend on; who only fits, validates, shows or asks changes no row of a study.
@@ -15,7 +14,7 @@ PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
 @functools.cache
 def code_fingerprint(package: pathlib.Path = PACKAGE) -> str:
-    """SHA-256 of the bytecode of the rooms that compute: no comments, docstrings, asserts, line numbers.
+    """SHA-256 of the sources of the rooms that compute.
 
     Parameters
     ----------
@@ -24,20 +23,9 @@ def code_fingerprint(package: pathlib.Path = PACKAGE) -> str:
     found = hashlib.sha256()
     for room in COMPUTING:
         for path in sorted((package / room).rglob("*.py")):
-            code = compile(path.read_bytes(), "", "exec", dont_inherit=True, optimize=2)
-            found.update(f"{path.relative_to(package).as_posix()}\n{_run(code)}\n".encode())
+            content = path.read_bytes()
+            found.update(f"{path.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
     return found.hexdigest()
-
-
-def _run(value: object) -> object:
-    """Of a piece of bytecode all but its lines, as text that is the same in each process."""
-    if isinstance(value, frozenset):  # in an order of this process
-        return sorted(map(repr, value))
-    if not isinstance(value, types.CodeType):
-        return repr(value)
-    names = value.co_names, value.co_varnames, value.co_freevars, value.co_cellvars
-    counts = value.co_argcount, value.co_posonlyargcount, value.co_kwonlyargcount, value.co_flags
-    return value.co_name, *names, *counts, value.co_code, value.co_exceptiontable, *map(_run, value.co_consts)
 
 
 @functools.cache

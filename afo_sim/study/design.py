@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from afo_sim.common import InputError, optional
 from afo_sim.description import load
@@ -209,9 +208,13 @@ def _samples(plan: Plan, dimensions: int) -> Iterator[np.ndarray]:
     if plan.design == "random":
         draw = lambda: generator.random((block, dimensions))  # noqa: E731
     elif plan.design == "latin-hypercube":
+        from scipy.stats import qmc  # slow to import
+
         hypercube = qmc.LatinHypercube(dimensions, seed=generator)
         draw = lambda: hypercube.random(plan.cases)  # noqa: E731
     else:
+        from scipy.stats import qmc  # slow to import
+
         sequence = qmc.Sobol(dimensions, scramble=True, seed=generator)
         draw = lambda: sequence.random(block)  # noqa: E731
     while True:

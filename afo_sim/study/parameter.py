@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 from afo_sim.common import format_quantity
 
@@ -110,6 +109,8 @@ class Normal:
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """The quantiles of shares from 0 to 1 (n,)."""
+        from scipy import stats  # slow to import
+
         inside = np.clip(share, _LEAST_SHARE, 1.0 - _LEAST_SHARE)
         quantile = stats.truncnorm.ppf(inside, self._standard(self.lower), self._standard(self.upper))
         found = self.centre * np.exp(self.sd * quantile) if self.of_logarithm else None
