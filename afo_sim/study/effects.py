@@ -13,8 +13,8 @@ from afo_sim.metrics import Metric, Status
 from afo_sim.model import as_run, with_person
 from afo_sim.simulation import Asked, Recording, limits_of, run_scenario, verdict_of
 from afo_sim.study.effects_parameters import Step, steps
-from afo_sim.study.engine import INFEASIBLE, OK, Outcome, in_order
-from afo_sim.study.pool import processors
+from afo_sim.study.engine import INFEASIBLE, OK, Outcome
+from afo_sim.study.pool import pool
 
 if TYPE_CHECKING:
     import pandas
@@ -56,7 +56,6 @@ Report = Callable[[int, int, str], None]
 _DOING = "trying what to change first"
 _PULLS = 1.0  # [N]
 _WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
-_BATCH = 8  # cases a batch: few enough that both threads and the progress have something to do
 
 
 def beyond_limit(share: str, percent: float) -> Notice:
@@ -361,7 +360,7 @@ def effects(
         raise SimulationError(f"the walk as it is {walk.status}")
     offered = steps(description, _hanging(description, walk))
     cases = [step.sets for step in offered if not step.barred]
-    outcome = iter(_run(description, cases, report, threads or processors()))
+    outcome = iter(_run(description, cases, report, threads))
     base = {name: walk.metrics[name] for name in METRICS if name in walk.metrics}
     tried = [_effect_of(step, None if step.barred else next(outcome), base, walk) for step in offered]
     limits = limits_of(walk)
@@ -389,7 +388,8 @@ def _run(
         if report is not None:
             report(done, count, _DOING)
 
-    return in_order(scenario, cases, asked, threads, _BATCH, progress)
+    with pool(threads) as who:
+        return who.in_order(scenario, cases, asked, progress)
 
 
 def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], walk: Recording) -> Effect:

@@ -11,7 +11,7 @@ import gc
 import math
 import pathlib
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -149,6 +149,7 @@ def outcomes(
     threads: int = 1,
     chunk: int = 32,
     asked: Asked = EVERYTHING,
+    references: References | None = None,
 ) -> Iterator[Numbered]:
     """Run cases.
 
@@ -159,6 +160,7 @@ def outcomes(
     threads : that roll out, beside the one that calls; below two that one does it
     chunk : cases after which all that were begun are brought to their end
     asked : metrics and warnings of each
+    references : that are walked already, of the same scenario
 
     Yields
     ------
@@ -167,31 +169,16 @@ def outcomes(
     _keep_flat()
     most_bytes = _BATCH_BYTES / (1 if threads < 2 else threads + _AHEAD)
     batches = _batches(scenario, cases, chunk, most_bytes, asked.first_strides)
+    references = References() if references is None else references
     with native.installed():
-        yield from _in_turn(batches, asked) if threads < 2 else _side_by_side(batches, threads, asked)
+        if threads < 2:
+            yield from _in_turn(batches, asked, references)
+        else:
+            yield from _side_by_side(batches, threads, asked, references)
 
 
-def in_order(
-    scenario: Scenario,
-    cases: Sequence[Mapping[str, Any]],
-    asked: Asked,
-    threads: int,
-    chunk: int,
-    report: Callable[[int, int], None],
-) -> list[Outcome]:
-    """The outcomes of a few cases, in their order; parameters as of `outcomes`.
-
-    report : called with (done, in all)
-    """
-    found: dict[int, Outcome] = {}
-    for number, outcome in outcomes(scenario.resolved(), enumerate(cases), threads, chunk, asked):
-        found[number] = outcome
-        report(len(found), len(cases))
-    return [found[number] for number in range(len(cases))]
-
-
-def _in_turn(batches: Iterable[Batched], asked: Asked) -> Iterator[Numbered]:
-    workspace, references = Workspace({}), References()
+def _in_turn(batches: Iterable[Batched], asked: Asked, references: References) -> Iterator[Numbered]:
+    workspace = Workspace({})
     for batch in batches:
         if isinstance(batch, tuple):
             yield batch
@@ -199,10 +186,12 @@ def _in_turn(batches: Iterable[Batched], asked: Asked) -> Iterator[Numbered]:
             yield from _finish(batch, _roll(batch, workspace), asked, references)
 
 
-def _side_by_side(batches: Iterable[Batched], threads: int, asked: Asked) -> Iterator[Numbered]:
+def _side_by_side(
+    batches: Iterable[Batched], threads: int, asked: Asked, references: References
+) -> Iterator[Numbered]:
     """Each thread rolls a batch out of its own; this one builds cases and looks at what they have done."""
     running: dict[Future[list[Rolled]], tuple[list[Prepared], Workspace]] = {}
-    free, references = [Workspace({}) for _ in range(threads + _AHEAD)], References()
+    free = [Workspace({}) for _ in range(threads + _AHEAD)]
 
     def collected(how_many: str) -> Iterator[Numbered]:
         for ended in wait(running, return_when=how_many).done:

@@ -1,4 +1,4 @@
-"""Simulation of a study's cases by threads of this process, or by a Dask cluster, here or somewhere."""
+"""Simulation of a study's cases by threads and processes of this machine, or by a Dask cluster."""
 
 import ipaddress
 import os
@@ -6,19 +6,22 @@ import sys
 import tempfile
 import threading
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from afo_sim.common import InputError, Notice, optional, safe_children
+from afo_sim.description import Scenario
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import program
+from afo_sim.study.processes import Processes
 
 _AHEAD = 3  # chunks that wait for each worker, so that none of them waits
+_FEW = 8  # cases a batch where they are few, so that all threads and the progress have something to do
 
 # The muscle callbacks are the process's, so a worker of many threads takes one chunk at a time, with all of
 # them.
@@ -164,18 +167,19 @@ def unprotected(scheduler: str) -> Notice | None:
 
 @dataclass(frozen=True)
 class Pool:
-    """Threads of this process, or the Dask cluster at an address."""
+    """Threads of this process with processes beside it, or the Dask cluster at an address."""
 
     threads: int = 1
     scheduler: str = ""
     security: Any = None  # Dask's own keys, or those of its configuration
+    beside: Processes = field(default_factory=lambda: Processes(0))
 
     def outcomes(
         self,
         scenario: Mapping[str, Any],
         jobs: Jobs,
         due: Iterable[int],
-        evaluate: Evaluate = engine.outcomes,
+        evaluate: Evaluate | None = None,
         asked: Asked = EVERYTHING,
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
@@ -184,13 +188,32 @@ class Pool:
             return
         cases = ((number, jobs.sets(number)) for chunk in due for number in jobs.numbers(chunk))
         found: dict[int, dict[int, Outcome]] = {}
-        for number, outcome in evaluate(scenario, cases, self.threads, jobs.chunk, asked):
+        compute = evaluate or self.beside.outcomes
+        for number, outcome in compute(scenario, cases, self.threads, jobs.chunk, asked):
             chunk = number // jobs.chunk
             rows = found.setdefault(chunk, {})
             rows[number] = outcome
             if len(rows) == len(jobs.numbers(chunk)):
                 yield chunk, [rows[number] for number in jobs.numbers(chunk)]
                 del found[chunk]
+
+    def in_order(
+        self,
+        scenario: Scenario,
+        cases: Sequence[Mapping[str, Any]],
+        asked: Asked,
+        report: Callable[[int, int], None],
+    ) -> list[Outcome]:
+        """The outcomes of a few cases, in their order.
+
+        report : called with (done, in all)
+        """
+        found: dict[int, Outcome] = {}
+        numbered = enumerate(cases)
+        for number, outcome in self.beside.outcomes(scenario.resolved(), numbered, self.threads, _FEW, asked):
+            found[number] = outcome
+            report(len(found), len(cases))
+        return [found[number] for number in range(len(cases))]
 
 
 @contextmanager
@@ -199,7 +222,8 @@ def pool(threads: int = 0, workers: int = 0, scheduler: str = "") -> Iterator[Po
 
     Parameters
     ----------
-    threads : of this process, unless there are workers or a scheduler; as many as processors if 0
+    threads : of this process, unless there are workers or a scheduler; as many as processors if 0. Work that
+        takes longer than starting processes goes to as many processes, this one among them
     workers : processes of a Dask cluster made for this
     scheduler : address of a running Dask cluster
 
@@ -211,7 +235,9 @@ def pool(threads: int = 0, workers: int = 0, scheduler: str = "") -> Iterator[Po
     if scheduler and (notice := unprotected(scheduler)):
         warnings.warn(notice, stacklevel=3)
     if scheduler or not workers:
-        yield Pool(threads or processors(), scheduler)
+        count = threads or processors()
+        with Processes(0 if scheduler else count - 1) as beside:
+            yield Pool(count, scheduler, beside=beside)
         return
     with _local(workers) as local:
         yield local

@@ -132,7 +132,7 @@ def run(
     scheduler: str = "",
     part: Part = WHOLE,
     report: Callable[[SweepProgress], None] | None = None,
-    evaluate: Evaluate = engine.outcomes,
+    evaluate: Evaluate | None = None,
 ) -> SweepProgress:
     """Compute what is left of a sweep; killed at any time, the next call goes on from there.
 
@@ -144,7 +144,7 @@ def run(
     scheduler : address of a running Dask cluster
     part : (k, n) does the k-th of n parts only, for a job array; who comes last gathers the results
     report : called after every chunk
-    evaluate : what computes cases in this process
+    evaluate : what computes cases instead of threads and processes
 
     Raises
     ------

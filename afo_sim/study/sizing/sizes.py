@@ -9,6 +9,7 @@ from typing import Any, get_args
 
 from afo_sim.common import InputError, parse_quantity, unknown
 from afo_sim.description import Pressure, Quantity, Scenario, TubeLength, load
+from afo_sim.study.pool import pool
 from afo_sim.study.sizing.air_parts import SIDES, size_supply, size_tube, size_valve
 from afo_sim.study.sizing.muscles import size_muscle
 from afo_sim.study.sizing.pressures import size_pressure
@@ -118,10 +119,12 @@ class Request:
     def run(self, threads: int = 0, report: Report | None = None) -> Sizing:
         """Run what it takes."""
         scenario = _at_cadence(self.scenario, self.options.get("cadence"))
-        trials = Trials(scenario, self.requirements, threads, report, f"trying {_PLURALS[self.kind]}")
         own = {name: value for name, value in self.options.items() if name != "cadence"}
         own |= {"chamber": self.chamber} if self.kind == "valve" else {}
-        return dataclasses.replace(_SIZED_BY[self.kind](trials, **own), request=self.to_json())
+        with pool(threads) as who:
+            trials = Trials(scenario, self.requirements, who, report, f"trying {_PLURALS[self.kind]}")
+            found = _SIZED_BY[self.kind](trials, **own)
+        return dataclasses.replace(found, request=self.to_json())
 
 
 def requested(

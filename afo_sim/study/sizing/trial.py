@@ -12,12 +12,11 @@ from afo_sim.metrics import is_filling
 from afo_sim.model import check_air
 from afo_sim.simulation import Asked
 from afo_sim.study.effects import SHARES, beyond_limit
-from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome, in_order
-from afo_sim.study.pool import processors
+from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome
+from afo_sim.study.pool import Pool
 from afo_sim.study.sizing.requirement import Candidate, Requirement, Status, Tried, shown
 
 Report = Callable[[int, int, str], None]
-_BATCH = 8  # cases a batch: few enough that all threads and the progress have something to do
 _HALVINGS = 4  # of the scenario's time step, at most
 _STRETCHED = 1.001  # a step is adjusted to a stride by less
 FULL = 100.5  # share of a limit from which on it is reported as beyond it [percent]
@@ -25,14 +24,14 @@ FULL = 100.5  # share of a limit from which on it is reported as beyond it [perc
 
 @dataclass(frozen=True)
 class Trials:
-    """What candidates are run with: the scenario, what is wanted, threads, and who hears how far it is.
+    """What candidates are run with: the scenario, what is wanted, who computes, and who hears how far it is.
 
     beside : metrics that are asked for beside those that are wanted
     """
 
     scenario: Scenario
     requirements: tuple[Requirement, ...]
-    threads: int = 0
+    who: Pool
     report: Report | None = None
     doing: str = "trying"
     beside: frozenset[str] = frozenset()
@@ -57,8 +56,7 @@ class Trials:
             if self.report is not None:
                 self.report(beyond + done, beyond + count, self.doing)
 
-        found = in_order(self.scenario, cases, asked, self.threads or processors(), _BATCH, progress)
-        outcomes = iter(found)
+        outcomes = iter(self.who.in_order(self.scenario, cases, asked, progress))
         tried = [
             Tried(each, "excluded", each.excluded) if each.excluded else self.judged(each, next(outcomes))
             for each in candidates

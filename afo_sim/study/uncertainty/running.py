@@ -14,8 +14,8 @@ from afo_sim.metrics import BELOW, ORTHOSIS, Stride, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
 from afo_sim.simulation import Asked, Recording
-from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome, in_order
-from afo_sim.study.pool import processors
+from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome
+from afo_sim.study.pool import pool
 from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
@@ -23,7 +23,6 @@ _QUANTILES = (0.05, 0.5, 0.95)
 _ROWS_PER_TERM = 2.0  # draws that a regression needs for each of its terms
 FEWEST, MOST = 20, 100_000  # draws
 _EVERY = 2  # of CYCLE's phases, that are kept
-_CHUNK = 32  # draws that are brought to their end together
 _MEASURED_NEXT = 3
 _CLEARANCE = "toe_clearance"
 _EXPLAINED = (_CLEARANCE, "torque_against_push_off", "air_per_stride")
@@ -179,7 +178,7 @@ def uncertainty(
 ) -> dict[str, Any]:
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
-    found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads or processors())))
+    found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads)))
     return {"spreads": spreads} | _bands_of(found, recording)
 
 
@@ -196,7 +195,8 @@ def _run(
             report(done, count, "drawing what is not known")
 
     cases = [draws.sets(k) for k in range(draws.count)]
-    return in_order(scenario, cases, asked, threads, _CHUNK, progress)
+    with pool(threads) as who:
+        return who.in_order(scenario, cases, asked, progress)
 
 
 def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:

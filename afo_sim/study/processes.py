@@ -1,0 +1,214 @@
+"""Processes of this machine that compute cases beside this one, where its threads wait for each other."""
+
+import itertools
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+from afo_sim.common import InputError, child_environment, code_fingerprint
+from afo_sim.common.versions import PACKAGE
+from afo_sim.metrics import REPORTED
+from afo_sim.physics import FRICTIONS, LAWS
+from afo_sim.simulation import EVERYTHING, Asked, References
+from afo_sim.study import engine
+from afo_sim.study.engine import Numbered
+
+PATIENCE = 1.0  # of computing before processes are started; one takes about as long to be ready [s]
+_PORTION = 4  # cases that are handed over at a time
+_AHEAD = 2  # portions that a process has, so that it does not wait for the next
+_SERVE = f"""
+import importlib.util as u, sys
+found = u.spec_from_file_location("afo_sim", {str(PACKAGE / "__init__.py")!r})
+sys.modules["afo_sim"] = u.module_from_spec(found)
+found.loader.exec_module(sys.modules["afo_sim"])
+from afo_sim.study.processes import serve
+serve()
+"""  # of this package, wherever another one of its name lies
+_CODE = code_fingerprint()  # now, with the import: a file that is edited later is not the code that runs
+
+Job = tuple[Mapping[str, Any], list[tuple[int, Mapping[str, Any]]], Asked]
+Queue = queue.SimpleQueue[Any]
+
+
+class Child:
+    """A process that computes jobs; it ends when this process does, however that ends."""
+
+    def __init__(self, jobs: Queue, answers: Queue) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-c", _SERVE],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=child_environment(),
+            start_new_session=True,  # Ctrl-C is this process's to answer
+        )
+        self._thread = threading.Thread(target=self._feed, args=(jobs, answers), daemon=True)
+        self._thread.start()
+
+    def _feed(self, jobs: Queue, answers: Queue) -> None:
+        """Hand jobs over and take outcomes, or the error that ends all; not where its code is another."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        said, given = None, 0
+        try:
+            said = pickle.load(self.process.stdout)
+            while said == _CODE:
+                while given < _AHEAD:
+                    try:
+                        job = jobs.get(block=given == 0)
+                    except queue.Empty:
+                        break
+                    if job is None:
+                        return
+                    pickle.dump(job, self.process.stdin, pickle.HIGHEST_PROTOCOL)
+                    self.process.stdin.flush()
+                    given += 1
+                answers.put(pickle.load(self.process.stdout))
+                given -= 1
+        except Exception:  # whatever a pickle that ends too early raises
+            if said == _CODE:
+                problem = f"a process was ended (exit code {self.process.wait()}; out of memory?)"
+                allowed = "fewer, or the same command again; what is computed is kept"
+                answers.put(InputError(problem, field="threads", allowed=allowed))
+
+    def close(self) -> None:
+        """End the process."""
+        self.process.kill()
+        self._thread.join()
+        self.process.communicate()
+
+
+def serve() -> None:
+    """Compute jobs that come by standard input, until it is closed: the whole life of a child."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what anybody prints is no answer
+    jobs: Queue = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(jobs,), daemon=True).start()
+    found: Any = _CODE
+    last: Any = None
+    while True:
+        pickle.dump(found, out, pickle.HIGHEST_PROTOCOL)
+        out.flush()
+        scenario, cases, asked = jobs.get()
+        if scenario != last:
+            last, references = scenario, References()
+        try:
+            found = list(engine.outcomes(scenario, cases, 1, len(cases), asked, references))
+        except Exception as error:
+            found = error
+
+
+def _listen(jobs: Queue) -> None:
+    """Take what the parent sends; end this process at once when that one has ended."""
+    try:
+        while True:
+            jobs.put(pickle.load(sys.stdin.buffer))
+    finally:
+        os._exit(0)
+
+
+def _known_elsewhere() -> bool:
+    """True where another process would know all metrics and laws of this one: none is of the user's own."""
+    kernels = (entry.kernel for table in (LAWS, FRICTIONS) for entry in table.values())
+    return all(function.__module__.startswith("afo_sim.") for function in (*REPORTED, *kernels))
+
+
+@dataclass
+class Processes:
+    """So many processes beside this one, started once work has taken its time, and kept to the block's end.
+
+    `patience` is how much computing comes before [s], `spent` how much has come already.
+    """
+
+    count: int
+    patience: float = PATIENCE
+    spent: float = 0.0
+    children: list[Child] = field(default_factory=list)
+    jobs: Queue = field(default_factory=queue.SimpleQueue)
+    answers: Queue = field(default_factory=queue.SimpleQueue)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End them; whoever waits for a job gets none."""
+        for each in [None] * len(self.children):
+            self.jobs.put(each)
+        while self.children:
+            self.children.pop().close()
+        self.count = 0
+
+    def outcomes(
+        self,
+        scenario: Mapping[str, Any],
+        cases: Iterable[tuple[int, Mapping[str, Any]]],
+        threads: int = 1,
+        chunk: int = 32,
+        asked: Asked = EVERYTHING,
+    ) -> Iterator[Numbered]:
+        """As `engine.outcomes`: by this process's threads at first, then by all processes.
+
+        Raises
+        ------
+        InputError
+            A process was ended by somebody else.
+        """
+        cases = iter(cases)
+        few = self._at_first(cases) if self.count and _known_elsewhere() else cases
+        yield from engine.outcomes(scenario, few, threads, chunk, asked)
+        if (case := next(cases, None)) is not None:
+            try:
+                yield from self._shared(scenario, itertools.chain([case], cases), asked)
+            except BaseException:  # some are at work on what nobody waits for
+                self.__exit__()
+                raise
+
+    def _at_first(self, cases: Iterator[Any]) -> Iterator[Any]:
+        """The cases that are begun before the processes are."""
+        before, begun = self.spent, time.monotonic()
+        while self.spent < self.patience and (case := next(cases, None)) is not None:
+            yield case
+            self.spent = before + time.monotonic() - begun
+
+    def _shared(self, scenario: Mapping[str, Any], cases: Iterator[Any], asked: Asked) -> Iterator[Numbered]:
+        """Cases by all processes, this one too: each takes the next when it has room for it."""
+        while len(self.children) < self.count:
+            self.children.append(Child(self.jobs, self.answers))
+        waited_for = 0  # jobs
+
+        def own() -> Iterator[tuple[int, Mapping[str, Any]]]:
+            nonlocal waited_for
+            while True:
+                while self.jobs.qsize() < self.count + 1 and (
+                    some := list(itertools.islice(cases, _PORTION))
+                ):
+                    self.jobs.put((scenario, some, asked))
+                    waited_for += 1
+                try:
+                    job: Job = self.jobs.get_nowait()
+                except queue.Empty:
+                    return
+                waited_for -= 1
+                yield from job[1]
+
+        for numbered in engine.outcomes(scenario, own(), 1, _PORTION, asked):
+            yield numbered
+            while not self.answers.empty():
+                waited_for -= 1
+                yield from _answer(self.answers.get())
+        while waited_for:
+            waited_for -= 1
+            yield from _answer(self.answers.get())
+
+
+def _answer(found: Any) -> list[Numbered]:
+    if isinstance(found, Exception):
+        raise found
+    return list(found)

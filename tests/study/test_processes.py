@@ -1,0 +1,137 @@
+"""Processes beside this one: the same outcomes, ended with this one, and no module of the current folder."""
+
+import math
+import os
+import pathlib
+import queue
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from sweep_runs import exact
+
+from afo_sim.common import InputError
+from afo_sim.description import expand
+from afo_sim.metrics import REPORTED
+from afo_sim.simulation import EVERYTHING
+from afo_sim.study import engine, processes
+from afo_sim.study.pool import Pool, pool
+from afo_sim.study.processes import Child, Processes
+
+psutil = pytest.importorskip("psutil")
+ROOT = pathlib.Path(__file__).parents[2]
+SCENARIO = expand("scenario", "seated")
+MANY = 60
+SCRIPT = """
+from afo_sim.study.processes import Processes
+cases = ((k, {"duration": "0.2 s"}) for k in range(10**6))
+for number, _ in Processes(2, 0.0).outcomes("seated", cases):
+    print(number, flush=True)
+"""  # without a guard of its main module
+
+
+def cases(count: int = MANY) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Cases of every kind: that run, that fail, and in plain Python."""
+    for k in range(count):
+        own = {"load_moment": "1000 N*m"} if k % 7 == 3 else {"callback": "python"} if k % 20 == 5 else {}
+        yield k, {"duration": "0.05 s", "supply.pressure": f"{2.0 + 0.01 * k!r} bar"} | own
+
+
+@pytest.fixture(scope="module")
+def alone() -> dict[int, Any]:
+    return {number: exact(outcome) for number, outcome in engine.outcomes(SCENARIO, cases())}
+
+
+def found(beside: Processes, threads: int = 1) -> dict[int, Any]:
+    return {n: exact(outcome) for n, outcome in beside.outcomes(SCENARIO, cases(), threads)}
+
+
+def ready(beside: Processes) -> list[int]:
+    """Numbers of the processes, one of which has computed: the first cases come from here alone."""
+    list(beside.outcomes(SCENARIO, cases(1)))
+    beside.jobs.put((SCENARIO, list(cases(1)), EVERYTHING))
+    assert len(beside.answers.get(timeout=60.0)) == 1
+    return [child.process.pid for child in beside.children]
+
+
+@pytest.mark.parametrize(("count", "threads"), [(1, 1), (2, 2)])
+def test_outcomes_are_those_of_one_process_and_the_others_are_kept(
+    alone: dict[int, Any], count: int, threads: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answer, answered = processes._answer, []
+    monkeypatch.setattr(processes, "_answer", lambda each: answered.append(each) or answer(each))
+    with Processes(count, 0.0) as beside:
+        numbers = ready(beside)
+        assert [found(beside, threads) for _ in range(3)] == [alone] * 3
+        assert len(numbers) == count and len(answered) > 3
+        assert [child.process.pid for child in beside.children] == numbers
+        beside.patience = math.inf  # as a call that comes early
+        assert found(beside, threads) == alone
+    assert not any(map(psutil.pid_exists, numbers))
+
+
+def test_short_work_starts_no_process(alone: dict[int, Any]) -> None:
+    with pool(2) as who:
+        list(who.beside.outcomes(SCENARIO, cases(2), 2))
+        assert who.beside.count == 1 and who.beside.children == []
+    assert Pool().beside.count == 0
+
+
+def test_a_process_that_is_killed_is_one_error(alone: dict[int, Any]) -> None:
+    with Processes(1, 0.0) as beside:
+        os.kill(ready(beside)[0], signal.SIGKILL)
+        with pytest.raises(InputError, match=r"was ended \(exit code -9; out of memory\?\)"):
+            found(beside)
+        assert found(beside) == alone  # by this process
+
+
+def test_what_no_case_is_to_blame_for_comes_back_as_it_was_raised() -> None:
+    jobs, answers = queue.SimpleQueue(), queue.SimpleQueue()
+    child = Child(jobs, answers)
+    for asked in (None, EVERYTHING):
+        jobs.put((SCENARIO, list(cases(1)), asked))
+    error, outcomes = (answers.get(timeout=60.0) for _ in range(2))
+    jobs.put(None)
+    child.close()
+    assert isinstance(error, AttributeError) and "first_strides" in str(error)
+    assert outcomes[0][1].status == engine.OK
+
+
+@pytest.mark.parametrize("mine", ["metric", "code"])
+def test_what_another_process_does_not_know_is_computed_here(
+    mine: str, alone: dict[int, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Processes(1, 0.0) as beside:
+        if mine == "metric":
+            monkeypatch.setitem(REPORTED, test_short_work_starts_no_process, [])
+        else:
+            monkeypatch.setattr(processes, "_CODE", "an older one's")
+        assert found(beside) == alone
+        assert len(beside.children) == (mine == "code")
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_no_process_outlives_a_script_and_none_takes_modules_of_its_folder(
+    how: signal.Signals, tmp_path: pathlib.Path
+) -> None:
+    script, folder, mark = tmp_path / "script.py", tmp_path / "folder", tmp_path / "mark"
+    script.write_text(SCRIPT)
+    folder.mkdir()
+    for name in ("afo_sim", "numpy", "pickle", "queue", "sitecustomize", "usercustomize"):
+        (folder / f"{name}.py").write_text(f"open({str(mark)!r}, 'a').write(__name__)\n")
+    there = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(
+        [sys.executable, script], cwd=folder, env=there, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as begun:
+        assert begun.stdout is not None
+        for _ in range(100):
+            begun.stdout.readline()
+        children = psutil.Process(begun.pid).children()
+        begun.send_signal(how)
+        begun.communicate(timeout=20)
+    assert len(children) == 2
+    assert psutil.wait_procs(children, timeout=20)[1] == []
+    assert not mark.exists()
