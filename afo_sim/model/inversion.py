@@ -23,6 +23,7 @@ from afo_sim import native
 from afo_sim.common import InputError, in_unit
 from afo_sim.description import Leg, MuscleGroup, Scenario, Side, Subtalar
 from afo_sim.model.mounting import ANKLE, SUBTALAR
+from afo_sim.physics import root
 
 INVERSION = "inversion"
 SPACING = np.radians(0.1)  # of the ankle angles between which arms are interpolated: to 2e-8 m
@@ -126,9 +127,7 @@ def find_rest(model: mujoco.MjModel, data: mujoco.MjData, forward: Callable[[], 
     stop = float(joint.range[int(at_zero > 0.0)])
     if at_zero * moment(stop) >= 0.0:
         return
-    from scipy.optimize import brentq  # large; who only walks does without
-
-    moment(brentq(moment, min(stop, 0.0), max(stop, 0.0), xtol=1e-14))
+    moment(root(moment, min(stop, 0.0), max(stop, 0.0), 1e-14))
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from afo_sim.common import InputError, Notice
 from afo_sim.description import Muscle, MuscleGroup, Orthosis, at_rest
 from afo_sim.model.mounting import contractions, muscle_names
 from afo_sim.model.paths import Paths, paths_of, route_of
+from afo_sim.physics import root
 
 LEAST_ARM = 1e-3  # moment arm on either side that counts as a change of its sign [m]
 APART = np.radians(0.5)  # between the angles that are looked at
@@ -237,9 +238,7 @@ def _own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> flo
         return path
     if too_long(0.0) <= 0.0:
         return 0.0
-    from scipy.optimize import brentq  # large, and seldom needed
-
-    return float(brentq(too_long, path, 0.0))
+    return root(too_long, path, 0.0)
 
 
 @dataclass(frozen=True)

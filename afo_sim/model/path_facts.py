@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common import InputError
@@ -21,6 +20,7 @@ from afo_sim.model.mounting import (
     sweep_lengths,
 )
 from afo_sim.model.path_checks import path_contraction
+from afo_sim.physics import root
 
 Span = tuple[float, float]  # from, to [rad]
 ANGLE_TOLERANCE = 1e-9  # of an angle [rad]
@@ -260,15 +260,11 @@ def spans_above(angles: np.ndarray, values: np.ndarray, of: Callable[[float], fl
     above = np.r_[False, values > 0.0, False]
     found = []
     for start, stop in np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2):
-        low = float(angles[0]) if start == 0 else _root(of, angles[start - 1], angles[start])
-        high = float(angles[-1]) if stop == len(angles) else _root(of, angles[stop - 1], angles[stop])
+        low = float(angles[0]) if start == 0 else root(of, angles[start - 1], angles[start], ANGLE_TOLERANCE)
+        high = (
+            float(angles[-1])
+            if stop == len(angles)
+            else root(of, angles[stop - 1], angles[stop], ANGLE_TOLERANCE)
+        )
         found.append((low, high))
     return tuple(found)
-
-
-def _root(of: Callable[[float], float], low: float, high: float) -> float:
-    if of(low) == 0.0:
-        return float(low)
-    if of(high) == 0.0:
-        return float(high)
-    return float(brentq(of, low, high, xtol=ANGLE_TOLERANCE))

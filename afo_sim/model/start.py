@@ -14,7 +14,7 @@ from afo_sim.model.inversion import find_rest, free
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import SINK
-from afo_sim.physics import gas_mass
+from afo_sim.physics import gas_mass, root
 
 
 def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
@@ -57,9 +57,7 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     lower, upper = model.joint(_index_joint(model, index.ankle_qpos)).range
     if imbalance(lower) * imbalance(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
-    from scipy.optimize import brentq  # large; who only walks does without
-
-    data.qpos[index.ankle_qpos] = brentq(imbalance, lower, upper, xtol=1e-14)
+    data.qpos[index.ankle_qpos] = root(imbalance, lower, upper, 1e-14)
     if turns:
         find_rest(model, data, forward)
     native.fill_chambers(model, data, 0.0)

@@ -81,6 +81,7 @@ from .ratings import conductance_of_nominal_flow as conductance_of_nominal_flow
 from .ratings import conductance_of_orifice as conductance_of_orifice
 from .ratings import conductance_of_sonic_area as conductance_of_sonic_area
 from .ratings import nominal_flow as nominal_flow
+from .root import root as root
 from .sensing import DEBOUNCE as DEBOUNCE
 from .sensing import DELAY as DELAY
 from .sensing import DRIFT as DRIFT
