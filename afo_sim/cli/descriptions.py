@@ -18,6 +18,7 @@ from afo_sim.cli.common import (
     progress,
     quantity,
     read_sets,
+    short_lived,
 )
 from afo_sim.common import InputError, nearest_name, unknown
 
@@ -35,12 +36,15 @@ def list_command(
     what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the name of one")] = "",
 ) -> None:
     """List what there is, one line each; or one of them whole, with every number, its unit and source."""
+    short_lived()
     with progress("reading"):
-        from afo_sim.description import entries, product
-
         if what and what not in _LISTS:
+            from afo_sim.description import product
+
             tables = product(what)
         else:
+            from afo_sim.description import entries
+
             columns = ("name", "what it is")
             tables = [(kind, columns, entries(kind)) for kind in ([what] if what else _LISTS)]
     for title, header, rows in tables:

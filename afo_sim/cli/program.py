@@ -43,6 +43,8 @@ class Program:
         try:
             self._install_handlers()
             _open_streams()
+            if "video" not in sys.argv:  # MuJoCo would start a Python to look for what opens windows
+                os.environ.setdefault("MUJOCO_GL", "disable")
             from afo_sim.cli import error_handler
             from afo_sim.cli.commands import app
 

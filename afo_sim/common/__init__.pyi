@@ -19,12 +19,10 @@ from .csv_table import Table as Table
 from .csv_table import number as number
 from .csv_table import read_facts as read_facts
 from .csv_table import read_header as read_header
-from .csv_table import read_phase_table as read_phase_table
 from .csv_table import read_table as read_table
 from .csv_table import scale_of as scale_of
 from .csv_table import split_title as split_title
 from .csv_table import table_of as table_of
-from .csv_table import write_phase_table as write_phase_table
 from .errors import AfoSimError as AfoSimError
 from .errors import CallbackError as CallbackError
 from .errors import ControllerError as ControllerError
@@ -47,6 +45,8 @@ from .notice import Notice as Notice
 from .notice import identity as identity
 from .notice import unique as unique
 from .notice import with_code as with_code
+from .phase_table import read_phase_table as read_phase_table
+from .phase_table import write_phase_table as write_phase_table
 from .reading import check_regular as check_regular
 from .reading import read_bytes as read_bytes
 from .reading import read_text as read_text

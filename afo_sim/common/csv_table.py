@@ -1,7 +1,4 @@
-"""CSV files: a table that people bring, with units in its titles, and a table over gait phase.
-
-Lines "# key: value" stand above the titles; what is wrong is said in one clear word.
-"""
+"""CSV files that people bring: a table with units in its titles, below lines "# key: value"."""
 
 import csv
 import difflib
@@ -9,18 +6,14 @@ import math
 import os
 import pathlib
 import re
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from afo_sim.common.errors import InputError, nearest_name
+from afo_sim.common.errors import InputError
 from afo_sim.common.magnitude import LARGEST, LEAST, plausible
 from afo_sim.common.reading import read_bytes
-from afo_sim.common.sealing import check_text, sealed_text
+from afo_sim.common.sealing import check_text
 from afo_sim.common.units import parse_quantity
-from afo_sim.common.writing import write_text
 
 _TITLE = re.compile(r"\s*([^\[\]()]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
@@ -205,86 +198,6 @@ def _cells(file: pathlib.Path, number: int, line: str) -> tuple[str, ...]:
         raise InputError(f"line {number} is not a line of a CSV: {error}", file=file) from None
 
 
-@dataclass(frozen=True, eq=False)
-class PhaseTable:
-    """Header and columns of a file, in the file's own units; an empty cell is NaN."""
-
-    file: pathlib.Path
-    header: dict[str, str]
-    columns: dict[str, np.ndarray]
-
-    def text(self, key: str) -> str:
-        """A header key's text, or the `InputError` that says that it is missing."""
-        if not self.header.get(key):
-            near = nearest_name(key, self.header)
-            problem = "is missing from the header" + (f" (there is {near!r})" if near else "")
-            raise InputError(problem, file=self.file, field=key, allowed=f"a line '# {key}: …'")
-        return self.header[key]
-
-    def number(self, key: str) -> float:
-        """A header key's number, or the `InputError` that says what is wrong with it."""
-        return float(plausible(self.text(key), file=self.file, field=key))
-
-
-def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
-    """Read a file that has just these columns, in any order.
-
-    Parameters
-    ----------
-    path : UTF-8 text
-    columns : the names that must be there
-
-    Raises
-    ------
-    InputError
-        Unreadable, another separator, a column missing or unknown, a cell that is no number.
-    """
-    text = read_table(path, ", ".join(columns))
-    names = list(text.titles)
-    _require_names(path, names, columns)
-    values = np.empty((len(text.rows), len(names)))
-    for k, (line, cells) in enumerate(text.rows):
-        for column, cell in enumerate(cells):
-            try:
-                values[k, column] = float(cell) if cell else np.nan
-            except ValueError:
-                problem = f"is not a number (line {line})"
-                raise InputError(problem, file=path, field=names[column], value=cell) from None
-    found = {name: values[:, names.index(name)] for name in columns}
-    gated = {name: plausible(each, file=path, field=name, missing=True) for name, each in found.items()}
-    return PhaseTable(path, text.facts, gated)
-
-
 def read_header(path: pathlib.Path) -> dict[str, str]:
     """The `# key: value` lines of a file."""
     return read_table(path, "").facts
-
-
-def write_phase_table(
-    path: pathlib.Path, header: Mapping[str, str], columns: Mapping[str, np.ndarray]
-) -> None:
-    """Write a file, whole or not at all; NaN becomes an empty cell.
-
-    Parameters
-    ----------
-    path : file to write
-    header : key and text of each header line
-    columns : name and values (n,) of each column
-    """
-    lines = [f"# {key}: {' '.join(text.split())}" for key, text in header.items()]
-    lines.append(",".join(columns))
-    for row in np.column_stack(list(columns.values())) + 0.0:  # no "-0"
-        lines.append(",".join("" if np.isnan(value) else f"{value:.7g}" for value in row))
-    write_text(path, sealed_text("\n".join(lines) + "\n"))
-
-
-def _require_names(path: pathlib.Path, names: list[str], columns: Sequence[str]) -> None:
-    for name in columns:
-        if name not in names:
-            near = nearest_name(name, [other for other in names if other not in columns])
-            problem = "this column is missing" + (f" (there is {near!r})" if near else "")
-            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))
-    for name in names:
-        if name not in columns or names.count(name) > 1:
-            problem = "is not a column of this format" if name not in columns else "is there twice"
-            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))

@@ -1,10 +1,11 @@
 """The one gate that every number of a file passes: finite, and of a magnitude that something can have."""
 
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from afo_sim.common.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 LARGEST = 1e12  # in any unit that people record in (mm, N·mm, ms, Pa): beyond it products overflow
 LEAST = 1e-30  # in such a unit: below it a number is a filter's rest of 0, and its inverse overflows
@@ -50,7 +51,7 @@ def magnitudes(unit: str | None) -> tuple[float, float]:
     return (LEAST, LARGEST) if unit is None else _MAGNITUDES.get(unit, (LEAST, LARGEST))
 
 
-def plausible(values: Any, *, file: object = None, field: str = "", missing: bool = False) -> np.ndarray:
+def plausible(values: Any, *, file: object = None, field: str = "", missing: bool = False) -> "np.ndarray":
     """Numbers that were read, as floats that can be calculated with.
 
     Parameters
@@ -68,6 +69,8 @@ def plausible(values: Any, *, file: object = None, field: str = "", missing: boo
     InputError
         A value is not a number, is infinite, or beyond ±`LARGEST`.
     """
+    import numpy as np  # large: whoever only lists what is shipped does without
+
     try:
         found = np.array(values, dtype=float)
     except (TypeError, ValueError, OverflowError):

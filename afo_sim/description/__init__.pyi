@@ -27,7 +27,6 @@ from .attachment import Mounting as Mounting
 from .attachment import PathPoint as PathPoint
 from .attachment import Segment as Segment
 from .attachment import Side as Side
-from .catalogue import entries as entries
 from .catalogue import product as product
 from .control.controller import ControllerDescription as ControllerDescription
 from .control.controller import Emg as Emg
@@ -63,6 +62,7 @@ from .leg import Outsole as Outsole
 from .leg import Shoe as Shoe
 from .leg import Subtalar as Subtalar
 from .leg import Toes as Toes
+from .listing import entries as entries
 from .muscle import Muscle as Muscle
 from .new import base_of as base_of
 from .new import target_of as target_of

@@ -1,4 +1,4 @@
-"""Shipped products: one line each, or one of them whole."""
+"""One shipped product, whole."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -10,22 +10,8 @@ from afo_sim.description.schema import SPECS, split_key
 from afo_sim.description.tree import value_at
 from afo_sim.physics import FRICTIONS, LAWS
 
-PLURALS = {plural: kind for kind, plural in assets.KINDS.items()}
 _Rows = Sequence[Sequence[str]]
 _TableOf = tuple[str, Sequence[str], _Rows]  # title, header, rows
-
-
-def entries(kind: str) -> list[tuple[str, str]]:
-    """(name, description) of everything of a kind, named in the plural."""
-    if kind in ("laws", "frictions"):
-        known: Mapping[str, Any] = LAWS if kind == "laws" else FRICTIONS
-        return [(law.name, f"{law.formula} — {law.source}; {law.validity}") for law in known.values()]
-    if kind == "gaits":
-        headers = {name: read_header(assets.find_gait(name)) for name in assets.gait_names()}
-        return [(name, header.get("description", "")) for name, header in headers.items()]
-    singular = PLURALS[kind]
-    tables = {name: assets.read_toml(assets.find(singular, name)) for name in assets.names(singular)}
-    return [(name, _line(table)) for name, table in tables.items()]
 
 
 def product(name: str) -> list[_TableOf]:
@@ -47,7 +33,7 @@ def product(name: str) -> list[_TableOf]:
     """
     found = list(_found(name))
     if not found:
-        kinds = (*PLURALS, "laws", "frictions", "gaits")
+        kinds = (*assets.KINDS.values(), "laws", "frictions", "gaits")
         shipped = [name for kind in assets.KINDS for name in assets.names(kind)]
         nearest = nearest_name(name, [*kinds, *shipped, *LAWS, *FRICTIONS, *assets.gait_names()])
         allowed = f"a product's name, or one of: {', '.join(kinds)}"
@@ -135,10 +121,3 @@ def _gait(name: str) -> Iterator[_TableOf]:
         bounds = [f"{value:.4g}" for value in (min(cells), max(cells))] if cells else ["", ""]
         rows.append((title, str(len(cells)), *bounds))
     yield "columns", ("name", "rows", "lowest", "highest"), rows
-
-
-def _line(table: dict[str, Any]) -> str:
-    line = str(table.get("description", ""))
-    if "laws" in table:
-        line += f" (grade {table.get('grade', 'D')}; {', '.join(table['laws'])})"
-    return line

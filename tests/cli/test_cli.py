@@ -3,6 +3,7 @@
 import json
 import pathlib
 import re
+import shlex
 import subprocess
 import sys
 
@@ -28,19 +29,41 @@ def test_run_without_arguments_writes_the_seated_run(
     assert 10.0 < summary["metrics"]["range_of_motion"]["value"] < 45.0
 
 
+HEAVY = {"mujoco", "numba", "llvmlite", "scipy", "pint", "rerun", "pyarrow", "pandas", "matplotlib", "glfw"}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["list"]], ids=" ".join)
-def test_help_and_lists_load_no_simulator(arguments: list[str]) -> None:
-    heavy = ("mujoco", "numba", "llvmlite", "scipy", "pint", "rerun", "pyarrow", "pandas", "matplotlib")
+@pytest.mark.parametrize(
+    ("arguments", "absent"),
+    [
+        ("--help", HEAVY | {"numpy", "pydantic", "rich"}),
+        ("run --help", HEAVY | {"numpy", "rich"}),
+        ("list", HEAVY | {"numpy", "afo_sim.description.reader"}),
+        ("list seated", HEAVY),
+        ("run --no-rrd --set duration='0.1 s'", HEAVY - {"mujoco", "llvmlite", "pyarrow"}),
+    ],
+)
+def test_a_command_loads_and_starts_nothing_that_it_does_not_need(
+    arguments: str,
+    absent: set[str],
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    call(capsys, *shlex.split(arguments))  # from here on the machine code is in the cache
     code = (
-        f"import atexit, sys\nsys.argv = {['afo-sim', *arguments]}\n"
-        f"atexit.register(lambda: print([m for m in {heavy} if m in sys.modules]))\n"
+        f"import atexit, sys\nsys.argv = {['afo-sim', *shlex.split(arguments)]}\nstarted = []\n"
+        "sys.addaudithook(lambda event, _: started.append(event) if event in ('subprocess.Popen', 'os.fork', "
+        "'os.posix_spawn') else None)\n"
+        f"atexit.register(lambda: print([*started, *({absent} & set(sys.modules))]))\n"
         "from afo_sim.cli import main\nmain()"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == "[]"
-    assert ("torque-map" if arguments == ["--help"] else "seated") in done.stdout
+    assert ("torque-map" if arguments == "--help" else "seated") in done.stdout
 
 
 SETS = {
