@@ -11,7 +11,7 @@ from afo_sim.metrics.supply import EACH
     TIME,
     ("strides_solved", "", "Strides that the solver walked", "a wearer walks more until it settles"),
     ("settled_air_change", "percent", "Change of the air over the settled stride", "largest, of mass and σ"),
-    ("settled_angle_change", "deg", "Distance of the last two strides", "largest, of the ankle's angle"),
+    ("settled_angle_change", "deg", "Change of the ankle's angle over the settled stride"),
     of=Of.BESIDE,
 )
 def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric]:
@@ -19,9 +19,9 @@ def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric
 
     Parameters
     ----------
-    strides : walked in all [-]
+    strides : walked at the asked step [-]
     air : largest relative change of a chamber's air over the stride [-]
-    angle : largest distance of the ankle's angle between the last two strides [rad]
+    angle : change of the ankle's angle over the stride [rad]
     """
     values = {
         "strides_solved": float(strides),

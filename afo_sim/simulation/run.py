@@ -18,7 +18,7 @@ from afo_sim.common import Notice, unique
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
-from afo_sim.model import AFTER, Built, start_up, steps_of_stride, two_strides, why_walked, with_person
+from afo_sim.model import AFTER, Built, start_up, two_strides, why_walked, with_person
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import (
@@ -258,7 +258,7 @@ def run_settled(
         )
     before, after = name_rows(first, walked), name_rows(second, settled.rollout, solved=True)
     begun_with, left_out = first_strides(first, walked, before.columns, after.found.totals)
-    steps = first.scenario.n_step + settled.strides * steps_of_stride(scenario)
+    steps = first.scenario.n_step + settled.steps
     found = _found(first, before, after, settled_metrics(settled) | begun_with)
     recording = recording_of(
         first,

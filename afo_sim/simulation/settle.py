@@ -3,11 +3,13 @@
 A stride maps mass and σ of the chambers at one heel strike to those at the next. Its fixed point is sought
 by Newton's method, with the slopes of the air along the stride just walked (`stride_search.py`). Ankle,
 valves, own lengths and cuff are carried by walking. So is friction that remembers: two strides are walked
-after each jump of the air before it is judged.
+after each jump of the air before it is judged. Where it can be, the search begins in longer steps
+(`coarse_stride.py`), and goes on in the asked ones with their air and slopes.
 """
 
+import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -17,6 +19,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.model import AFTER, JOINTS, Built, cooled, steps_of_stride
 from afo_sim.model.prefill import prefill
+from afo_sim.simulation.coarse_stride import coarse, moved
 from afo_sim.simulation.first_air import first_air
 from afo_sim.simulation.rollout import (
     CONTROL,
@@ -35,21 +38,27 @@ from afo_sim.simulation.simulate import GONE, case_of, first_beyond
 from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Rows, Stepper, fixed
 from afo_sim.simulation.stride_search import StrideSearch, sticks
 
+ROUGH = 10.0  # times the distances within which a stride in long steps is settled [-]
+
 
 @dataclass(frozen=True)
 class Settled:
     """The settled stride of one scenario.
 
-    rollout : rows of two strides that are alike, and of `AFTER` steps, as if they began at time 0
-    strides : that were walked in all
+    rollout : rows of two strides that are alike, and of `AFTER` steps, as if they began at time 0; a stride
+        that ends as it began is there twice
+    strides : that were walked in the asked steps
+    steps : of all strides that were walked
     air : largest relative change of a chamber's mass or σ over the last stride [-]
-    angle : largest distance of the ankle's angle between the two [rad]
+    angle : distance of the ankle's angle at its ends; where more is carried on, the largest between the two
+        strides [rad]
     found : whether both are within `AIR` and `ANGLE`, and nothing slow is far from settled
     slowest : share of a distance from the settled air that a stride leaves [-]
     """
 
     rollout: Rollout
     strides: int = 0
+    steps: int = 0
     air: float = math.nan
     angle: float = math.nan
     found: bool = False
@@ -90,8 +99,8 @@ def settle(
             else:
                 found[k] = Settled(case)
         if cases:
-            chosen = [builts[k] for k in cases], [controls[k] for k in cases]
-            party = _Party(*chosen, list(cases.values()), mode, fields)
+            walks = [_Walk(builts[k], controls[k], case) for k, case in cases.items()]
+            party = _Party(_begun_near(walks, mode, workspace), mode, fields)
             found |= dict(zip(cases, party.settled(workspace), strict=True))
     return [found[k] for k in range(len(builts))]
 
@@ -129,54 +138,97 @@ def _sealed(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[int,
     return {k: cooled(built.model, data, k, mass) - AMBIENT_PRESSURE for k, mass in held.items()}
 
 
+@dataclass(frozen=True)
+class _Walk:
+    """A scenario's strides, inputs and start; of longer steps before, how many, and slopes of the air."""
+
+    built: Built
+    control: np.ndarray
+    case: Case
+    steps: int = 0
+    slopes: np.ndarray | None = None
+
+
+def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> list[_Walk]:
+    """The walks from where a search in longer steps has ended; where that finds nothing, as they are."""
+    found, longer = list(walks), {}
+    for k, walk in enumerate(walks):
+        if (there := coarse(walk.built, walk.control)) is not None:
+            built, control = there
+            state = moved(walk.built, walk.case.state, built.scenario.timestep)
+            longer[k] = _Walk(built, control, Case(built.model, state, walk.case.policy))
+    if not longer:
+        return found
+    party, places = _Party(list(longer.values()), mode, ("userdata",), ROUGH), list(longer)
+    for place, search, failure in party.ended(workspace):
+        k, walk = places[place], walks[places[place]]
+        found[k] = dataclasses.replace(walk, steps=search.strides * party.n)
+        if failure is None and search.found:
+            state = moved(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
+            case = dataclasses.replace(walk.case, state=state)
+            found[k] = dataclasses.replace(found[k], case=case, slopes=search.slopes())
+    return found
+
+
 class _Party:
     """Searches that walk side by side, stride by stride."""
 
     def __init__(
-        self,
-        builts: Sequence[Built],
-        controls: Sequence[np.ndarray],
-        cases: Sequence[Case],
-        mode: native.Mode,
-        fields: tuple[str, ...],
+        self, walks: Sequence[_Walk], mode: native.Mode, fields: tuple[str, ...], within: float = 1.0
     ):
+        cases = [walk.case for walk in walks]
         models, states = [case.model for case in cases], [case.state for case in cases]
         stepper = BatchStepper(models, states, CONTROL, 1) if mode == "native" else None
         self.stepper: Stepper = stepper or LoopStepper(models, states, CONTROL)
-        self.n = steps_of_stride(builts[0].scenario)
+        self.n = steps_of_stride(walks[0].built.scenario)
         self.widths = widths(models[0], fields)
         starts = first_states(cases)
+        self.walks = walks
         self.searches = [
-            StrideSearch(built, control, {name: values[k] for name, values in starts.items()})
-            for k, (built, control) in enumerate(zip(builts, controls, strict=True))
+            StrideSearch(
+                walk.built,
+                walk.control,
+                {name: values[k] for name, values in starts.items()},
+                near=walk.slopes,
+                within=within,
+            )
+            for k, walk in enumerate(walks)
         ]
 
-    def settled(self, workspace: Workspace) -> list[Settled]:
-        """Walk until every search has ended."""
-        searches, turn = self.searches, 0
-        found: dict[int, Settled] = {}
-        rows = {
-            name: workspace.take(f"settled {name}", (len(searches), 2 * self.n + AFTER, width))
-            for name, width in self.widths.items()
-        }
-        while going := [k for k in range(len(searches)) if k not in found]:
+    def ended(self, workspace: Workspace) -> Iterator[tuple[int, StrideSearch, Exception | None]]:
+        """Walk until every search has ended: each, as it does, with what failed; its rows are good then."""
+        going, turn = list(range(len(self.searches))), 0
+        while going:
             failures = self._stride(going, turn, workspace)
-            for k in going:
-                search = searches[k]
+            for k in tuple(going):
+                search = self.searches[k]
                 failure = failures.get(k) or _beyond_stops(search)
-                if failure is not None:
-                    found[k] = Settled(not_begun(search.built.model, failure), search.strides)
-                elif search.done:
-                    rollout = self._rollout(k, {name: values[k] for name, values in rows.items()})
-                    found[k] = Settled(
-                        rollout, search.strides, search.air, search.angle, search.found, search.slowest
-                    )
+                if failure is not None or search.done:
+                    going.remove(k)
+                    yield k, search, failure
                 elif search.may_jump:
                     search.jump(self.stepper.act(k))
                 else:
                     search.refill(self.stepper.act(k))
             turn = 1 - turn
-        return [found[k] for k in range(len(searches))]
+
+    def settled(self, workspace: Workspace) -> list[Settled]:
+        """Walk until every search has ended, and two strides of each."""
+        rows = {
+            name: workspace.take(f"settled {name}", (len(self.searches), 2 * self.n + AFTER, width))
+            for name, width in self.widths.items()
+        }
+        found: dict[int, Settled] = {}
+        for k, search, failure in self.ended(workspace):
+            steps = self.walks[k].steps + search.strides * self.n
+            if failure is not None:
+                found[k] = Settled(not_begun(search.built.model, failure), search.strides, steps)
+                continue
+            rollout = self._rollout(k, {name: values[k] for name, values in rows.items()})
+            found[k] = Settled(
+                rollout, search.strides, steps, search.air, search.angle, search.found, search.slowest
+            )
+        return [found[k] for k in range(len(found))]
 
     def _stride(self, going: list[int], turn: int, workspace: Workspace) -> dict[int, Exception]:
         """Walk a stride of every search that goes on; memory of the stride before stays."""
@@ -199,25 +251,26 @@ class _Party:
 
     def _rollout(self, k: int, rows: Rows) -> Rollout:
         """Aligned rows of a search's last two strides and of the steps after them, into `rows`."""
-        search = self.searches[k]
-        before, last = search.before, search.last
+        search, n = self.searches[k], self.n
+        last, before = search.last, search.before if search.paired else search.last
         assert before is not None and last is not None
-        inputs = search.control[2 * self.n :]
+        inputs = search.control[2 * n :]
         out = {name: np.empty((1, AFTER, width)) for name, width in self.widths.items()}
         stopped = self.stepper.advance([k], np.ascontiguousarray(inputs[np.newaxis]), out)
         if k in stopped:
-            step = search.strides * self.n
+            step = search.strides * n
             return not_begun(search.built.model, failed(search.built.model, stopped[k].reason, step))
         for name, values in rows.items():
             parts = [before.out[name], last.out[name], out[name][0]]
             if name in STATE:  # after a step; the rows want it before
-                parts = [before.start[name][np.newaxis], *parts[:2], out[name][0, :-1]]
+                begun = [stride.start[name][np.newaxis] for stride in (before, last)]
+                parts = [begun[0], before.out[name][:-1], begun[1], last.out[name], out[name][0, :-1]]
             np.concatenate(parts, out=values)
-        # the shank has walked on, while its first stride is reported
-        forward = search.built.model.joint(JOINTS[0]).qposadr[0]
+        # the shank has walked on, while the first strides are reported
         assert search.built.walk is not None
-        ahead = rows["qpos"][0, forward] - search.built.walk.pose[1, 0]
-        rows["qpos"][:, forward] -= ahead
+        forward = rows["qpos"][:, search.built.model.joint(JOINTS[0]).qposadr[0]]
+        for first, stride in ((0, slice(n)), (n, slice(n, None))):
+            forward[stride] -= forward[first] - search.built.walk.pose[1 + first, 0]
         return Rollout(rows, search.control, final={name: out[name][0, -1] for name in STATE})
 
 

@@ -1,7 +1,8 @@
 """The search for one scenario's settled stride: how far it is, and where its air jumps next.
 
-It is found when two strides in a row, without a jump between, differ by less than `AIR` in mass and σ of
-every chamber and rigid volume, and by less than `ANGLE` in the ankle's angle everywhere.
+It is found when a stride ends as it began: within `AIR` in mass and σ of every chamber and rigid volume, and
+within `ANGLE` in the ankle's angle. Where more is carried on (`remembers`), two strides in a row, without a
+jump between, have to differ by less than `ANGLE` in the ankle's angle everywhere.
 """
 
 import math
@@ -19,12 +20,14 @@ from afo_sim.simulation.rollout import STATE
 from afo_sim.simulation.stepping import Rows
 
 AIR = 1e-4  # change of mass and σ over a settled stride [-]
-ANGLE = math.radians(0.005)  # between two settled strides, everywhere [rad]
+ANGLE = math.radians(0.005)  # over a settled stride, or between two [rad]
 JUMPS = 12  # of the air, after which strides are only walked
 STRIDES = 60  # that are walked at most
 NEAR = 10.0 * AIR  # step of Newton's method that is still to go, at most [-]
 OF_FLOW, LEAST = 2e-3, 1e-6  # and at most so much of the air that flows in; less is not asked for [-]
 LARGEST = 1.0  # change of ln m and ln σ in a jump [-]
+FORGOTTEN = 12e-3  # time for which a velocity counts that differs [s]
+TRUSTED = 3  # strides for which slopes of longer steps are taken
 COARSE = 12e-3  # between the rows that the slopes are taken from [s]
 TINY = 1e-9  # change of ln m and ln σ that tells nothing [-]
 REFILLED = 0.5  # share of a store's content below which it is filled again [-]
@@ -51,7 +54,11 @@ class Stride:
 
 @dataclass
 class StrideSearch:
-    """The search for one scenario's stride: how far it is."""
+    """The search for one scenario's stride: how far it is.
+
+    near : slopes of the air over a stride nearby, in longer steps; None where none was walked
+    within : the distances of a settled stride are so many times `AIR` and `ANGLE`
+    """
 
     built: Built
     control: np.ndarray
@@ -64,11 +71,14 @@ class StrideSearch:
     found: bool = False
     slowest: float = math.nan  # share of a distance from the settled air that a stride leaves [-]
     giving: np.ndarray | float = GIVING
+    near: np.ndarray | None = None
+    within: float = 1.0
     last: Stride | None = None
     before: Stride | None = None
 
     def __post_init__(self) -> None:
         self.first = self.held(self.start)
+        self.paired = remembers(self.built)
 
     @property
     def done(self) -> bool:
@@ -95,11 +105,26 @@ class StrideSearch:
         self.strides += 1
         self.since_jump += 1
         self.air = float(np.max(np.abs(self.change), initial=0.0))
-        if self.before is not None:
-            self.angle = float(np.max(np.abs(self.ankle(self.last) - self.ankle(self.before))))
-        self.found = self.air <= AIR and self.angle <= ANGLE and self.since_jump > 1
+        self.angle = self._apart(stride)
+        settled = self.air <= self.within * AIR and self.angle <= self.within * ANGLE
+        self.found = settled and self.since_jump > self.paired
         if self.found and self.jumps < JUMPS and not sticks(self.built):
             self.found = self._is_near()
+
+    def _apart(self, stride: Stride) -> float:
+        """Distance of the ankle at a stride's end from its start [rad]; of a pair, largest between the two.
+
+        The velocity counts by what it moves before the ankle forgets it.
+        """
+        if self.paired:
+            if self.before is None:
+                return math.inf
+            return float(np.max(np.abs(self.ankle(stride) - self.ankle(self.before))))
+        places = {"qpos": (self.built.index.ankle_qpos, 1.0), "qvel": (self.built.index.ankle_dof, FORGOTTEN)}
+        return max(
+            float(abs(stride.out[name][-1, place] - stride.start[name][place]) * by)
+            for name, (place, by) in places.items()
+        )
 
     def _is_near(self) -> bool:
         """Whether Newton's method would not go far from here; what changes slowly may have far to go."""
@@ -107,7 +132,7 @@ class StrideSearch:
         if last is None or not self.chambers:
             return True
         own = self._own_slopes()
-        step = np.abs(_step(self._slopes(own), self.change.ravel())).reshape(-1, 2)
+        step = np.abs(_step(self._slopes(own), self.change.ravel())).reshape(-1, 2) / self.within
         flowing = self._flowing(last)
         filled = np.repeat(flowing > 0.0, 2)  # where nothing flows, a flow's slope is not known
         shares = np.abs(np.linalg.eigvals(own[np.ix_(filled, filled)]))
@@ -174,6 +199,10 @@ class StrideSearch:
         if low:
             self.start["act"] = act.copy()
 
+    def slopes(self) -> np.ndarray | None:
+        """Those over the last stride; None where there is no air."""
+        return self._slopes(self._own_slopes()) if self.chambers else None
+
     def _slopes(self, own: np.ndarray) -> np.ndarray:
         """∂(ln m, ln σ) of all nodes at a stride's end by those at its start (2c, 2c).
 
@@ -182,7 +211,8 @@ class StrideSearch:
         """
         last, before = self.last, self.before
         assert last is not None
-        if before is None or self.strides < 3:  # the first stride has not the past of one
+        # the first stride from rest has not the past of one
+        if before is None or (self.strides < 3 and self.near is None):
             return own
         moved = np.log(self.held(last.start) / self.held(before.start)).ravel()
         if not np.max(np.abs(moved)) > TINY:
@@ -195,6 +225,8 @@ class StrideSearch:
         """The slopes along the last stride, of each chamber by itself or of a network (2c, 2c)."""
         last, before = self.last, self.before
         assert last is not None
+        if self.near is not None and self.strides <= TRUSTED:
+            return self.near
         air = self._air(last)
         self.giving = giving(air, None if before is None else self._air(before), self.giving)
         if isinstance(air, NetworkRows):
@@ -240,7 +272,7 @@ class StrideSearch:
         """Whether the air is to jump: where it has not settled, and friction has followed the last jump."""
         if sticks(self.built) or self.jumps > JUMPS or not self.chambers:
             return False
-        if self.air <= AIR and not (self.angle <= ANGLE and self.since_jump > 1):
+        if self.paired and self.air <= AIR and not (self.angle <= ANGLE and self.since_jump > 1):
             return False  # it only has to be confirmed
         return self.since_jump > (1 if self.built.index.frictions else 0)
 
@@ -249,6 +281,12 @@ def sticks(built: Built) -> bool:
     """Whether friction keeps the past: then only that of walking from rest is one, and no air may jump."""
     names = {group.type.friction for group in built.scenario.orthosis.muscle.values()} - {"none"}
     return any(FRICTIONS[name].sticks for name in names)
+
+
+def remembers(built: Built) -> bool:
+    """Whether more goes on from stride to stride than air and ankle: states of friction, drive or store."""
+    index = built.index
+    return bool(sticks(built) or index.frictions or index.drives or index.stores)
 
 
 def _step(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -2,18 +2,20 @@
 
 import pathlib
 
+import mujoco
 import numpy as np
 import pytest
 
 from afo_sim import native, read_recording
 from afo_sim.description import Scenario, load
-from afo_sim.model import AFTER, Built, steps_of_stride, two_strides, why_walked, with_person
+from afo_sim.model import AFTER, Built, get_state, steps_of_stride, two_strides, why_walked, with_person
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import Rollout, Settled, simulate_together
 from afo_sim.simulation.examine import examine
 from afo_sim.simulation.run import run
 from afo_sim.simulation.settle import settle
+from afo_sim.simulation.simulate import simulate
 from afo_sim.simulation.stride_search import AIR, ANGLE
 
 SHIPPED = ("walk-dropfoot-afo", "walk-dropfoot-afo-short", "walk-dropfoot", "walk-healthy")
@@ -44,6 +46,29 @@ def walked(described: Scenario, strides: int = 60) -> dict[str, float]:
     rollout = simulate_together([plain], [schedule.controls(plain)])[0]
     assert rollout.failure is None
     return numbers(plain, rollout)
+
+
+QUICK: dict[str, dict[str, object]] = {
+    "shipped": {},
+    "little pressure, heavy": {"supply.pressure": "2.1 bar", "patient.body_mass": "89 kg"},
+    "much pressure, late": {"supply.pressure": "4.9 bar", "phases.dorsiflexor.inlet": [[0.58, 0.95]]},
+    "spastic": {"patient": "spastic"},
+    "contracture": {"patient": "contracture", "timestep": "3 ms"},
+}
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_two_thousand_steps_find_the_stride_that_ten_plain_strides_repeat(name: str) -> None:
+    built, settled = solved(scenario(timestep="2 ms").set(QUICK[name]))
+    assert settled.found and settled.steps <= 2000
+    n, rows, ankle = steps_of_stride(built.scenario), settled.rollout.rows, built.index.ankle_qpos
+    pair, steps = built.scenario, 10 * n + AFTER
+    longer = build(pair.model_copy(update={"duration": steps * pair.timestep}))
+    data = mujoco.MjData(built.model)
+    data.qpos[:], data.qvel[:], data.act[:] = (rows[name][n] for name in ("qpos", "qvel", "act"))
+    state = get_state(built.model, data)
+    plain = simulate(longer, schedule.controls(longer), state=state).rows["qpos"][9 * n : 10 * n, ankle]
+    assert np.degrees(np.abs(rows["qpos"][n : 2 * n, ankle] - plain).max()) <= 0.006
 
 
 def assert_near(found: dict[str, float], expected: dict[str, float], clearance: float, share: float) -> None:
@@ -79,6 +104,7 @@ def test_friction_that_remembers_is_what_sixty_strides_walk_to(name: str, fricti
 
 
 # Designs that 60 strides settle, whose air is seldom exchanged, or at once, or moved by two chambers.
+DORSIFLEXOR = "orthosis.muscle.dorsiflexor"
 ODD: dict[str, dict[str, object]] = {
     "both chambers filled": {
         "phases.plantarflexor.inlet": [[0.1, 0.3]],
@@ -151,8 +177,10 @@ def test_a_sealed_chamber_keeps_the_air_that_it_begins_with() -> None:
     assert mass[0] == pytest.approx(begun, rel=1e-3)
 
 
-def test_the_residuals_are_those_of_the_two_strides_that_are_returned() -> None:
-    described = scenario(timestep="4 ms")
+@pytest.mark.parametrize("friction", ["none", "bouc_wen_1976"])
+def test_the_residuals_are_those_of_the_two_strides_that_are_returned(friction: str) -> None:
+    """Friction with states has two strides that are compared, and else one is compared with itself."""
+    described = scenario(timestep="4 ms").set({f"{DORSIFLEXOR}.type.friction": friction})
     built, settled = solved(described)
     n, rows = steps_of_stride(described), settled.rollout.rows
     assert len(rows["time"]) == len(settled.rollout.control) == 2 * n + AFTER

@@ -1,0 +1,75 @@
+"""A stride in steps of `LONG`, for the search of the settled one: a guess, on which no result depends."""
+
+import copy
+import dataclasses
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.model import JOINTS, Built, beyond_chambers, steps_of_stride
+from afo_sim.simulation.stride_search import remembers
+
+LONG = 8e-3  # [s]
+LEAST = 2.5  # times the asked step, below which longer steps save little
+
+
+def coarse(built: Built, control: np.ndarray) -> tuple[Built, np.ndarray] | None:
+    """The scenario in long steps, and its inputs over two strides; None where only the asked step will do.
+
+    Units: control (n_step, nu).
+    """
+    scenario, n = built.scenario, steps_of_stride(built.scenario)
+    count = round(n * scenario.timestep / LONG)
+    if n < LEAST * count or beyond_chambers(scenario) or remembers(built):
+        return None
+    step = scenario.timestep * n / count
+    model = copy.copy(built.model)
+    model.opt.timestep = step
+    long = dataclasses.replace(built, model=model, scenario=scenario.model_copy(update={"timestep": step}))
+    return long, np.tile(_inputs(built, control, n, count), (2, 1))
+
+
+def _inputs(built: Built, control: np.ndarray, n: int, count: int) -> np.ndarray:
+    """Inputs of the second stride's long steps (count, nu).
+
+    Valves are open for as long, the shank passes through the same places, and the rest is as the step begins.
+    """
+    assert built.walk is not None
+    index = built.index
+    at = np.linspace(n, 2 * n, count + 1)
+    found = _between(control, at[:-1])
+    valves = list(index.valves.values())
+    opened = np.concatenate([np.zeros((1, len(valves))), np.cumsum(control[:, valves], axis=0)])
+    found[:, valves] = np.diff(_between(opened, at), axis=0) * (count / n)
+    pose = _between(built.walk.pose, 1.0 + np.linspace(n - n / count, 2 * n, count + 2))
+    step = built.scenario.timestep * n / count
+    found[:, [index.walking[f"drive_{joint}"] for joint in JOINTS]] = np.diff(pose, 2, axis=0) / step**2
+    return found
+
+
+def _between(rows: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Rows (n, width) at places between them, linear."""
+    first = np.minimum(at.astype(int), len(rows) - 2)
+    share = (at - first)[:, np.newaxis]
+    found: np.ndarray = rows[first] + share * (rows[first + 1] - rows[first])
+    return found
+
+
+def moved(built: Built, state: np.ndarray, step: float) -> np.ndarray:
+    """A state at a heel strike, at time 0 and with the shank as steps of this length want it.
+
+    Units: state (mjSTATE_INTEGRATION row), step [s].
+    """
+    assert built.walk is not None
+    model, pose, n = built.model, built.walk.pose, steps_of_stride(built.scenario)
+    data, spec = native.scratch(model), mujoco.mjtState.mjSTATE_INTEGRATION
+    mujoco.mj_setState(model, data, state, spec)
+    data.time = 0.0
+    before = _between(pose, np.array([1.0 + n - step / built.scenario.timestep]))[0]
+    for k, joint in enumerate(JOINTS):
+        data.qpos[model.joint(joint).qposadr[0]] = pose[1, k]
+        data.qvel[model.joint(joint).dofadr[0]] = (pose[1 + n, k] - before[k]) / step
+    found = np.empty_like(state)
+    mujoco.mj_getState(model, data, found, spec)
+    return found
