@@ -6,7 +6,7 @@
 The foot hangs on the same pin joint, with the same mass, inertia, damping, passive moment and weight. Five
 `McKibbenActuator`s of the same braid pull between the same points. OpenSim has no air: pressures are
 prescribed, as tables of time from our own run. Either those at which a rigidly mounted braid pulls at the
-recorded angle as our muscle did: the two feet move alike, and the script tells how far they are apart. Or the
+recorded angle as our muscle did: the two feet move alike, and the script says how far they are apart. Or the
 chambers' own: they move the foot further, beyond its stops, since nothing gives and there is no bladder.
 Where the wheel is missing the script says so and ends.
 """
@@ -38,8 +38,14 @@ ROW = 0.02  # between two pressures of a table [s]
 DIFFERENCES = """What differs: OpenSim is given the pressures, so that it computes no air, no valves and no
 own lengths. Its muscles have no bladder, damping, cable or cuff; its joint has no stops. It chooses its steps
 by its accuracy and keeps their states. This project computes all of that, at a fixed step, and keeps forces
-and states of every step."""
+and states of every step. The error of each is against its own fine steps."""
 ALIKE, CHAMBERS = "moves alike", "chambers' pressures"
+STEPS = "2 ms", "5 ms", "10 ms"  # of ours
+FINER = 1.0, 0.1, 0.01  # OpenSim's accuracies, of the one that is asked for
+FINE = {"timestep": "0.05 ms", "record_rate": "10 kHz"}
+FINE_ACCURACY, FINE_STEP = 1e-9, 1e-3  # OpenSim's [-], [s]
+
+Motion = tuple[np.ndarray, np.ndarray]  # times [s] and angles of the ankle [rad]
 
 
 def foot_of(built: Built) -> tuple[float, np.ndarray, float]:
@@ -149,44 +155,65 @@ def integrated(
     return time.perf_counter() - begun, manager.getStatesTable()
 
 
-def apart(states: Any, recording: Recording) -> float:
-    """Greatest difference of the two angles at OpenSim's steps [deg]."""
-    times = np.array(states.getIndependentColumn())
+def motion(states: Any) -> Motion:
+    """The motion at OpenSim's steps."""
     angle = states.getDependentColumn("/jointset/ankle/angle/value").to_numpy()
-    return math.degrees(np.abs(angle - np.interp(times, recording["time"], recording["ankle/angle"])).max())
+    return np.array(states.getIndependentColumn()), angle
+
+
+def recorded(recording: Recording) -> Motion:
+    """The motion at our steps."""
+    return recording["time"], recording["ankle/angle"]
+
+
+def apart(one: Motion, other: Motion) -> float:
+    """Greatest difference of the two angles at the steps of the first [deg]."""
+    return math.degrees(np.abs(one[1] - np.interp(one[0], *other)).max())
 
 
 def measured(osim: Any, accuracy: float, repeats: int) -> str:
     """Both programs in turn, as a table in words."""
-    built = build(load("scenario", "seated"))
-    recording, control = run("seated"), schedule.controls(built)
+    built, recording = build(load("scenario", "seated")), run("seated")
     models = {kind: leg_in(osim, built, recording, kind) for kind in (ALIKE, CHAMBERS)}
-    duration, ours = built.scenario.duration, built.scenario.timestep
+    duration, limit = built.scenario.duration, built.scenario.timestep
     variants = {
-        f"OpenSim, {ALIKE}": (models[ALIKE], duration),
-        f"OpenSim, {CHAMBERS}": (models[CHAMBERS], duration),
-        f"OpenSim, {ALIKE}, steps of {1e3 * ours:g} ms at most": (models[ALIKE], ours),
+        **{
+            f"OpenSim, {ALIKE}, accuracy {part * accuracy:g}": (ALIKE, part * accuracy, duration)
+            for part in FINER
+        },
+        f"OpenSim, {CHAMBERS}": (CHAMBERS, accuracy, duration),
+        f"OpenSim, {ALIKE}, steps of {1e3 * limit:g} ms at most": (ALIKE, accuracy, limit),
     }
-
-    def roll_out() -> float:
-        begun = time.perf_counter()
-        simulate(built, control)
-        return time.perf_counter() - begun
-
-    measures: dict[str, Callable[[], float]] = {"afo-sim": roll_out}
-    lines = []
-    for name, (model, step) in variants.items():
-        states = integrated(osim, model, recording, accuracy, step)[1]
-        steps, far = states.getNumRows() - 1, apart(states, recording)
-        lines.append(f"{name}: {steps} steps, angles at most {far:.3f} deg apart")
-        measures[name] = functools.partial(_seconds, osim, model, recording, accuracy, step)
+    measures: dict[str, Callable[[], float]] = {}
+    lines, ours = [], recorded(run("seated", FINE))
+    for step in STEPS:
+        own = build(load("scenario", "seated", {"timestep": step}))
+        measures[f"afo-sim, steps of {step}"] = functools.partial(_rolled_out, own, schedule.controls(own))
+        error = apart(recorded(run("seated", {"timestep": step})), ours)
+        lines.append(f"afo-sim, steps of {step}: {own.scenario.n_step} steps, error {error:.2g} deg")
+    fine = {
+        kind: motion(integrated(osim, model, recording, FINE_ACCURACY, FINE_STEP)[1])
+        for kind, model in models.items()
+    }
+    for name, (kind, asked, longest) in variants.items():
+        moved = motion(integrated(osim, models[kind], recording, asked, longest)[1])
+        error, far = apart(moved, fine[kind]), apart(moved, ours)
+        lines.append(f"{name}: {len(moved[0]) - 1} steps, error {error:.2g} deg, {far:.2g} deg from afo-sim")
+        measures[name] = functools.partial(_seconds, osim, models[kind], recording, asked, longest)
     seconds = in_turn(measures, repeats, first=True)
+    first = next(iter(measures))
     figures = [
         *(figure(name, "s", "lower", values) for name, values in seconds.items()),
-        *(ratio(f"{name}, over afo-sim", seconds[name], seconds["afo-sim"], "") for name in variants),
+        *(ratio(f"{name}, over {first}", seconds[name], seconds[first], "") for name in variants),
     ]
-    title = f"{duration:g} s of `seated`; afo-sim: steps of {1e3 * ours:g} ms, OpenSim: accuracy {accuracy:g}"
+    title = f"{duration:g} s of `seated`; OpenSim: accuracy {accuracy:g} where none is named"
     return "\n".join([*lines, "", table(title, figures)])
+
+
+def _rolled_out(built: Built, control: np.ndarray) -> float:
+    begun = time.perf_counter()
+    simulate(built, control)
+    return time.perf_counter() - begun
 
 
 def _seconds(osim: Any, model: Any, recording: Recording, accuracy: float, step: float) -> float:
