@@ -92,7 +92,7 @@ def of_walked() -> Iterator[str]:
     yield row(
         "seated", [differences(r, fine, "time", r["time"] >= 0.0, fine["time"] >= 0.0).angle for r in seated]
     )
-    long = {step: afo.run(SEATED, {"timestep": f"{step} ms"}) for step in (4.0, 5.0, 8.0)}
+    long = {step: afo.run(SEATED, {"timestep": f"{step} ms"}) for step in (4.0, 5.0, 8.0, 10.0)}
     yield row(
         f"seated, {', '.join(f'{step:g}' for step in long)} ms",
         [differences(r, fine, "time", r["time"] >= 0.0, fine["time"] >= 0.0).angle for r in long.values()],
