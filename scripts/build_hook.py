@@ -1,17 +1,56 @@
-"""Wheel hook: models/ and gait_data/ travel inside the package; an editable install reads the checkout."""
+"""Build hook: machine code of the kernels is compiled, for a wheel and for an editable install alike.
 
+A wheel carries it, models/ and gait_data/ inside the package; an editable install reads the checkout.
+"""
+
+import os
 import pathlib
+import re
+import subprocess
+import sys
+import tempfile
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
+IMPORTS = {"lazy-loader", "mujoco", "numba", "numpy"}  # of the core's dependencies, by PROGRAM
+PROGRAM = """
+import sys
+sys.path.insert(0, sys.argv[1])  # pip takes folders of editable installs out of PYTHONPATH
+from afo_sim.native import compiled, sensing
+from afo_sim.physics import curves, in_series
+for load in (compiled.callbacks, sensing.compiled_sense, curves._compiled, in_series._compiled):
+    load()
+"""
+
 
 class DataFolders(BuildHookInterface):
+    def dependencies(self) -> list[str]:
+        return [each for each in self.metadata.core.dependencies if re.split(r"[<>=]", each)[0] in IMPORTS]
+
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        root = pathlib.Path(self.root)
+        try:
+            compile_kernels(root)
+        except (OSError, subprocess.CalledProcessError) as error:
+            self.app.display_warning(f"{error}: no machine code is shipped; the first run compiles its own")
         if version != "standard":
             return
-        root = pathlib.Path(self.root)
-        for name in ("models", "gait_data"):
+        for name in ("models", "gait_data", "machine_code"):
             for path in sorted((root / name).rglob("*")):
                 if path.is_file() and path.suffix != ".png":  # pictures are the documents'
                     build_data["force_include"][str(path)] = f"afo_sim/{path.relative_to(root).as_posix()}"
+
+
+def compile_kernels(root: pathlib.Path) -> None:
+    """Machine code in a checkout's folder `machine_code`; what is there of these sources stays.
+
+    Whoever reads it knows by its digest whether it is whole, and of the sources that are then there.
+    """
+    with tempfile.TemporaryDirectory() as cache:
+        there = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+        there["AFO_SIM_CACHE"] = cache
+        subprocess.run([sys.executable, "-P", "-c", PROGRAM, root], cwd=cache, env=there, check=True)
+        (root / "machine_code").mkdir(exist_ok=True)
+        for made in pathlib.Path(cache).iterdir():  # KIND-KEY
+            (root / "machine_code" / made.name.partition("-")[0]).write_bytes(made.read_bytes())

@@ -139,7 +139,9 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
     run([*pip, "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), str(ROOT)], tmp_path)
     (wheel,) = tmp_path.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
-    for name in ("models/legs/adult_75kg/leg.xml", "models/scenarios/seated.toml", "gait_data/README.md"):
+    products = ("models/legs/adult_75kg/leg.xml", "models/scenarios/seated.toml", "gait_data/README.md")
+    kernels = [f"machine_code/{kind}" for kind in ("callbacks", "curves", "in_series", "sensing")]
+    for name in (*products, *kernels):
         assert f"afo_sim/{name}" in names
     assert not any(name.startswith(("tests", "scripts", "models/")) for name in names)
     target = tmp_path / "site"
@@ -147,8 +149,28 @@ def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> No
     where = "import afo_sim, pathlib; print(pathlib.Path(afo_sim.__file__).parent)"
     path = {"PYTHONPATH": str(target)}
     assert run([sys.executable, "-c", where], tmp_path, **path).stdout.strip() == str(target / "afo_sim")
-    run([sys.executable, "-m", "afo_sim", "run", "--set", "duration=1 s", "--out", "out"], tmp_path, **path)
+    no_compiler = "import sys; sys.modules['numba'] = None; from afo_sim.cli import main; main()"
+    words = ("run", "--set", "duration=1 s", "--out", "out")
+    run([sys.executable, "-c", no_compiler, *words], tmp_path, AFO_SIM_CACHE="off", **path)
     assert (tmp_path / "out" / "recording.rrd").is_file()
+
+
+def test_a_wheel_is_built_where_nothing_can_be_compiled(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    from build_hook import DataFolders
+    from hatchling.bridge.app import Application
+
+    for name, text in (("models/a.toml", ""), ("afo_sim/__init__.py", "raise ImportError")):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text(text)
+    build: Any = {"force_include": {}}
+    nothing: Any = None
+    hook = DataFolders(str(tmp_path), {}, nothing, nothing, "", "wheel", Application())
+    hook.initialize("standard", build)
+    assert build["force_include"] == {str(tmp_path / "models" / "a.toml"): "afo_sim/models/a.toml"}
+    assert "no machine code is shipped" in capsys.readouterr().err
 
 
 def test_documents_links_lead_somewhere() -> None:

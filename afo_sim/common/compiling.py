@@ -6,6 +6,9 @@ code that calls them cannot be loaded without it. Here a function says itself wh
 By itself numba optimises each function and makes machine code of it, and does both again in every function
 that calls it. Here a called function stays what numba wrote of it, until all that calls it is linked: it is
 optimised with its last caller alone.
+
+Code is made for any processor of the platform, not for this one: it is kept, and shipped. numba allows LLVM
+neither to fuse nor to reorder sums and products, so every processor computes the same bits.
 """
 
 import gc
@@ -21,6 +24,16 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from afo_sim.common.machine_code import Code, Compiled, start_numba
+
+
+class AnyProcessor(JITCPUCodegen):
+    """The maker of machine code that uses what all processors of the platform have."""
+
+    def _get_host_cpu_name(self) -> str:
+        return "generic"
+
+    def _get_host_cpu_features(self) -> str:
+        return ""
 
 
 class CalledLibrary(JITCodeLibrary):
@@ -105,7 +118,7 @@ def _compile(function: Callable[..., Any], signature: Any, raised: _Raised) -> t
     flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
     flags.no_compile = True  # before `_c_function` is there
     context = cpu_target.target_context
-    library = context.codegen().create_library(function.__qualname__)
+    library = AnyProcessor("machine code").create_library(function.__qualname__)
     library.enable_object_caching()
     with only_called(context):
         found = compiler.compile_extra(

@@ -1,27 +1,25 @@
-"""Compiled functions as machine code: compiled once, then taken from the user's cache folder.
+"""Compiled functions as machine code: compiled when the package is built, or once and kept for the user.
 
-Compiling takes seconds, and loading what was compiled takes milliseconds. The code in the cache knows nothing
-of the process that compiled it; what it calls are symbols, which each process resolves for itself. It is
-loaded into an engine of its own, so that its names cannot meet those of functions that numba compiles later.
-Where one symbol is unknown, LLVM leaves all calls of an object file at address 0, without a word: the symbols
-that the code needs stand beside it, and are looked up before.
+Compiling takes seconds, and loading what was compiled takes milliseconds. The code runs on every processor of
+its platform, and knows nothing of the process that compiled it; what it calls are symbols, which each process
+resolves for itself. It is loaded into an engine of its own, so that its names cannot meet those of functions
+that numba compiles later. Where one symbol is unknown, LLVM leaves all calls of an object file at address 0,
+without a word: the symbols that the code needs stand beside it, and are looked up before.
 
-A file of the cache is found by everything that its code follows from: the sources, the compilers, the
-processor, numba's settings, and what the caller adds.
+Code is found by what it follows from: the sources, the platform, numba's settings, and what the caller adds.
+Compilers are not among it: versions of Python, numba and LLVM compile the same numbers.
 """
 
+import base64
 import ctypes
 import hashlib
-import importlib.metadata
+import json
 import os
 import pathlib
-import pickle
-import platform
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
-import llvmlite
 import llvmlite.binding as llvm
 
 from afo_sim.common import user_cache
@@ -36,18 +34,19 @@ class Code(NamedTuple):
 
 
 Compiled = tuple[list[Code], bool]  # whether the code holds addresses that are good in this process alone
+_WITHOUT_EFFECT = ("NUMBA_NUM_THREADS", "NUMBA_CACHE_DIR")  # on code
 
 
 def functions(
     kind: str, prototype: Any, follows: Sequence[Any], compile_: Callable[[], Compiled]
 ) -> list[Any]:
-    """C function pointers, from the cache or compiled now.
+    """C function pointers, shipped, from the cache or compiled now.
 
     Parameters
     ----------
-    kind : name of the cache's files
+    kind : name of the files
     prototype : ctypes type of the pointers
-    follows : what else than sources, compilers and processor the code follows from
+    follows : what else than sources, platform and numba's settings the code follows from
     compile_ : gives the code
     """
     start()
@@ -84,28 +83,35 @@ def fingerprint(*follows: Any) -> str | None:
     """SHA-256 of everything that machine code follows from; None where that is unknown."""
     if user_cache.checksum() is None:
         return None
-    settings = sorted((name, value) for name, value in os.environ.items() if name.startswith("NUMBA_"))
-    versions = (platform.python_version(), importlib.metadata.version("numba"), llvmlite.__version__)
+    own = {name: value for name, value in os.environ.items() if name not in _WITHOUT_EFFECT}
+    settings = sorted((name, value) for name, value in own.items() if name.startswith("NUMBA_"))
     with suppress(OSError):  # which numba reads in the current folder
         settings.append(("", pathlib.Path(".numba_config.yaml").read_bytes().hex()))
-    known = (user_cache.checksum(), versions, _processor(), follows, settings)
-    return hashlib.sha256(repr(known).encode()).hexdigest()
-
-
-def _processor() -> tuple[str, ...]:
-    """The processor as LLVM knows it, and its features, by which numba chooses instructions."""
-    features = llvm.get_host_cpu_features().flatten()
-    return llvm.get_process_triple(), llvm.get_host_cpu_name(), features
+    target = llvm.get_process_triple().rstrip("0123456789.")  # macOS adds its version
+    return hashlib.sha256(repr((user_cache.checksum(), target, follows, settings)).encode()).hexdigest()
 
 
 def _stored(kind: str, key: str | None) -> list[Code]:
-    """Code from the cache; none where it is missing, or cannot run in this process."""
-    stored = user_cache.read(kind, key) if key else None
-    codes = [Code(*code) for code in pickle.loads(stored)] if stored else []
-    names = {name for code in codes for name in code.needs}
-    if not all(map(_find, names)):
-        start_numba()  # it brings symbols with it, such as those of Intel's mathematics
-    return codes if all(map(llvm.address_of_symbol, names)) else []
+    """Code that is shipped or in the cache; none where it is missing, or cannot run in this process."""
+    for read in (user_cache.shipped, user_cache.read):
+        codes = _unpacked(read(kind, key) if key else None)
+        names = {name for code in codes for name in code.needs}
+        if not all(map(_find, names)):
+            start_numba()  # it brings symbols with it, such as those of Intel's mathematics
+        if codes and all(map(llvm.address_of_symbol, names)):
+            return codes
+    return []
+
+
+def _packed(codes: Sequence[Code]) -> bytes:
+    """JSON of code."""
+    texts = [(code.symbol, base64.b64encode(code.binary).decode(), code.needs) for code in codes]
+    return json.dumps(texts).encode()
+
+
+def _unpacked(stored: bytes | None) -> list[Code]:
+    texts = json.loads(stored or b"[]")
+    return [Code(symbol, base64.b64decode(text), tuple(needs)) for symbol, text, needs in texts]
 
 
 def _find(name: str) -> bool:
@@ -120,7 +126,7 @@ def _compile(kind: str, key: str | None, compile_: Callable[[], Compiled]) -> li
     """Compile, and store the code for later processes."""
     codes, of_this_process = compile_()
     if key and not of_this_process:
-        user_cache.write(kind, key, pickle.dumps([tuple(code) for code in codes]))
+        user_cache.write(kind, key, _packed(codes))
     return codes
 
 

@@ -1,7 +1,7 @@
-"""Files in the user's cache folder: found whole or not at all, and never needed.
+"""Files in the user's cache folder, and those of the kind that the package brings: found whole or not at all.
 
-What stands there is machine code that will run: a folder that anybody else may write to is passed over.
-And the checksum of the sources that cached machine code follows from.
+What stands there is machine code that will run: a cache folder that anybody else may write to is passed over.
+The package's own is as safe as its sources. And the checksum of the sources that machine code follows from.
 """
 
 import contextlib
@@ -72,15 +72,26 @@ def read(kind: str, key: str) -> bytes | None:
     path = _path(kind, key)
     if path is None or not _private(path.parent):
         return None
+    with contextlib.suppress(OSError):
+        os.utime(path)  # in use: it stays
+    return _content(path, path.name)
+
+
+def shipped(kind: str, key: str) -> bytes | None:
+    """What `write` stored when the package was built; None where it is missing, damaged or another key's."""
+    roots = (_PACKAGE, _PACKAGE.parent)  # in a wheel, in a checkout
+    return next(
+        filter(None, (_content(root / "machine_code" / kind, f"{kind}-{key}") for root in roots)), None
+    )
+
+
+def _content(path: pathlib.Path, name: str) -> bytes | None:
+    """A file's content; None where it is not what was stored under a name."""
     try:
         stored = path.read_bytes()
     except OSError:
         return None
-    if stored[:_DIGEST] != _digest(path, stored[_DIGEST:]):
-        return None
-    with contextlib.suppress(OSError):
-        os.utime(path)  # in use: it stays
-    return stored[_DIGEST:]
+    return stored[_DIGEST:] if stored[:_DIGEST] == _digest(name, stored[_DIGEST:]) else None
 
 
 def write(kind: str, key: str, content: bytes) -> None:
@@ -90,7 +101,7 @@ def write(kind: str, key: str, content: bytes) -> None:
         return
     with contextlib.suppress(OSError, InputError):
         with keeping(path) as temporary:
-            temporary.write_bytes(_digest(path, content) + content)
+            temporary.write_bytes(_digest(path.name, content) + content)
         for old in sorted(path.parent.glob(f"{kind}-*"), key=_age)[_NEWEST:]:
             old.unlink(missing_ok=True)
 
@@ -163,9 +174,9 @@ def _path(kind: str, key: str) -> pathlib.Path | None:
     return place / f"{kind}-{key}" if place else None
 
 
-def _digest(path: pathlib.Path, content: bytes) -> bytes:
-    """Checksum of a content and of the name that it stands under."""
-    return hashlib.sha256(path.name.encode() + b"\n" + content).digest()
+def _digest(name: str, content: bytes) -> bytes:
+    """Checksum of a content and of the name that it is stored under."""
+    return hashlib.sha256(name.encode() + b"\n" + content).digest()
 
 
 def _age(path: pathlib.Path) -> float:

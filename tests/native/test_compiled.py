@@ -1,12 +1,11 @@
-"""Machine code in the cache: taken by a second process, for the same code alone, and the same to the bit."""
+"""Machine code that is shipped or in the cache: taken for the same code alone, and the same to the bit."""
 
 import os
 import pathlib
-import pickle
-import platform
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import mujoco
 import pytest
@@ -66,6 +65,14 @@ def in_new_processes(*folders: pathlib.Path) -> list[Found]:
     """What processes say that run at once, each over its cache folder."""
     said = said_at_once(PROGRAM, *folders)
     return [(complaint, int(numbers.split()[0]), numbers.split()[1]) for complaint, numbers in said]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _nothing_shipped() -> Iterator[None]:
+    """A setting of numba, as it is by default; code is shipped for no setting."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NUMBA_OPT", "3")
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -168,9 +175,41 @@ def test_code_that_needs_an_unknown_symbol_is_compiled_anew(counted: list[str | 
     bias, dyn = machine_code._stored(compiled.KIND, key)
     assert MJU_ERROR in bias.needs
     unknown = dyn._replace(needs=(*dyn.needs, "no_such_symbol"))
-    user_cache.write(compiled.KIND, key, pickle.dumps([tuple(bias), tuple(unknown)]))
+    user_cache.write(compiled.KIND, key, machine_code._packed([bias, unknown]))
     compiled.callbacks()
     assert counted == [key]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("package", [".", "afo_sim"], ids=["wheel", "checkout"])
+def test_shipped_code_is_taken_if_it_is_whole_and_of_these_sources(
+    counted: list[str | None], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, package: str
+) -> None:
+    (file,) = (tmp_path / "cache").iterdir()
+    (tmp_path / "machine_code").mkdir()
+    shipped = file.replace(tmp_path / "machine_code" / compiled.KIND)
+    monkeypatch.setattr(user_cache, "_PACKAGE", tmp_path / package)
+    compiled.callbacks()
+    assert counted == []
+    whole, key = shipped.read_bytes(), fingerprint()
+    shipped.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    compiled.callbacks()
+    assert counted == [key]
+    shipped.write_bytes(whole)
+    monkeypatch.setattr(user_cache, "checksum", lambda: "of edited sources")
+    compiled.callbacks()
+    assert counted == [key, fingerprint()] and key != fingerprint()
+
+
+@pytest.mark.slow
+def test_code_is_the_same_for_every_processor() -> None:
+    """Whatever processor numba is told of."""
+    program = "from afo_sim.physics.in_series import _compile\nprint(_compile()[0][0].binary.hex())"
+    features = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}, {"NUMBA_CPU_NAME": "skylake-avx512"}
+    said = {
+        subprocess.check_output([sys.executable, "-c", program], env=os.environ | each) for each in features
+    }
+    assert len(said) == 1
 
 
 @pytest.mark.slow
@@ -215,13 +254,10 @@ def test_key_holds_every_room_that_kernels_may_import() -> None:
     ("owner", "name", "value"),
     [
         (mujoco, "__version__", "3.99.0"),
-        (machine_code.importlib.metadata, "version", lambda name: "0.99.0"),
-        (machine_code.llvmlite, "__version__", "0.99.0"),
-        (platform, "python_version", lambda: "3.99.0"),
         (compiled, "LAYOUT", ("mjModel:another",)),
-        (machine_code.llvm, "get_host_cpu_name", lambda: "another processor"),
+        (machine_code.llvm, "get_process_triple", lambda: "another-platform"),
     ],
-    ids=["MuJoCo", "numba", "llvmlite", "Python", "layout", "processor"],
+    ids=["MuJoCo", "layout", "platform"],
 )
 def test_key_holds(monkeypatch: pytest.MonkeyPatch, owner: object, name: str, value: object) -> None:
     before = fingerprint()
