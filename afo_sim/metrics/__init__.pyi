@@ -23,6 +23,8 @@ from .first_strides import first_stride_metrics as first_stride_metrics
 from .first_strides import from_start as from_start
 from .first_strides import strides_needed as strides_needed
 from .first_strides import undefined as undefined
+from .lazy import Lazy as Lazy
+from .lazy import each as each
 from .metric import GROUPS as GROUPS
 from .metric import OTHER as OTHER
 from .metric import REPORTED as REPORTED

@@ -8,7 +8,7 @@ from afo_sim.common import STANDARD_DENSITY
 from afo_sim.metrics import peak
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, reported
 from afo_sim.metrics.strides import chambers
-from afo_sim.metrics.supply import CYCLE, flow_metrics, grams_taken, grams_through, positive_work, rows_of
+from afo_sim.metrics.supply import CYCLE, flow_metrics, grams_taken, grams_through, positive_work
 from afo_sim.metrics.torque import inversion_peaks
 from afo_sim.metrics.valves import switching_by_the_minute
 from afo_sim.metrics.window import crossing, whole_cycles
@@ -91,13 +91,12 @@ def ankle_metrics(
     found["rise_time"] = rise_time(time[first_cycle], angle[first_cycle])
     cycles, part = whole_cycles(len(time), timestep, period)
     steps, names = timestep * part.shares(0, len(time)), chambers(columns)
-    rows = rows_of(columns, slice(None), names)
     for name in names:
         found[f"peak_pressure_{name}"] = float(columns[f"chamber/{name}/pressure"].max()) * 1e-5
-        found[f"air_per_cycle_{name}"] = grams_through(rows, name, steps) / cycles
-    found["air_per_cycle"] = grams_taken(rows, names, steps) / cycles
+        found[f"air_per_cycle_{name}"] = grams_through(columns, name, steps) / cycles
+    found["air_per_cycle"] = grams_taken(columns, names, steps) / cycles
     if names:
-        found |= dict(flow_metrics(rows, names, steps, cycles=cycles, free_density=free_density))
+        found |= dict(flow_metrics(columns, names, steps, cycles=cycles, free_density=free_density))
         found["positive_work"] = positive_work(columns, part) / cycles
     found |= dict(switching_by_the_minute(columns, steps))
     return {name: measured(name, value) for name, value in found.items()}

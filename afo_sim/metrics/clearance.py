@@ -1,7 +1,7 @@
 """Minimum clearance of the outsole in swing, where the foot is fast, and contact of a swinging foot."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -65,15 +65,14 @@ def clearances(stride: Stride) -> Found:
         if not np.isfinite(height[stride.swing]).all() or not stride.swing.any():
             yield f"{point}_clearance", math.nan
             continue
-        own, of_recorded = event(stride, column), event(stride, recorded)
-        at = _first([own, stride.fastest])
+        own = event(stride, column)
+        at = stride.fastest if own is None else own
         least = float(stride.at(column, at))
         yield f"{point}_clearance", 1e3 * least
         yield f"{point}_clearance_phase", 100.0 * at
-        yield (
-            f"{point}_clearance_to_recorded",
-            1e3 * (least - float(stride.at(recorded, _first([of_recorded, stride.fastest])))),
-        )
+        there = event(stride, recorded)
+        healthy = float(stride.at(recorded, stride.fastest if there is None else there))
+        yield f"{point}_clearance_to_recorded", 1e3 * (least - healthy)
         yield f"swings_without_{point}_event", 100.0 * (own is None)
         if point == "toe":
             yield from _otherwise_extended(stride, at)
@@ -85,8 +84,8 @@ def _otherwise_extended(stride: Stride, at: float) -> Iterator[tuple[str, float]
     for how in EXTENSIONS:
         column = f"sole/height_{how}"
         if column in stride.columns:
-            phase = _first([event(stride, column), at])
-            yield f"toe_clearance_{how}", 1e3 * float(stride.at(column, phase))
+            own = event(stride, column)
+            yield f"toe_clearance_{how}", 1e3 * float(stride.at(column, at if own is None else own))
 
 
 def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
@@ -98,11 +97,6 @@ def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
         yield "swings_with_toe_contact", 100.0 * bool(forefoot.min() <= 0.0)
         yield "swings_within_10mm", 100.0 * bool(forefoot.min() <= BELOW)
         yield "swings_with_ball_contact", 100.0 * bool(ball.min() <= 0.0)
-
-
-def _first(phases: Sequence[float | None]) -> float:
-    """The first phase that there is."""
-    return next(phase for phase in phases if phase is not None)
 
 
 def event(stride: Stride, column: str) -> float | None:

@@ -11,10 +11,9 @@ from typing import Protocol
 import numpy as np
 
 from afo_sim.common import STANDARD_DENSITY
-from afo_sim.metrics.metric import METRICS, REPORTED, Metric, Of, functions_of, measured
+from afo_sim.metrics.lazy import Columns, each
+from afo_sim.metrics.metric import METRICS, Metric, Of, functions_of, measured, reporting
 from afo_sim.metrics.strides import Stride, settled, strides
-
-Columns = Mapping[str, np.ndarray]
 
 
 class Source(Protocol):
@@ -145,7 +144,7 @@ class Run:
         if not self.counted:
             return {}
         rows = slice(self.counted[0].rows.start, self.counted[-1].rows.stop)
-        return {name: values[rows] for name, values in self.columns.items()}
+        return each(self.columns, lambda values: values[rows])
 
 
 def run_metrics(run: Run, wanted: Collection[str] | None = None) -> dict[str, Metric]:
@@ -159,7 +158,7 @@ def run_metrics(run: Run, wanted: Collection[str] | None = None) -> dict[str, Me
     wanted : names; None for all
     """
     found: dict[str, Metric] = {}
-    for function in functions_of(Of.RUN):
-        if wanted is None or any(row.fill(name) for row in REPORTED[function] for name in wanted):
-            found |= {name: measured(name, value) for name, value in function(run)}
+    names = None if wanted is None else frozenset(wanted)
+    for function in reporting(functions_of(Of.RUN), names, strict=False):
+        found |= {name: measured(name, value) for name, value in function(run)}
     return {n: m for n, m in found.items() if wanted is None or n in wanted or n not in METRICS}

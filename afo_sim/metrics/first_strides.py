@@ -11,7 +11,7 @@ import numpy as np
 from afo_sim.common import Notice
 from afo_sim.metrics.metric import REPORTED, START, Metric, Of, entry, made_of, measured, reported
 from afo_sim.metrics.strides import strides
-from afo_sim.metrics.walking import stride_metrics
+from afo_sim.metrics.walking import stride_metric
 
 STRIDES = 10  # from a stop on, over which the lowest clearance is looked for
 NEAR = 0.5  # between the last stride and the settled one, from which on those between need no walking [mm]
@@ -47,7 +47,7 @@ NEEDED |= {LOWEST: STRIDES, UNTIL: STRIDES}  # strides from the start
     of=Of.BESIDE,
 )
 def first_stride_metrics(
-    begun: Sequence[Mapping[str, Metric]],
+    begun: Sequence[Mapping[str, float]],
     settled: Mapping[str, Metric] | None = None,
     air_before: float | None = None,
     wanted: Collection[str] | None = None,
@@ -91,7 +91,7 @@ def _left_out(name: str, why: str) -> Notice:
 
 def from_start(
     columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, wanted: Collection[str]
-) -> list[dict[str, Metric]]:
+) -> list[dict[str, float]]:
     """Metrics of the first whole strides of a recording, each by itself, however many are walked.
 
     Parameters
@@ -102,7 +102,7 @@ def from_start(
     wanted : names of metrics of the first strides
     """
     whole = strides(columns, timestep, body_mass)[: strides_needed(wanted)]
-    return [stride_metrics(stride, made_of(wanted)) for stride in whole]
+    return [{name: stride_metric(stride, name) for name in made_of(wanted)} for stride in whole]
 
 
 def strides_needed(wanted: Collection[str] | None) -> int:
@@ -123,7 +123,7 @@ def _too_few(strides: int) -> str:
     return f"{count} from the start cannot tell, {STRIDES} would (a longer duration)"
 
 
-def _value(metrics: Mapping[str, Metric], name: str) -> float:
+def _value(metrics: Mapping[str, float], name: str) -> float:
     return float(metrics[name]) if name in metrics else math.nan
 
 

@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import importlib
 import pkgutil
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NoReturn, Self, TypeVar
@@ -216,11 +216,11 @@ def load_all() -> None:
 
 
 @functools.cache
-def functions_of(*scopes: Of) -> list[Callable[..., Found]]:
+def functions_of(*scopes: Of) -> tuple[Callable[..., Found], ...]:
     """Functions that report what is of some scopes: scope by scope, in the order of the groups."""
     load_all()
     found = [f for f, rows in REPORTED.items() if rows[0].of in scopes]
-    return sorted(found, key=lambda f: (scopes.index(REPORTED[f][0].of), *_place(f)))
+    return tuple(sorted(found, key=lambda f: (scopes.index(REPORTED[f][0].of), *_place(f))))
 
 
 def _place(function: Callable[..., Any]) -> tuple[int, str, int]:
@@ -229,14 +229,17 @@ def _place(function: Callable[..., Any]) -> tuple[int, str, int]:
     return group, function.__module__, function.__code__.co_firstlineno
 
 
-def reporting(functions: Sequence[Reports], wanted: Collection[str] | None) -> list[Reports]:
-    """Those of some functions that report what is wanted; all, where none of them registers one of it."""
+@functools.lru_cache(maxsize=64)  # cases of a sweep want the same
+def reporting(
+    functions: tuple[Callable[..., Found], ...], wanted: frozenset[str] | None, strict: bool = True
+) -> tuple[Callable[..., Found], ...]:
+    """Those of some functions that report what is wanted; `strict`, all where none registers one of it."""
     if wanted is None:
-        return list(functions)
+        return functions
     found = {name: [f for f in functions if any(row.fill(name) for row in REPORTED[f])] for name in wanted}
-    if not all(found.values()):
-        return list(functions)
-    return [f for f in functions if any(f in each for each in found.values())]
+    if strict and not all(found.values()):
+        return functions
+    return tuple(f for f in functions if any(f in each for each in found.values()))
 
 
 def of_strides(wanted: Collection[str]) -> frozenset[str]:

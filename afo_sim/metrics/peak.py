@@ -45,7 +45,7 @@ def _from_rows(values: np.ndarray, timestep: float, window: float) -> float:
     found = area[whole:] - area[: len(area) - whole]
     if rest > 1e-9:
         begun = values[whole:]
-        found = found[:-1] + rest * begun[:-1] + 0.5 * rest**2 * np.diff(begun)
+        found = found[:-1] + rest * begun[:-1] + 0.5 * rest**2 * (begun[1:] - begun[:-1])
     return float(found.max()) * timestep / window
 
 

@@ -67,7 +67,7 @@ class Stride:
         """Phase at which the first tenth of the swing ends, in which the foot leaves the floor [-]."""
         return self.toe_off + BEGUN * (1.0 - self.toe_off)
 
-    @property
+    @cached_property
     def passing(self) -> np.ndarray:
         """Mask of the rows from then on until the shank stands upright (n,)."""
         return (self.phase >= self.begun) & (self.phase < self.upright)
@@ -93,13 +93,13 @@ class Stride:
         """Forward speed of the ankle [m/s] (n,)."""
         return np.gradient(self["ankle/position/x"], self.timestep)
 
-    @property
+    @cached_property
     def fastest(self) -> float:
         """Phase of the ankle's greatest forward speed [-], on the parabola through the fastest rows."""
         speed, phase = self.speed, self.phase
-        top = int(np.clip(np.argmax(speed), 1, len(speed) - 2))
-        before, bend = speed[top - 1] - speed[top + 1], np.diff(speed, 2)[top - 1]
-        share = float(np.clip(0.5 * before / bend, -0.5, 0.5)) if bend < 0.0 else 0.0
+        top = min(max(int(np.argmax(speed)), 1), len(speed) - 2)
+        before, bend = speed[top - 1] - speed[top + 1], np.diff(speed[top - 1 : top + 2], 2)[0]
+        share = min(max(float(0.5 * before / bend), -0.5), 0.5) if bend < 0.0 else 0.0
         return float(phase[top] + share * (phase[top + 1] - phase[top]))
 
     @cached_property

@@ -6,6 +6,7 @@ import numpy as np
 
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.metrics.facts import Run
+from afo_sim.metrics.lazy import each
 from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
 from afo_sim.metrics.strides import ORTHOSIS, SET_PRESSURE, Stride, chambers, emptied_at
 from afo_sim.metrics.window import Window, increments
@@ -17,12 +18,6 @@ EXERGY, VENTED = "supply/exergy_flow", "exhaust/exergy_flow"
 INLET = "valve/{}_inlet/mass_flow"
 
 Rows = Mapping[str, np.ndarray]
-
-
-def rows_of(columns: Rows, rows: slice, chambers: Sequence[str]) -> dict[str, np.ndarray]:
-    """The columns that the functions of this module read, at some rows."""
-    wanted = [FLOW, PRESSURE, SET, EXERGY, VENTED, ORTHOSIS, *map(INLET.format, chambers)]
-    return {name: columns[name][rows] for name in wanted if name in columns}
 
 
 def taken(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
@@ -184,7 +179,7 @@ NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
 def air_of(stride: Stride) -> Found:
     """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
     pressures, names = [], chambers(stride.columns)
-    rows = rows_of(stride.columns, stride.rows, names)
+    rows = each(stride.columns, lambda values: values[stride.rows])
     total = grams_taken(rows, names, stride.steps)
     for name in names:
         yield f"air_per_stride_{name}", grams_through(rows, name, stride.steps)
@@ -225,6 +220,6 @@ def air_of(stride: Stride) -> Found:
 def flow_of(stride: Stride) -> Found:
     """Flow and exergy of a stride's air, by the hour and by the minute."""
     names = chambers(stride.columns)
-    rows = rows_of(stride.columns, stride.rows, names)
+    rows = each(stride.columns, lambda values: values[stride.rows])
     yield from flow_metrics(rows, names, stride.steps, free_density=stride.free_density)
     yield "positive_work", positive_work(stride.columns, stride.whole)

@@ -80,7 +80,7 @@ def torque_given(stride: Stride) -> Found:
     yield "orthosis_swing_torque_mean", peak.clean(carried.mean(stride.columns[ORTHOSIS]))
     needed = stride["gait/needed_moment"]
     way = np.where(needed < 0.0, -1.0, 1.0)
-    given = np.clip(way * torque, 0.0, np.abs(needed))
+    given = np.minimum(np.maximum(way * torque, 0.0), np.abs(needed))
     if peak.highest(np.abs(needed)) > 0.0:
         yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
     yield from peak.peaks("torque_missing", np.abs(needed) - given, stride.timestep)

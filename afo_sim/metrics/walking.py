@@ -9,7 +9,7 @@ reports stands in the modules of its subjects: clearance, push-off, torque, air,
 """
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,7 +71,7 @@ def walk_metrics(
     *,
     transient: bool = True,
     solved: bool = False,
-    wanted: Collection[str] | None = None,
+    wanted: frozenset[str] | None = None,
     free_density: float = STANDARD_DENSITY,
 ) -> WalkMetrics:
     """All metrics of a recording of walking.
@@ -92,7 +92,7 @@ def walk_metrics(
     """
     whole = strides(columns, timestep, body_mass, free_density)
     counted = whole[-1:] if solved else settled(columns, whole)
-    each_of = {_each(name) for name in wanted} - {"strides_counted"} if wanted is not None else None
+    each_of = None if wanted is None else frozenset(map(_each, wanted)) - {"strides_counted"}
     all_of = {stride.number: stride_metrics(stride, each_of) for stride in (whole if transient else counted)}
     each = {number: _finite(metrics) for number, metrics in all_of.items()}
     if not counted:
@@ -107,7 +107,7 @@ def walk_metrics(
     for name in dict.fromkeys(name for stride in counted for name in all_of[stride.number]):
         found = [each[stride.number][name] for stride in counted if name in each[stride.number]]
         if found:
-            totals[name] = measured(name, float(np.mean([metric.value for metric in found])))
+            totals[name] = found[0] if len(found) == 1 else measured(name, float(np.mean(found)))
         if len(found) < len(counted):
             extent = f"in {len(counted) - len(found)} of {len(counted)} strides" if found else "and left out"
             warnings.append(
@@ -188,11 +188,21 @@ def _each(name: str) -> str:
     return CHANGES.get(name) or (name.removeprefix("lowest_") if name.endswith("_clearance") else name)
 
 
-def stride_metrics(stride: Stride, wanted: Collection[str] | None = None) -> dict[str, Metric]:
+def stride_metrics(stride: Stride, wanted: frozenset[str] | None = None) -> dict[str, Metric]:
     """Metrics of one stride, by name; NaN where one is undefined."""
-    scopes = (Of.STRIDE, Of.WORN) if has_orthosis(stride.columns) else (Of.STRIDE,)
-    functions = reporting(functions_of(*scopes), wanted)
+    functions = reporting(_functions(stride), wanted)
     return {name: measured(name, value) for function in functions for name, value in function(stride)}
+
+
+def stride_metric(stride: Stride, name: str) -> float:
+    """One metric of a stride, without those that come along; NaN where it is undefined."""
+    functions = reporting(_functions(stride), frozenset([name]), strict=False)
+    return next((value for each in functions for found, value in each(stride) if found == name), math.nan)
+
+
+def _functions(stride: Stride) -> tuple[Callable[..., Found], ...]:
+    scopes = (Of.STRIDE, Of.WORN) if has_orthosis(stride.columns) else (Of.STRIDE,)
+    return functions_of(*scopes)
 
 
 def has_orthosis(columns: Mapping[str, np.ndarray]) -> bool:

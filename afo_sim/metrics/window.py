@@ -64,7 +64,7 @@ def increments(values: np.ndarray, over: np.ndarray) -> np.ndarray:
 
     Work is that of a torque over the angle: MuJoCo's velocity in a row is the mean of the step before.
     """
-    found: np.ndarray = 0.5 * (values[1:] + values[:-1]) * np.diff(over)
+    found: np.ndarray = 0.5 * (values[1:] + values[:-1]) * (over[1:] - over[:-1])
     return found
 
 

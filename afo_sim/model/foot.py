@@ -131,8 +131,8 @@ class Foot:
         pitch : of the foot, toe up [rad] (n,)
         extension : of the toes against the foot [rad] (n,)
         """
-        turn = Turn.by(pitch)
-        found = dict(zip(self.points, turned_all(self.points.values(), turn), strict=True))
+        turn, bent = Turn.by(pitch), () if self.toes is None else TOE_POINTS
+        found = {name: turned(point, turn) for name, point in self.points.items() if name not in bent}
         if self.toes is None:
             return found
         toes, (x, z) = turn.further(extension), self.toes.hinge

@@ -193,9 +193,15 @@ class Walk:
         return Turn.by(self.ankle - self.pose[:, 2])
 
     @functools.cached_property
+    def ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As `GaitCycle.ground` gives it, at all samples (n_step + 2,)."""
+        forward, upward, place = map(_kept, self.cycle.ground(self.phase))
+        return forward, upward, place
+
+    @functools.cached_property
     def ground_lever(self) -> np.ndarray:
         """Moment of the recorded ground force about the ankle over the body's weight [m] (n_step,)."""
-        forward, upward, place = self.cycle.ground(self.phase[1:-1])
+        forward, upward, place = (values[1:-1] for values in self.ground)
         height = self.pose[1:-1, 1]
         return _kept(place * upward + height * forward)
 

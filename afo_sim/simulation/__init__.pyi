@@ -9,6 +9,7 @@ from .columns import SENSOR as SENSOR
 from .columns import column_at as column_at
 from .columns import describe as describe
 from .columns import formulas as formulas
+from .columns import frame_of as frame_of
 from .compare import ANGLE as ANGLE
 from .compare import angle_differences as angle_differences
 from .compare import compare_laws as compare_laws
@@ -32,7 +33,6 @@ from .files import to_binary as to_binary
 from .loop import Commander as Commander
 from .loop import Loop as Loop
 from .loop import described_policy as described_policy
-from .loop import frame_of as frame_of
 from .loop import steps_of_period as steps_of_period
 from .loop import unit_of as unit_of
 from .recording import Recording as Recording

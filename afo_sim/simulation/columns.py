@@ -2,7 +2,7 @@
 
 import functools
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,9 +10,10 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, unknown
 from afo_sim.control import TOLD
-from afo_sim.metrics import SOLVED
+from afo_sim.metrics import SOLVED, Lazy
 from afo_sim.model import JOINTS, SINK, SUBTALAR, free
 from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
+from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.supply_columns import SUPPLY_COLUMNS
 from afo_sim.simulation.walk_columns import WALKING, WalkFrame
 
@@ -299,22 +300,20 @@ COLUMNS = (
 )
 
 
-def columns_of(frame: Frame) -> dict[str, np.ndarray]:
-    """All columns of a stretch; of a stretch recorded for metrics alone, those that metrics need."""
-    built = frame.built
-    if built.walk is not None:
-        frame = WalkFrame(built, frame.rows, frame.control, frame.first_step)
-    present = [c for c in COLUMNS if (frame.whole or not c.whole) and c.where(built)]
-    found: dict[str, np.ndarray] = {}
-    for kind, group in itertools.groupby(present, lambda c: c.name.split("/")[0] if "*" in c.name else ""):
-        columns = list(group)
-        for name, number in _owners(built, kind):
-            for column in columns:
-                if kind and not column.of(built, number):
-                    continue
-                values = column.formula(frame, number) if kind else column.formula(frame)
-                found[column.name.replace("*", name)] = values
-    return found
+def frame_of(built: "Built", rows: dict[str, np.ndarray], control: np.ndarray, first_step: int) -> Frame:
+    """A stretch as the columns of this scenario take it."""
+    kind = Frame if built.walk is None else WalkFrame
+    return kind(built, rows, control, first_step)
+
+
+def columns_of(built: "Built", rollout: Rollout) -> Lazy:
+    """All columns of a roll-out, with those that were reported.
+
+    Of one that was recorded for metrics alone, those that metrics need.
+    """
+    frame = frame_of(built, rollout.rows, rollout.control, rollout.first_step)
+    found = formulas(built, frame.whole)
+    return Lazy(found, lambda name: found[name](frame), rollout.reported)
 
 
 def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], np.ndarray]]:
@@ -325,21 +324,19 @@ def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], 
     built : compiled scenario
     whole : whether also of those that need fields which only a whole recording has
     """
+    owners = _owners(built)
+    present = [c for c in COLUMNS if (whole or not c.whole) and c.where(built)]
     found: dict[str, Callable[[Frame], np.ndarray]] = {}
-    for column in COLUMNS:
-        if not column.where(built) or (column.whole and not whole):
-            continue
-        starred = "*" in column.name
-        for owner, number in _owners(built, column.name.split("/")[0] if starred else ""):
-            if starred and not column.of(built, number):
-                continue
-            formula = functools.partial(_numbered, column.formula, number) if starred else column.formula
-            found[column.name.replace("*", owner)] = formula
+    for kind, group in itertools.groupby(present, lambda c: c.name.split("/")[0] if "*" in c.name else ""):
+        columns = list(group)
+        for owner, number in owners[kind].items():
+            for column in columns:
+                if not kind:
+                    found[column.name] = column.formula
+                elif column.of(built, number):
+                    name = column.name.replace("*", owner)
+                    found[name] = functools.partial(lambda of, k, frame: of(frame, k), column.formula, number)
     return found
-
-
-def _numbered(formula: Callable[..., np.ndarray], number: int, frame: Frame) -> np.ndarray:
-    return formula(frame, number)
 
 
 def column_at(
@@ -353,18 +350,17 @@ def column_at(
     name : of the column
     rows, control, step : as of a `Frame`
     """
-    frame = Frame(built, rows, control, step) if built.walk is None else WalkFrame(built, rows, control, step)
     found = formulas(built)
     if name not in found:
         raise unknown(name, found, field="column", problem="a run of this scenario has no such column")
-    return found[name](frame)
+    return found[name](frame_of(built, rows, control, step))
 
 
-def _owners(built: "Built", kind: str) -> Iterator[tuple[str, int]]:
-    """Names and ids of what a "*" stands for; one without a name where there is no "*"."""
+def _owners(built: "Built") -> dict[str, Mapping[str, int]]:
+    """Names and ids of what a "*" stands for, by kind; one without a name where there is no "*"."""
     index, model = built.index, built.model
     joints = {model.joint(k).name: k for k in range(model.njnt)}
-    owners: dict[str, dict[str, int]] = {
+    return {
         "": {"": 0},
         "muscle": index.muscles,
         "cuff": {name: number for number, name in enumerate(index.anchors)},
@@ -375,7 +371,6 @@ def _owners(built: "Built", kind: str) -> Iterator[tuple[str, int]]:
         "store": index.stores,
         "qpos": joints,
     }
-    return iter(owners[kind].items())
 
 
 DESCRIBED = {column.name: (column.unit, column.sign) for column in COLUMNS}

@@ -18,14 +18,13 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.description import Mounting, Muscle, MuscleGroup, Orthosis, at_rest
-from afo_sim.metrics import Metric, Window, energy_metrics, increments, settled, whole_cycles
+from afo_sim.metrics import Metric, Window, each, energy_metrics, increments, settled, whole_cycles
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, chamber_of, free, muscle_names
 from afo_sim.physics import SLACK_BLEND, anchor_energy, three_element_damping
 from afo_sim.simulation.rollout import Rollout
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)  # of a smooth piece of the bladder's force
-READ = ("time", "chamber/", "muscle/", "cuff/", "subtalar/")  # columns that a balance reads
 
 Columns = Mapping[str, np.ndarray]
 
@@ -163,14 +162,14 @@ def wrap_heat(tension: np.ndarray, felt: np.ndarray, path: np.ndarray) -> np.nda
     (T − T') (x_last − x) with the forces of the later row: their sign is that of the speed with which the
     path came there.
     """
-    found: np.ndarray = (felt - tension)[1:] * np.diff(path)
+    found: np.ndarray = (felt - tension)[1:] * (path[1:] - path[:-1])
     return found
 
 
 def _damped(muscle: Muscle, time: np.ndarray, pressure: np.ndarray, contraction: np.ndarray) -> float:
     """∫ c κ̇ dκ of a muscle's dampers [N], from the mean pressure and rate between two rows."""
-    moved, gauge = np.diff(contraction), 0.5 * (pressure[1:] + pressure[:-1])
-    rate = moved / np.diff(time)
+    moved, gauge = contraction[1:] - contraction[:-1], 0.5 * (pressure[1:] + pressure[:-1])
+    rate = moved / (time[1:] - time[:-1])
     coefficient = muscle.damping * (gauge + AMBIENT_PRESSURE)
     if muscle.damper is not None:
         further = [
@@ -221,7 +220,7 @@ def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tupl
 
     The state after a step holds what the law gave in it beyond the tension. So the last row is left out.
     """
-    rows = {name: values[:-1] for name, values in columns.items()}
+    rows = each(columns, lambda values: values[:-1])
     found, inverts = {}, free(built.scenario)
     for name, group in muscle_names(built.scenario.orthosis).items():
         if group.alike and not inverts and not name.endswith("_1"):
@@ -255,13 +254,9 @@ def balance_metrics(
     part = Window(part.start, min(part.end, last))
     counts = whole
     if part != Window(0.0, last):
-        counts = balance(built, _cut(columns, part, READ), _cut(static, part))
+        counts = balance(built, each(columns, part.of), each(static, part.of))
     guided = any(group.path for group in built.scenario.orthosis.muscle.values())
     left_out = {"turnover"} if guided else {"turnover", "wrap_loss"}
     terms = {field.name: getattr(counts, field.name) for field in fields(whole) if field.name not in left_out}
     reported = energy_metrics(terms, number, whole.error)
     return reported if all(map(math.isfinite, reported.values())) else {}
-
-
-def _cut(columns: Columns, part: Window, kinds: tuple[str, ...] = ("",)) -> Columns:
-    return {name: part.of(values) for name, values in columns.items() if name.startswith(kinds)}

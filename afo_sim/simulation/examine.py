@@ -1,5 +1,6 @@
 """Roll-out → Recording: rows become columns, columns become metrics and warnings."""
 
+import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -29,10 +30,9 @@ from afo_sim.metrics import (
 )
 from afo_sim.model import Built, air_before, fills, with_person
 from afo_sim.simulation.columns import columns_of
-from afo_sim.simulation.energy_balance import balance, balance_metrics, with_static_forces
+from afo_sim.simulation.energy_balance import Columns, balance, balance_metrics, with_static_forces
 from afo_sim.simulation.facts import facts_of, gas_of
 from afo_sim.simulation.files import labelled, parameters_of, to_binary
-from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.sensed import sensor_columns
@@ -71,7 +71,7 @@ class Asked:
     doubts: bool = True
     curves: tuple[str, ...] = ()
 
-    @property
+    @functools.cached_property
     def walking(self) -> frozenset[str] | None:
         """Those that a stride reports, and those that others are made of."""
         return None if self.metrics is None else of_strides(self.metrics)
@@ -171,13 +171,14 @@ def timing_of(steps: int, seconds: float) -> dict[str, float]:
 def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examined:
     """Columns, numbers and warnings of a roll-out; `solved` says that its last stride is the settled one."""
     columns, found = examine(built, rollout, solved=solved)
-    return Examined(columns, found, tuple(_limits(built, rollout, columns)) if len(columns["time"]) else ())
+    limits = tuple(_limits(built, rollout, columns)) if len(columns["time"]) else ()
+    return Examined(dict(columns), found, limits)
 
 
 def examine(
     built: Built, rollout: Rollout, *, transient: bool = True, solved: bool = False, asked: Asked = EVERYTHING
-) -> tuple[dict[str, np.ndarray], WalkMetrics]:
-    """Columns of every step of a roll-out, and what they say in numbers.
+) -> tuple[Columns, WalkMetrics]:
+    """Columns of every step of a roll-out, computed as they are read, and what they say in numbers.
 
     Parameters
     ----------
@@ -186,7 +187,7 @@ def examine(
     solved : the last whole stride is the settled one
     asked : metrics and warnings
     """
-    columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step)) | rollout.reported
+    columns = columns_of(built, rollout)
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)
@@ -205,7 +206,7 @@ def examine(
 def first_strides(
     built: Built,
     rollout: Rollout,
-    columns: dict[str, np.ndarray] | None,
+    columns: Columns | None,
     settled: Mapping[str, Metric] | None,
     asked: Asked = EVERYTHING,
 ) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
@@ -222,7 +223,7 @@ def first_strides(
     if not wanted:
         return {}, ()
     if columns is None:
-        columns = columns_of(Frame(built, rollout.rows, rollout.control, rollout.first_step))
+        columns = columns_of(built, rollout)
     filled = fills(built.scenario) and AIR_BEFORE in wanted and len(columns["time"]) > 0
     before = air_before(built, rollout.rows["act"][0]) if filled else None
     strides = from_start(columns, built.scenario.timestep, built.body_mass, wanted)
@@ -234,9 +235,7 @@ def first_strides(
     return found, () if asked.metrics is None else left_out
 
 
-def _energy(
-    built: Built, rollout: Rollout, columns: dict[str, np.ndarray]
-) -> tuple[dict[str, Metric], list[Notice]]:
+def _energy(built: Built, rollout: Rollout, columns: Columns) -> tuple[dict[str, Metric], list[Notice]]:
     """Energy balance of a whole run's every step: its metrics, and warnings of what is not to be believed."""
     if not _balanced(built, rollout, columns):
         return {}, []
@@ -247,21 +246,19 @@ def _energy(
     return reported, doubts
 
 
-def _limits(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> Iterator[Notice]:
+def _limits(built: Built, rollout: Rollout, columns: Columns) -> Iterator[Notice]:
     """Warnings of muscles beyond their limits; a law counts as asked by the static force that it gave."""
     static = with_static_forces(built, rollout, columns)[1] if _balanced(built, rollout, columns) else None
     yield from limit_warnings(built, columns, static)
 
 
-def _balanced(built: Built, rollout: Rollout, columns: dict[str, np.ndarray]) -> bool:
+def _balanced(built: Built, rollout: Rollout, columns: Columns) -> bool:
     """Whether a roll-out has an energy balance; a stretch that somebody watches has no end."""
     enough = len(columns["time"]) >= FEWEST
     return bool(rollout.final) and enough and bool(built.scenario.orthosis.muscle)
 
 
-def _metrics(
-    built: Built, columns: dict[str, np.ndarray], transient: bool, solved: bool, asked: Asked
-) -> WalkMetrics:
+def _metrics(built: Built, columns: Columns, transient: bool, solved: bool, asked: Asked) -> WalkMetrics:
     """Of walking for each stride and over all; of a fixed shank over all only."""
     scenario = built.scenario
     if built.walk is not None:

@@ -16,13 +16,12 @@ from afo_sim.control.required_inputs import required_inputs
 from afo_sim.description import Scenario
 from afo_sim.model import OFF, Built
 from afo_sim.model import controls as schedule
-from afo_sim.simulation.columns import SENSOR, describe, formulas
+from afo_sim.simulation.columns import SENSOR, describe, formulas, frame_of
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.rollout import FIELDS
 from afo_sim.simulation.sensed import SensorBank
 from afo_sim.simulation.simulate import forces_of
 from afo_sim.simulation.stepping import Moment, Policy, PolicyFault, Rows
-from afo_sim.simulation.walk_columns import WalkFrame
 
 Readings = Mapping[str, np.ndarray]  # of sensors, by name (n,)
 
@@ -83,12 +82,6 @@ def unit_of(scenario: Scenario, column: str) -> str:
         sensor = scenario.sensor[column.removeprefix(SENSOR)]
         return "" if sensor.is_switch else describe(sensor.column)[0]
     return describe(column)[0]
-
-
-def frame_of(built: Built, rows: dict[str, np.ndarray], control: np.ndarray, first_step: int) -> Frame:
-    """A stretch as the columns of this scenario take it."""
-    kind = Frame if built.walk is None else WalkFrame
-    return kind(built, rows, control, first_step)
 
 
 class Commander:

@@ -15,8 +15,9 @@ from afo_sim.common import InputError, SimulationError
 from afo_sim.control import Command
 from afo_sim.description import MAX_STEPS, Scenario
 from afo_sim.model.build import build
+from afo_sim.simulation.columns import frame_of
 from afo_sim.simulation.examine import make_recording
-from afo_sim.simulation.loop import Commander, Seen, frame_of, seen_columns
+from afo_sim.simulation.loop import Commander, Seen, seen_columns
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import METRIC_FIELDS, Rollout
 from afo_sim.simulation.sensed import SensorBank, checked_seed

@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import Described, Muscle, MuscleGroup, Scenario, provenance_note
-from afo_sim.metrics import Facts, Metric, skin_metrics, stance
+from afo_sim.metrics import Facts, Metric, Window, each, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
 from afo_sim.physics.static_force import static_force
@@ -167,8 +167,9 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
 
 def _bend(values: np.ndarray) -> tuple[int, float]:
     """Row of the largest value, and how much the slope changes in a step there, before it or behind it."""
-    peak, bends = int(np.argmax(values)), np.abs(np.diff(values, 2, prepend=values[0], append=values[-1]))
-    return peak, float(bends[max(peak - 1, 0) : peak + 2].max())
+    peak = int(np.argmax(values))
+    near = values.take(range(peak - 2, peak + 3), mode="clip")
+    return peak, float(np.abs(np.diff(near, 2)).max())
 
 
 def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:
@@ -176,8 +177,7 @@ def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str,
     cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, STRETCHES + 1).astype(int))
     found = []
     for first, last in itertools.pairwise(cuts.tolist()):
-        rows = slice(first, last + 1)
-        part, forces = ({k: v[rows] for k, v in each.items()} for each in (columns, static))
+        part, forces = (each(of, Window(first, last).of) for of in (columns, static))
         energy = balance(built, part, forces)
         found.append((abs(energy.residual) + max(-energy.friction_loss, 0.0), part))
     _, part = max(found, key=lambda each: each[0])
@@ -194,7 +194,7 @@ def _shorter(step: float, times: float) -> str:
 
 
 def limit_warnings(
-    built: Built, columns: dict[str, np.ndarray], static: Mapping[str, np.ndarray] | None = None
+    built: Built, columns: Columns, static: Mapping[str, np.ndarray] | None = None
 ) -> Iterator[Notice]:
     """Warnings of muscles beyond their limits of pressure, force or contraction, and of pressure on the skin.
 
@@ -402,7 +402,7 @@ def _in_swing(built: Built, facts: Facts, columns: Mapping[str, np.ndarray], par
     swing = ~stance(columns, built.body_mass)
     if not swing.any():
         return ""
-    rows = {key: values[swing] for key, values in columns.items()}
+    rows = each(columns, lambda values: values[swing])
     pressure = skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
     if pressure > limit:
         return ""

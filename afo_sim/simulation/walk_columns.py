@@ -10,7 +10,6 @@ from collections.abc import Callable
 import numpy as np
 
 from afo_sim.common import GRAVITY
-from afo_sim.gait import Wave
 from afo_sim.model import (
     ACTIVE,
     GROUND,
@@ -123,10 +122,8 @@ class WalkFrame(Frame):
 
     def otherwise_extended(self, swing: float) -> Points:
         """The same at the simulated pitch, were the toes to rest at another extension in swing [rad]."""
-        assert self.walk.resting is not None
-        other = dataclasses.replace(self.walk.resting, swing=swing)
-        wave = Wave.at(self.instants(self.walk.phase))
-        return self.foot.outsole(self.turn, self.extension + other.at(wave) - self.walk.resting.at(wave))
+        other = self.instants(_resting(self.walk, swing))
+        return self.foot.outsole(self.turn, self.extension + other - self.resting)
 
     @functools.cached_property
     def pads(self) -> np.ndarray:
@@ -142,7 +139,7 @@ class WalkFrame(Frame):
     @functools.cached_property
     def recorded_ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Recorded force over body weight, forward and upward [-]; its place ahead of the ankle [m] (n,)."""
-        forward, upward, place = self.walk.cycle.ground(self.instants(self.walk.phase))
+        forward, upward, place = map(self.instants, self.walk.ground)
         return forward, upward, place
 
     @functools.cached_property
@@ -196,6 +193,13 @@ class WalkFrame(Frame):
         if self.built.contact is not None:
             driven[:, 1] += self.rows["qacc"][:, model.joint(SINK).dofadr[0]]
         return driven
+
+
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it
+def _resting(walk: Walk, swing: float) -> np.ndarray:
+    """Rest extension of a walk's toes, were it another one in swing [rad] (n_step + 2,)."""
+    assert walk.resting is not None
+    return dataclasses.replace(walk.resting, swing=swing).at(walk.wave)
 
 
 def _orthosis_moment(f: WalkFrame) -> np.ndarray:

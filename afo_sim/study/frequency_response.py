@@ -11,8 +11,7 @@ import numpy as np
 
 from afo_sim.common import InputError, parse_quantity, unknown
 from afo_sim.description import MAX_STEPS, Scenario, load
-from afo_sim.model import Built
-from afo_sim.simulation import Rollout, describe, formulas, frame_of
+from afo_sim.simulation import column_at, describe
 from afo_sim.simulation.simulate import simulate
 from afo_sim.study.excitation import WHATS, Excitation, OnPressure, OnReference, OnValves, chamber_of
 from afo_sim.study.folder import write_answer
@@ -291,7 +290,7 @@ def _analysed(excitation: Excitation, frequency: float, count: int) -> dict[str,
         raise rollout.failure
     found = {}
     for name in excitation.outputs:
-        time, signal = _column(built, rollout, "time"), _column(built, rollout, name)
+        time, signal = (column_at(built, of, rollout.rows, rollout.control, 0) for of in ("time", name))
         found[name] = settled_harmonic(time, signal, frequency)
     return found
 
@@ -306,14 +305,6 @@ def settled_harmonic(time: np.ndarray, signal: np.ndarray, frequency: float) -> 
     before, after = (first_harmonic(time[part], signal[part], frequency).phasor for part in parts)
     change = abs(after - before) / abs(after) if after else math.inf
     return first_harmonic(time[n // 2 :], signal[n // 2 :], frequency), change
-
-
-def _column(built: Built, rollout: Rollout, name: str) -> np.ndarray:
-    columns = formulas(built)
-    if name not in columns:
-        raise unknown(name, columns, field="column", problem="a run of this scenario has no such column")
-    found: np.ndarray = columns[name](frame_of(built, rollout.rows, rollout.control, 0))
-    return found
 
 
 def _curve(

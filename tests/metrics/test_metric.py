@@ -205,9 +205,9 @@ def test_a_metric_without_a_row_is_refused_and_a_row_stands_once() -> None:
 
 
 def test_what_is_asked_for_is_what_is_told_beside_it() -> None:
-    parts: list[Any] = [walking._timing, clearances, air_of]
+    parts: tuple[Any, ...] = (walking._timing, clearances, air_of)
     assert reporting(parts, None) == parts
-    assert reporting(parts, {"toe_clearance", "stance"}) == parts[:2]
-    assert reporting(parts, {"air_per_stride_dorsiflexor"}) == parts[2:]
-    assert reporting(parts, {"known_to_nobody"}) == parts
-    assert reporting(parts, set()) == []
+    assert reporting(parts, frozenset({"toe_clearance", "stance"})) == parts[:2]
+    assert reporting(parts, frozenset({"air_per_stride_dorsiflexor"})) == parts[2:]
+    assert reporting(parts, frozenset({"known_to_nobody"})) == parts
+    assert reporting(parts, frozenset()) == ()

@@ -16,7 +16,6 @@ from afo_sim.model.build import build
 from afo_sim.simulation import balance, make_recording
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import law_forces, with_static_forces
-from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.simulate import simulate
 from afo_sim.simulation.validity_checks import validity_warnings
 
@@ -30,8 +29,7 @@ def seated() -> tuple[Built, Rows, Rows]:
     times = {"period": "1 s", "dorsiflexor": {"inlet": [["0 s", "0.5 s"]], "outlet": [["0.5 s", "1 s"]]}}
     built = build(load("scenario", "seated", {"duration": "1.5 s", "timer": times}))
     rollout = simulate(built, schedule.controls(built))
-    frame = Frame(built, rollout.rows, rollout.control)
-    columns, static = with_static_forces(built, rollout, columns_of(frame))
+    columns, static = with_static_forces(built, rollout, columns_of(built, rollout))
     return built, dict(columns), dict(static)
 
 

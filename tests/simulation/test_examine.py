@@ -1,0 +1,77 @@
+"""What a design costs after its steps: the columns that are computed, and the calls that it takes."""
+
+import sys
+from typing import Any
+
+import pytest
+
+from afo_sim import native
+from afo_sim.description import load
+from afo_sim.model import controls as schedule
+from afo_sim.model import two_strides
+from afo_sim.model.build import build
+from afo_sim.simulation import EVERYTHING, Asked, Settled
+from afo_sim.simulation.examine import examine
+from afo_sim.simulation.settle import settle
+
+BEGUN = {"time", "gait/phase", "gait/stride"}  # that there are rows, and where strides begin
+STANCE = BEGUN | {"ground/force/z"}
+TORQUE = {"ankle/moment/orthosis", "gait/needed_moment", "shank/angle"}  # the shank ends the first swing
+SWING = {"ball/height", "toe/height", "ankle/position/x", "shank/angle"} | {
+    f"{whose}_height" for whose in ("gait/sole", "gait/ball")
+}
+EXTENDED = {f"sole/height{how}" for how in ("", "_less_extended", "_more_extended")}
+AIR = {"supply/mass_flow"} | {
+    f"{what}/dorsiflexor{of}" for what, of in (("chamber", "/pressure"), ("valve", "_inlet/mass_flow"))
+}
+AIR |= {name.replace("dorsiflexor", "plantarflexor") for name in AIR}
+CALLS = {  # of Python functions on 3.11, a fifth more than they are
+    Asked(frozenset({"toe_clearance", "air_per_stride", "orthosis_peak_dorsiflexion_torque"})): 3850,
+    EVERYTHING: 5700,
+}
+
+
+@pytest.fixture(scope="module")
+def walked() -> tuple[Any, Settled]:
+    scenario = load("scenario", "walk-dropfoot-afo", {"timestep": "2 ms"})
+    built = build(two_strides(scenario))
+    with native.installed():
+        return built, settle([built], [schedule.controls(built)])[0]
+
+
+@pytest.mark.parametrize(
+    ("metric", "read"),
+    [
+        ("stance", STANCE),
+        ("orthosis_peak_dorsiflexion_torque", STANCE | TORQUE),
+        ("air_per_stride", BEGUN | AIR),
+        ("toe_clearance", STANCE | SWING | EXTENDED),
+    ],
+)
+def test_columns_that_no_asked_metric_reads_are_not_computed(
+    walked: tuple[Any, Settled], metric: str, read: set[str]
+) -> None:
+    built, settled = walked
+    asked = Asked(frozenset({metric}), doubts=False)
+    columns, found = examine(built, settled.rollout, transient=False, solved=True, asked=asked)
+    assert metric in found.totals
+    assert {name for name, values in vars(columns)["_found"].items() if values is not None} == read
+
+
+@pytest.mark.parametrize("asked", CALLS)
+def test_a_design_takes_few_calls_after_its_steps(walked: tuple[Any, Settled], asked: Asked) -> None:
+    built, settled = walked
+    calls = 0
+
+    def count(frame: Any, event: str, _: Any) -> None:
+        nonlocal calls
+        calls += event == "call"
+
+    for _ in range(2):  # the first fills what cases of a sweep share
+        calls = 0
+        sys.setprofile(count)
+        try:
+            examine(built, settled.rollout, transient=False, solved=True, asked=asked)
+        finally:
+            sys.setprofile(None)
+    assert calls <= CALLS[asked]
