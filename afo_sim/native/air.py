@@ -7,7 +7,6 @@ The last node of a network leads: its dyn takes the step for all of it (`air_ste
 an actuator to zero before it calls its dyn, so none of the others may come after it.
 """
 
-import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
@@ -102,7 +101,7 @@ def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
                 s[n + NODE.volume_change] = change
         else:
             s[n + NODE.volume] = u[q + AIR_ROW.volume]
-            s[n + NODE.power], s[n + NODE.power_rate] = u[q + VOLUME_ROW.power], u[q + VOLUME_ROW.power_rate]
+            s[n + NODE.power] = u[q + VOLUME_ROW.power]
         actuator, number = int(u[q + AIR_ROW.following]), number + 1
     return number
 
@@ -223,12 +222,12 @@ def evaluate(s: Any, nodes: int, edges: int, share: float, given: bool, gas: flo
         s[upstream + NODE.mass_rate] += s[supply + NODE.mass_rate]
         s[upstream + NODE.enthalpy] += s[supply + NODE.enthalpy]
     for number in range(FIRST_NODE, nodes):
-        rate_of(s, NODE_NUMBERS * number, share, gas, gamma)
+        rate_of(s, NODE_NUMBERS * number, gas, gamma)
 
 
 @register_jitable
 def keep_powers(s: Any, nodes: int, gamma: float) -> None:
-    """Keep V^−γ and V^(γ − 1) of chambers for the stages of a step, over which V hardly changes."""
+    """Keep V^−γ of chambers for the stages of a step, over which V hardly changes."""
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         volume = s[n + NODE.volume]
@@ -236,12 +235,11 @@ def keep_powers(s: Any, nodes: int, gamma: float) -> None:
             continue
         if abs(s[n + NODE.volume_change]) < NEAR * volume:
             s[n + NODE.power] = volume**-gamma
-            s[n + NODE.power_rate] = 1.0 / (volume * s[n + NODE.power])
 
 
 @register_jitable
 def power_near(x: float, exponent: float) -> float:
-    """(1 + x)^a by its series up to x³: exact at 0, and within 2e-8 up to `NEAR` for −1.4 ≤ a ≤ 0.4."""
+    """(1 + x)^a by its series up to x³: exact at 0, and within 2e-8 up to `NEAR` for a ≥ −1.4."""
     a = exponent
     return 1.0 + a * x * (1.0 + 0.5 * (a - 1.0) * x * (1.0 + (a - 2.0) / 3.0 * x))
 
@@ -261,16 +259,14 @@ def state_of(s: Any, n: int, share: float, given: bool, gas: float, gamma: float
 
 
 @register_jitable
-def rate_of(s: Any, n: int, share: float, gas: float, gamma: float) -> None:
-    """σ̇ of the node whose block starts at n, from the energy that its flows carry and the wall's heat."""
+def rate_of(s: Any, n: int, gas: float, gamma: float) -> None:
+    """σ̇ of the node whose block starts at n, from the energy that its flows carry and the wall's heat.
+
+    The energy grows p by (γ − 1)/V, and σ by V^(γ − 1) = σ/(p V) = σ/(m R T) more.
+    """
     if s[n + NODE.kind] == OF_STORE:
         return
-    if s[n + NODE.power] > 0.0:
-        widened = share * s[n + NODE.volume_change] / s[n + NODE.volume]
-        power = s[n + NODE.power_rate] * power_near(widened, gamma - 1.0)
-    else:
-        volume = s[n + NODE.volume] + share * s[n + NODE.volume_change]
-        power = volume ** (gamma - 1.0) if volume > 0.0 else math.nan
+    power = s[n + NODE.sigma] / (s[n + NODE.mass] * gas * s[n + NODE.temperature])
     heat = (gamma - 1.0) * s[n + NODE.wall] * (AMBIENT_TEMPERATURE - s[n + NODE.temperature])
     s[n + NODE.sigma_rate] = power * (gamma * gas * s[n + NODE.enthalpy] + heat)
 

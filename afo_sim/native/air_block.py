@@ -36,7 +36,6 @@ class NodeBlock(NamedTuple):
     first_sigma_rate: int
     last_mass: int
     last_sigma: int
-    power_rate: int
 
 
 class EdgeBlock(NamedTuple):

@@ -4,13 +4,14 @@ import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE
-from afo_sim.native.muscle import cable, imbalance, imbalance_at_rest, stretch
+from afo_sim.native.muscle import cable, damping, friction, law_slopes, weight_of_end
 from afo_sim.native.slots import (
     AIR_ROW,
     ANCHOR,
     ANCHOR_ACT,
     CHAMBER_ACT,
     CHAMBER_ROW,
+    LEADER_ACT,
     LEADER_DATA,
     MUSCLE_ROW,
     NETWORK_ROW,
@@ -135,16 +136,46 @@ def air_of(m: Any, d: Any, chamber: int, rest: bool) -> tuple[float, float, floa
 
 
 @register_jitable
+def pull_of(m: Any, d: Any, chamber: int, moved: float) -> tuple[float, float]:
+    """Pull of a chamber's leaders, their anchors displaced by `moved`, and −its slope by that: [N], [N/m]."""
+    u, pull, stiffness = m.actuator_user, 0.0, 0.0
+    leader = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.first_muscle])
+    while leader >= 0:
+        k = m.nuser_actuator * leader
+        own = d.userdata[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction]
+        tension, slope = cable(m, d, leader, own, moved)
+        pull += u[k + MUSCLE_ROW.parallel] * tension
+        stiffness += u[k + MUSCLE_ROW.parallel] * slope
+        leader = int(u[k + MUSCLE_ROW.next])
+    return pull, stiffness
+
+
+@register_jitable
 def lacking(
     m: Any, d: Any, leader: int, chamber: int, contraction: float, absolute: float, moved: float, rest: bool
 ) -> tuple[float, float, float, float, float, float]:
-    """Balance of a leader: (force left, −slope by κ, slope by p, θ, tension, slope of the cable)."""
-    u, k = m.actuator_user, m.nuser_actuator * leader
-    tension, slope = cable(u, k, stretch(m, d, leader, k, contraction, moved))
-    if rest:
-        left, stiffness, by_pressure, theta = imbalance_at_rest(m, k, contraction, absolute, tension)
-    else:
-        last = d.act[m.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure]
-        left, stiffness, by_pressure, theta = imbalance(m, d, k, contraction, absolute, last, tension)
-    stiffness += theta * slope * u[k + MUSCLE_ROW.nominal_length]
-    return left, stiffness, by_pressure, theta, tension, slope
+    """Balance of a leader: (force left, −slope by κ, slope by p, θ, tension, slope of the cable).
+
+    θ G + (1 − θ) G_last − c κ̇ − F_friction at a step's end, with G = F_static − T and κ̇ = (κ − κ_last)/h;
+    at rest G. The damping c is that of the mean pressure of the step. Its slope by the pressure is left out,
+    so that the force always falls as κ rises. Writes what the muscle's law answers.
+    """
+    u, act, data, k = m.actuator_user, d.act, d.userdata, m.nuser_actuator * leader
+    own, state = int(u[k + MUSCLE_ROW.userdata]), int(u[k + MUSCLE_ROW.state])
+    tension, slope = cable(m, d, leader, contraction, moved)
+    pressure = absolute - AMBIENT_PRESSURE
+    static, by_contraction, by_pressure = law_slopes(u, k, contraction, pressure)
+    data[own + LEADER_DATA.asked], data[own + LEADER_DATA.static] = contraction, static
+    data[own + LEADER_DATA.static_by] = by_contraction
+    data[own + LEADER_DATA.static_by_pressure] = by_pressure
+    left, damped, theta = static - tension, 0.0, 1.0
+    if not rest:
+        last, per_step = act[m.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure], 1.0 / m.opt.timestep
+        rate = (contraction - act[state + LEADER_ACT.contraction]) * per_step
+        c = damping(m, k, rate, 0.5 * (absolute + last))
+        rubbing, by_rate = friction(m, d, k, contraction, rate, pressure, static)
+        theta = weight_of_end(m, k, last)
+        left = theta * left + (1.0 - theta) * act[state + LEADER_ACT.carried] - c * rate - rubbing
+        damped = (c + by_rate) * per_step
+    stiffness = damped + theta * (slope * u[k + MUSCLE_ROW.nominal_length] - by_contraction)
+    return left, stiffness, theta * by_pressure, theta, tension, slope

@@ -125,7 +125,6 @@ def fill_air_path(
             start=volume.start,
             start_as=ids.chambers[volume.start_as] if volume.start_as else -1,
             power=volume.volume**-gamma,
-            power_rate=volume.volume ** (gamma - 1.0),
             volume=volume.volume,
             wall_conductance=volume.wall_conductance,
             userdata=data,

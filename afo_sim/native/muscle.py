@@ -3,7 +3,7 @@
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE
-from afo_sim.native.slots import FRICTION_ROW, LEADER_ACT, LEADER_DATA, MUSCLE_ROW, PAD_ROW
+from afo_sim.native.slots import FRICTION_ROW, LEADER_DATA, MUSCLE_ROW, PAD_ROW
 from afo_sim.physics import (
     Slopes,
     cable_tension,
@@ -37,11 +37,12 @@ def law_slopes(u: Any, k: int, contraction: float, pressure: float) -> Slopes:
 
 
 @register_jitable
-def stretch(m: Any, d: Any, actuator: int, k: int, contraction: float, shift: float) -> float:
-    """Stretch of the cable of a leader whose row starts at k, its anchors displaced by `shift` [m]."""
-    u = m.actuator_user
+def cable(m: Any, d: Any, leader: int, contraction: float, shift: float) -> tuple[float, float]:
+    """Tension [N] and slope [N/m] of a leader's cable, its anchors displaced by `shift` [m]."""
+    u, k = m.actuator_user, m.nuser_actuator * leader
     own = u[k + MUSCLE_ROW.nominal_length] * (1.0 - contraction)
-    return d.actuator_length[actuator] - u[k + MUSCLE_ROW.series_length] - own - shift
+    stretch = d.actuator_length[leader] - u[k + MUSCLE_ROW.series_length] - own - shift
+    return cable_tension(stretch, u[k + MUSCLE_ROW.cable_stiffness])
 
 
 @register_jitable
@@ -91,46 +92,6 @@ def weight_of_end(m: Any, k: int, last_absolute: float) -> float:
     relaxed = u[k + MUSCLE_ROW.cable_stiffness] * u[k + MUSCLE_ROW.nominal_length] * m.opt.timestep
     c = damping(m, k, 0.0, last_absolute)
     return 0.5 if relaxed <= 2.0 * c else 1.0 - c / relaxed
-
-
-@register_jitable
-def imbalance(
-    m: Any, d: Any, k: int, contraction: float, absolute: float, last_absolute: float, tension: float
-) -> tuple[float, float, float, float]:
-    """Force that the muscle whose row starts at k has left over at the end of a step, and its slopes.
-
-    θ G + (1 − θ) G_last − c κ̇ − F_friction, with G = F_static − T and κ̇ = (κ − κ_last)/h. The damping c is
-    that of the mean pressure of the step. Its slope by the pressure is left out, so that the force always
-    falls as κ rises.
-
-    Units: returns [N].
-    """
-    u, act = m.actuator_user, d.act
-    state, pressure = int(u[k + MUSCLE_ROW.state]), absolute - AMBIENT_PRESSURE
-    per_step = 1.0 / m.opt.timestep
-    rate = (contraction - act[state + LEADER_ACT.contraction]) * per_step
-    static, by_contraction, by_pressure = law_slopes(u, k, contraction, pressure)
-    c = damping(m, k, rate, 0.5 * (absolute + last_absolute))
-    rubbing, by_rate = friction(m, d, k, contraction, rate, pressure, static)
-    theta = weight_of_end(m, k, last_absolute)
-    left = theta * (static - tension) + (1.0 - theta) * act[state + LEADER_ACT.carried] - c * rate - rubbing
-    return left, (c + by_rate) * per_step - theta * by_contraction, theta * by_pressure, theta
-
-
-@register_jitable
-def imbalance_at_rest(
-    m: Any, k: int, contraction: float, absolute: float, tension: float
-) -> tuple[float, float, float, float]:
-    """As `imbalance`, of a muscle at rest: F_static − T, without damper and friction."""
-    pressure = absolute - AMBIENT_PRESSURE
-    static, by_contraction, by_pressure = law_slopes(m.actuator_user, k, contraction, pressure)
-    return static - tension, -by_contraction, by_pressure, 1.0
-
-
-@register_jitable
-def cable(u: Any, k: int, cable_stretch: float) -> tuple[float, float]:
-    """Tension [N] and slope [N/m] of the cable of the muscle whose row starts at k."""
-    return cable_tension(cable_stretch, u[k + MUSCLE_ROW.cable_stiffness])
 
 
 @register_jitable

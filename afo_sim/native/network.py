@@ -17,10 +17,10 @@ from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.native.air import chamber_complaint
-from afo_sim.native.balance import SHORTEST, air_of, lacking, shift, volume_of, within
+from afo_sim.native.balance import SHORTEST, air_of, lacking, pull_of, shift, volume_of, within
 from afo_sim.native.error_codes import FINE, NO_LENGTH, NO_NUMBER, NO_VOLUME
 from afo_sim.native.guides import friction_carried
-from afo_sim.native.muscle import cable, law_slopes, stretch
+from afo_sim.native.muscle import cable, law_slopes
 from afo_sim.native.newton import guess, linearise_all, newton, newton_chamber
 from afo_sim.native.slots import (
     AIR_ROW,
@@ -103,16 +103,9 @@ def bisect_chamber(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> No
 @register_jitable
 def pull_at(m: Any, d: Any, chamber: int, moved: float, rest: bool) -> float:
     """Solve a chamber's leaders at a displacement of their anchors: their pull together [N]."""
-    u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
     if not newton_chamber(m, d, chamber, moved, rest):
         bisect_chamber(m, d, chamber, moved, rest)
-    pull, leader = 0.0, int(u[q + CHAMBER_ROW.first_muscle])
-    while leader >= 0:
-        k = m.nuser_actuator * leader
-        own = data[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction]
-        pull += u[k + MUSCLE_ROW.parallel] * cable(u, k, stretch(m, d, leader, k, own, moved))[0]
-        leader = int(u[k + MUSCLE_ROW.next])
-    return pull
+    return pull_of(m, d, chamber, moved)[0]
 
 
 @register_jitable
@@ -173,12 +166,17 @@ def write_chamber(m: Any, d: Any, chamber: int, moved: float, per_step: float, r
     """A chamber's volume and pressure and its leaders' tensions; Σ n dT/dx of these, anchors held [N/m]."""
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
     place = int(u[q + AIR_ROW.userdata])
-    data[place + CHAMBER_DATA.volume], data[place + CHAMBER_DATA.pressure], _ = air_of(m, d, chamber, rest)
+    # Newton's last step was so short that what is of second order in it is rounding
+    asked = data[place + CHAMBER_DATA.pressure]
+    volume, by_pressure = volume_of(m, d, q, asked)
+    pressed = data[place + CHAMBER_DATA.by_volume] * (data[place + CHAMBER_DATA.volume] - volume)
+    data[place + CHAMBER_DATA.volume] = volume + by_pressure * pressed
+    data[place + CHAMBER_DATA.pressure] = asked + pressed
     total, leader = 0.0, int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
         own = int(u[k + MUSCLE_ROW.userdata])
-        write_leader(m, d, leader, chamber, moved, per_step, rest)
+        write_leader(m, d, leader, pressed, moved, per_step)
         # dT/dx = k (1 + L0 dκ/dx), with L0 dκ/dx from the last step of Newton's method
         stiff = (
             u[k + MUSCLE_ROW.parallel]
@@ -257,21 +255,23 @@ def derivative(m: Any, k: int, slope: float) -> float:
 
 
 @register_jitable
-def write_leader(
-    m: Any, d: Any, leader: int, chamber: int, moved: float, per_step: float, rest: bool
-) -> None:
-    """Tension and rate of a leader to `userdata`, contraction and carried force to its states' rates."""
+def write_leader(m: Any, d: Any, leader: int, pressed: float, moved: float, per_step: float) -> None:
+    """Tension and rate of a leader to `userdata`, contraction and carried force to its states' rates.
+
+    Units: pressed, by which the pressure has risen since its law was asked [Pa].
+    """
     u, act, data, act_dot = m.actuator_user, d.act, d.userdata, d.act_dot
     k = m.nuser_actuator * leader
     own, state = int(u[k + MUSCLE_ROW.userdata]), int(u[k + MUSCLE_ROW.state])
     kappa = data[own + LEADER_DATA.contraction]
-    tension, _ = cable(u, k, stretch(m, d, leader, k, kappa, moved))
+    tension, _ = cable(m, d, leader, kappa, moved)
     data[own + LEADER_DATA.tension] = tension
     data[own + LEADER_DATA.rate] = per_step * (kappa - act[state + LEADER_ACT.contraction])
     carried = 0.0
     if within(u, k, -1.0) < kappa < SHORTEST:  # at an end of its range something else carries
-        absolute = data[int(u[m.nuser_actuator * chamber + AIR_ROW.userdata]) + CHAMBER_DATA.pressure]
-        carried = law_slopes(u, k, kappa, absolute - AMBIENT_PRESSURE)[0] - tension
+        carried = data[own + LEADER_DATA.static] - tension
+        carried += data[own + LEADER_DATA.static_by] * (kappa - data[own + LEADER_DATA.asked])
+        carried += data[own + LEADER_DATA.static_by_pressure] * pressed
     move = kappa - act[state + LEADER_ACT.contraction]
     act_dot[state + LEADER_ACT.contraction] = per_step * move
     act_dot[state + LEADER_ACT.last_move] = per_step * (move - act[state + LEADER_ACT.last_move])

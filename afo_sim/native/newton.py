@@ -2,17 +2,17 @@
 
 from typing import Any
 
-from afo_sim.native.balance import air_of, held, lacking, shift, within
+from afo_sim.native.balance import air_of, held, lacking, pull_of, shift, within
 from afo_sim.native.slots import (
-    ANCHOR,
-    ANCHOR_ACT,
+    AIR_ROW,
+    CHAMBER_DATA,
     CHAMBER_ROW,
     LEADER_ACT,
     LEADER_DATA,
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics import anchor_force, register_jitable
+from afo_sim.physics import register_jitable
 
 NEWTON_STEPS = 30  # it takes two to six, more beside kinks and where a friction turns
 SOFTEST = 1e-6  # stiffness by κ [N]; slack, undamped and without return force a muscle has none at all
@@ -21,9 +21,8 @@ SETTLED_CONTRACTION, SETTLED_PULL = 1e-8, 1e-5  # last step of Newton's method; 
 
 @register_jitable
 def guess(m: Any, d: Any, i: int, j: int, rest: bool) -> float:
-    """First contractions, into `userdata`, as the last step moved them; the pull on the anchors last [N]."""
+    """First contractions, into `userdata`, as the last step moved them; the pull that they make [N]."""
     u, act, data = m.actuator_user, d.act, d.userdata
-    state, pull = int(u[j + NETWORK_ROW.state]), 0.0
     chamber = int(u[j + NETWORK_ROW.first_chamber])
     while chamber >= 0:
         leader = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.first_muscle])
@@ -35,11 +34,31 @@ def guess(m: Any, d: Any, i: int, j: int, rest: bool) -> float:
             data[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.contraction] = first
             leader = int(u[k + MUSCLE_ROW.next])
         chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
-    if u[j + NETWORK_ROW.anchors] > 0.0:
-        a = j + NETWORK_ROW.first_anchor
-        z = act[state + ANCHOR_ACT.displacement]
-        pull = anchor_force(z, u[a + ANCHOR.stiffness], u[a + ANCHOR.force], u[a + ANCHOR.length])
-    return pull if pull > 0.0 else 0.0
+    return balanced_pull(m, d, j, rest)
+
+
+@register_jitable
+def balanced_pull(m: Any, d: Any, j: int, rest: bool) -> float:
+    """Pull that displaces the anchors so that the cables make it, at the contractions in `userdata` [N].
+
+    P = Σ n T(e − Σ z(P)): from no pull on Newton's method comes up to it, since the right side is convex.
+    """
+    u, pull = m.actuator_user, 0.0
+    if u[j + NETWORK_ROW.anchors] == 0.0:  # nothing moves under the pull
+        return pull
+    for _ in range(NEWTON_STEPS):
+        moved, moved_by_pull = shift(m, d, j, pull, rest)
+        pulled, stiffness, chamber = 0.0, 0.0, int(u[j + NETWORK_ROW.first_chamber])
+        while chamber >= 0:
+            tension, slope = pull_of(m, d, chamber, moved)
+            pulled += tension
+            stiffness += slope
+            chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
+        step = (pulled - pull) / (1.0 + stiffness * moved_by_pull)
+        pull += step
+        if not step > SETTLED_PULL:
+            break
+    return pull
 
 
 @register_jitable
@@ -54,7 +73,10 @@ def linearise(
     Units: returns [N].
     """
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
-    _, absolute, by_volume = air_of(m, d, chamber, rest)
+    volume, absolute, by_volume = air_of(m, d, chamber, rest)
+    place = int(u[q + AIR_ROW.userdata])
+    data[place + CHAMBER_DATA.volume], data[place + CHAMBER_DATA.pressure] = volume, absolute
+    data[place + CHAMBER_DATA.by_volume] = by_volume
     from_left, from_pressure, from_pull = 0.0, 0.0, 0.0
     leader = int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:

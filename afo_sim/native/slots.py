@@ -37,7 +37,7 @@ from afo_sim.physics import (
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2834.0  # tells this project's actuators from anybody else's; another number where the places move
+MARK = 2835.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
@@ -107,12 +107,11 @@ class ChamberRow(NamedTuple):
 
 
 class VolumeRow(NamedTuple):
-    """Of a rigid volume: its first gauge pressure [Pa], or the chamber whose it is; V^−γ and V^(γ − 1)."""
+    """Of a rigid volume: its first gauge pressure [Pa], or the chamber whose it is; V^−γ."""
 
     start: int
     start_as: int
     power: int
-    power_rate: int
 
 
 class StoreRow(NamedTuple):
@@ -363,7 +362,7 @@ class DriveAct(NamedTuple):
 
 
 class ChamberData(NamedTuple):
-    """Results of a chamber; of a valve's, as of a restriction, its opening stands behind its flow."""
+    """Results of a chamber, and −dp/dV; of a valve's, as of a restriction, its opening is behind its flow."""
 
     inlet_flow: int
     inlet_opening: int
@@ -371,10 +370,11 @@ class ChamberData(NamedTuple):
     outlet_opening: int
     volume: int
     pressure: int
+    by_volume: int
 
 
 class LeaderData(NamedTuple):
-    """Results of a muscle, and what its network's solution works with."""
+    """Results of a muscle, what its network's solution works with, and where its law was asked last."""
 
     contraction: int
     tension: int
@@ -386,6 +386,10 @@ class LeaderData(NamedTuple):
     by_pull: int
     coefficient: int
     change: int
+    asked: int
+    static: int
+    static_by: int
+    static_by_pressure: int
 
 
 class AnchorData(NamedTuple):
@@ -425,17 +429,10 @@ EDGE_DATA = 2  # results of a restriction: its mean flow and opening over the st
 
 # Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
 # parts of the kind have them.
+_LOSSES = {"damper", "friction", "friction_coefficients"}
 _SOME = {"bandwidth", "closing_delay", "coil", "dead_band", "follows", "law", "opening_delay", "parameters"}
 MAY_LACK = {
-    KIND_MUSCLE: {
-        "inverse_mass",
-        "return_stiffness",
-        "friction",
-        "friction_coefficients",
-        "damper",
-        "law_volume",
-        "returning",
-    },
+    KIND_MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES},
     KIND_CHAMBER: {"real_gas"},
     KIND_VOLUME: {"real_gas"},
     KIND_VALVE: _SOME,

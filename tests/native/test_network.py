@@ -11,11 +11,16 @@ from campaign import size
 from mujoco.batch import Batch
 
 from afo_sim import native
+from afo_sim.description import load
+from afo_sim.model import walking_start
+from afo_sim.model.build import build
+from afo_sim.model.controls import controls
 from afo_sim.native import balance, slots
 from afo_sim.native import network as solving
 from afo_sim.native import newton as newtons_method
 from afo_sim.native.install import _flat
 from afo_sim.physics import FRICTIONS, Braid
+from afo_sim.physics.static_force import static_slopes
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 CUFF, PLATE = (4e3, 0.0, 0.0, 0.0), (5e4, 0.0, 0.0, 0.0)
@@ -139,6 +144,22 @@ def test_plain_python_gives_the_same_numbers(rig: Ankle) -> None:
     kept = scale > 1e-14  # a damper's force of no damper is rounding
     assert np.abs(rows[0] - rows[1])[:, kept].max(axis=0) / scale[kept] == pytest.approx(0.0, abs=1e-12)
     assert rows[0][:, : model.nu].min() < -5.0  # muscles pull
+
+
+def test_a_walking_step_asks_its_laws_seven_times_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over a stride: with a good first guess, two steps of Newton's method, and slopes with each force."""
+    built = build(load("scenario", "walk-dropfoot-afo", {"timestep": "2 ms"}))
+    control, data, asked = controls(built)[:550], mujoco.MjData(built.model), []
+    space = static_slopes.__globals__
+    for name, kernel in [item for item in space.items() if item[0].startswith("kernel_")]:
+        monkeypatch.setitem(space, name, lambda *given, kernel=kernel: asked.append(given) or kernel(*given))
+    with native.installed("python"):
+        mujoco.mj_setState(built.model, data, walking_start(built, control[0]), INTEGRATION)
+        asked.clear()
+        for row in control:
+            data.ctrl[:] = row
+            mujoco.mj_step(built.model, data)
+    assert 2 * len(control) <= len(asked) <= 7 * len(control)
 
 
 # --- one solution, two ways to it -------------------------------------------------------------------

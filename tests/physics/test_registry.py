@@ -132,13 +132,18 @@ def test_a_new_file_is_a_law(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyP
     assert set(found) == {*LAWS, "new_2026"}
     one = static_force.over(found.values())
     static_force.check(one, found)
+    sloped = static_force.over(found.values(), slopes=True)
     register_all()
-    compiled = numba.njit(lambda law, kappa, p, u: one(law, kappa, p, u, 1))
+    compiled = numba.njit(lambda law, kappa, p, u: (one(law, kappa, p, u, 1), sloped(law, kappa, p, u, 1)))
     for law in found.values():
         row = np.array([9.0, *typical_coefficients(law), *[0.0] * MAX_COEFFICIENTS])
         expected = law.kernel(0.1, 3e5, *typical_coefficients(law))
         assert one(float(law.native_id), 0.1, 3e5, row, 1) == expected
-        assert compiled(float(law.native_id), 0.1, 3e5, row) == pytest.approx(expected, rel=1e-12)
+        force, slopes = compiled(float(law.native_id), 0.1, 3e5, row)
+        assert (force, slopes[0]) == pytest.approx((expected, expected), rel=1e-12)
+        assert slopes == pytest.approx(sloped(float(law.native_id), 0.1, 3e5, row, 1), rel=1e-12)
+    # the new one, p (1 − κ)/2, has no slopes of its own; `law` is the last, since its id is the greatest
+    assert slopes[1:] == pytest.approx((-0.5 * 3e5, 0.5 * 0.9), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -3,16 +3,8 @@
 import math
 
 from afo_sim.physics.guards import STEEPEST, bounded_exp
-from afo_sim.physics.law import (
-    Braid,
-    Coefficients,
-    Law,
-    LawParameter,
-    Slopes,
-    Values,
-    with_slopes,
-    without_default,
-)
+from afo_sim.physics.law import Braid, Coefficients, Law, LawParameter, Values, without_default
+from afo_sim.physics.slopes import Slopes, with_slopes
 
 
 @with_slopes
@@ -46,9 +38,7 @@ def bolen_2026(
     x = contraction / contraction_620
     square = x * x if x > 0.0 else 0.0 * x  # a stretched muscle is not weaker
     lost, kept = bounded_exp(-c1 * x), bounded_exp(-c2 * square)
-    by_x = -c0 * c1 * min(lost, STEEPEST)
-    if x > 0.0:
-        by_x -= pressure / 620e3 * 2.0 * c2 * x * kept
+    by_x = -c0 * c1 * min(lost, STEEPEST) - pressure / 620e3 * 2.0 * c2 * max(x, 0.0) * kept
     force = force_620 * (c0 * (lost - 1.0) + pressure / 620e3 * kept)
     return force, force_620 * by_x / contraction_620, force_620 * kept / 620e3
 

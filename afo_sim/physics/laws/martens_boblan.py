@@ -9,11 +9,10 @@ from afo_sim.physics.law import (
     Coefficients,
     Law,
     LawParameter,
-    Slopes,
     Values,
-    with_slopes,
     without_default,
 )
+from afo_sim.physics.slopes import Slopes, with_slopes
 
 
 @with_slopes
@@ -77,16 +76,8 @@ def martens_boblan_2017(
         along_by = softer * (length - nominal_length) / nominal_length + modulus / nominal_length
         around_by = (softer * (diameter - 2.0 * nominal_radius) + modulus * slope) / (2.0 * nominal_radius)
         bend = slope / length - slope * slope / diameter  # d²D/dL²
-        by_length += (
-            wall_thickness
-            * math.pi
-            * (
-                around_by * length * slope
-                + around * (slope + length * bend)
-                - along_by * diameter
-                - along * slope
-            )
-        )
+        rubber_by = (around_by * length + around) * slope + around * length * bend
+        by_length += wall_thickness * math.pi * (rubber_by - along_by * diameter - along * slope)
     return force, -nominal_length * by_length, square / around_braid
 
 
