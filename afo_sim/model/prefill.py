@@ -259,13 +259,8 @@ def _pressure_at_rest(volume: Volume, held: float, power: float, guess: float, g
 
 def _volume_of(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, others: dict[int, float]) -> Volume:
     """The volume at rest of a chamber's actuator by its pressure, beside others at theirs."""
-    beside = dict(others)
-
-    def volume(pressure: float) -> float:
-        native.fill_chambers(model, data, beside | {actuator: pressure - AMBIENT_PRESSURE})
-        return float(native.read_flows(model, data.userdata, actuator).volume)
-
-    return volume
+    native.fill_chambers(model, data, others)
+    return native.volume_at_rest(model, data, actuator)
 
 
 def cooled(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, mass: float) -> float:

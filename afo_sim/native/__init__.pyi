@@ -37,6 +37,7 @@ from .filling import fill_chambers as fill_chambers
 from .filling import fill_circuit as fill_circuit
 from .filling import fill_inverse_masses as fill_inverse_masses
 from .filling import step_back as step_back
+from .filling import volume_at_rest as volume_at_rest
 from .install import Closing as Closing
 from .install import Hold as Hold
 from .install import KernelFailure as KernelFailure

@@ -1,6 +1,6 @@
 """Parameters of a circuit into a compiled model, its first air, and whether its muscles pull."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import mujoco
 import numpy as np
@@ -337,6 +337,21 @@ def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | 
         write_air(model, data.act, chamber, air_at(gauge[chamber], volume, gas_of(model, chamber)))
     for network in networks:
         write_rest(model, data, network)
+
+
+def volume_at_rest(model: mujoco.MjModel, data: mujoco.MjData, chamber: int) -> Callable[[float], float]:
+    """The volume of a chamber with its muscles at rest [m³], by its absolute pressure [Pa]; others stay."""
+    networks, at = (
+        list(_of_kind(model, KIND_NETWORK)),
+        model.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure,
+    )
+
+    def volume(pressure: float) -> float:
+        data.act[at] = pressure
+        _solve_at_rest(model, data, networks)
+        return float(read_flows(model, data.userdata, chamber).volume)
+
+    return volume
 
 
 def _solve_at_rest(model: mujoco.MjModel, data: mujoco.MjData, networks: list[int]) -> None:
