@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, SimulationError
-from afo_sim.model import ANKLE, Built, Guess, equilibrium, walking_start
+from afo_sim.model import Built, Guess, equilibrium, walking_start
 from afo_sim.model import controls as schedule
 from afo_sim.simulation.rollout import (
     BLOCK,
@@ -153,7 +153,7 @@ def _begun(built: Built, control: np.ndarray, policy: Policy | None, recipe: Rec
 
 def first_beyond(built: Built, angle: np.ndarray) -> int | None:
     """First of some ankle angles [rad] (n,) that is far beyond the ankle's stops; None where none is."""
-    lower, upper = built.model.joint(ANKLE).range
+    lower, upper = built.model.jnt_range[built.model.dof_jntid[built.index.ankle_dof]]
     beyond = np.flatnonzero((angle < lower - PLAY) | (angle > upper + PLAY))
     return int(beyond[0]) if len(beyond) else None
 

@@ -42,7 +42,7 @@ class Stride:
     out : its rows, states after each step
     ended : mass and σ of each node at its end (c, 2)
     control : inputs of its steps (n, nu)
-    air : on the way, once it has been asked for
+    air, slopes : on the way and over it, once they have been asked for
     """
 
     start: Rows
@@ -50,6 +50,7 @@ class Stride:
     ended: np.ndarray
     control: np.ndarray
     air: AirRows | NetworkRows | None = None
+    slopes: np.ndarray | None = None
 
 
 @dataclass
@@ -77,7 +78,10 @@ class StrideSearch:
     before: Stride | None = None
 
     def __post_init__(self) -> None:
-        self.first = self.held(self.start)
+        numbers = np.arange(self.built.model.na)
+        rows = [native.read_held(self.built.model, numbers, node) for node in self.nodes]
+        self.places = np.array(rows, dtype=int).reshape(-1, 2)  # of mass and σ in `act`
+        self.first = self.change = self.held(self.start)
         self.paired = remembers(self.built)
 
     @property
@@ -104,11 +108,12 @@ class StrideSearch:
         self.start = ended
         self.strides += 1
         self.since_jump += 1
+        self.change = np.log(stride.ended / self.held(stride.start))  # of ln m and ln σ of each node (c, 2)
         self.air = float(np.max(np.abs(self.change), initial=0.0))
         self.angle = self._apart(stride)
         settled = self.air <= self.within * AIR and self.angle <= self.within * ANGLE
         self.found = settled and self.since_jump > self.paired
-        if self.found and self.jumps < JUMPS and not sticks(self.built):
+        if self.found and self.within == 1.0 and self.jumps < JUMPS and not sticks(self.built):
             self.found = self._is_near()
 
     def _apart(self, stride: Stride) -> float:
@@ -132,7 +137,7 @@ class StrideSearch:
         if last is None or not self.chambers:
             return True
         own = self._own_slopes()
-        step = np.abs(_step(self._slopes(own), self.change.ravel())).reshape(-1, 2) / self.within
+        step = np.abs(_step(self._slopes(own), self.change.ravel())).reshape(-1, 2)
         flowing = self._flowing(last)
         filled = np.repeat(flowing > 0.0, 2)  # where nothing flows, a flow's slope is not known
         shares = np.abs(np.linalg.eigvals(own[np.ix_(filled, filled)]))
@@ -153,17 +158,10 @@ class StrideSearch:
         """Steps between the rows that the slopes are taken from."""
         return max(round(COARSE / self.built.scenario.timestep), 1)
 
-    @property
-    def change(self) -> np.ndarray:
-        """Of ln m and ln σ of each node over the last stride (c, 2)."""
-        assert self.last is not None
-        found: np.ndarray = np.log(self.held(self.start) / self.held(self.last.start))
-        return found
-
     def held(self, state: Rows) -> np.ndarray:
         """Mass [kg] and σ of each node in a state (c, 2)."""
-        rows = [native.read_held(self.built.model, state["act"], node) for node in self.nodes]
-        return np.array(rows).reshape(-1, 2)
+        found: np.ndarray = state["act"][self.places]
+        return found
 
     def ankle(self, stride: Stride) -> np.ndarray:
         """Ankle angle after each step of a stride [rad] (n,)."""
@@ -227,6 +225,12 @@ class StrideSearch:
         assert last is not None
         if self.near is not None and self.strides <= TRUSTED:
             return self.near
+        if last.slopes is None:
+            last.slopes = self._along(last, before)
+        return last.slopes
+
+    def _along(self, last: Stride, before: Stride | None) -> np.ndarray:
+        """The slopes from the air's own equations."""
         air = self._air(last)
         self.giving = giving(air, None if before is None else self._air(before), self.giving)
         if isinstance(air, NetworkRows):
