@@ -21,6 +21,7 @@ from .first_strides import AIR_BEFORE as AIR_BEFORE
 from .first_strides import NAMES as NAMES
 from .first_strides import first_stride_metrics as first_stride_metrics
 from .first_strides import from_start as from_start
+from .first_strides import share_left as share_left
 from .first_strides import strides_needed as strides_needed
 from .first_strides import undefined as undefined
 from .lazy import Lazy as Lazy

@@ -15,11 +15,17 @@ from afo_sim.metrics.walking import stride_metric
 
 STRIDES = 10  # from a stop on, over which the lowest clearance is looked for
 NEAR = 0.5  # between the last stride and the settled one, from which on those between need no walking [mm]
+LEAST, SWING = 3, 0.5  # strides that show how they near the settled one, by the later half of their rows
+CLOSE, SAME = math.radians(0.5), math.radians(0.005)  # of the ankle to the settled one's [rad]
+ALIKE = 0.02  # two shares in a row that differ by no more are one
 CLEARANCE, AIR = "toe_clearance", "air_per_stride"
 NUMBERED = "toe_clearance_stride_{}"
 LOWEST, UNTIL = "lowest_toe_clearance_first_ten", "strides_until_clear"
 AIR_FIRST, AIR_BEFORE = "air_first_stride", "air_before_first_step"
-TEN = "of the ten from a stop; of fewer where the last is within 0.5 mm of the settled one, which counts too"
+TEN = (
+    "of the ten from a stop, those near the settled one as the three before them show; of fewer where the "
+    "last is within 0.5 mm of it, which counts too"
+)
 CLEAR = (
     "strides from a stop until the toe clears the floor and stays clear in the ten, and in the settled one "
     "where it is solved for; 0: from the first on"
@@ -51,6 +57,7 @@ def first_stride_metrics(
     settled: Mapping[str, Metric] | None = None,
     air_before: float | None = None,
     wanted: Collection[str] | None = None,
+    share: float | None = None,
 ) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
     """Metrics of the strides after a stop.
 
@@ -60,6 +67,7 @@ def first_stride_metrics(
     settled : metrics of the settled stride, where it was solved for
     air_before : that was filled before the first step [kg]
     wanted : names; all by default
+    share : of the way to the settled stride that each of those behind `begun` leaves; None if unknown
 
     Returns
     -------
@@ -70,6 +78,9 @@ def first_stride_metrics(
     heights = [_value(stride, CLEARANCE) for stride in begun[:STRIDES]]
     end = _value(settled, CLEARANCE) if settled is not None else None
     values |= {NUMBERED.format(k): height for k, height in enumerate(heights[:3], 1)}
+    if share is not None and heights and end is not None:
+        way = heights[-1] - end
+        heights += [end + way * share**k for k in range(1, STRIDES - len(heights) + 1)]
     warnings: list[Notice] = []
     if begun:
         values[AIR_FIRST] = _value(begun[0], AIR)
@@ -103,6 +114,26 @@ def from_start(
     """
     whole = strides(columns, timestep, body_mass)[: strides_needed(wanted)]
     return [{name: stride_metric(stride, name) for name in made_of(wanted)} for stride in whole]
+
+
+def share_left(angles: np.ndarray, settled: np.ndarray) -> float | None:
+    """Share of the way to the settled stride that each further stride leaves; None until three show it.
+
+    They do where the ankle is near the settled one's, and comes nearer by alike shares.
+
+    Parameters
+    ----------
+    angles : of the ankle in the later half of each stride from the start [rad] (k, n)
+    settled : that of the settled stride [rad] (n,)
+    """
+    if len(angles) < LEAST:
+        return None
+    first, second, last = angles[-LEAST:] - settled
+    far = np.abs(last).max()
+    if far <= SAME:
+        return 0.0
+    before, share = ((b * a).sum() / max((a * a).sum(), 1e-30) for a, b in ((first, second), (second, last)))
+    return float(share) if far <= CLOSE and abs(share - before) <= ALIKE and 0.0 <= share <= 1.0 else None
 
 
 def strides_needed(wanted: Collection[str] | None) -> int:

@@ -25,10 +25,11 @@ from afo_sim.metrics import (
     reference_metrics,
     run_metrics,
     sag,
+    share_left,
     strides_needed,
     walk_metrics,
 )
-from afo_sim.model import Built, air_before, fills, with_person
+from afo_sim.model import Built, air_before, fills, steps_of_stride, with_person
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import Columns, balance, balance_metrics, with_static_forces
 from afo_sim.simulation.facts import facts_of, gas_of
@@ -209,6 +210,7 @@ def first_strides(
     columns: Columns | None,
     settled: Mapping[str, Metric] | None,
     asked: Asked = EVERYTHING,
+    near: Rollout | None = None,
 ) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
     """Metrics of the strides after a stop, and warnings of what they do not say.
 
@@ -218,6 +220,7 @@ def first_strides(
     columns : of the roll-out, where they are known
     settled : metrics of the settled stride, where it was solved for
     asked : metrics
+    near : two settled strides
     """
     wanted = NAMES if asked.metrics is None else asked.metrics & NAMES
     if not wanted:
@@ -227,12 +230,30 @@ def first_strides(
     filled = fills(built.scenario) and AIR_BEFORE in wanted and len(columns["time"]) > 0
     before = air_before(built, rollout.rows["act"][0]) if filled else None
     strides = from_start(columns, built.scenario.timestep, built.body_mass, wanted)
-    gait = built.scenario.gait
+    gait, share = built.scenario.gait, None
+    if near is not None:
+        count, share = _walked_near(built, rollout, swing_of(built, near)[-1])
+        strides = strides[:count]
     if gait is not None and gait.start_phase > 0.0:  # the first swing belongs to no whole stride
         wanted, strides = wanted & {AIR_BEFORE}, []
-    found, left_out = first_stride_metrics(strides, settled, before, wanted)
+    found, left_out = first_stride_metrics(strides, settled, before, wanted, share)
     # who asks for all of them is not warned of the few that this run cannot tell
     return found, () if asked.metrics is None else left_out
+
+
+def swing_of(built: Built, rollout: Rollout) -> np.ndarray:
+    """Ankle angle in the later half of each whole stride from the first row on [rad] (k, n)."""
+    n = steps_of_stride(built.scenario)
+    angle = rollout.rows["qpos"][:, built.index.ankle_qpos]
+    found: np.ndarray = angle[: len(angle) // n * n].reshape(-1, n)[:, n // 2 :]
+    return found
+
+
+def _walked_near(built: Built, rollout: Rollout, settled: np.ndarray) -> tuple[int, float | None]:
+    """Strides after which those that follow need not be walked, and the share of the way that each leaves."""
+    angles = swing_of(built, rollout)
+    shares = ((k, share_left(angles[:k], settled)) for k in range(1, len(angles) + 1))
+    return next(((k, share) for k, share in shares if share is not None), (len(angles), None))
 
 
 def _energy(built: Built, rollout: Rollout, columns: Columns) -> tuple[dict[str, Metric], list[Notice]]:

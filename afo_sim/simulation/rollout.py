@@ -18,6 +18,7 @@ from afo_sim.common import ControllerError, SimulationError
 from afo_sim.simulation.stepping import (
     FAILURES,
     BatchStepper,
+    Enough,
     LoopStepper,
     Policy,
     PolicyFault,
@@ -209,7 +210,7 @@ class _Run:
 
     def __init__(self, cases: Sequence[Case], n_step: int, recipe: Recipe, workspace: Workspace):
         self.cases, self.n_step, self.recipe, self.workspace = cases, n_step, recipe, workspace
-        self.stops: dict[int, tuple[int, str]] = {}  # simulation: steps done, why it stopped
+        self.stops: dict[int, tuple[int, str | None]] = {}  # simulation: steps done, why it stopped
         self.faults: set[int] = set()  # simulations whose policy gave up
         if not cases:
             return
@@ -291,7 +292,9 @@ class _Run:
         except PolicyFault as fault:
             self.stops[k] = steps.start, str(fault)
             self.faults.add(k)
-            return np.zeros((len(steps), self.control.shape[-1]))
+        except Enough:
+            self.stops[k] = steps.start, None
+        return np.zeros((len(steps), self.control.shape[-1]))
 
     def _going(self, alive: list[int], inputs: np.ndarray) -> tuple[list[int], np.ndarray]:
         """The simulations that go on, and their inputs."""

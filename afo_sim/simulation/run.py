@@ -257,7 +257,9 @@ def run_settled(
             failed, scenario=with_person(scenario).resolved(), status=status, metrics={}
         )
     before, after = name_rows(first, walked), name_rows(second, settled.rollout, solved=True)
-    begun_with, left_out = first_strides(first, walked, before.columns, after.found.totals)
+    begun_with, left_out = first_strides(
+        first, walked, before.columns, after.found.totals, near=settled.rollout
+    )
     steps = first.scenario.n_step + settled.steps
     found = _found(first, before, after, settled_metrics(settled) | begun_with)
     recording = recording_of(

@@ -6,6 +6,7 @@ with its reason. With two threads or more, cases are built while others are roll
 """
 
 import ctypes
+import dataclasses
 import functools
 import gc
 import math
@@ -21,7 +22,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import ControllerError, InputError, Notice, SimulationError
 from afo_sim.description import Scenario, load
-from afo_sim.metrics import Metric, reference_metrics, undefined
+from afo_sim.metrics import Metric, reference_metrics, share_left, undefined
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, fills, start_up, steps_of_stride, two_strides, why_walked
 from afo_sim.model import controls as schedule
@@ -29,6 +30,8 @@ from afo_sim.model.build import build
 from afo_sim.simulation import (
     EVERYTHING,
     Asked,
+    Enough,
+    Moment,
     Policy,
     References,
     Rollout,
@@ -42,7 +45,7 @@ from afo_sim.simulation import (
     simulate_together,
     unsettled_warning,
 )
-from afo_sim.simulation.examine import examine
+from afo_sim.simulation.examine import examine, swing_of
 from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
 
@@ -286,10 +289,35 @@ def _roll(batch: Sequence[Prepared], workspace: Workspace) -> list[Rolled]:
     if batch[0].solved:
         mode: native.Mode = "python" if _in_python(batch) else "native"
         settled = settle(builts, controls, mode=mode, workspace=workspace)
-        first = [case.first for case in batch if case.first is not None]
+        first = [
+            dataclasses.replace(case.first, policy=_until_near(case.first, each.rollout))
+            for case, each in zip(batch, settled, strict=True)
+            if case.first is not None
+        ]
         walked = _walk(first, workspace) if first else [None] * len(batch)
         return [Rolled(each.rollout, each, before) for each, before in zip(settled, walked, strict=True)]
     return [Rolled(rollout) for rollout in _walk(batch, workspace)]
+
+
+def _until_near(first: Prepared, settled: Rollout) -> Policy | None:
+    """The inputs of the first strides, until these show how they near the settled one.
+
+    All of them where the settled stride has failed, or they do not begin at heel strike.
+    """
+    n, ankle = steps_of_stride(first.built.scenario), first.built.index.ankle_qpos
+    if settled.failure is not None or len(first.control) % n:
+        return None
+    near, angles = swing_of(first.built, settled)[-1], np.empty((0, n - n // 2))
+
+    def choose(moment: Moment) -> np.ndarray:
+        nonlocal angles
+        if moment.steps.start:
+            angles = np.vstack([angles, moment.last["qpos"][n // 2 :, ankle]])
+        if share_left(angles, near) is not None:
+            raise Enough
+        return first.control[moment.steps.start : moment.steps.stop]
+
+    return Policy(choose, period=n)
 
 
 def _walk(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:
@@ -306,7 +334,7 @@ def _walk(batch: Sequence[Prepared], workspace: Workspace) -> list[Rollout]:
 
 def _roll_alone(case: Prepared) -> Rollout:
     try:
-        return simulate(case.built, case.policy or case.control)
+        return simulate(case.built, case.policy or case.control, n_step=len(case.control))
     except Exception as error:
         return Rollout({}, case.control[:0], error)
 
@@ -349,7 +377,7 @@ def _results(
     totals, warnings = found.totals | settled_metrics(settled), (*_unsettled(settled), *found.warnings)
     if case.first is None or rolled.first is None:
         return totals, warnings, curves
-    first, left_out = first_strides(case.first.built, rolled.first, None, found.totals, asked)
+    first, left_out = first_strides(case.first.built, rolled.first, None, found.totals, asked, rolled.rollout)
     return totals | first, (*warnings, *left_out), curves
 
 

@@ -3,9 +3,18 @@
 import math
 from collections.abc import Sequence
 
+import numpy as np
 import pytest
 
-from afo_sim.metrics import AIR_BEFORE, NAMES, Metric, first_stride_metrics, strides_needed, undefined
+from afo_sim.metrics import (
+    AIR_BEFORE,
+    NAMES,
+    Metric,
+    first_stride_metrics,
+    share_left,
+    strides_needed,
+    undefined,
+)
 from afo_sim.metrics.first_strides import AIR_FIRST, LOWEST, NEEDED, UNTIL, made_of
 from afo_sim.metrics.metric import entry
 
@@ -14,9 +23,12 @@ def strides(heights: Sequence[float], air: float = 0.1) -> list[dict[str, Metric
     return [{"toe_clearance": Metric(h, "mm"), "air_per_stride": Metric(air, "g")} for h in heights]
 
 
-def told(heights: Sequence[float], settled: float | None = None) -> dict[str, float]:
+def told(
+    heights: Sequence[float], settled: float | None = None, share: float | None = None
+) -> dict[str, float]:
     end = None if settled is None else strides([settled])[0]
-    return {name: float(value) for name, value in first_stride_metrics(strides(heights), end)[0].items()}
+    found = first_stride_metrics(strides(heights), end, share=share)[0]
+    return {name: float(value) for name, value in found.items()}
 
 
 def test_each_of_the_first_three_is_told() -> None:
@@ -43,6 +55,33 @@ def test_fewer_than_ten_tell_it_only_near_the_settled_one(
 def test_the_settled_stride_counts_as_one_of_those_not_walked() -> None:
     """The strides fall towards it: the lowest of ten is no higher than the last that was walked."""
     assert told([3.0, 2.0, 1.2], 1.0)[LOWEST] == 1.0
+
+
+def test_strides_that_are_not_walked_near_the_settled_one_by_the_share_that_three_show() -> None:
+    """A third of the way is left from each to the next: the tenth is lowest, or clear if 3^(1 − k) < 0.01."""
+    way = np.array([3.0 ** (1 - k) for k in range(1, 11)])
+    share = share_left(np.radians(0.5 * way[:3, np.newaxis]), np.zeros(1))
+    assert share == pytest.approx(1.0 / 3.0, rel=1e-12)
+    assert told([*(1.0 + way[:3])], 1.0, share)[LOWEST] == pytest.approx(1.0 + way[9], rel=1e-12)
+    assert told([*(0.01 - way[:3])], 0.01, share)[UNTIL] == told([*(0.01 - way)], 0.01)[UNTIL] == 5.0
+
+
+@pytest.mark.parametrize(
+    ("way", "share"),
+    [
+        ([9.0, 3.0, 0.001], 0.0),  # there
+        ([9.0, 3.0, 1.0], None),  # too far
+        ([0.9, 0.3, 0.15], None),  # nearer by other shares
+        ([0.9, -0.3, 0.1], None),  # to and fro
+        ([0.1, 0.2, 0.4], None),  # away from it
+        ([0.2, 0.1], None),
+    ],
+)
+def test_three_strides_show_how_the_others_near_the_settled_one(
+    way: list[float], share: float | None
+) -> None:
+    """Angles are in degrees from the settled one's."""
+    assert share_left(np.radians(way)[:, np.newaxis], np.zeros(1)) == share
 
 
 @pytest.mark.parametrize(

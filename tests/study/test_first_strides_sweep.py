@@ -8,10 +8,11 @@ import pytest
 
 import afo_sim
 from afo_sim.metrics import NAMES
-from afo_sim.simulation import Asked
+from afo_sim.model import Built, steps_of_stride
+from afo_sim.simulation import Asked, Rollout
 from afo_sim.study import engine
 
-SHORT = "walk-dropfoot-afo-short"
+LONG, SHORT = "walk-dropfoot-afo", "walk-dropfoot-afo-short"
 FAST: dict[str, Any] = {"timestep": "4 ms", "duration": "6.1 s"}  # three strides, and the two settled ones
 CASES: list[dict[str, Any]] = [
     {},
@@ -59,6 +60,31 @@ def test_as_few_strides_are_walked_as_are_asked_for() -> None:
     assert steps("toe_clearance", "air_per_stride") == 0
     assert steps("toe_clearance", "toe_clearance_stride_3") == 3 * one
     assert steps("strides_until_clear") == 3 * one  # no more than the run has
+
+
+@pytest.mark.parametrize(
+    ("sets", "most"),
+    [({}, 6), ({"supply.pressure": "2.5 bar"}, 6), ({"start": {}}, 10), ({"load_moment": "3 N*m"}, 7)],
+)
+def test_strides_near_the_settled_one_are_not_walked(
+    sets: dict[str, Any], most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And what is told is what the run of all ten tells, to the bit."""
+    begun: list[int] = []
+    known = engine.first_strides
+
+    def counted(built: Built, rollout: Rollout, *others: Any) -> Any:
+        begun.append(len(rollout.control) // steps_of_stride(built.scenario))
+        return known(built, rollout, *others)
+
+    monkeypatch.setattr(engine, "first_strides", counted)
+    described: dict[str, Any] = {"timestep": "4 ms", "duration": "13.2 s"} | sets
+    case = dict(engine.outcomes(LONG, [(0, described)]))[0]
+    run = afo_sim.run(LONG, described)
+    assert {name for name in NAMES & run.metrics.keys() if case.metrics[name] != run.metrics[name]} == set()
+    assert 3 <= begun[0] <= most
+    heights = [float(stride["toe_clearance"]) for stride in list(run.strides.values())[:10]]
+    assert run.metrics["lowest_toe_clearance_first_ten"] == pytest.approx(min(heights), abs=0.02)
 
 
 def test_a_limit_of_a_search_may_be_of_the_first_strides(tmp_path: pathlib.Path) -> None:
