@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.model import JOINTS, Built, beyond_chambers, steps_of_stride
+from afo_sim.model import JOINTS, Built, steps_of_stride
 from afo_sim.simulation.stride_search import remembers
 
 LONG = 8e-3  # [s]
@@ -21,7 +21,7 @@ def coarse(built: Built, control: np.ndarray) -> tuple[Built, np.ndarray] | None
     """
     scenario, n = built.scenario, steps_of_stride(built.scenario)
     count = round(n * scenario.timestep / LONG)
-    if n < LEAST * count or beyond_chambers(scenario) or remembers(built):
+    if n < LEAST * count or remembers(built):
         return None
     step = scenario.timestep * n / count
     model = copy.copy(built.model)

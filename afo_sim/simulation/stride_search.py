@@ -288,9 +288,9 @@ def sticks(built: Built) -> bool:
 
 
 def remembers(built: Built) -> bool:
-    """Whether more goes on from stride to stride than air and ankle: states of friction, drive or store."""
+    """Whether more goes on from stride to stride than the chambers' air and the ankle."""
     index = built.index
-    return bool(sticks(built) or index.frictions or index.drives or index.stores)
+    return beyond_chambers(built.scenario) or sticks(built) or bool(index.frictions or index.drives)
 
 
 def _step(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:
