@@ -56,6 +56,7 @@ from .sealing import check_text as check_text
 from .sealing import digest as digest
 from .sealing import file_digest as file_digest
 from .sealing import open_parquet as open_parquet
+from .sealing import parquet_column as parquet_column
 from .sealing import parquet_writer as parquet_writer
 from .sealing import read_json as read_json
 from .sealing import read_parquet as read_parquet

@@ -15,6 +15,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import IO, Any
 
+import numpy as np
+
 from afo_sim.common.errors import InputError
 from afo_sim.common.reading import check_regular, read_text
 from afo_sim.common.writing import json_text, replacing
@@ -165,6 +167,21 @@ def write_parquet(path: pathlib.Path, table: Any) -> None:
     """Write a pyarrow Table into a sealed file."""
     with parquet_writer(path, table.schema) as writer:
         writer.write_table(table)
+
+
+def parquet_column(values: Any) -> Any:
+    """Numbers, truths or texts (n,) as a pyarrow Array; its own way imports pandas to look for its Series."""
+    import pyarrow as pa
+
+    given = np.ascontiguousarray(values)
+    if given.dtype.kind in "UO":
+        texts = [text.encode() for text in values]
+        ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)
+        kind, parts = pa.string(), [ends, b"".join(texts)]
+    else:
+        kind = pa.from_numpy_dtype(given.dtype)
+        parts = [np.packbits(given, bitorder="little") if kind == pa.bool_() else given]
+    return pa.Array.from_buffers(kind, len(given), [None, *map(pa.py_buffer, parts)], null_count=0)
 
 
 def open_parquet(path: pathlib.Path, *, damaged: bool = False) -> Any:

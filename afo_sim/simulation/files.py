@@ -26,6 +26,7 @@ from afo_sim.common import (
     file_digest,
     json_text,
     open_parquet,
+    parquet_column,
     parquet_writer,
     plausible,
     read_json,
@@ -102,20 +103,14 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
     run |= {"model_xml": recording.model_xml, "parameters": recording.parameters}
     header = json_text(run)
     schema = pa.schema(fields, metadata={RUN_KEY: header, DIGEST_KEY: digest(header.encode())})
-    table = pa.table([_float_array(v) for v in recording.columns.values()], schema=schema)
+    table = pa.table(
+        [parquet_column(np.asarray(v, float)) for v in recording.columns.values()], schema=schema
+    )
     model = packed(recording.model_binary)
     with parquet_writer(path, schema) as file:
         file.write_table(table, row_group_size=max(ROW_GROUP, -(-len(table) // MOST_GROUPS)))
         if model:
             file.add_key_value_metadata({MODEL_KEY: model})
-
-
-def _float_array(values: np.ndarray) -> Any:
-    """Numbers as pyarrow's; its own way from NumPy imports pandas, to see whether they are a Series."""
-    import pyarrow as pa
-
-    buffer = pa.py_buffer(np.ascontiguousarray(values, float))
-    return pa.Array.from_buffers(pa.float64(), len(values), [None, buffer], null_count=0)
 
 
 def open_run(folder: str | os.PathLike[str], *, damaged: bool = False) -> Any:

@@ -16,6 +16,7 @@ from afo_sim.common import (
     identity,
     keeping,
     open_parquet,
+    parquet_column,
     parquet_writer,
     read_parquet,
     write_parquet,
@@ -101,22 +102,21 @@ class Store:
         numbers = self.numbers(chunk)
         rows = slice(numbers.start, numbers.stop)
         columns: list[Any] = [
-            pa.array(np.arange(numbers.start, numbers.stop)),
-            pa.array(self.cases.seeds[rows].astype(np.int64)),
-            pa.array([outcome.status for outcome in outcomes], pa.string()),
-            pa.array([outcome.reason for outcome in outcomes], pa.string()),
+            np.arange(numbers.start, numbers.stop),
+            self.cases.seeds[rows].astype(np.int64),
+            [outcome.status for outcome in outcomes],
+            [outcome.reason for outcome in outcomes],
         ]
         for parameter in self.cases.plan.parameters:
             values = self.cases.values[parameter.name][rows]
-            columns.append(pa.array(values, pa.string() if parameter.words else pa.float64()))
+            columns.append(values if parameter.words else values.astype(float))
         for name in self.metrics:
             metrics = [outcome.metrics.get(name) for outcome in outcomes]
-            columns.append(pa.array([np.nan if m is None else m.value for m in metrics], pa.float64()))
-        sets = [json.dumps(self.cases.sets(number), ensure_ascii=False) for number in numbers]
-        columns.append(pa.array(sets, pa.string()))
+            columns.append([np.nan if m is None else m.value for m in metrics])
+        columns.append([json.dumps(self.cases.sets(number), ensure_ascii=False) for number in numbers])
         for line in (str, lambda warning: " ".join(identity(warning))):
-            columns.append(pa.array(["\n".join(map(line, o.warnings)) for o in outcomes], pa.string()))
-        return pa.table(columns, schema=self.schema())
+            columns.append(["\n".join(map(line, outcome.warnings)) for outcome in outcomes])
+        return pa.table([parquet_column(column) for column in columns], schema=self.schema())
 
     def schema(self) -> Any:
         """Of chunks and results: role and unit in each column's metadata, the sweep in the schema's."""

@@ -139,9 +139,9 @@ def test_bounds_that_leave_out_the_own_value_are_named(
 STOPPED = """
 import os, signal, sys, threading
 from afo_sim import cli
-from afo_sim.study.uncertainty import running
+from afo_sim.study.pool import Pool
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
-in_order, number = running.in_order, int(sys.argv.pop(1))
+in_order, number = Pool.in_order, int(sys.argv.pop(1))
 def stopped(*arguments):
     *rest, report = arguments
     def told(done, count):
@@ -149,7 +149,7 @@ def stopped(*arguments):
         if done == 3:  # others are rolled out in their threads, more wait
             threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
     return in_order(*rest, told)
-running.in_order = stopped
+Pool.in_order = stopped
 cli.main()
 """
 

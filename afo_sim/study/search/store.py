@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, disk, keeping, read_json, read_parquet, write_parquet
+from afo_sim.common import InputError, disk, keeping, parquet_column, read_json, read_parquet, write_parquet
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 
 MANIFEST, GENERATIONS = "search.json", "generations"
@@ -67,10 +67,7 @@ def _write_table(
 ) -> None:
     import pyarrow as pa
 
-    arrays = {
-        name: pa.array(values.tolist() if values.dtype == object else values)
-        for name, values in columns.items()
-    }
+    arrays = {name: parquet_column(values) for name, values in columns.items()}
     facts = {name: {"unit": units[name]} if name in units else None for name in columns}
     schema = pa.schema(
         [pa.field(name, array.type, metadata=facts[name]) for name, array in arrays.items()],

@@ -7,8 +7,7 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
-from scipy import stats
-from scipy.stats import qmc
+from scipy.special import ndtri
 
 from afo_sim.common import InputError, format_quantity, nearest_name, parse_quantity
 from afo_sim.description import Field, Muscle, Scenario, field_at, holder, leaves
@@ -317,9 +316,11 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
     widths = [1] * len(spreads.unknowns) + [len(_fitted(fit.muscle)) for fit in spreads.fits]
     if not widths:
         raise InputError("this scenario has nothing of what the spreads state", field="spreads")
+    from scipy.stats import qmc  # slow to import
+
     generator = np.random.default_rng(seed)
     share = qmc.LatinHypercube(sum(widths), seed=generator).random(count)
-    deviates = stats.norm.ppf(share)
+    deviates = ndtri(share)
     parts = np.split(deviates, np.cumsum(widths)[:-1], axis=1)
     columns: list[Column] = []
     owners: list[tuple[str, SpreadTable, np.ndarray]] = []

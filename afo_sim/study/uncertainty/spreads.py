@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field as Option
 from pydantic import StrictBool, StrictStr, ValidationError
-from scipy import stats
+from scipy.special import ndtr, ndtri
 
 from afo_sim.common import InputError, assets, nearest_name, parse_quantity, read_any_quantity
 from afo_sim.description import SETS, Scenario, fields_of, of_chambers, tables
@@ -54,13 +54,14 @@ class Distribution:
         Units: deviates (n,), own [SI].
         """
         if self.kind == "pearson3":
-            share = stats.norm.cdf(deviates)
-            return np.asarray(own + self.width * stats.pearson3.ppf(share, self.skew))
+            from scipy import stats  # slow to import
+
+            return np.asarray(own + self.width * stats.pearson3.ppf(ndtr(deviates), self.skew))
         if self.width == 0.0:
             return np.full(len(deviates), own)
         inside = self._within(deviates, own)
         if self.kind == "uniform":
-            return np.asarray(own + self.width * (2.0 * stats.norm.cdf(inside) - 1.0))
+            return np.asarray(own + self.width * (2.0 * ndtr(inside) - 1.0))
         if self.kind == "lognormal":
             return np.asarray(own * np.exp(self.width * inside))
         return np.asarray(own + self.width * inside)
@@ -69,7 +70,7 @@ class Distribution:
         """Share of the distribution that lies beyond its bounds [-]; the rest is drawn in its stead."""
         if self.kind == "pearson3" or self.width == 0.0:
             return 0.0
-        low, high = stats.norm.cdf([self._deviate(self.lower, own), self._deviate(self.upper, own)])
+        low, high = ndtr([self._deviate(self.lower, own), self._deviate(self.upper, own)])
         return float(1.0 - (high - low))
 
     def _within(self, deviates: np.ndarray, own: float) -> np.ndarray:
@@ -77,7 +78,9 @@ class Distribution:
         low, high = (self._deviate(bound, own) for bound in (self.lower, self.upper))
         if low == -math.inf and high == math.inf:
             return deviates
-        return np.asarray(stats.truncnorm.ppf(stats.norm.cdf(deviates), low, high))
+        from scipy import stats  # slow to import
+
+        return np.asarray(stats.truncnorm.ppf(ndtr(deviates), low, high))
 
     def _deviate(self, bound: float, own: float) -> float:
         """The standard normal deviate of a bound."""
@@ -96,7 +99,7 @@ def _lognormal(bound: float, own: float, width: float) -> float:
 
 def _uniform(bound: float, own: float, width: float) -> float:
     share = 0.5 + 0.5 * (bound - own) / width if math.isfinite(bound) else (0.0 if bound < 0.0 else 1.0)
-    return float(stats.norm.ppf(min(max(share, 0.0), 1.0)))
+    return float(ndtri(min(max(share, 0.0), 1.0)))
 
 
 _INVERSE: dict[str, Callable[[float, float, float], float]] = {
