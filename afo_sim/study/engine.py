@@ -359,8 +359,11 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
     except Exception as error:
         return _failed(error)
     totals = _undefined(case, totals, asked) | totals
-    finite = {name: _finite(metric) for name, metric in totals.items()}
-    return Outcome(OK, "", finite, (*case.built.warnings, *warnings), curves)
+    one_nan = {  # rows hold one kind of what is not finite
+        name: metric if math.isfinite(metric.value) else Metric(math.nan, metric.unit)
+        for name, metric in totals.items()
+    }
+    return Outcome(OK, "", one_nan, (*case.built.warnings, *warnings), curves)
 
 
 def _results(
@@ -401,11 +404,6 @@ def _undefined(case: Prepared, totals: Mapping[str, Metric], asked: Asked) -> di
     if not (scenario.walking and totals):
         return {}
     return undefined(asked.metrics, bool(scenario.orthosis.chamber), fills(scenario))
-
-
-def _finite(metric: Metric) -> Metric:
-    """The same; NaN where the value is not finite, so that rows hold one kind of NaN."""
-    return metric if math.isfinite(metric.value) else Metric(math.nan, metric.unit)
 
 
 def _gone(file: object) -> bool:
