@@ -41,7 +41,7 @@ COMMANDS = {
     "fit": "nothing --law sarosi_2012",
     "fit-torque": "nothing --orthosis s1",
     "validate": "--nothing",
-    "sweep": "sweep.toml --workers 1 --out s",
+    "sweep": "sweep.toml --workers 2 --out s",
     "replay": "s 0",
     "optimise": "nothing",
     "list": "",

@@ -62,7 +62,7 @@ RecordingOption = Annotated[
 ]
 Rate = Annotated[str | None, Option(help='samples a second in the Rerun file, for example "200 Hz"')]
 Threads = Annotated[int, Option(help="threads; all of this machine's by default")]
-Workers = Annotated[int, Option(help="processes of a Dask cluster on this machine instead")]
+Workers = Annotated[int, Option(help="processes from the first case on, instead")]
 Scheduler = Annotated[str, Option(help="address of a running Dask cluster")]
 Plain = Annotated[bool, Option("--plain", help="walk to the settled stride instead of solving for it")]
 _MOST_WORKERS = 4096

@@ -13,7 +13,7 @@ from afo_sim.common.errors import InputError
 EXTRAS = {
     "gait": ("ezc3d",),
     "legs": ("yourdfpy", "trimesh", "lxml"),
-    "study": ("SALib", "cma", "pandas", "xarray", "distributed", "cryptography"),
+    "study": ("SALib", "cma", "pandas", "xarray", "distributed"),
     "rl": ("dm_control", "dm_env", "gymnasium"),
     "show": ("matplotlib", "jinja2", "rerun"),
 }

@@ -2,8 +2,6 @@
 
 import ipaddress
 import os
-import sys
-import tempfile
 import threading
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
@@ -12,13 +10,13 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from afo_sim.common import InputError, Notice, optional, safe_children
+from afo_sim.common import InputError, Notice, optional
 from afo_sim.description import Scenario
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import program
-from afo_sim.study.processes import Processes
+from afo_sim.study.processes import PATIENCE, Processes
 
 _AHEAD = 3  # chunks that wait for each worker, so that none of them waits
 _FEW = 8  # cases a batch where they are few, so that all threads and the progress have something to do
@@ -125,32 +123,9 @@ def _broken(error: BaseException) -> InputError:
 
 def _client(distributed: Any, who: "Pool") -> Any:
     try:
-        return distributed.Client(who.scheduler, timeout="20 s", security=who.security)
+        return distributed.Client(who.scheduler, timeout="20 s")
     except (OSError, TypeError, ValueError) as error:  # TypeError: no keys are configured
         raise InputError(f"cannot be reached: {error}", field="scheduler", value=who.scheduler) from None
-
-
-@contextmanager
-def _local(workers: int) -> Iterator["Pool"]:
-    """A cluster on this machine, for its maker alone: whoever reaches a scheduler runs code as its owner.
-
-    Keys are made for it, and kept in memory. Its servers have no pages. It puts its scratch folders before
-    all places of modules, here and in its workers: they are within one that nobody else may write to.
-    """
-    dask, distributed, _ = (optional(name) for name in ("dask", "distributed", "cryptography"))
-    own: dict[str, Any] = {f"distributed.{part}.http.routes": [] for part in ("scheduler", "worker")}
-    options = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
-    keys, places = distributed.Security.temporary(), list(sys.path)
-    try:
-        with (
-            safe_children(),
-            tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch,
-            dask.config.set(own | {"temporary-directory": scratch}),
-            distributed.LocalCluster(n_workers=workers, protocol="tls://", security=keys, **options) as local,
-        ):
-            yield Pool(scheduler=local.scheduler_address, security=keys)
-    finally:
-        sys.path[:] = places
 
 
 def unprotected(scheduler: str) -> Notice | None:
@@ -171,7 +146,6 @@ class Pool:
 
     threads: int = 1
     scheduler: str = ""
-    security: Any = None  # Dask's own keys, or those of its configuration
     beside: Processes = field(default_factory=lambda: Processes(0))
 
     def outcomes(
@@ -218,13 +192,13 @@ class Pool:
 
 @contextmanager
 def pool(threads: int = 0, workers: int = 0, scheduler: str = "") -> Iterator[Pool]:
-    """Threads, or a cluster: of so many workers on this machine, or the one at an address.
+    """Threads and processes of this machine, or the Dask cluster at an address.
 
     Parameters
     ----------
-    threads : of this process, unless there are workers or a scheduler; as many as processors if 0. Work that
-        takes longer than starting processes goes to as many processes, this one among them
-    workers : processes of a Dask cluster made for this
+    threads : of this process; as many as processors if 0. Work that takes longer than starting processes is
+        shared by as many processes, this one among them
+    workers : processes that share the work from its first case on, instead
     scheduler : address of a running Dask cluster
 
     Raises
@@ -234,13 +208,9 @@ def pool(threads: int = 0, workers: int = 0, scheduler: str = "") -> Iterator[Po
     """
     if scheduler and (notice := unprotected(scheduler)):
         warnings.warn(notice, stacklevel=3)
-    if scheduler or not workers:
-        count = threads or processors()
-        with Processes(0 if scheduler else count - 1) as beside:
-            yield Pool(count, scheduler, beside=beside)
-        return
-    with _local(workers) as local:
-        yield local
+    count = workers or threads or processors()
+    with Processes(0 if scheduler else count - 1, 0.0 if workers else PATIENCE) as beside:
+        yield Pool(count, scheduler, beside)
 
 
 def processors() -> int:

@@ -140,7 +140,7 @@ def run(
     ----------
     store : of the sweep
     threads : in this process, unless there are workers or a scheduler
-    workers : processes of a Dask cluster made for this, on this machine
+    workers : processes of this machine that share the work from its first case on
     scheduler : address of a running Dask cluster
     part : (k, n) does the k-th of n parts only, for a job array; who comes last gathers the results
     report : called after every chunk

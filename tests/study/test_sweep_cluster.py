@@ -3,8 +3,6 @@
 import os
 import pathlib
 import signal
-import socket
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -49,46 +47,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 def test_local_workers_give_the_same_rows(whole: Any, tmp_path: pathlib.Path) -> None:
     assert_same(whole, swept(tmp_path, workers=2))
-
-
-def test_a_local_cluster_listens_to_its_maker_alone(
-    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """On this machine alone, and there to nobody without its keys; no page tells anything."""
-    import psutil
-
-    monkeypatch.chdir(tmp_path)
-    places = list(sys.path)
-    with pool(workers=1) as local:
-        protocol, _, port = local.scheduler.rpartition(":")
-        assert protocol == "tls://127.0.0.1"
-        with distributed.Client(local.scheduler, security=local.security) as client:
-            (safe,) = client.run(lambda: __import__("sys").flags.safe_path).values()
-        assert safe
-        with pytest.raises(OSError):
-            distributed.Client(f"tcp://127.0.0.1:{port}", timeout="1 s")
-        own = psutil.Process()
-        listening = [
-            each.laddr
-            for process in (own, *own.children(recursive=True))
-            for each in process.net_connections()
-            if each.status == psutil.CONN_LISTEN
-        ]
-        assert {address.ip for address in listening} == {"127.0.0.1"}
-        answers = [_first_line(address.port) for address in listening]
-    assert len(answers) >= 4 and set(answers) <= {b"", b"HTTP/1.1 404 Not Found\r\n"}
-    assert sys.path == places
-
-
-def _first_line(port: int) -> bytes:
-    """What a stranger is answered; nothing where he has no key."""
-    with socket.create_connection(("127.0.0.1", port), timeout=20.0) as asked:
-        asked.sendall(b"GET /info/main/workers.html HTTP/1.1\r\nHost: localhost\r\n\r\n")
-        try:
-            line = asked.makefile("rb").readline()
-        except ConnectionResetError:
-            return b""
-    return line if line.startswith(b"HTTP") else b""
 
 
 @pytest.mark.parametrize(
