@@ -18,7 +18,9 @@ from afo_sim.model import walking_start
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.simulation.stepping import BatchStepper, Rows, Stop
 from afo_sim.study import Plan, design, engine, runner, sweep_plan
+from afo_sim.study.processes import Processes
 
+By = Callable[..., Iterator[tuple[int, engine.Outcome]]]  # as engine.outcomes
 SCENARIO = "walk-dropfoot-afo"
 SWEEP = """
 scenario = "{scenario}"
@@ -69,7 +71,7 @@ def cases_of(count: int, sets: Mapping[str, str]) -> list[dict[str, object]]:
 
 
 def designs(
-    count: int, sets: Mapping[str, str], threads: int, asked: Asked = EVERYTHING
+    count: int, sets: Mapping[str, str], threads: int, asked: Asked = EVERYTHING, by: By = engine.outcomes
 ) -> Callable[[], float]:
     """A measurement: designs per second, from descriptions to the metrics that are asked for."""
     cases = cases_of(count, sets)
@@ -77,7 +79,7 @@ def designs(
 
     def measure() -> float:
         begun = time.perf_counter()
-        found = [outcome for _, outcome in engine.outcomes(scenario, enumerate(cases), threads, asked=asked)]
+        found = [outcome for _, outcome in by(scenario, enumerate(cases), threads, asked=asked)]
         seconds = time.perf_counter() - begun
         bad = [outcome.reason for outcome in found if outcome.status != engine.OK]
         if bad:
@@ -149,13 +151,16 @@ def design_rates(count: int, repeats: int) -> list[Figure]:
         for step in STEPS
     }
     measures = {}
-    for name, (sets, asked) in names.items():
-        cases = count if "gait.settled" in sets else SOLVED * count
-        for n in THREADS:
-            once = designs(cases, sets, n, asked)
-            measures[f"{name}, threads {n}"] = watched(name, cases, once) if n == 1 else once
+    with Processes(1, patience=0.0) as beside:
+        for name, (sets, asked) in names.items():
+            cases = count if "gait.settled" in sets else SOLVED * count
+            for n in THREADS:
+                once = designs(cases, sets, n, asked)
+                measures[f"{name}, threads {n}"] = watched(name, cases, once) if n == 1 else once
+            measures[f"{name}, processes 2"] = designs(cases, sets, 1, asked, beside.outcomes)
+        told = _told(measures, "designs/s", repeats)
     return [
-        *_told(measures, "designs/s", repeats),
+        *told,
         *(figure(f"{name}, processor time of each", "ms", "lower", v[1:]) for name, v in processor.items()),
     ]
 
@@ -242,18 +247,15 @@ def _ready(number: int, sets: Mapping[str, object], step: str = STEPS[0]) -> eng
 
 
 def _told(measures: Mapping[str, Callable[[], float]], unit: str, repeats: int) -> list[Figure]:
-    """Rates, and what two threads are to one."""
+    """Rates, and what two threads or processes are to one."""
     rates = in_turn(measures, repeats, first=True)
     one = [name for name in rates if name.endswith("threads 1")]
     return [
         *(figure(name, unit, "higher", values) for name, values in rates.items()),
         *(
-            ratio(
-                f"{name.removesuffix(' 1')} 2 over 1",
-                rates[name.removesuffix("1") + "2"],
-                rates[name],
-                "higher",
-            )
+            ratio(f"{name.removesuffix('threads 1')}{two} over 1", rates[both], rates[name], "higher")
             for name in one
+            for two in ("threads 2", "processes 2")
+            if (both := name.removesuffix("threads 1") + two) in rates
         ),
     ]
