@@ -155,7 +155,7 @@ class Processes:
         chunk: int = 32,
         asked: Asked = EVERYTHING,
     ) -> Iterator[Numbered]:
-        """As `engine.outcomes`: by this process's threads at first, then by all processes.
+        """As `engine.outcomes`: by this process's threads at first, then by all, if as much is left to do.
 
         Raises
         ------
@@ -164,10 +164,16 @@ class Processes:
         """
         cases = iter(cases)
         few = self._at_first(cases) if self.count and _known_elsewhere() else cases
-        yield from engine.outcomes(scenario, few, threads, chunk, asked)
-        if (case := next(cases, None)) is not None:
+        done = 0
+        for numbered in engine.outcomes(scenario, few, threads, chunk, asked):
+            done += 1
+            yield numbered
+        rest = list(itertools.islice(cases, max(done, 1)))
+        if len(rest) < done and not self.children:
+            yield from engine.outcomes(scenario, rest, threads, chunk, asked)
+        elif rest:
             try:
-                yield from self._shared(scenario, itertools.chain([case], cases), asked)
+                yield from self._shared(scenario, itertools.chain(rest, cases), asked)
             except BaseException:  # some are at work on what nobody waits for
                 self.__exit__()
                 raise

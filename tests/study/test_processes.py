@@ -1,5 +1,6 @@
 """Processes beside this one: the same outcomes, ended with this one, and no module of the current folder."""
 
+import itertools
 import math
 import os
 import pathlib
@@ -7,6 +8,7 @@ import queue
 import signal
 import subprocess
 import sys
+import types
 from collections.abc import Iterator
 from typing import Any
 
@@ -78,6 +80,18 @@ def test_short_work_starts_no_process(alone: dict[int, Any]) -> None:
         list(who.beside.outcomes(SCENARIO, cases(2), 2))
         assert who.beside.count == 1 and who.beside.children == []
     assert Pool().beside.count == 0
+
+
+@pytest.mark.parametrize(("number", "started"), [(5, 0), (6, 1)])
+def test_less_work_than_there_was_before_starts_no_process(
+    number: int, started: int, alone: dict[int, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = itertools.count()
+    monkeypatch.setattr(processes, "time", types.SimpleNamespace(monotonic=lambda: float(next(clock))))
+    with Processes(1, patience=3.0) as beside:  # which three cases take
+        told = {n: exact(outcome) for n, outcome in beside.outcomes(SCENARIO, cases(number))}
+        assert len(beside.children) == started
+    assert told == {n: alone[n] for n in range(number)}
 
 
 def test_a_process_that_is_killed_is_one_error(alone: dict[int, Any]) -> None:
