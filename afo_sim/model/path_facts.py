@@ -257,14 +257,11 @@ def spans_above(angles: np.ndarray, values: np.ndarray, of: Callable[[float], fl
 
     Units: angles [rad] (n,), values (n,).
     """
+
+    def edge(k: int) -> float:
+        if k in (0, len(angles)):
+            return float(angles[max(k - 1, 0)])
+        return root(of, angles[k - 1], angles[k], ANGLE_TOLERANCE)
+
     above = np.r_[False, values > 0.0, False]
-    found = []
-    for start, stop in np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2):
-        low = float(angles[0]) if start == 0 else root(of, angles[start - 1], angles[start], ANGLE_TOLERANCE)
-        high = (
-            float(angles[-1])
-            if stop == len(angles)
-            else root(of, angles[stop - 1], angles[stop], ANGLE_TOLERANCE)
-        )
-        found.append((low, high))
-    return tuple(found)
+    return tuple((edge(a), edge(b)) for a, b in np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2))

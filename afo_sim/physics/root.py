@@ -35,12 +35,10 @@ def root(of: Callable[[float], float], low: float, high: float, tolerance: float
     last = step = here - before
     if at_before == 0.0:
         return before
-    if at_here == 0.0:
-        return here
-    if not at_before * at_here < 0.0:
+    if not at_before * at_here <= 0.0:
         raise ValueError(f"is {at_before:g} at {low:g} and {at_here:g} at {high:g}: no change of sign")
     for _ in range(_MOST):
-        if at_before != 0.0 and at_here != 0.0 and (at_before < 0.0) != (at_here < 0.0):
+        if (at_before < 0.0) != (at_here < 0.0):
             across, at_across = before, at_before
             last = step = here - before
         if abs(at_across) < abs(at_here):
@@ -53,11 +51,9 @@ def root(of: Callable[[float], float], low: float, high: float, tolerance: float
         if abs(last) > least and abs(at_here) < abs(at_before):
             if before == across:  # a straight line through two places
                 wanted = -at_here * (here - before) / (at_here - at_before)
-            else:
-                one, two = (at_before - at_here) / (before - here), (at_across - at_here) / (across - here)
-                wanted = (
-                    -at_here * (at_across * two - at_before * one) / (two * one * (at_across - at_before))
-                )
+            else:  # a parabola on its side through three
+                m, n = (at_before - at_here) / (before - here), (at_across - at_here) / (across - here)
+                wanted = -at_here * (at_across * n - at_before * m) / (n * m * (at_across - at_before))
         if 2.0 * abs(wanted) < min(abs(last), 3.0 * abs(half) - least):
             last, step = step, wanted
         else:

@@ -16,6 +16,7 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "exponential": lambda x: math.exp(9.0 * x) - 5.0,
     "not monotone": lambda x: math.sin(5.0 * x) + x - 0.2,
     "zero at an end": lambda x: x + 1.0,
+    "zero at an end, negative beyond": lambda x: -1.0 - x,
 }
 
 
