@@ -130,14 +130,7 @@ def _with_map(error: InputError) -> InputError:
     if "`map`" not in error.allowed:
         return error
     allowed = error.allowed.replace("`map`", "`map`, which `write_map=roles.toml` writes to be edited", 1)
-    return InputError(
-        error.problem,
-        file=error.file,
-        field=error.field,
-        value=error.value,
-        allowed=allowed,
-        nearest=error.nearest,
-    )
+    return error.but(allowed=allowed)
 
 
 @gait_app.command("show")

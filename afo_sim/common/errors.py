@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Callable, Iterable
+from typing import Any
 
 Rename = Callable[[str], str]
 
@@ -59,16 +60,10 @@ class InputError(AfoSimError):
             message += f"; did you mean {nearest!r}?"
         super().__init__(message)
 
-    def of_file(self, file: object) -> "InputError":
-        """The same error of another file."""
-        return InputError(
-            self.problem,
-            file=file,
-            field=self.field,
-            value=self.value,
-            allowed=self.allowed,
-            nearest=self.nearest,
-        )
+    def but(self, **other: Any) -> "InputError":
+        """The same error with other facts, by the names of the constructor's arguments."""
+        names = ("problem", "file", "field", "value", "allowed", "nearest")
+        return InputError(**{name: getattr(self, name) for name in names} | other)
 
     def renamed(self, field: Rename, text: Rename) -> "InputError":
         """The same error, and its others, with other names for arguments.
@@ -78,14 +73,8 @@ class InputError(AfoSimError):
         field : old name of a field → new one; a field of a file keeps its name
         text : problem, and what is allowed → the same with other names
         """
-        found = InputError(
-            text(self.problem),
-            file=self.file,
-            field=self.field if self.file is not None else field(self.field),
-            value=self.value,
-            allowed=text(self.allowed),
-            nearest=self.nearest,
-        )
+        name = self.field if self.file is not None else field(self.field)
+        found = self.but(problem=text(self.problem), field=name, allowed=text(self.allowed))
         found.others = tuple(other.renamed(field, text) for other in self.others)
         return found
 

@@ -213,13 +213,8 @@ def _trial(
         field, value = error.field, error.value
         if field == "contraction" and conditions.amounts["length"]:
             field, value = "length", ", ".join(map(str, conditions.amounts["length"]))
-        raise InputError(
-            f"{error.problem} ({muscle.name}, {kind})",
-            field=field,
-            value=value,
-            allowed=error.allowed,
-            nearest=error.nearest,
-        ) from None
+        problem = f"{error.problem} ({muscle.name}, {kind})"
+        raise error.but(problem=problem, file=None, field=field, value=value) from None
 
 
 def _arguments(conditions: _Conditions, kind: str, muscle: Muscle) -> dict[str, Any]:

@@ -357,13 +357,7 @@ def _check_muscles(attached: Attached) -> list[Notice]:
             *check_guides(orthosis, stops),
         ]
     except InputError as error:
-        raise InputError(
-            f"{error.problem} ({where})",
-            file=error.file,
-            field=error.field,
-            value=error.value,
-            allowed=error.allowed,
-        ) from None
+        raise error.but(problem=f"{error.problem} ({where})") from None
     return [
         Notice(one.code, "{words} ({where})", subject=one.subject, words=str(one), where=where, **one.data)
         for one in warned
