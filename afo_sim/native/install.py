@@ -30,17 +30,13 @@ from afo_sim.native.slots import (
     KIND_MUSCLE,
     KIND_NETWORK,
     KIND_PAD,
-    KIND_PASSIVE,
-    KIND_RESTRICTION,
-    KIND_SPASTIC,
-    KIND_STORE,
     KIND_VALVE,
-    KIND_VOLUME,
     LEADER_DATA,
     MARK,
     MUSCLE_ROW,
     NETWORK_ROW,
     PAD_ROW,
+    ROWS,
 )
 from afo_sim.native.struct_layout import verify
 
@@ -117,6 +113,9 @@ def _silent(text: str) -> None:
     """A handler that drops warnings: the counters say the same; MuJoCo would also write a log file."""
 
 
+# numbers, since NumPy compares MuJoCo's enumerations one by one
+DYN_USER, GAIN_USER = int(mujoco.mjtDyn.mjDYN_USER), int(mujoco.mjtGain.mjGAIN_USER)
+BIAS_USER = int(mujoco.mjtBias.mjBIAS_USER)
 _Outer = tuple[tuple[Any, Any], Mode]  # callbacks of a block around another, and their mode
 
 
@@ -238,11 +237,28 @@ def installed(mode: Mode = "native") -> Iterator[None]:
 def asks_for_callback(model: mujoco.MjModel) -> np.ndarray:
     """Whether MuJoCo calls a callback for each actuator (nu,)."""
     dyn, gain, bias = model.actuator_dyntype, model.actuator_gaintype, model.actuator_biastype
-    return np.asarray(
-        (dyn == mujoco.mjtDyn.mjDYN_USER)
-        | (gain == mujoco.mjtGain.mjGAIN_USER)
-        | (bias == mujoco.mjtBias.mjBIAS_USER)
-    )
+    return np.asarray((dyn == DYN_USER) | (gain == GAIN_USER) | (bias == BIAS_USER))
+
+
+# Places of a row that name other actuators: of what kind, and whether −1, none, will do.
+REFERENCES: dict[float, dict[int, tuple[float, bool]]] = {kind: {} for kind in ROWS} | {
+    KIND_MUSCLE: {
+        MUSCLE_ROW.leader: (KIND_MUSCLE, False),
+        MUSCLE_ROW.chamber: (KIND_CHAMBER, False),
+        MUSCLE_ROW.next: (KIND_MUSCLE, True),
+        MUSCLE_ROW.friction_states: (KIND_FRICTION, True),
+    },
+    KIND_CHAMBER: {
+        CHAMBER_ROW.first_muscle: (KIND_MUSCLE, True),
+        CHAMBER_ROW.next: (KIND_CHAMBER, True),
+        CHAMBER_ROW.inlet: (KIND_VALVE, False),
+        CHAMBER_ROW.outlet: (KIND_VALVE, False),
+    },
+    KIND_DRIVE: {DRIVE_ROW.chamber: (KIND_CHAMBER, False)},
+    KIND_FRICTION: {FRICTION_ROW.muscle: (KIND_MUSCLE, False)},
+    KIND_PAD: {PAD_ROW.floor: (KIND_MOTOR, False)},
+    KIND_NETWORK: {NETWORK_ROW.first_chamber: (KIND_CHAMBER, False)},
+}
 
 
 def assert_rows(model: mujoco.MjModel) -> None:
@@ -255,48 +271,16 @@ def assert_rows(model: mujoco.MjModel) -> None:
     CallbackError
         A row without mark or kind would be passed over by the callbacks in silence.
     """
-    kinds = {
-        KIND_MUSCLE: {
-            MUSCLE_ROW.leader: KIND_MUSCLE,
-            MUSCLE_ROW.chamber: KIND_CHAMBER,
-            MUSCLE_ROW.next: KIND_MUSCLE,
-            MUSCLE_ROW.friction_states: KIND_FRICTION,
-        },
-        KIND_CHAMBER: {
-            CHAMBER_ROW.first_muscle: KIND_MUSCLE,
-            CHAMBER_ROW.next: KIND_CHAMBER,
-            CHAMBER_ROW.inlet: KIND_VALVE,
-            CHAMBER_ROW.outlet: KIND_VALVE,
-        },
-        KIND_DRIVE: {DRIVE_ROW.chamber: KIND_CHAMBER},
-        KIND_VALVE: {},
-        KIND_VOLUME: {},
-        KIND_STORE: {},
-        KIND_RESTRICTION: {},
-        KIND_PASSIVE: {},
-        KIND_FRICTION: {FRICTION_ROW.muscle: KIND_MUSCLE},
-        KIND_MOTOR: {},
-        KIND_SPASTIC: {},
-        KIND_PAD: {PAD_ROW.floor: KIND_MOTOR},
-        KIND_NETWORK: {NETWORK_ROW.first_chamber: KIND_CHAMBER},
-    }
-    optional = (
-        (KIND_MUSCLE, MUSCLE_ROW.next),
-        (KIND_MUSCLE, MUSCLE_ROW.friction_states),
-        (KIND_CHAMBER, CHAMBER_ROW.next),
-        (KIND_CHAMBER, CHAMBER_ROW.first_muscle),
-    )
-    rows = model.actuator_user
-    asks = asks_for_callback(model)
-    for i, row in enumerate(rows):
-        if not asks[i] and row[0] != MARK:
-            continue
-        if row[0] != MARK or row[1] not in kinds:
+    rows, nu = model.actuator_user, model.nu
+    kind_of = np.where(rows[:, 0] == MARK, rows[:, 1], np.nan).tolist()
+    for i in np.flatnonzero(asks_for_callback(model) | (rows[:, 0] == MARK)).tolist():
+        if kind_of[i] not in REFERENCES:
             raise CallbackError(f"actuator {model.actuator(i).name!r} has lost its parameters")
-        for slot, kind in kinds[row[1]].items():
-            other = row[slot]
-            none = (row[1], slot) in optional and other == -1.0
-            if not none and not (other in range(model.nu) and rows[int(other), 1] == kind):
+        for slot, (kind, optional) in REFERENCES[kind_of[i]].items():
+            other = float(rows[i, slot])
+            if optional and other == -1.0:
+                continue
+            if not (0.0 <= other < nu and other.is_integer() and kind_of[int(other)] == kind):
                 raise CallbackError(f"actuator {model.actuator(i).name!r} refers to actuator {other:g}")
 
 
