@@ -9,7 +9,6 @@ from command import call
 import afo_sim
 from afo_sim.common import InputError, assets
 from afo_sim.description import field_at, leaves, load, product
-from afo_sim.description.catalogue import PLURALS
 from afo_sim.description.keys import keys
 from afo_sim.description.reader import SPECS, with_keys
 from afo_sim.description.schema import nearest_key
@@ -196,7 +195,7 @@ def test_replaced_values_are_checked() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", PLURALS.values())
+@pytest.mark.parametrize("kind", assets.KINDS)
 def test_each_product_is_listed_whole(kind: str) -> None:
     for name in assets.names(kind):
         titles = [title for title, _, _ in product(name)]
