@@ -178,24 +178,24 @@ class Described(BaseModel):
 
     @classmethod
     def _shared(cls, table: Any, read: Callable[[Any], Self], info: ValidationInfo) -> Self:
-        """What the same table gave before, where whoever reads keeps that: {(class, table): description}."""
-        kept = (info.context or {}).get("kept")
-        if kept is None or type(table) is not dict:
+        """What the same table gave before, where whoever reads keeps parts of a whole: {key: description}."""
+        kept, whole = (info.context or {}).get("kept", (None, None))
+        if kept is None or table is whole or type(table) is not dict:
             return read(table)
-        try:  # by type and bit of every value
-            key = cls, marshal.dumps(table, 2)
+        try:
+            key = cls, marshal.dumps(table, 2)  # by type and bit of every value
         except ValueError:  # it holds something that no file does
             return read(table)
-        found = kept.get(key)
+        found: Self | None = kept.get(key)
         if found is None:
             found = kept[key] = read(table)
-            for name, value in vars(found).items():
-                vars(found)[name] = Unchanging(value) if type(value) is dict else value
+            tables = {name: Unchanging(value) for name, value in vars(found).items() if type(value) is dict}
+            vars(found).update(tables)
         return found
 
     def __hash__(self) -> int:
-        # of its own numbers and words: parts that differ are told apart by comparing
-        return hash((type(self), *(v for v in vars(self).values() if isinstance(v, str | float | int))))
+        # of its own numbers and words; where only parts differ, comparing tells
+        return hash((type(self), *(v for v in vars(self).values() if type(v) in (float, str, int))))
 
     def __repr__(self) -> str:
         name, about = getattr(self, "name", ""), getattr(self, "description", "")

@@ -1,6 +1,6 @@
 """TOML → description: follow the names of legs, orthoses, muscles and valves, apply --set, check."""
 
-import marshal
+import copy
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -158,7 +158,7 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
     try:
         if len(KEPT) > MOST_KEPT:
             KEPT.clear()
-        description = SPECS[kind].model_validate(tree.root, context={"kept": KEPT})
+        description = SPECS[kind].model_validate(tree.root, context={"kept": (KEPT, tree.root)})
     except ValidationError as error:
         raise _first(_problems(tree, error)) from None
     if tree.unfound:
@@ -194,7 +194,7 @@ def expand(kind: str, source: _Source) -> dict[str, Any]:
     tree.follow_all()
     if tree.unfound:
         raise _first(list(tree.unfound.values()))
-    return tree.root
+    return copy.deepcopy(tree.root)
 
 
 def _require_table(sets: Any) -> None:
@@ -206,33 +206,19 @@ def _require_table(sets: Any) -> None:
 
 
 def _tree(kind: str, source: Any) -> Tree:
-    """A description as it is written."""
+    """A description as it is written; a scenario that names no limits is judged by the usual ones."""
     if kind not in SPECS:
         raise unknown(kind, SPECS, field="kind", problem="is not a kind of description")
     if isinstance(source, Mapping):
-        return _limited(Tree(kind, None, _copied(dict(source))))
-    if not isinstance(source, str | os.PathLike):
+        tree = Tree(kind, None, dict(source))
+    elif isinstance(source, str | os.PathLike):
+        file = assets.find(kind, os.fspath(source))
+        tree = Tree(kind, file, read_table(kind, file))
+    else:
         raise InputError("is not a description", field=kind, value=source, allowed="a name, a path or a dict")
-    file = assets.find(kind, os.fspath(source))
-    return _limited(Tree(kind, file, read_table(kind, file)))
-
-
-def _limited(tree: Tree) -> Tree:
-    """A scenario that names no limits is judged by the usual ones."""
-    if tree.kind == "scenario":
+    if kind == "scenario":
         tree.root.setdefault("limits", USUAL_LIMITS)
     return tree
-
-
-def _copied(value: Any) -> Any:
-    """A copy of tables and lists; what else stands in them nobody changes."""
-    try:
-        return marshal.loads(marshal.dumps(value, 2))  # version 2 does not join what is alike
-    except ValueError:  # it holds something that no file does
-        pass
-    if isinstance(value, dict):
-        return {key: _copied(item) for key, item in value.items()}
-    return [_copied(item) for item in value] if isinstance(value, list) else value
 
 
 def _first(problems: list[InputError]) -> InputError:

@@ -1,5 +1,6 @@
 """A description being put together: names followed, dotted keys set, the file of each part kept."""
 
+import copy
 import functools
 import pathlib
 from collections.abc import Mapping
@@ -17,7 +18,7 @@ SCENARIO_FILES = (*((table, key) for table, keys in FILES.items() for key in key
 
 
 class Tree:
-    """A description being put together, and which file each part of it came from."""
+    """A description being put together, and which file each part of it came from; its root is its own."""
 
     def __init__(self, kind: str, file: pathlib.Path | None, root: dict[str, Any]):
         self.kind, self.root = kind, root
@@ -34,7 +35,7 @@ class Tree:
 
     def follow(self, path: Path) -> None:
         """Replace the name at `path`, if it is a reference, by what it names."""
-        kind = _reference(self.kind, path)
+        kind = _references(self.kind, path).get(())
         holder = None if kind is None else self._holder(path)
         if kind is None or holder is None or not isinstance(holder.get(path[-1]), str):
             return
@@ -42,14 +43,7 @@ class Tree:
         try:
             file = assets.find(kind, holder[path[-1]], beside)
         except InputError as error:
-            raise InputError(
-                error.problem,
-                file=beside,
-                field=".".join(inner),
-                value=error.value,
-                allowed=error.allowed,
-                nearest=error.nearest,
-            ) from None
+            raise error.but(file=beside, field=".".join(inner)) from None
         holder[path[-1]] = read_table(kind, file)
         self.files[path] = file
 
@@ -60,10 +54,10 @@ class Tree:
                 self.follow(path)
             except InputError as error:
                 self.unfound[path] = error
-        if not _may_hold_references(self.kind, path):
-            return
         node = holder[path[-1]] if path else self.root
-        if isinstance(node, dict):
+        if isinstance(node, dict) and any(_references(self.kind, path)):
+            if path:
+                node = holder[path[-1]] = dict(node)
             for key in list(node):
                 self.follow_all((*path, key), node)
 
@@ -89,7 +83,9 @@ class Tree:
                 raise InputError(
                     f"{dotted_key(path[:depth])} is a value, not a table", field=dotted, value=value
                 )
-            node = child
+            own = copy.copy(child)  # what was given stays as it was
+            node[int(key) if isinstance(node, list) else key] = own
+            node = own
         if isinstance(node, list):
             raise InputError("is an item of a list: name one of its fields", field=dotted, value=value)
         if items:
@@ -108,25 +104,19 @@ class Tree:
 
 
 @functools.lru_cache(maxsize=1024)  # every description of a kind has the same places
-def _may_hold_references(kind: str, path: Path) -> bool:
-    """Whether a reference can stand below `path`."""
-    return any(
-        len(pattern) > len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
-        for pattern in references(kind)
-    )
-
-
-@functools.lru_cache(maxsize=1024)
-def _reference(kind: str, path: Path) -> str | None:
-    """The kind of what a name at `path` refers to, if it is a reference."""
-    for pattern, referred in references(kind).items():
-        if len(pattern) == len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=True)):
-            return referred
-    return None
+def _references(kind: str, path: Path) -> dict[Path, str]:
+    """Kinds of what names at and below `path` refer to, by the rest of the way to them."""
+    return {
+        pattern[len(path) :]: referred
+        for pattern, referred in references(kind).items()
+        if len(pattern) >= len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
+    }
 
 
 def child_of(node: Any, name: str) -> Any:
     """What stands below a name in a table or description, or a number in a list; None where nothing does."""
+    if type(node) is dict:
+        return node.get(name)
     if isinstance(node, LawSet | FrictionSet) and name in node.parameters:
         return node.parameters[name]
     if isinstance(node, BaseModel):

@@ -137,7 +137,7 @@ def _build(scenario: Scenario) -> Built:
     fill_hinge(model, scenario, size)
     check_stiffness(model, scenario)
     stretch = _stretched(geometry, circuit, scenario.orthosis)
-    numbers, coarse = stability.check_stability(model, index, scenario)
+    numbers, coarse = stability.check_stability(model, index, circuit, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
     described = (*check_description(scenario), *check_air_path(scenario))
@@ -183,9 +183,10 @@ def _stretched(geometry: Geometry, circuit: native.Circuit, orthosis: Orthosis) 
 
 
 def _circuit(scenario: Scenario) -> native.Circuit:
-    return circuit_of(
-        scenario.orthosis, inverts=free(scenario), drives=scenario.drive, supply=scenario.supply
-    )
+    orthosis, supply = scenario.orthosis, scenario.supply
+    told = supply if supply.source or supply.regulator or orthosis.volume else None  # else it is an input
+    drives = tuple(scenario.drive.items())
+    return circuit_of(orthosis, inverts=free(scenario), drives=drives, supply=told)
 
 
 def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:

@@ -11,7 +11,7 @@ own shape. Where nobody walks, the toes do not bend.
 import functools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import mujoco
@@ -107,7 +107,7 @@ class Foot:
     mass: float
     centre: tuple[float, float]
     inertia: float
-    points: dict[str, tuple[float, float]]
+    points: dict[str, tuple[float, float]] = field(hash=False)
     toes: ToeSegment | None = None
 
     @property

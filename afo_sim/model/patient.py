@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import GRAVITY
-from afo_sim.description import Scenario
+from afo_sim.description import Patient, Scenario
 from afo_sim.gait import GaitCycle, Wave
 from afo_sim.model.foot import Foot, ToeSegment, turned
 from afo_sim.model.person import Size, Tissue, healthy_tissue, own_tissue, reflex_gain
@@ -66,7 +66,6 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
     return inertial - foot.gravity_moment(walk.turn) - ground_moment(walk, body_mass)
 
 
-@functools.lru_cache(maxsize=4)  # strengths and devices of a sweep share it
 def _bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
     """Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes.
 
@@ -83,10 +82,9 @@ def _bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
     own = toes.inertia - toes.mass * (toes.centre[0] ** 2 + toes.centre[1] ** 2)
     square = walk.timestep**2
     turning, moved = _carried(walk, toes.hinge, toes.centre)
-    straight, still = _carried(walk.rigid, toes.hinge, toes.centre)
+    straight, still = _carried(walk.bent_from or walk, toes.hinge, toes.centre)
     moment: np.ndarray = own * turning / square + toes.mass * moved
     moment -= own * straight / square + toes.mass * still
-    moment.flags.writeable = False
     return moment
 
 
@@ -120,19 +118,40 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
 
     Units: body_mass [kg].
     """
-    patient, size = scenario.patient, Size.of(scenario)
-    assert patient is not None
-    tissue, own = healthy_tissue(scenario), own_tissue(scenario)
+    patient, gait = scenario.patient, scenario.gait
+    assert patient is not None and gait is not None
+    stride_time, taller = gait.stride_time or walk.cycle.stride_time, Size.of(scenario).taller
+    tissues = healthy_tissue(scenario), own_tissue(scenario)
+    return _active(walk, foot, patient, tissues, reflex_gain(scenario), stride_time, body_mass, taller)
+
+
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it
+def _active(
+    walk: Walk,
+    foot: Foot,
+    patient: Patient,
+    tissues: tuple[Tissue, Tissue],
+    reflex_gain: float,
+    stride_time: float,
+    body_mass: float,
+    taller: float,
+) -> Active:
+    """As `active`, of a healthy person's tissue and the patient's own, and a mean stride [s]."""
+    tissue, own = tissues
     angle, velocity = walk.ankle[1:-1], walk.velocity
     recorded = needed_moment(walk, foot, body_mass)
     healthy = _actively(walk, recorded, tissue)
     left = np.where(healthy > 0.0, patient.dorsiflexor_strength, patient.plantarflexor_strength)
-    stiffness = _healthy_stiffness(walk.rigid) * body_mass * size.taller * patient.stiffness
-    stiffness *= _strength(walk, foot, scenario, body_mass)
-    reflex = -reflex_gain(scenario) * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
+    typical = np.interp(walk.phase[1:-1] % 1.0, *np.array(STIFFNESS).T)
+    stiffness = typical * body_mass * taller * patient.stiffness
+    stiffness *= _strength(walk, foot, patient, tissue, stride_time, body_mass)
+    reflex = -reflex_gain * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     tighter = passive_along(walk, own) - passive_along(walk, tissue)
     needed = healthy - left * healthy - reflex - tighter
-    return Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
+    found = Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
+    for array in vars(found).values():
+        array.flags.writeable = False
+    return found
 
 
 def _actively(walk: Walk, needed: np.ndarray, tissue: Tissue) -> np.ndarray:
@@ -140,54 +159,27 @@ def _actively(walk: Walk, needed: np.ndarray, tissue: Tissue) -> np.ndarray:
     return needed + tissue.damping * walk.velocity - passive_along(walk, tissue)
 
 
-def _strength(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> np.ndarray:
+def _strength(
+    walk: Walk, foot: Foot, patient: Patient, tissue: Tissue, stride_time: float, body_mass: float
+) -> np.ndarray:
     """Strength of the active side as the stiffness follows it [-] (n_step,)."""
-    patient, gait = scenario.patient, scenario.gait
-    assert patient is not None and gait is not None
     sides = np.array([patient.plantarflexor_strength, patient.dorsiflexor_strength])
     time = walk.time[1:-1]
     if np.ptp(sides) == 0.0:
         return np.full(len(time), sides[0])
-    stride = _one_stride(walk.cycle, gait.stride_time or walk.cycle.stride_time, walk.offset)
+    stride = _one_stride(walk.cycle, stride_time, walk.offset)
     stride = stride if walk.resting is None else bent(stride, walk.resting)
-    tissue = healthy_tissue(scenario)
-    moment = _healthy_stride(stride, foot.mass, foot.centre, foot.inertia, foot.toes, tissue, body_mass)
+    moment = _actively(stride, needed_moment(stride, foot, body_mass), tissue)
     switches, dorsal = _switching(walk, moment)
     return activated(time, switches, sides[(np.arange(len(switches) + 1) + dorsal) % 2])
 
 
-@functools.lru_cache(maxsize=8)  # cases of a sweep share it
-def _healthy_stride(
-    stride: Walk,
-    mass: float,
-    centre: tuple[float, float],
-    inertia: float,
-    toes: ToeSegment | None,
-    tissue: Tissue,
-    body_mass: float,
-) -> np.ndarray:
-    """Active moment of a healthy ankle over one stride; mass, centre and inertia are of the foot [N·m]."""
-    foot = Foot(mass, centre, inertia, {}, toes)
-    moment = _actively(stride, needed_moment(stride, foot, body_mass), tissue)
-    moment.flags.writeable = False
-    return moment
-
-
-@functools.lru_cache(maxsize=2)
-def _healthy_stiffness(walk: Walk) -> np.ndarray:
-    """`STIFFNESS` along a walk (n_step,)."""
-    phase, value = np.array(STIFFNESS).T
-    stiffness = np.interp(walk.phase[1:-1] % 1.0, phase, value)
-    stiffness.flags.writeable = False
-    return stiffness
-
-
 def passive_along(walk: Walk, tissue: Tissue) -> np.ndarray:
     """Passive moment of the tissue at the recorded angles, dorsiflexion positive [N·m] (n_step,)."""
-    return tissue.scale * _healthy_mean_along(walk.rigid, tissue.offset)
+    return tissue.scale * _healthy_mean_along(walk.bent_from or walk, tissue.offset)
 
 
-@functools.lru_cache(maxsize=4)  # cases of a sweep share it
+@functools.lru_cache(maxsize=8)  # cases of a sweep share it
 def _healthy_mean_along(walk: Walk, offset: float) -> np.ndarray:
     moment = passive_moments(walk.ankle[1:-1], walk.knee[1:-1], 1.0, offset)
     moment.flags.writeable = False

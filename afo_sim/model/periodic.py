@@ -89,7 +89,8 @@ def as_run(scenario: Scenario) -> Scenario:
 
 def two_strides(scenario: Scenario) -> Scenario:
     """The scenario over two strides from heel strike, and `AFTER` steps."""
-    return _over(scenario, 0, 2 * steps_of_stride(scenario) + AFTER)
+    n = steps_of_stride(scenario)
+    return _over(scenario, n, 0, 2 * n + AFTER)
 
 
 def start_up(scenario: Scenario) -> Scenario:
@@ -101,14 +102,13 @@ def start_up(scenario: Scenario) -> Scenario:
     n = steps_of_stride(scenario)
     begun = round(scenario.gait.start_phase * n)
     whole = math.floor((begun + scenario.n_step) / n + WHOLE)
-    return _over(scenario, begun, max(whole - 2, 2 if 2 * begun > n else 1) * n - begun)
+    return _over(scenario, n, begun, max(whole - 2, 2 if 2 * begun > n else 1) * n - begun)
 
 
-def _over(scenario: Scenario, begun: int, n_step: int) -> Scenario:
-    """The scenario over so many steps, each a whole part of a stride, from so many after heel strike."""
+def _over(scenario: Scenario, n: int, begun: int, n_step: int) -> Scenario:
+    """The scenario over so many steps, each an n-th of a stride, from so many after heel strike."""
     gait = scenario.gait
     assert gait is not None
-    n = steps_of_stride(scenario)
     step = stride_time_of(scenario) / n
     changed: dict[str, object] = {"timestep": step, "duration": n_step * step}
     changed["gait"] = gait.model_copy(update={"start_phase": begun / n})

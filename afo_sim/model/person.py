@@ -126,18 +126,23 @@ def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
     return _similar(file, (now.st_mtime_ns, now.st_size, now.st_ino), gait.speed, taller)
 
 
-_found = functools.lru_cache(maxsize=64)(assets.find_gait)
+@functools.lru_cache(maxsize=64)
+def _found(cycle: str) -> str:
+    return str(assets.find_gait(cycle))
+
+
 _Stamp = tuple[int, int, int]  # time of change [ns], size and number of a file: a changed one has another
 
 
 # Cases of a sweep share most of this.
 @functools.lru_cache(maxsize=8)
-def _read(file: pathlib.Path, stamp: _Stamp, speed: float | None, taller: float) -> GaitCycle:
-    return gait_file.read(file) if speed is None else family.at_speed(file, speed, taller)
+def _read(file: str, stamp: _Stamp, speed: float | None, taller: float) -> GaitCycle:
+    path = pathlib.Path(file)
+    return gait_file.read(path) if speed is None else family.at_speed(path, speed, taller)
 
 
 @functools.lru_cache(maxsize=8)
-def _similar(file: pathlib.Path, stamp: _Stamp, speed: float | None, taller: float) -> GaitCycle:
+def _similar(file: str, stamp: _Stamp, speed: float | None, taller: float) -> GaitCycle:
     return scaled(_read(file, stamp, speed, 1.0 if speed is None else taller), taller)
 
 

@@ -1,7 +1,6 @@
 """The pneumatic circuit of an orthosis, as `native` takes it."""
 
 import functools
-from collections.abc import Mapping
 
 from afo_sim import native
 from afo_sim.description import Drive, Mounting, MuscleGroup, Orthosis, Supply
@@ -12,11 +11,12 @@ from afo_sim.model.mounting import ANKLE
 KINDS = {"bang_bang": native.BANG_BANG, "pwm": native.PWM, "regulator": native.REGULATOR}
 
 
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it, and what is kept by it
 def circuit_of(
     orthosis: Orthosis,
     joint: str = ANKLE,
     inverts: bool = False,
-    drives: Mapping[str, Drive] | None = None,
+    drives: tuple[tuple[str, Drive], ...] = (),
     supply: Supply | None = None,
 ) -> native.Circuit:
     """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own.
@@ -26,22 +26,9 @@ def circuit_of(
     orthosis : frozen description
     joint : the one that MuJoCo asks for; nothing in the chambers puts a force on it
     inverts : whether the foot turns to its sides, which makes parallel paths unlike
-    drives : pressure drives by chamber
+    drives : pressure drives, each with its chamber
     supply : that it hangs on; endless air by default
     """
-    if supply is not None and not (supply.source or supply.regulator or orthosis.volume):
-        supply = None  # its pressure is an input
-    return _circuit(orthosis, joint, inverts, tuple((drives or {}).items()), supply)
-
-
-@functools.lru_cache(maxsize=4)  # cases of a sweep share it, and what is kept by it
-def _circuit(
-    orthosis: Orthosis,
-    joint: str,
-    inverts: bool,
-    drives: tuple[tuple[str, Drive], ...],
-    supply: Supply | None,
-) -> native.Circuit:
     driven, path = dict(drives), AirPath.of(orthosis, supply)
     return native.Circuit(
         muscles=tuple(

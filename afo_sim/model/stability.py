@@ -17,7 +17,6 @@ from afo_sim.description import Muscle, Orthosis, Scenario
 from afo_sim.model.chamber_volume import least_volume
 from afo_sim.model.drive_checks import check_drives
 from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
-from afo_sim.model.pneumatic_circuit import circuit_of
 from afo_sim.physics import FRICTIONS, laminar_slope
 
 # Of rate × time step of a chamber's air. Measured on S1's muscles at 1 and 2 ms against 20 µs, filled and
@@ -31,7 +30,7 @@ FRICTION_LIMIT = 0.5  # of rate × time step of friction that falls with speed
 
 
 def check_stability(
-    model: mujoco.MjModel, index: Index, scenario: Scenario
+    model: mujoco.MjModel, index: Index, circuit: native.Circuit, scenario: Scenario
 ) -> tuple[dict[str, float], list[str]]:
     """Rate × time step of the air and of friction; refuse or warn where the step is too long.
 
@@ -43,7 +42,7 @@ def check_stability(
     friction = _friction_number(model, index, scenario)
     check_friction(friction, scenario.timestep)
     air, warnings = check_air(scenario.orthosis, scenario.timestep)
-    warnings += check_volumes(circuit_of(scenario.orthosis, supply=scenario.supply), scenario.timestep)
+    warnings += check_volumes(circuit, scenario.timestep)
     drives, of_drives = check_drives(scenario)
     return {"air": air, "friction": friction} | drives, [*warnings, *of_drives]
 
@@ -88,7 +87,8 @@ def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
 
 def check_volumes(circuit: native.Circuit, step: float) -> list[Notice]:
     """Warnings of rigid volumes, ends of tubes among them, that are too small for what leads to them."""
-    slopes = {volume.name: 0.0 for volume in circuit.volumes}
+    if not (slopes := {volume.name: 0.0 for volume in circuit.volumes}):
+        return []
     steepest = [(r.origin, r.end, r.steepest) for r in circuit.restrictions]
     for chamber in circuit.chambers:
         port = chamber.port or chamber.name

@@ -155,11 +155,6 @@ class Walk:
     resting: Resting | None = None
     bent_from: "Walk | None" = None
 
-    @property
-    def rigid(self) -> "Walk":
-        """The same walk of a rigid foot, by which is kept what does not depend on the toes."""
-        return self.bent_from or self
-
     # what every case of a sweep needs of it, computed once
 
     @functools.cached_property
@@ -297,22 +292,13 @@ def _fitted(stride: GaitCycle, stands: _Stands) -> Placed:
     return placed
 
 
-@functools.lru_cache(maxsize=2)
-def _sampled(
-    cycle: GaitCycle, gait: Gait, timestep: float, n_step: int
-) -> tuple[np.ndarray, dict[str, np.ndarray], Wave]:
-    """Gait phase, and what does not depend on the ankle's height and offset."""
-    phase = _kept(phase_at(gait, cycle.stride_time, (np.arange(n_step + 2) - 1.0) * timestep))
-    wave = Wave.at(phase)
-    return phase, {name: cycle.signal(name, wave) for name in SIGNALS}, wave
-
-
-@functools.lru_cache(maxsize=2)
+@functools.lru_cache(maxsize=4)  # a design has a coarse, a fine and a first walk
 def _laid_out(stride: GaitCycle, gait: Gait, stands: _Stands, timestep: float, n_step: int) -> Walk:
     placed = _fitted(stride, stands)
     cycle, shift = placed.cycle, (placed.along, placed.vertical)
-    as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
-    phase, signals, wave = _sampled(stride, as_recorded, timestep, n_step)
+    phase = _kept(phase_at(gait, stride.stride_time, (np.arange(n_step + 2) - 1.0) * timestep))
+    wave = Wave.at(phase)
+    signals = {name: stride.signal(name, wave) for name in SIGNALS}
     ankle_x, ankle_z = (cycle.signal(name, wave) for name in ("ankle_x", "ankle_z"))
     pose = _kept(np.stack([ankle_x, ankle_z, signals["shank_angle"]], axis=1))
     ankle = _kept(signals["ankle_angle"] + gait.ankle_offset)

@@ -136,7 +136,7 @@ def test_phases_and_controllers_are_looked_at_too() -> None:
 def test_drives_give_no_pulse_below_the_minimum_on_time() -> None:
     sets = {INLET: SLOW, "drive.dorsiflexor": {"kind": "pwm", "period": "20 ms"}}
     scenario = load("scenario", "seated", sets)
-    chamber = circuit_of(scenario.orthosis, drives=scenario.drive).chambers[0]
+    chamber = circuit_of(scenario.orthosis, drives=tuple(scenario.drive.items())).chambers[0]
     assert chamber.drive is not None and chamber.drive.row["least_on"] == pytest.approx(8e-3)
     assert not any("minimum_on_time" in warning for warning in check_drives(scenario)[1])
     own = load("scenario", "seated", sets | {"drive.dorsiflexor.least_on": "5 ms"})
