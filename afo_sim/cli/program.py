@@ -6,7 +6,6 @@ hidden name, which the next one removes.
 """
 
 import contextlib
-import importlib.abc
 import io
 import os
 import signal
@@ -46,8 +45,6 @@ class Program:
             _open_streams()
             if "video" not in sys.argv:  # MuJoCo would start a Python to look for what opens windows
                 os.environ.setdefault("MUJOCO_GL", "disable")
-            if sys.argv[1:2] == ["run"]:
-                sys.meta_path.insert(0, _WithoutPandas())
             from afo_sim.cli import error_handler
             from afo_sim.cli.commands import app
 
@@ -85,15 +82,6 @@ class Program:
             with contextlib.suppress(OSError):
                 os.write(2, f"afo-sim: {words}\n".encode())
         return _STOPPED + self.received[0] if self.received else _BUG
-
-
-class _WithoutPandas(importlib.abc.MetaPathFinder):
-    """No pandas, which pyarrow would import to see whether a list is one of its Series: 0.2 s."""
-
-    def find_spec(self, name: str, path: object, target: object = None) -> None:
-        """Refuse pandas; what else there is, others find."""
-        if name == "pandas":
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 
 def _open_streams() -> None:

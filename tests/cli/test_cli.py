@@ -40,7 +40,6 @@ HEAVY = {"mujoco", "numba", "llvmlite", "scipy", "pint", "rerun", "pyarrow", "pa
         ("run --help", HEAVY | {"numpy", "rich"}),
         ("list", HEAVY | {"numpy", "afo_sim.description.reader"}),
         ("list seated", HEAVY),
-        ("run --rrd --set duration='0.1 s'", {"pandas", "scipy", "glfw", "matplotlib"}),
         ("run --no-rrd --set duration='0.1 s'", HEAVY - {"mujoco", "llvmlite", "pyarrow"}),
     ],
 )
