@@ -22,9 +22,7 @@ from afo_sim.study import engine
 from afo_sim.study.engine import Numbered
 
 PATIENCE = 1.0  # of computing before processes are started; one takes about as long to be ready [s]
-_PORTION = (
-    6  # cases that are handed over at a time: fewer cost more each, more leave somebody idle at the end
-)
+_PORTION = 6  # cases handed over at a time: of fewer each costs more, of more somebody is idle at the end
 _AHEAD = 2  # portions that a process has, so that it does not wait for the next
 _SERVE = f"""
 import importlib.util as u, sys
