@@ -272,9 +272,9 @@ def assert_rows(model: mujoco.MjModel) -> None:
         A row without mark or kind would be passed over by the callbacks in silence.
     """
     rows, nu = model.actuator_user, model.nu
-    kind_of = np.where(rows[:, 0] == MARK, rows[:, 1], np.nan).tolist()
-    for i in np.flatnonzero(asks_for_callback(model) | (rows[:, 0] == MARK)).tolist():
-        if kind_of[i] not in REFERENCES:
+    ours, kind_of = rows[:, 0] == MARK, rows[:, 1].tolist()
+    for i in np.flatnonzero(asks_for_callback(model) | ours).tolist():
+        if not ours[i] or kind_of[i] not in REFERENCES:
             raise CallbackError(f"actuator {model.actuator(i).name!r} has lost its parameters")
         for slot, (kind, optional) in REFERENCES[kind_of[i]].items():
             other = float(rows[i, slot])
