@@ -292,13 +292,22 @@ def _fitted(stride: GaitCycle, stands: _Stands) -> Placed:
     return placed
 
 
+@functools.lru_cache(maxsize=4)
+def _sampled(
+    cycle: GaitCycle, gait: Gait, timestep: float, n_step: int
+) -> tuple[np.ndarray, dict[str, np.ndarray], Wave]:
+    """Gait phase, and what does not depend on the ankle's height and offset."""
+    phase = _kept(phase_at(gait, cycle.stride_time, (np.arange(n_step + 2) - 1.0) * timestep))
+    wave = Wave.at(phase)
+    return phase, {name: cycle.signal(name, wave) for name in SIGNALS}, wave
+
+
 @functools.lru_cache(maxsize=4)  # a design has a coarse, a fine and a first walk
 def _laid_out(stride: GaitCycle, gait: Gait, stands: _Stands, timestep: float, n_step: int) -> Walk:
     placed = _fitted(stride, stands)
     cycle, shift = placed.cycle, (placed.along, placed.vertical)
-    phase = _kept(phase_at(gait, stride.stride_time, (np.arange(n_step + 2) - 1.0) * timestep))
-    wave = Wave.at(phase)
-    signals = {name: stride.signal(name, wave) for name in SIGNALS}
+    as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
+    phase, signals, wave = _sampled(stride, as_recorded, timestep, n_step)
     ankle_x, ankle_z = (cycle.signal(name, wave) for name in ("ankle_x", "ankle_z"))
     pose = _kept(np.stack([ankle_x, ankle_z, signals["shank_angle"]], axis=1))
     ankle = _kept(signals["ankle_angle"] + gait.ankle_offset)
