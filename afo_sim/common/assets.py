@@ -1,6 +1,7 @@
 """Folders of the products, models/ and gait_data/, in a checkout or in an installed wheel."""
 
 import base64
+import copy
 import functools
 import hashlib
 import importlib.metadata
@@ -202,7 +203,7 @@ def read_toml(path: pathlib.Path) -> dict[str, Any]:
     """A TOML file as a dict; what is wrong with it as an `InputError`."""
     text = read_text(path, LARGEST_DESCRIPTION)
     try:
-        return parse_toml(check_text(text, path))
+        return copy.deepcopy(_parsed(check_text(text, path)))
     except ValueError as error:
         raise InputError(f"is not valid TOML: {error}", file=path) from None
 
@@ -222,6 +223,9 @@ def parse_toml(text: str) -> dict[str, Any]:
     if table is None or _is_deep(table):
         raise ValueError("it is nested too deeply")
     return table
+
+
+_parsed = functools.lru_cache(maxsize=32)(parse_toml)  # runs read the same texts again
 
 
 def _is_deep(value: Any, levels: int = _MOST_LEVELS) -> bool:
