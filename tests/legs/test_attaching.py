@@ -236,7 +236,7 @@ def test_userdata_and_states_of_two_legs_do_not_meet(both: Attached) -> None:
 
     places: list[int] = []
     for leg in both.legs.values():
-        size = 6 * len(leg.chambers) + 10 * len(leg.circuit.muscles) + 2 * len(leg.circuit.anchors)
+        size = 7 * len(leg.chambers) + 14 * len(leg.circuit.muscles) + 2 * len(leg.circuit.anchors)
         places += range(leg.userdata, leg.userdata + size)
         networks = leg.ids.networks.values()
         assert max(networks) < min(*leg.muscles.values(), *leg.chambers.values())
