@@ -2,6 +2,8 @@
 
 import gc
 import os
+import subprocess
+import sys
 
 import pytest
 from campaign import SEED
@@ -31,6 +33,27 @@ def pytest_collection_finish() -> None:
 
 def pytest_report_header() -> str:
     return f"seed of damaged files: AFO_SIM_FUZZ_SEED={SEED}"
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """Run a test that is marked so in a process of its own.
+
+    A profiler never returns from its first call where an interrupted thread ended before its exception came:
+    Python 3.11 then finds something pending for ever. Tests of controllers that take too long leave that.
+    """
+    if not pyfuncitem.get_closest_marker("alone") or os.environ.get("AFO_SIM_ALONE"):
+        return None
+    words = [sys.executable, "-m", "pytest", "-q", "-n0", "-p", "no:cacheprovider", pyfuncitem.nodeid]
+    done = subprocess.run(
+        words,
+        cwd=pyfuncitem.config.rootpath,
+        env={**os.environ, "AFO_SIM_ALONE": "1"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout[-4000:]
+    return True
 
 
 CORE_FOLDERS = {*CORE, "air", "laws_of_nature"}

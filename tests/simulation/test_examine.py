@@ -58,6 +58,7 @@ def test_columns_that_no_asked_metric_reads_are_not_computed(
     assert {name for name, values in vars(columns)["_found"].items() if values is not None} == read
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("asked", CALLS)
 def test_a_design_takes_few_calls_after_its_steps(walked: tuple[Any, Settled], asked: Asked) -> None:
     built, settled = walked
