@@ -15,8 +15,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import IO, Any
 
-import numpy as np
-
 from afo_sim.common.errors import InputError
 from afo_sim.common.reading import check_regular, read_text
 from afo_sim.common.writing import json_text, replacing
@@ -171,6 +169,7 @@ def write_parquet(path: pathlib.Path, table: Any) -> None:
 
 def parquet_column(values: Any) -> Any:
     """Numbers, truths or texts (n,) as a pyarrow Array; its own way imports pandas to look for its Series."""
+    import numpy as np
     import pyarrow as pa
 
     given = np.ascontiguousarray(values)

@@ -21,7 +21,7 @@ def coarse(built: Built, control: np.ndarray) -> tuple[Built, np.ndarray] | None
     """
     scenario, n = built.scenario, steps_of_stride(built.scenario)
     count = round(n * scenario.timestep / LONG)
-    if n < LEAST * count or remembers(built):
+    if n < LEAST * count or remembers(built, control):
         return None
     step = scenario.timestep * n / count
     model = copy.copy(built.model)

@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
-from afo_sim.model import Built, beyond_chambers
+from afo_sim.model import OFF, Built, beyond_chambers
 from afo_sim.physics import FRICTIONS
 from afo_sim.simulation.air_slopes import GIVING, AirRows, air_slopes, giving
 from afo_sim.simulation.network_slopes import NetworkRows, network_rows, network_slopes
@@ -82,7 +82,7 @@ class StrideSearch:
         rows = [native.read_held(self.built.model, numbers, node) for node in self.nodes]
         self.places = np.array(rows, dtype=int).reshape(-1, 2)  # of mass and σ in `act`
         self.first = self.change = self.held(self.start)
-        self.paired = remembers(self.built)
+        self.paired = remembers(self.built, self.control)
 
     @property
     def done(self) -> bool:
@@ -287,10 +287,10 @@ def sticks(built: Built) -> bool:
     return any(FRICTIONS[name].sticks for name in names)
 
 
-def remembers(built: Built) -> bool:
-    """Whether more goes on from stride to stride than the chambers' air and the ankle."""
-    index = built.index
-    return beyond_chambers(built.scenario) or sticks(built) or bool(index.frictions or index.drives)
+def remembers(built: Built, control: np.ndarray) -> bool:
+    """Whether more goes on between strides than chambers' air and ankle, with these inputs (n_step, nu)."""
+    driven = bool((control[:, list(built.index.drives.values())] != OFF).any())
+    return beyond_chambers(built.scenario) or sticks(built) or bool(built.index.frictions) or driven
 
 
 def _step(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:

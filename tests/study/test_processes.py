@@ -28,6 +28,8 @@ ROOT = pathlib.Path(__file__).parents[2]
 SCENARIO = expand("scenario", "seated")
 MANY = 60
 SCRIPT = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 from afo_sim.study.processes import Processes
 cases = ((k, {"duration": "0.2 s"}) for k in range(10**6))
 for number, _ in Processes(2, 0.0).outcomes("seated", cases):
