@@ -43,12 +43,33 @@ def list_command(
 
             tables = product(what)
         else:
-            from afo_sim.description import entries
-
             columns = ("name", "what it is")
-            tables = [(kind, columns, entries(kind)) for kind in ([what] if what else _LISTS)]
+            tables = [(kind, columns, _entries(kind)) for kind in ([what] if what else _LISTS)]
     for title, header, rows in tables:
         print_table(title, list(header), [list(row) for row in rows] or [["–", "none is shipped yet"]])
+
+
+def _entries(kind: str) -> list[tuple[str, str]]:
+    """(name, description) of everything of a kind, named in the plural."""
+    from afo_sim.common import assets, read_header
+    from afo_sim.physics import FRICTIONS, LAWS
+
+    if kind in ("laws", "frictions"):
+        known: Any = LAWS if kind == "laws" else FRICTIONS
+        return [(law.name, f"{law.formula} — {law.source}; {law.validity}") for law in known.values()]
+    if kind == "gaits":
+        headers = {name: read_header(assets.find_gait(name)) for name in assets.gait_names()}
+        return [(name, header.get("description", "")) for name, header in headers.items()]
+    singular = next(one for one, plural in assets.KINDS.items() if plural == kind)
+    tables = {name: assets.read_toml(assets.find(singular, name)) for name in assets.names(singular)}
+    return [(name, _headline(table)) for name, table in tables.items()]
+
+
+def _headline(table: dict[str, Any]) -> str:
+    line = str(table.get("description", ""))
+    if "laws" in table:
+        line += f" (grade {table.get('grade', 'D')}; {', '.join(table['laws'])})"
+    return line
 
 
 @app.command()

@@ -130,7 +130,7 @@ def _with_map(error: InputError) -> InputError:
     if "`map`" not in error.allowed:
         return error
     allowed = error.allowed.replace("`map`", "`map`, which `write_map=roles.toml` writes to be edited", 1)
-    return error.but(allowed=allowed)
+    return error.replaced(allowed=allowed)
 
 
 @gait_app.command("show")

@@ -60,7 +60,7 @@ class InputError(AfoSimError):
             message += f"; did you mean {nearest!r}?"
         super().__init__(message)
 
-    def but(self, **other: Any) -> "InputError":
+    def replaced(self, **other: Any) -> "InputError":
         """The same error with other facts, by the names of the constructor's arguments."""
         names = ("problem", "file", "field", "value", "allowed", "nearest")
         return InputError(**{name: getattr(self, name) for name in names} | other)
@@ -74,7 +74,7 @@ class InputError(AfoSimError):
         text : problem, and what is allowed → the same with other names
         """
         name = self.field if self.file is not None else field(self.field)
-        found = self.but(problem=text(self.problem), field=name, allowed=text(self.allowed))
+        found = self.replaced(problem=text(self.problem), field=name, allowed=text(self.allowed))
         found.others = tuple(other.renamed(field, text) for other in self.others)
         return found
 

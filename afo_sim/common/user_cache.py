@@ -19,6 +19,7 @@ from typing import Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
+from afo_sim.common.versions import digest_of_sources
 from afo_sim.common.writing import keeping
 
 ROOMS = ("common", "physics", "native")  # whose code is compiled, or makes what is
@@ -28,14 +29,10 @@ _PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 @functools.cache
 def checksum(package: pathlib.Path = _PACKAGE) -> str | None:
     """SHA-256 of the rooms' files; None where they are not there to be read."""
-    found, files = hashlib.sha256(), sorted(p for room in ROOMS for p in (package / room).rglob("*.py"))
     try:
-        for path in files:
-            content = path.read_bytes()
-            found.update(f"{path.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
+        return digest_of_sources(package, ROOMS)
     except OSError:
         return None
-    return found.hexdigest() if files else None
 
 
 checksum()  # now, with the import: a file that is edited later is not the code that runs

@@ -1,10 +1,12 @@
 """Versions: what a result was computed with. The code's own version is a fingerprint of its rooms."""
 
+import errno
 import functools
 import hashlib
 import importlib.metadata
 import pathlib
 import platform
+from collections.abc import Iterable
 
 CORE = ("common", "physics", "gait", "description", "native", "control", "metrics", "model", "simulation")
 # The rooms that results depend on; who only fits, validates, shows or asks changes no row of a study.
@@ -20,11 +22,17 @@ def code_fingerprint(package: pathlib.Path = PACKAGE) -> str:
     ----------
     package : folder of `afo_sim`
     """
-    found = hashlib.sha256()
-    for room in COMPUTING:
-        for path in sorted((package / room).rglob("*.py")):
-            content = path.read_bytes()
-            found.update(f"{path.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
+    return digest_of_sources(package, COMPUTING)
+
+
+def digest_of_sources(package: pathlib.Path, rooms: Iterable[str]) -> str:
+    """SHA-256 of the Python files of rooms; OSError where there are none, or one cannot be read."""
+    found, files = hashlib.sha256(), sorted(p for room in rooms for p in (package / room).rglob("*.py"))
+    if not files:
+        raise FileNotFoundError(errno.ENOENT, "no sources", str(package))
+    for path in files:
+        content = path.read_bytes()
+        found.update(f"{path.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
     return found.hexdigest()
 
 

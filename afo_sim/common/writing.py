@@ -108,7 +108,7 @@ def together(folder: pathlib.Path, group: Iterable[str] = (), again: str = "") -
                 _move_in(scratch, folder, group)
         except InputError as error:
             if isinstance(error.file, pathlib.Path) and error.file.is_relative_to(scratch):
-                error = error.but(file=folder / error.file.relative_to(scratch))
+                error = error.replaced(file=folder / error.file.relative_to(scratch))
             raise error from None
         finally:
             if scratch != folder:

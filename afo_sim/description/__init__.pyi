@@ -62,7 +62,6 @@ from .leg import Outsole as Outsole
 from .leg import Shoe as Shoe
 from .leg import Subtalar as Subtalar
 from .leg import Toes as Toes
-from .listing import entries as entries
 from .muscle import Muscle as Muscle
 from .new import base_of as base_of
 from .new import target_of as target_of

@@ -141,7 +141,7 @@ class Provenance(BaseModel):
     source: str
 
 
-class Unchanging(dict[Any, Any]):
+class FrozenDict(dict[Any, Any]):
     """A table of a description, which descriptions share: it refuses to be changed."""
 
     def _refuse(self, *_: object, **__: object) -> Any:
@@ -189,7 +189,7 @@ class Described(BaseModel):
         found: Self | None = kept.get(key)
         if found is None:
             found = kept[key] = read(table)
-            tables = {name: Unchanging(value) for name, value in vars(found).items() if type(value) is dict}
+            tables = {name: FrozenDict(value) for name, value in vars(found).items() if type(value) is dict}
             vars(found).update(tables)
         return found
 

@@ -43,7 +43,7 @@ class Tree:
         try:
             file = assets.find(kind, holder[path[-1]], beside)
         except InputError as error:
-            raise error.but(file=beside, field=".".join(inner)) from None
+            raise error.replaced(file=beside, field=".".join(inner)) from None
         holder[path[-1]] = read_table(kind, file)
         self.files[path] = file
 

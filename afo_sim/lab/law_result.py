@@ -257,7 +257,7 @@ def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, An
     try:
         assets.find("muscle", like)
     except InputError as error:
-        raise error.but(file=None, field="like", value=like) from None
+        raise error.replaced(file=None, field="like", value=like) from None
 
 
 def _require_different(sources: Sequence[Any], tests: Sequence[Any]) -> None:

@@ -214,7 +214,7 @@ def _trial(
         if field == "contraction" and conditions.amounts["length"]:
             field, value = "length", ", ".join(map(str, conditions.amounts["length"]))
         problem = f"{error.problem} ({muscle.name}, {kind})"
-        raise error.but(problem=problem, file=None, field=field, value=value) from None
+        raise error.replaced(problem=problem, file=None, field=field, value=value) from None
 
 
 def _arguments(conditions: _Conditions, kind: str, muscle: Muscle) -> dict[str, Any]:

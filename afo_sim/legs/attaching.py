@@ -357,7 +357,7 @@ def _check_muscles(attached: Attached) -> list[Notice]:
             *check_guides(orthosis, stops),
         ]
     except InputError as error:
-        raise error.but(problem=f"{error.problem} ({where})") from None
+        raise error.replaced(problem=f"{error.problem} ({where})") from None
     return [
         Notice(one.code, "{words} ({where})", subject=one.subject, words=str(one), where=where, **one.data)
         for one in warned

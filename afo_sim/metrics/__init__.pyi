@@ -12,10 +12,12 @@ from .clearance import BELOW as BELOW
 from .clearance import EXTENSIONS as EXTENSIONS
 from .clearance import HEIGHTS as HEIGHTS
 from .facts import Facts as Facts
+from .facts import LazyColumns as LazyColumns
 from .facts import MuscleLimits as MuscleLimits
 from .facts import Run as Run
 from .facts import Skin as Skin
 from .facts import Supply as Supply
+from .facts import cut as cut
 from .facts import run_metrics as run_metrics
 from .first_strides import AIR_BEFORE as AIR_BEFORE
 from .first_strides import NAMES as NAMES
@@ -24,8 +26,6 @@ from .first_strides import from_start as from_start
 from .first_strides import share_left as share_left
 from .first_strides import strides_needed as strides_needed
 from .first_strides import undefined as undefined
-from .lazy import Lazy as Lazy
-from .lazy import each as each
 from .metric import GROUPS as GROUPS
 from .metric import OTHER as OTHER
 from .metric import REPORTED as REPORTED

@@ -9,9 +9,14 @@ from afo_sim.metrics.supply import EACH
 
 @reported(
     TIME,
-    ("strides_solved", "", "Strides that the solver walked", "a wearer walks more until it settles"),
+    ("strides_solved", "", "Strides that the solver walked", "at the asked step; a wearer walks more"),
     ("settled_air_change", "percent", "Change of the air over the settled stride", "largest, of mass and σ"),
-    ("settled_angle_change", "deg", "Change of the ankle's angle over the settled stride"),
+    (
+        "settled_angle_change",
+        "deg",
+        "Change of the ankle's angle over it",
+        "at its ends, or largest in two strides",
+    ),
     of=Of.BESIDE,
 )
 def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric]:

@@ -3,7 +3,7 @@
 `simulation/facts.py` makes the facts of a compiled scenario.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -11,9 +11,42 @@ from typing import Protocol
 import numpy as np
 
 from afo_sim.common import STANDARD_DENSITY
-from afo_sim.metrics.lazy import Columns, each
 from afo_sim.metrics.metric import METRICS, Metric, Of, functions_of, measured, reporting
 from afo_sim.metrics.strides import Stride, settled, strides
+
+Columns = Mapping[str, np.ndarray]
+
+
+class LazyColumns(Columns):
+    """Columns by name, each computed when it is first read, since most are read by nobody.
+
+    names : of those that `read` computes
+    known : others, as they are
+    """
+
+    def __init__(self, names: Iterable[str], read: Callable[[str], np.ndarray], known: Columns | None = None):
+        self._read = read
+        self._found: dict[str, np.ndarray | None] = dict.fromkeys(names) | dict(known or {})
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        found = self._found[name]
+        if found is None:
+            found = self._found[name] = self._read(name)
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+
+def cut(columns: Columns, part: Callable[[np.ndarray], np.ndarray]) -> LazyColumns:
+    """The same part of all columns."""
+    return LazyColumns(columns, lambda name: part(columns[name]))
 
 
 class Source(Protocol):
@@ -144,7 +177,7 @@ class Run:
         if not self.counted:
             return {}
         rows = slice(self.counted[0].rows.start, self.counted[-1].rows.stop)
-        return each(self.columns, lambda values: values[rows])
+        return cut(self.columns, lambda values: values[rows])
 
 
 def run_metrics(run: Run, wanted: Collection[str] | None = None) -> dict[str, Metric]:

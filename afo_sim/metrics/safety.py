@@ -9,8 +9,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from afo_sim.metrics.facts import Facts, MuscleLimits, Run
-from afo_sim.metrics.lazy import Columns
+from afo_sim.metrics.facts import Columns, Facts, MuscleLimits, Run
 from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, measured, reported
 from afo_sim.metrics.strides import chambers
 

@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
-from afo_sim.metrics.facts import Run
-from afo_sim.metrics.lazy import each
+from afo_sim.metrics.facts import Run, cut
 from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
 from afo_sim.metrics.strides import ORTHOSIS, SET_PRESSURE, Stride, chambers, emptied_at
 from afo_sim.metrics.window import Window, increments
@@ -179,7 +178,7 @@ NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
 def air_of(stride: Stride) -> Found:
     """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
     pressures, names = [], chambers(stride.columns)
-    rows = each(stride.columns, lambda values: values[stride.rows])
+    rows = cut(stride.columns, lambda values: values[stride.rows])
     total = grams_taken(rows, names, stride.steps)
     for name in names:
         yield f"air_per_stride_{name}", grams_through(rows, name, stride.steps)
@@ -220,6 +219,6 @@ def air_of(stride: Stride) -> Found:
 def flow_of(stride: Stride) -> Found:
     """Flow and exergy of a stride's air, by the hour and by the minute."""
     names = chambers(stride.columns)
-    rows = each(stride.columns, lambda values: values[stride.rows])
+    rows = cut(stride.columns, lambda values: values[stride.rows])
     yield from flow_metrics(rows, names, stride.steps, free_density=stride.free_density)
     yield "positive_work", positive_work(stride.columns, stride.whole)

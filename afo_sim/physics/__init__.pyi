@@ -51,6 +51,8 @@ from .law import MAX_COEFFICIENTS as MAX_COEFFICIENTS
 from .law import Braid as Braid
 from .law import Law as Law
 from .law import LawParameter as LawParameter
+from .law import Slopes as Slopes
+from .law import slopes_of as slopes_of
 from .law_volume import LAW_VOLUME as LAW_VOLUME
 from .law_volume import LawVolume as LawVolume
 from .law_volume import law_volume as law_volume
@@ -118,8 +120,6 @@ from .series import anchor_force as anchor_force
 from .series import anchor_weight as anchor_weight
 from .series import cable_tension as cable_tension
 from .series import capstan as capstan
-from .slopes import Slopes as Slopes
-from .slopes import slopes_of as slopes_of
 from .static_force import DAMPER_COEFFICIENTS as DAMPER_COEFFICIENTS
 from .static_force import SLACK_BLEND as SLACK_BLEND
 from .static_force import braid_force as braid_force

@@ -1,4 +1,7 @@
-"""The root of a function between two places."""
+"""The root of a function between two places, as `scipy.optimize.brentq` finds it, to the bit.
+
+To import that takes 0.35 s, half of what a short run takes.
+"""
 
 import math
 from collections.abc import Callable

@@ -16,10 +16,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Law
+from afo_sim.physics.law import Law, Slopes, slopes_of
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
-from afo_sim.physics.slopes import Slopes, slopes_of
 
 BRAID_BLEND = 0.005  # stretch over which the braid's stiffness sets in [-]
 DAMPER_COEFFICIENTS = 7

@@ -69,9 +69,9 @@ from .step_check import found_step_errors as found_step_errors
 from .step_check import quarter_step as quarter_step
 from .step_check import with_step_errors as with_step_errors
 from .stepping import FAILURES as FAILURES
-from .stepping import Enough as Enough
 from .stepping import Moment as Moment
 from .stepping import Policy as Policy
+from .stepping import StopEarly as StopEarly
 from .stepping import fixed as fixed
 from .walk_columns import LOWEST as LOWEST
 from .walk_columns import NARROWEST as NARROWEST

@@ -56,7 +56,7 @@ def _between(rows: np.ndarray, at: np.ndarray) -> np.ndarray:
     return found
 
 
-def moved(built: Built, state: np.ndarray, step: float) -> np.ndarray:
+def at_heel_strike(built: Built, state: np.ndarray, step: float) -> np.ndarray:
     """A state at a heel strike, at time 0 and with the shank as steps of this length want it.
 
     Units: state (mjSTATE_INTEGRATION row), step [s].

@@ -10,7 +10,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, unknown
 from afo_sim.control import TOLD
-from afo_sim.metrics import SOLVED, Lazy
+from afo_sim.metrics import SOLVED, LazyColumns
 from afo_sim.model import JOINTS, SINK, SUBTALAR, free
 from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
 from afo_sim.simulation.rollout import Rollout
@@ -306,14 +306,14 @@ def frame_of(built: "Built", rows: dict[str, np.ndarray], control: np.ndarray, f
     return kind(built, rows, control, first_step)
 
 
-def columns_of(built: "Built", rollout: Rollout) -> Lazy:
+def columns_of(built: "Built", rollout: Rollout) -> LazyColumns:
     """All columns of a roll-out, with those that were reported.
 
     Of one that was recorded for metrics alone, those that metrics need.
     """
     frame = frame_of(built, rollout.rows, rollout.control, rollout.first_step)
     found = formulas(built, frame.whole)
-    return Lazy(found, lambda name: found[name](frame), rollout.reported)
+    return LazyColumns(found, lambda name: found[name](frame), rollout.reported)
 
 
 def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], np.ndarray]]:

@@ -18,7 +18,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.description import Mounting, Muscle, MuscleGroup, Orthosis, at_rest
-from afo_sim.metrics import Metric, Window, each, energy_metrics, increments, settled, whole_cycles
+from afo_sim.metrics import Metric, Window, cut, energy_metrics, increments, settled, whole_cycles
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, chamber_of, free, muscle_names
 from afo_sim.physics import SLACK_BLEND, anchor_energy, three_element_damping
@@ -220,7 +220,7 @@ def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tupl
 
     The state after a step holds what the law gave in it beyond the tension. So the last row is left out.
     """
-    rows = each(columns, lambda values: values[:-1])
+    rows = cut(columns, lambda values: values[:-1])
     found, inverts = {}, free(built.scenario)
     for name, group in muscle_names(built.scenario.orthosis).items():
         if group.alike and not inverts and not name.endswith("_1"):
@@ -254,7 +254,7 @@ def balance_metrics(
     part = Window(part.start, min(part.end, last))
     counts = whole
     if part != Window(0.0, last):
-        counts = balance(built, each(columns, part.of), each(static, part.of))
+        counts = balance(built, cut(columns, part.of), cut(static, part.of))
     guided = any(group.path for group in built.scenario.orthosis.muscle.values())
     left_out = {"turnover"} if guided else {"turnover", "wrap_loss"}
     terms = {field.name: getattr(counts, field.name) for field in fields(whole) if field.name not in left_out}

@@ -18,13 +18,13 @@ from afo_sim.common import ControllerError, SimulationError
 from afo_sim.simulation.stepping import (
     FAILURES,
     BatchStepper,
-    Enough,
     LoopStepper,
     Policy,
     PolicyFault,
     Rows,
     Stepper,
     Stop,
+    StopEarly,
 )
 
 STATE = ("time", "qpos", "qvel", "act")  # recorded after each step, the rest is of the state before it
@@ -292,7 +292,7 @@ class _Run:
         except PolicyFault as fault:
             self.stops[k] = steps.start, str(fault)
             self.faults.add(k)
-        except Enough:
+        except StopEarly:
             self.stops[k] = steps.start, None
         return np.zeros((len(steps), self.control.shape[-1]))
 

@@ -19,7 +19,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.model import AFTER, JOINTS, Built, cooled, steps_of_stride
 from afo_sim.model.prefill import prefill
-from afo_sim.simulation.coarse_stride import coarse, moved
+from afo_sim.simulation.coarse_stride import at_heel_strike, coarse
 from afo_sim.simulation.first_air import first_air
 from afo_sim.simulation.rollout import (
     CONTROL,
@@ -155,7 +155,7 @@ def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> 
     for k, walk in enumerate(walks):
         if (there := coarse(walk.built, walk.control)) is not None:
             built, control = there
-            state = moved(walk.built, walk.case.state, built.scenario.timestep)
+            state = at_heel_strike(walk.built, walk.case.state, built.scenario.timestep)
             longer[k] = _Walk(built, control, Case(built.model, state, walk.case.policy))
     if not longer:
         return found
@@ -164,7 +164,7 @@ def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> 
         k, walk = places[place], walks[places[place]]
         found[k] = dataclasses.replace(walk, steps=search.strides * party.n)
         if failure is None and search.found:
-            state = moved(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
+            state = at_heel_strike(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
             case = dataclasses.replace(walk.case, state=state)
             found[k] = dataclasses.replace(found[k], case=case, slopes=search.slopes())
     return found

@@ -46,7 +46,7 @@ class Policy:
     reported : of the steps first…stop, what the policy reports beside its inputs, as columns (n,); nothing by
         default
 
-    `choose` raises `PolicyFault` where a simulation has to end, and `Enough` where it may.
+    `choose` raises `PolicyFault` where a simulation has to end, and `StopEarly` where it may.
     """
 
     choose: Callable[[Moment], np.ndarray]
@@ -58,7 +58,7 @@ class PolicyFault(Exception):
     """A policy cannot choose: the simulation ends here, with this sentence; what came before is kept."""
 
 
-class Enough(Exception):
+class StopEarly(Exception):
     """A policy wants no more steps: the simulation ends here, whole."""
 
 

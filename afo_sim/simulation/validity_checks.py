@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import Described, Muscle, MuscleGroup, Scenario, provenance_note
-from afo_sim.metrics import Facts, Metric, Window, each, skin_metrics, stance
+from afo_sim.metrics import Facts, Metric, Window, cut, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
 from afo_sim.physics.static_force import static_force
@@ -177,7 +177,7 @@ def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str,
     cuts = np.unique(np.linspace(0, len(columns["time"]) - 1, STRETCHES + 1).astype(int))
     found = []
     for first, last in itertools.pairwise(cuts.tolist()):
-        part, forces = (each(of, Window(first, last).of) for of in (columns, static))
+        part, forces = (cut(of, Window(first, last).of) for of in (columns, static))
         energy = balance(built, part, forces)
         found.append((abs(energy.residual) + max(-energy.friction_loss, 0.0), part))
     _, part = max(found, key=lambda each: each[0])
@@ -402,7 +402,7 @@ def _in_swing(built: Built, facts: Facts, columns: Mapping[str, np.ndarray], par
     swing = ~stance(columns, built.body_mass)
     if not swing.any():
         return ""
-    rows = each(columns, lambda values: values[swing])
+    rows = cut(columns, lambda values: values[swing])
     pressure = skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
     if pressure > limit:
         return ""

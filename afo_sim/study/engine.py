@@ -30,12 +30,12 @@ from afo_sim.model.build import build
 from afo_sim.simulation import (
     EVERYTHING,
     Asked,
-    Enough,
     Moment,
     Policy,
     References,
     Rollout,
     Settled,
+    StopEarly,
     Workspace,
     described_policy,
     first_strides,
@@ -314,7 +314,7 @@ def _until_near(first: Prepared, settled: Rollout) -> Policy | None:
         if moment.steps.start:
             angles = np.vstack([angles, moment.last["qpos"][n // 2 :, ankle]])
         if share_left(angles, near) is not None:
-            raise Enough
+            raise StopEarly
         return first.control[moment.steps.start : moment.steps.stop]
 
     return Policy(choose, period=n)

@@ -123,7 +123,7 @@ class OpenSimModel(Noted):
             try:
                 step = joint.pose(values)
             except InputError as error:
-                raise error.but(file=self.file) from None
+                raise error.replaced(file=self.file) from None
             found = found @ (step if outward else step.inverse())
         return found
 
@@ -144,7 +144,7 @@ def read_opensim_model(path: pathlib.Path) -> OpenSimModel:
     try:
         return _model(path, model)
     except InputError as error:
-        raise error.but(file=path) from None
+        raise error.replaced(file=path) from None
     except RecursionError:
         raise InputError("is nested too deeply", file=path) from None
 
@@ -292,4 +292,4 @@ def _root(path: pathlib.Path) -> ElementTree.Element:
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise InputError(f"is not XML: {error}", file=path, allowed="an OpenSim model, .osim") from None
     except InputError as error:
-        raise error.but(file=path) from None
+        raise error.replaced(file=path) from None

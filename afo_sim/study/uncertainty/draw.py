@@ -91,7 +91,7 @@ def applied(spreads: Spreads, scenario: Scenario) -> Applied:
                 unknowns += [Unknown(name, table, targets)] if targets else []
                 drawn = [key for target in targets for key in target.keys]
         except InputError as error:
-            raise error.but(file=spreads.file) from None
+            raise error.replaced(file=spreads.file) from None
         for key in drawn:
             if key in taken:
                 problem = f"is drawn by {taken[key]!r} too"
@@ -164,7 +164,7 @@ def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) 
             field = field_at(pattern, scenario)
         except InputError as error:
             if not elsewhere(parts):
-                raise error.but(file=None, field=f"parameters.{name}", value=pattern) from None
+                raise error.replaced(file=None, field=f"parameters.{name}", value=pattern) from None
             left_out.append(f"{name}: {pattern} is not there")
             return
         there = [field] if holder(scenario, split_key(pattern)[0]) is not None else []
