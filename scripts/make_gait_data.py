@@ -148,6 +148,7 @@ def main() -> None:
         up="y",
         cutoff=CUTOFF,
         belt_speed=1.0,
+        walker="healthy",
         source="GaitAnalysisToolKit 0.2.0, gaitanalysis/octave/2d_inverse_dynamics/test (PyPI)",
         licence="Apache-2.0",
     )

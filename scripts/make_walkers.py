@@ -105,6 +105,7 @@ def mean_adult(task: str, columns: dict[str, np.ndarray]) -> GaitCycle:
         ankle_height=ANKLE_HEIGHT,
         body_height=HEIGHT,
         sole_thickness=0.0,
+        walker="healthy",
         notes={
             "description": f"mean curve of 20 adults, {words}, {speed:.2f} m/s; ankle path derived",
             "mean": f"curve of 20 adults, {words}; ankle path and centre of pressure derived",
@@ -121,7 +122,8 @@ def overground(folder: pathlib.Path) -> GaitCycle:
 
     source = "opensim-org/opensim-core, OpenSim/Examples/Moco/example3DWalking, commit 0435b081"
     done = import_gait(
-        [folder / name for name in MOCO], Choices(side="right", source=source, licence="Apache-2.0")
+        [folder / name for name in MOCO],
+        Choices(side="right", walker="healthy", source=source, licence="Apache-2.0"),
     )
     points = done.legs["right"].points
     hip, knee, ankle = (points[name].path for name in ("hip", "knee", "ankle"))

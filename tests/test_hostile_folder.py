@@ -50,7 +50,7 @@ COMMANDS = {
     "keys": "seated",
     "refit": "nothing",
     "attach": "nothing --orthosis s1",
-    "gait import": "trial.c3d --out walk.csv",
+    "gait import": "trial.c3d --walker healthy --out walk.csv",
     "gait show": "bovi2011_natural",
     "leg import": "nothing",
     "leg export": "adult_75kg --to leg.urdf",

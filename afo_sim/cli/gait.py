@@ -21,6 +21,9 @@ class Trial:
     out: Annotated[
         Path | None, Option(help="needed: the CSV to write; its picture, of the same name, goes with it")
     ] = None
+    walker: Annotated[
+        str | None, Option(metavar="healthy|patient", help="needed: whose walk it is; it is never guessed")
+    ] = None
     side: Annotated[str, Option(help="right|left|both (the mean of both legs)")] = "right"
     stride: Annotated[
         str | None, Option(metavar="N|mean", help="which stride; the first that is whole by default")
@@ -72,8 +75,8 @@ def gait_import_command(trial: Trial) -> None:
     Ground forces are needed always, and for the leg one of: markers, or joint angles with the model.
 
     \b
-        afo-sim gait import walk.c3d --static standing.c3d --out walk.csv
-        afo-sim gait import ik.mot grf.mot scaled.osim --mass "72 kg" --out walk.csv
+        afo-sim gait import walk.c3d --walker patient --static standing.c3d --out walk.csv
+        afo-sim gait import ik.mot grf.mot scaled.osim --walker healthy --out walk.csv
 
     docs/gait_data.md tells which files belong together, and how far to trust each.
     """
@@ -86,6 +89,12 @@ def gait_import_command(trial: Trial) -> None:
         raise InputError(
             problem, field="out", value=shown, allowed="a name ending in .csv, such as my_walk.csv"
         )
+    if trial.walker is None:
+        meaning = (
+            "healthy (a sound leg, which a described patient then weakens) or patient (the patient's own "
+            "walk without the device, which the device is added to and nothing weakens again)"
+        )
+        raise InputError("is missing: whose walk it is", field="walker", allowed=meaning)
     with progress("reading the trial"):
         from afo_sim.common import check_writable, together
         from afo_sim.gait import write

@@ -152,11 +152,6 @@ class Scenario(Described):
         """Leg that is simulated: as the scenario says, else the leg's own."""
         return self.side or self.leg.side
 
-    @property
-    def contact(self) -> bool:
-        """Whether the foot meets a floor, rather than the recorded force."""
-        return self.ground is not None and self.ground.mode == "contact"
-
     @model_validator(mode="after")
     def _walks_or_sits(self) -> Self:
         for key in ("gait", "patient"):

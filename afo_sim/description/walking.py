@@ -19,6 +19,9 @@ class Gait(Described):
 
     cycle: str
     """Recorded stride: a shipped gait, or the path of a gait CSV."""
+    walker: Literal["healthy", "patient"] | None = None
+    """Whose walk the recording is: a healthy walker's, who carries the described patient, or the patient's
+    own without the device; the file's by default."""
     stride_time: Annotated[float, Quantity("s", above=0.2, at_most=10.0)] | None = None
     """Duration of a stride; the recording's by default."""
     variability: Annotated[float, Quantity("", at_least=0.0, at_most=0.2)] = 0.0
@@ -110,8 +113,9 @@ class Ground(Described):
     two thirds of critical with the mass of shank and foot.
     """
 
-    mode: Literal["recorded", "contact"] = "recorded"
-    """Recorded force, whatever the foot does, or contact of this foot with the floor."""
+    mode: Literal["recorded", "contact"] | None = None
+    """Recorded force, whatever the foot does, or contact of this foot with the floor; recorded by default,
+    and contact where the recording is the patient's own."""
     stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 5e4
     """Stiffness of the pads under the sole."""
     damping: Annotated[float, Quantity("s/m", at_least=0.0, at_most=2.0)] = 1.0

@@ -16,6 +16,7 @@ from .checks import stance as stance
 from .cycle import DEGREE as DEGREE
 from .cycle import KINEMATICS as KINEMATICS
 from .cycle import GaitCycle as GaitCycle
+from .cycle import Walker as Walker
 from .family import at_speed as at_speed
 from .file import write as write
 from .flat_foot import LEAST as LEAST

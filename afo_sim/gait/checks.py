@@ -1,12 +1,12 @@
 """Checks of a gait cycle: wrong units, signs, axes and gaps are refused in the file's own words."""
 
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import NoReturn, get_args
 
 import numpy as np
 
 from afo_sim.common import InputError
-from afo_sim.gait.cycle import COLUMNS, GaitCycle
+from afo_sim.gait.cycle import COLUMNS, GaitCycle, Walker
 from afo_sim.gait.flat_foot import USUAL
 
 _CLOSING_ANGLE = 5.0  # largest difference between the stride's two ends that is taken out [deg]
@@ -104,6 +104,11 @@ class _Examination:
         if cycle.side not in ("right", "left"):
             raise InputError(
                 "is not a valid side", file=self.file, field="side", value=cycle.side, allowed="right, left"
+            )
+        if cycle.walker not in (None, *get_args(Walker)):
+            allowed = ", ".join(get_args(Walker))
+            raise InputError(
+                "is no choice", file=self.file, field="walker", value=cycle.walker, allowed=allowed
             )
         values = (cycle.stride_time, cycle.body_mass, cycle.walking_speed, cycle.ankle_height)
         known = dict(zip(RANGES, values, strict=True))
@@ -346,8 +351,8 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
 
 
 def _optional(cycle: GaitCycle) -> list[tuple[str, str]]:
-    """What is known of the walker's size and shoe."""
-    found = []
+    """What is known of the walker: whose walk it is, size and shoe."""
+    found: list[tuple[str, str]] = [] if cycle.walker is None else [("walker", cycle.walker)]
     if cycle.body_height is not None:
         found.append(("body height", f"{cycle.body_height:.2f} m"))
     if cycle.sole_thickness is not None:

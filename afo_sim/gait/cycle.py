@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -28,6 +29,7 @@ COLUMNS = {
     "cop_x_m": ("cop_x", 1.0),
     "ankle_moment_nm_per_kg": ("ankle_moment", -1.0),  # laboratories publish plantarflexion positive
 }
+Walker = Literal["healthy", "patient"]
 _WARNING = "warning"  # notes "warning 1", "warning 2", …: what a person should look at
 KINEMATICS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 
@@ -58,6 +60,7 @@ class GaitCycle:
     ankle_moment: np.ndarray  # internal, dorsiflexion positive, per body mass [N·m/kg]
     body_height: float | None = None  # [m]; None where it is not known
     sole_thickness: float | None = None  # of what was worn, under the ankle [m]; None where it is not known
+    walker: Walker | None = None  # whose walk it is; None where nobody said
     notes: Mapping[str, str] = field(default_factory=dict)  # further header lines of the file
     harmonics: int = HARMONICS
 

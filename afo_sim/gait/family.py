@@ -140,6 +140,7 @@ def _blended(slow: GaitCycle, fast: GaitCycle, share: float, speed: float, betwe
         walking_speed=speed,
         ankle_x=forward,
         cop_x=_place((slow, fast), (1.0 - share, share), columns["grf_z"]),
+        walker=slow.walker if slow.walker == fast.walker else None,
         notes=notes,
         **columns,
         **numbers,

@@ -14,6 +14,7 @@ NUMBERS = {
     "walking_speed_m_per_s": "walking_speed",
     "ankle_height_m": "ankle_height",
 }
+_WALKER = "walker"  # key of whose walk it is, which may be left out
 _OPTIONAL = {"body_height_m": "body_height", "sole_thickness_m": "sole_thickness"}
 
 
@@ -42,7 +43,8 @@ def read(path: str | pathlib.Path) -> GaitCycle:
     facts |= {name: table.number(key) for key, name in NUMBERS.items()}
     facts |= {name: table.number(key) for key, name in _OPTIONAL.items() if key in table.header}
     facts |= {name: table.columns[column] * factor for column, (name, factor) in COLUMNS.items()}
-    known = {**_TEXTS, **NUMBERS, **_OPTIONAL}
+    facts[_WALKER] = table.header.get(_WALKER)
+    known = {**_TEXTS, **NUMBERS, **_OPTIONAL, _WALKER: _WALKER}
     notes = {key: text for key, text in table.header.items() if key not in known}
     cycle = GaitCycle(**facts, notes=notes)
     examine(cycle, table.file)
@@ -62,5 +64,6 @@ def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
     header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}
     known = {key: getattr(cycle, name) for key, name in _OPTIONAL.items()}
     header |= {key: f"{value:.6g}" for key, value in known.items() if value is not None}
+    header |= {_WALKER: cycle.walker} if cycle.walker else {}
     columns = {column: getattr(cycle, name) / factor for column, (name, factor) in COLUMNS.items()}
     write_phase_table(pathlib.Path(path), {**header, **cycle.notes}, columns)

@@ -10,6 +10,7 @@ from afo_sim.metrics.metric import NEED, PUSH_OFF, TORQUE, WORK, Found, Of, repo
 from afo_sim.metrics.strides import ORTHOSIS, Stride
 from afo_sim.metrics.window import increments
 
+NEEDED_MOMENT = "gait/needed_moment"
 NEEDED = "healthy ankle's active moment less what the patient gives"
 SWING = "from toe-off until the shank stands upright"
 TERMINAL = "from the upright shank to heel strike, where the straight knee tightens the calf"
@@ -42,7 +43,9 @@ def torque_deficit(stride: Stride) -> Found:
     ------
     Initial and mid-swing end, and terminal swing begins, with the upright shank: Perry & Burnfield 2010.
     """
-    needed, passive = stride.columns["gait/needed_moment"], stride.columns["gait/passive_moment"]
+    if NEEDED_MOMENT not in stride.columns:  # a patient's own walk: no healthy ankle is known of it
+        return
+    needed, passive = stride.columns[NEEDED_MOMENT], stride.columns["gait/passive_moment"]
     for side, sign in SIDES.items():
         yield from peak.peaks(f"needed_{side}_torque", sign * needed[stride.rows], stride.timestep)
     for name, part in (
@@ -78,7 +81,9 @@ def torque_given(stride: Stride) -> Found:
         yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
     carried = stride.between(stride.toe_off, stride.upright)
     yield "orthosis_swing_torque_mean", peak.clean(carried.mean(stride.columns[ORTHOSIS]))
-    needed = stride["gait/needed_moment"]
+    if NEEDED_MOMENT not in stride.columns:
+        return
+    needed = stride[NEEDED_MOMENT]
     way = np.where(needed < 0.0, -1.0, 1.0)
     given = np.minimum(np.maximum(way * torque, 0.0), np.abs(needed))
     if peak.highest(np.abs(needed)) > 0.0:

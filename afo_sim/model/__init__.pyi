@@ -67,7 +67,9 @@ from .periodic import start_up as start_up
 from .periodic import steps_of_stride as steps_of_stride
 from .periodic import two_strides as two_strides
 from .periodic import why_walked as why_walked
+from .person import UNDRIVEN as UNDRIVEN
 from .person import Size as Size
+from .person import in_contact as in_contact
 from .person import own_tissue as own_tissue
 from .person import person_of as person_of
 from .person import persons_stride as persons_stride

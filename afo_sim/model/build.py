@@ -25,9 +25,9 @@ from afo_sim.model.inversion import SideArms, check_stiffness, check_subtalar, f
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
 from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
-from afo_sim.model.patient import Active, active
+from afo_sim.model.patient import Active, active, own_active
 from afo_sim.model.periodic import unseen_drift, why_walked
-from afo_sim.model.person import Person, Size, own_tissue, person_of
+from afo_sim.model.person import Person, Size, as_recorded, in_contact, own_tissue, person_of, walker_of
 from afo_sim.model.pneumatic_circuit import circuit_of
 from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
@@ -193,13 +193,26 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     """Lay the recorded walking out, and compute what the patient's own ankle does in it."""
     scenario = built.scenario
     walk = lay_out(scenario, foot)
-    own = active(walk, bare, scenario, built.body_mass)
+    if walker_of(scenario) == "patient":
+        own = _recorded_active(scenario, built.body_mass)
+    else:
+        own = active(walk, bare, scenario, built.body_mass)
     contact, warnings = None, (*built.warnings, *_paced(scenario, walk))
-    if scenario.contact:
+    if in_contact(scenario):
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)
         warnings = (*warnings, *contact.warnings())
     return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
+
+
+def _recorded_active(scenario: Scenario, body_mass: float) -> Active:
+    """What a patient's own ankle did in what was worn when the walk was recorded.
+
+    Units: body_mass [kg].
+    """
+    recorded, size = as_recorded(scenario), Size.of(scenario)
+    foot = geometry_of(recorded, _circuit(recorded), size).bare_foot(size.heavier, recorded.leg)
+    return own_active(lay_out(recorded, foot), foot, recorded, body_mass)
 
 
 def check_description(scenario: Scenario) -> Iterator[Notice]:

@@ -29,7 +29,7 @@ from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.description import Ground
 from afo_sim.model.foot import TOE_POINTS, Foot, turned
 from afo_sim.model.outsole import BEARING, padded
-from afo_sim.model.person import Size
+from afo_sim.model.person import Size, walker_of
 from afo_sim.model.walk import Walk
 
 if TYPE_CHECKING:
@@ -116,8 +116,7 @@ def ground_of(scenario: "Scenario", size: Size) -> Ground:
 
     Forces go with mass, deflections with length, times with √length.
     """
-    ground = scenario.ground
-    assert ground is not None
+    ground = scenario.ground or Ground()
     stiffer = size.heavier / size.taller
     joint = TOE_JOINT if ground.toe_stiffness is None else ground.toe_stiffness
     # a copy is not checked again: the bounds are of a person of the leg's size
@@ -206,7 +205,8 @@ def register(
     flexors = None
     if walk.toe is not None:
         assert scenario.patient is not None
-        given = scenario.patient.plantarflexor_strength * np.sum(carried * lever, axis=1)
+        left = 1.0 if walker_of(scenario) == "patient" else scenario.patient.plantarflexor_strength
+        given = left * np.sum(carried * lever, axis=1)
         flexors = _hinge_moment(walk, pitch, foot, model, scenario) - given
     total, turning = load.sum(axis=1), np.sum(load * ahead, axis=1)
     shift = np.where(total > least, place - turning / np.maximum(total, least), 0.0)

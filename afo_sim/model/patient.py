@@ -1,5 +1,7 @@
 """The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it.
 
+In a patient's own walk it is what that patient's muscles did, and nothing is scaled (`own_active`).
+
 The recorded walking shows which side's muscles are active; the stiffness follows that side's strength with
 lags. The instants at which the sides change belong to the gait cycle, and between them the lags have a closed
 form. So the activation at an instant does not depend on the time step.
@@ -38,13 +40,14 @@ class Active:
 
     moment [N·m] and stiffness [N·m/rad] are what drives it; recorded [N·m] is the whole internal moment of
     the recorded walking; needed [N·m] is what a healthy ankle would give in that walking, less what this
-    patient's muscles and tissue give in the same motion. Dorsiflexion positive.
+    patient's muscles and tissue give in the same motion, None of a patient's own walk, which no healthy ankle
+    is known of. Dorsiflexion positive.
     """
 
     moment: np.ndarray
     stiffness: np.ndarray
     recorded: np.ndarray
-    needed: np.ndarray
+    needed: np.ndarray | None
 
 
 def ground_moment(walk: Walk, body_mass: float) -> np.ndarray:
@@ -125,6 +128,36 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     return _active(walk, foot, patient, tissues, reflex_gain(scenario), stride_time, body_mass, taller)
 
 
+def own_active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
+    """What a patient's own muscles gave in the recorded walk, and give in every other that is simulated.
+
+    The moment that the recorded motion needs of the foot, less the patient's tissue and the joint's damping.
+    Weakness and spasticity are in it, as are the muscles' own stiffness and whatever the patient did about a
+    hanging foot. So nothing scales it, nothing holds the recorded angle, and only the tissue responds where
+    the ankle goes elsewhere.
+
+    Parameters
+    ----------
+    walk, foot : in what the patient wore when the walk was recorded
+    body_mass : [kg]
+    """
+    return _own(walk, foot, own_tissue(scenario), body_mass)
+
+
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it
+def _own(walk: Walk, foot: Foot, tissue: Tissue, body_mass: float) -> Active:
+    recorded = needed_moment(walk, foot, body_mass)
+    return _kept(Active(_actively(walk, recorded, tissue), np.zeros_like(recorded), recorded, None))
+
+
+def _kept(found: Active) -> Active:
+    """The same with arrays that later runs share, made read-only."""
+    for array in vars(found).values():
+        if array is not None:
+            array.flags.writeable = False
+    return found
+
+
 @functools.lru_cache(maxsize=4)  # cases of a sweep share it
 def _active(
     walk: Walk,
@@ -148,14 +181,11 @@ def _active(
     reflex = -reflex_gain * np.maximum(velocity, 0.0)  # as passive_ankle.spastic_moment
     tighter = passive_along(walk, own) - passive_along(walk, tissue)
     needed = healthy - left * healthy - reflex - tighter
-    found = Active(left * healthy + stiffness * angle, stiffness, recorded, needed)
-    for array in vars(found).values():
-        array.flags.writeable = False
-    return found
+    return _kept(Active(left * healthy + stiffness * angle, stiffness, recorded, needed))
 
 
 def _actively(walk: Walk, needed: np.ndarray, tissue: Tissue) -> np.ndarray:
-    """What a healthy ankle gives of a needed moment beside its tissue and damping [N·m] (n_step,)."""
+    """What an ankle's muscles give of a needed moment beside its tissue and damping [N·m] (n_step,)."""
     return needed + tissue.damping * walk.velocity - passive_along(walk, tissue)
 
 

@@ -4,13 +4,21 @@ import functools
 import math
 import os
 import pathlib
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
-from afo_sim.common import assets
-from afo_sim.description import Gait, Provenance, Scenario
-from afo_sim.gait import Chain, GaitCycle, family, scaled, stepped
+from afo_sim.common import InputError, assets
+from afo_sim.description import Gait, Ground, Provenance, Scenario, load
+from afo_sim.gait import Chain, GaitCycle, Walker, family, scaled, stepped
 from afo_sim.gait import file as gait_file
+
+# What nothing switches, measures or compares: of a scenario of the leg alone.
+UNDRIVEN: Mapping[str, Any] = {
+    **dict.fromkeys(("reference", "start", "timer", "phases", "controller")),
+    "drive": {},
+    "sensor": {},
+}
 
 
 @dataclass(frozen=True)
@@ -73,6 +81,52 @@ def person_of(scenario: Scenario) -> Person:
         mass = walker.body_mass if mass is None else mass
         height = walker.body_height if height is None else height
     return Person(leg.body_mass if mass is None else mass, leg.body_height if height is None else height)
+
+
+def walker_of(scenario: Scenario) -> Walker:
+    """Whose walk drives the shank: a healthy walker's, or the patient's own without the device.
+
+    Raises
+    ------
+    InputError
+        The gait cannot be found or read, or neither its file nor the scenario says whose walk it is.
+    """
+    gait = scenario.gait
+    assert gait is not None
+    walker = gait.walker or recorded_stride(gait).walker
+    if walker is None:
+        raise InputError(
+            "does not say whose walk it is",
+            file=gait.cycle,
+            field="walker",
+            allowed='a header line "# walker: healthy" or "# walker: patient" in the file, or '
+            "gait.walker = healthy or patient in the scenario",
+        )
+    return walker
+
+
+def in_contact(scenario: Scenario) -> bool:
+    """Whether the foot meets a floor, rather than the recorded force; errors as of `walker_of`.
+
+    A patient's own walk does by default: an ankle that only its tissue holds cannot stand on a force that is
+    the same wherever the foot is.
+    """
+    if scenario.gait is None:
+        return False
+    mode = scenario.ground.mode if scenario.ground is not None else None
+    return (mode or ("contact" if walker_of(scenario) == "patient" else "recorded")) == "contact"
+
+
+def as_recorded(scenario: Scenario) -> Scenario:
+    """The scenario in what the recorded walker wore: nothing, or the shoe where the recording has a sole.
+
+    Without orthosis and air. What is not known is taken as barefoot.
+    """
+    gait = scenario.gait
+    assert gait is not None
+    sole = recorded_stride(gait).sole_thickness if gait.sole_thickness is None else gait.sole_thickness
+    worn = {"orthosis": load("orthosis", "none"), "shoe": scenario.shoe if sole else None}
+    return scenario.with_values(**UNDRIVEN, **worn)
 
 
 def taller_than_recorded(scenario: Scenario) -> float:
@@ -147,15 +201,23 @@ def _similar(file: str, stamp: _Stamp, speed: float | None, taller: float) -> Ga
 
 
 def with_person(scenario: Scenario) -> Scenario:
-    """The scenario with the person's mass and height stated, so that whoever reads it sees what ran."""
-    patient = scenario.patient
-    if patient is None:
+    """The scenario with the person's mass and height, and whose walk it is, stated; so is a patient's ground.
+
+    So whoever reads it sees what ran.
+    """
+    patient, gait = scenario.patient, scenario.gait
+    if patient is None or gait is None:
         return scenario
+    walker, ground = walker_of(scenario), scenario.ground
+    if walker == "patient":
+        mode = "contact" if in_contact(scenario) else "recorded"
+        ground = (ground or Ground()).model_copy(update={"mode": mode})
     person = person_of(scenario)
     stated: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}
     stated["provenance"] = patient.provenance | _sources(scenario)
     # a copy is not checked again: a gait file's mass is checked where it is read
-    return scenario.model_copy(update={"patient": patient.model_copy(update=stated)})
+    told = {"patient": patient.model_copy(update=stated), "gait": gait.model_copy(update={"walker": walker})}
+    return scenario.model_copy(update=told | {"ground": ground})
 
 
 def _sources(scenario: Scenario) -> dict[str, Provenance]:
@@ -198,6 +260,11 @@ def own_tissue(scenario: Scenario) -> Tissue:
 
 
 def reflex_gain(scenario: Scenario) -> float:
-    """Gain of the spastic plantarflexors at the person's size [N·m·s/rad]."""
+    """Gain of the spastic plantarflexors at the person's size [N·m·s/rad]; of a patient's own walk none.
+
+    What they did is in the recorded moment.
+    """
     assert scenario.patient is not None
+    if walker_of(scenario) == "patient":
+        return 0.0
     return scenario.patient.spasticity * Size.of(scenario).damped

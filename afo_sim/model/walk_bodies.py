@@ -9,7 +9,7 @@ from afo_sim.model.contact import ground_of, pad_stiffness
 from afo_sim.model.foot import REST, Foot, add_rest
 from afo_sim.model.mounting import ANKLE, add_motor
 from afo_sim.model.outsole import POINTS, SOLE, padded
-from afo_sim.model.person import Size, reflex_gain
+from afo_sim.model.person import Size, in_contact, reflex_gain
 from afo_sim.model.walk import ARMATURE, JOINTS
 
 DRIVES = tuple(f"drive_{joint}" for joint in JOINTS)
@@ -29,7 +29,7 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     shank.pos = -at
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
     for name, kind, axis in zip(JOINTS, (slide, slide, hinge), np.eye(3)[[0, 2, 1]], strict=True):
-        if name == JOINTS[-1] and scenario.contact:  # before the shank turns: along the world's z
+        if name == JOINTS[-1] and in_contact(scenario):  # before the shank turns: along the world's z
             _add_sink(shank, at, scenario, size)
         shank.add_joint(name=name, type=kind, axis=axis, pos=at, armature=ARMATURE)
     for drive, driven in zip(DRIVES, JOINTS, strict=True):
@@ -39,7 +39,7 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     add_motor(spec, STIFFNESS, ANKLE, (0.0, -1.0))  # −ctrl × angle
     add_motor(spec, SPASTIC, ANKLE, (0.0, 0.0, -1.0), callback=True)
     add_rest(spec, scenario)
-    if scenario.contact:
+    if in_contact(scenario):
         _add_contact(spec, padded(leg.toes))
 
 
@@ -93,7 +93,7 @@ def fill_walking(model: mujoco.MjModel, actuators: dict[str, int], scenario: Sce
     """Their rows."""
     model.actuator_user[list(actuators.values())] = native.motor_row()
     model.actuator_user[actuators[SPASTIC]] = native.spastic_row(gain=reflex_gain(scenario))
-    if scenario.contact:
+    if in_contact(scenario):
         ground = ground_of(scenario, Size.of(scenario))
         brakes = float(model.dof_damping[int(model.joint(SINK).dofadr[0])])
         model.actuator_user[actuators[SUPPORT]] = native.motor_row(damping=brakes)

@@ -11,8 +11,8 @@ from afo_sim.common import InputError, Notice
 from afo_sim.description import Scenario, load
 from afo_sim.description.scenario_text import reference as in_words
 from afo_sim.metrics import COMPARED, Metric, reference_metrics
+from afo_sim.model import UNDRIVEN, in_contact, two_strides, why_walked
 from afo_sim.model import controls as schedule
-from afo_sim.model import two_strides, why_walked
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import Asked, examine
 from afo_sim.simulation.recording import Recording
@@ -47,14 +47,8 @@ def reference_of(scenario: Scenario) -> Scenario:
         problem = "compares with an orthosis without air, and none is worn"
         raise InputError(problem, field="reference", value=kind, allowed="barefoot, shoe")
     changed: dict[str, Any] = {
+        **UNDRIVEN,
         "name": f"{scenario.name} reference".strip(),
-        "reference": None,
-        "start": None,
-        "timer": None,
-        "phases": None,
-        "controller": None,
-        "drive": {},
-        "sensor": {},
         "gait": gait.model_copy(update={"settled": "solved"}),
     }
     if kind == "orthosis-off":
@@ -76,7 +70,7 @@ class Reference:
 
 def walk_reference(scenario: Scenario) -> Reference:
     """Walk a scenario's reference: its settled stride alone, or the whole run where none repeats."""
-    if scenario.contact:
+    if in_contact(scenario):
         return Reference({}, "the floor of ground.mode = contact catches both feet, and hides what is lifted")
     reference = reference_of(scenario)
     solved = not why_walked(reference)

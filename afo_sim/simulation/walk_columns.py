@@ -246,8 +246,9 @@ def _column(
     whole: bool = False,
     contact: bool = False,
     toes: bool = False,
+    needed: bool = False,
 ) -> Column:
-    """A column of walking, or only of walking in contact, or of a foot whose toes bend."""
+    """A column of walking, or only of walking in contact, of a foot whose toes bend, of a known need."""
     return Column(
         name,
         unit,
@@ -258,6 +259,7 @@ def _column(
             built.walk is not None
             and (built.contact is not None or not contact)
             and (built.walk.toe is not None or not toes)
+            and (not needed or (built.active is not None and built.active.needed is not None))
         ),
     )
 
@@ -281,6 +283,11 @@ def _extended(which: int) -> Callable[[WalkFrame], np.ndarray]:
     return formula
 
 
+def _needed(f: WalkFrame) -> np.ndarray:
+    assert f.active.needed is not None
+    return f.steps(f.active.needed)
+
+
 MOMENT = "internal, dorsiflexion positive"
 WALKING = (
     _column("gait/phase", "", "0 = heel strike, up to 1", lambda f: f.instants(f.walk.phase) % 1.0),
@@ -298,7 +305,8 @@ WALKING = (
         "gait/needed_moment",
         "N*m",
         f"{MOMENT}; active moment of the recorded walking less what the patient gives",
-        lambda f: f.steps(f.active.needed),
+        _needed,
+        needed=True,
     ),
     _column(
         "gait/passive_moment",

@@ -141,9 +141,13 @@ def test_library_names_fields_and_the_command_line_options(
     code, _, complaint = call(capsys, "run", "--out", tmp_path / "file")
     assert code == 2
     assert complaint.startswith("afo-sim: --out = ")
-    code, _, complaint = call(capsys, "gait", "import", "x.mot", "--out", "x.csv", "--mass", "3 bar")
+    code, _, complaint = call(
+        capsys, "gait", "import", "x.mot", "--walker", "healthy", "--out", "x.csv", "--mass", "3 bar"
+    )
     assert complaint.startswith("afo-sim: --mass = '3 bar'")
-    code, _, complaint = call(capsys, "gait", "import", "x.mot", "--out", "x.csv", "--ankle-zero", "up")
+    code, _, complaint = call(
+        capsys, "gait", "import", "x.mot", "--walker", "healthy", "--out", "x.csv", "--ankle-zero", "up"
+    )
     assert complaint.startswith("afo-sim: --ankle-zero = 'up'")
     code, _, complaint = call(capsys, "new", "muscle", "mine", "--leg", "adult_75kg", "--out", tmp_path)
     assert complaint.startswith("afo-sim: --leg = 'adult_75kg': does not go with a new muscle")

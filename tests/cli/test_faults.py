@@ -47,7 +47,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "fit": ("fit", str(MUSCLE / "characteristic.csv"), *FIT, "--out", "OUT/new"),
     "fit-run": ("fit-run", "GIVEN/log.csv", "--scenario", "seated", "--out", "OUT/new"),
     "fit-torque": ("fit-torque", "GIVEN/torque.csv", *TORQUE, "--out", "OUT/new"),
-    "gait import": ("gait", "import", *TRIAL, "--out", "OUT/new/gait.csv"),
+    "gait import": ("gait", "import", *TRIAL, "--walker", "healthy", "--out", "OUT/new/gait.csv"),
     "gait show": ("gait", "show", "gatk_stride1", "--out", "OUT/new/gait.png"),
     "validate": ("validate", "--figures", "OUT/new"),
     "replay": ("replay", "GIVEN/swept", "1", "--no-rrd", "--out", "OUT/new"),

@@ -23,6 +23,7 @@ from afo_sim.simulation import read_recording
 
 ROOT = pathlib.Path(__file__).parents[2]
 GAIT_DATA = ROOT / "gait_data"
+IMPORT = ("gait", "import", "--walker", "healthy")
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +54,7 @@ def test_import_writes_a_cycle_and_its_picture(
         "--sole",
         "25 mm",
     )
-    code, printed, complaint = call(
-        capsys, "gait", "import", *trial, "--out", str(out), "--mass", "67.2 kg", *facts
-    )
+    code, printed, complaint = call(capsys, *IMPORT, *trial, "--out", str(out), "--mass", "67.2 kg", *facts)
     assert code == 0, complaint
     assert "1 of 2 right (1_ground_force)" in printed or "2 of 2 right (1_ground_force)" in printed
     assert printed.startswith("right stride 1 of ")
@@ -80,7 +79,7 @@ def test_a_doubtful_mass_is_a_warning_and_none_is_an_estimate(
 ) -> None:
     """The walk is that of 67.2 kg, and its right foot alone is seen."""
     out = str(tmp_path / "x.csv")
-    code, printed, complaint = call(capsys, "gait", "import", *trial, "--out", out, "--mass", "76 kg")
+    code, printed, complaint = call(capsys, *IMPORT, *trial, "--out", out, "--mass", "76 kg")
     assert code == 0, complaint
     warnings = [line for line in printed.splitlines() if line.startswith("warning: ")]
     assert any("76.0 kg" in line for line in warnings)
@@ -89,7 +88,7 @@ def test_a_doubtful_mass_is_a_warning_and_none_is_an_estimate(
         code, again, complaint = call(capsys, *command)
         assert code == 0, complaint
         assert "warning 1" in again and "76.0 kg" in again
-    code, printed, complaint = call(capsys, "gait", "import", *trial, "--out", out)
+    code, printed, complaint = call(capsys, *IMPORT, *trial, "--out", out)
     assert code == 0, complaint
     assert "the plates carry" in printed
     assert abs(gait.read(out).body_mass / 67.2 - 1.0) < 0.05
@@ -103,7 +102,7 @@ def test_a_map_of_markers_is_written_edited_and_read(
     markers = pathlib.Path(trial[2])
     renamed = tmp_path / "walk.trc"
     renamed.write_text(markers.read_text(encoding="utf-8").replace("RKJC", "R.Q7"), encoding="utf-8")
-    arguments = ("gait", "import", str(renamed), trial[1])
+    arguments = (*IMPORT, str(renamed), trial[1])
     out = ("--out", str(tmp_path / "x.csv"))
     code, _, complaint = call(capsys, *arguments, *out)
     assert code == 2
@@ -130,7 +129,7 @@ def test_second_stride_and_units_are_options(
     for stride in ("1", "2"):
         out = tmp_path / f"{stride}.csv"
         arguments = ("--out", str(out), "--mass", "67200 g", "--stride", stride, "--cutoff", "0 Hz")
-        assert call(capsys, "gait", "import", *trial, *arguments)[0] == 0
+        assert call(capsys, *IMPORT, *trial, *arguments)[0] == 0
     first, second = (gait.read(tmp_path / f"{n}.csv") for n in (1, 2))
     assert first.notes["cut"] != second.notes["cut"]
     assert np.allclose(first.shank_angle, second.shank_angle, atol=1e-3)
@@ -179,7 +178,7 @@ def test_bad_options_are_one_message_and_exit_2(
 ) -> None:
     arguments, expected = REFUSED[case]
     out = () if "--out" in arguments else ("--out", str(tmp_path / "x.csv"))
-    code, printed, complaint = call(capsys, "gait", "import", *trial, *out, *arguments)
+    code, printed, complaint = call(capsys, *IMPORT, *trial, *out, *arguments)
     assert code == 2
     assert expected in complaint
     assert complaint.strip().count("\n") == 0

@@ -72,7 +72,8 @@ def test_a_number_that_was_set_names_the_user_as_its_source(walk: Scenario) -> N
 
 def test_a_table_that_is_not_there_can_be_set(walk: Scenario) -> None:
     assert walk.ground is None
-    assert walk.set({"ground.mode": "contact"}).contact
+    touching = walk.set({"ground.mode": "contact"}).ground
+    assert touching is not None and touching.mode == "contact"
     timed = walk.set({"phases": None, "timer": {"period": "2 s", "dorsiflexor": {"inlet": [["0 s", "1 s"]]}}})
     assert timed.timer is not None and timed.phases is None
 

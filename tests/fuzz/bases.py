@@ -79,7 +79,7 @@ def _c3d(folder: pathlib.Path) -> None:
 
 
 def _imported(file: str, *others: str, make: Make = _trial, share: int = 24) -> Base:
-    return Base((*IMPORT, file, *others, "--out", "out.csv"), file, make, share)
+    return Base((*IMPORT, file, *others, "--walker", "healthy", "--out", "out.csv"), file, make, share)
 
 
 def _recording(folder: pathlib.Path) -> None:

@@ -4,10 +4,10 @@ import math
 import pathlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, get_args
 
 from afo_sim.common import InputError, parse_quantity, unknown
-from afo_sim.gait import BODY_HEIGHT, SOLE_THICKNESS
+from afo_sim.gait import BODY_HEIGHT, SOLE_THICKNESS, Walker
 
 ROLES = ("hip", "knee", "ankle", "heel", "toe")
 SIDES = ("right", "left")
@@ -26,7 +26,7 @@ _QUANTITIES = {  # option: (SI unit, how a person writes it)
 }
 _LOWEST_CUTOFF = 0.01  # far below a stride's own frequency; nearer to 0 a filter has no solution [Hz]
 _HIGHEST_CUTOFF = 50.0  # above it a low-pass leaves walking as noisy as it is; 6 Hz is usual, assumed [Hz]
-PLAIN = ("forward", "up", "source", "licence", "map", "model", "static")
+PLAIN = ("walker", "forward", "up", "source", "licence", "map", "model", "static")
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,14 @@ class Choices:
     ankle_height: float | None = None  # above the floor with the foot flat [m]
     keep_zero: bool = False  # of the ankle angle, instead of the flat foot's
     rows: int = 201  # of the cycle
+    walker: Walker | None = None  # whose walk it is; nothing in the files states it, and nothing is guessed
     source: str = ""
     licence: str = "not stated"
 
     def __post_init__(self) -> None:
         for name, value, allowed in (
             ("side", self.side, SIDES),
+            ("walker", self.walker, (None, *get_args(Walker))),
             ("forward", self.forward, (None, *AXES)),
             ("up", self.up, (None, *AXES)),
         ):

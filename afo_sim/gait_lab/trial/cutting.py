@@ -160,6 +160,7 @@ class Cutter(Noted):
             ankle_moment=moment,
             body_height=choices.height,
             sole_thickness=choices.sole,
+            walker=choices.walker,
             notes=_notes(stride, choices, source),
         )
 
