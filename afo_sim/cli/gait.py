@@ -116,7 +116,7 @@ def gait_import_command(trial: Trial) -> None:
     print_table("", ["", ""], [list(row) for row in ten_lines(done)])
     for warning in done.warnings:
         print(f"warning: {warning}")
-    print(f"written to {trial.out}; look at {picture} before you believe it")
+    print(f"written to {trial.out}, walker: {trial.walker}; look at {picture} before you believe it")
 
 
 def _write_map(files: list[Path], path: Path) -> None:

@@ -15,6 +15,9 @@ _REFERENCES = {  # who the same patient's other run is
 }
 
 
+_AS_RECORDED = "muscles as in the patient's own recorded walk"  # instead of what is left of them
+
+
 def body_mass(scenario: _Scenario) -> float:
     """Body mass of the patient, or of the person that the leg belongs to [kg]."""
     mass = (scenario.get("patient") or {}).get("body_mass") or scenario["leg"]["body_mass"]
@@ -44,6 +47,11 @@ def reference(scenario: _Scenario) -> str:
     return _REFERENCES[kind].format(shoe=f"shoe {name}" if name else "same shoe") if kind else ""
 
 
+def own_walk(scenario: _Scenario) -> bool:
+    """Whether the recorded walk is the patient's own, without the device."""
+    return (scenario.get("gait") or {}).get("walker") == "patient"
+
+
 def facts(scenario: _Scenario) -> list[tuple[str, str]]:
     """Facts of a resolved scenario for a table: (what, in words)."""
     return [*_who(scenario), *_walking(scenario), *_device(scenario)]
@@ -54,15 +62,18 @@ def _who(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     if not patient:
         yield "leg", str(leg.get("description") or leg["name"])
         return
+    described = _AS_RECORDED if own_walk(scenario) else _muscles(patient)
+    words = f"{patient.get('description') or patient.get('name')}; {described}{_tissue(patient)}"
+    yield "patient", f"{words}; {body_mass(scenario):g} kg, {body_height(scenario):g} m"
+
+
+def _muscles(patient: _Scenario) -> str:
+    """What is left of the muscles of a patient whom a healthy walker carries."""
     strengths = ", ".join(
         f"{side}flexors {100.0 * patient[f'{side}flexor_strength']:.0f} %" for side in ("dorsi", "plantar")
     )
-    words = f"{patient.get('description') or patient.get('name')}; strength left: {strengths}"
     spastic = parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad")
-    if spastic > 0.0:
-        words += f"; spasticity {spastic:g} N·m·s/rad"
-    words += _tissue(patient)
-    yield "patient", f"{words}; {body_mass(scenario):g} kg, {body_height(scenario):g} m"
+    return f"strength left: {strengths}" + (f"; spasticity {spastic:g} N·m·s/rad" if spastic > 0.0 else "")
 
 
 def _tissue(patient: _Scenario) -> str:
@@ -86,6 +97,7 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     if scenario.get("reference"):
         yield "compared with", reference(scenario)
     words = f"stride {pathlib.Path(gait['cycle']).name}"
+    words += ", the patient's own walk without the device" if own_walk(scenario) else ""
     if gait.get("stride_time"):
         words += f", played at {_in(gait['stride_time'], 's'):g} s per stride"
     if gait.get("variability"):
@@ -93,7 +105,7 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     if gait.get("pace"):
         words += f", {_pace(gait['pace'])}"
     yield "walking", words
-    if (scenario.get("ground") or {}).get("mode", "recorded") == "recorded":
+    if (scenario.get("ground") or {}).get("mode") != "contact":
         yield "ground", "the recorded force, whatever the foot does: it can pass through the floor (a trip)"
     else:
         yield "ground", "contact of this foot with the floor"

@@ -29,5 +29,6 @@ from .hip_path import FootShape as FootShape
 from .hip_path import resampled as resampled
 from .hip_path import with_derived_path as with_derived_path
 from .norm import is_norm as is_norm
+from .norm import off_norm as off_norm
 from .variants import scaled as scaled
 from .variants import stepped as stepped

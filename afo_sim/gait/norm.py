@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import find_gait, read_header, read_phase_table
-from afo_sim.gait.cycle import DEGREE
+from afo_sim.gait.cycle import DEGREE, GaitCycle
 
 _SHIPPED = "norm_adult"
 # Column of the file: field of Norm.
@@ -46,6 +46,18 @@ class Norm:
         Units: phase [-], returns [rad].
         """
         return np.interp(np.asarray(phase) % 1.0, self.phase, getattr(self, name))
+
+
+def off_norm(cycle: GaitCycle) -> np.ndarray:
+    """How far the ankle lies beyond the shipped norm's band at each sample, dorsiflexion positive.
+
+    Returns
+    -------
+    array (n,), 0 inside the band [rad]
+    """
+    norm, angle = read(), cycle.ankle_angle
+    low, high = (norm.at(name, cycle.phase) for name in ("ankle_low", "ankle_high"))
+    return np.asarray(angle - np.clip(angle, low, high))
 
 
 def is_norm(path: pathlib.Path) -> bool:

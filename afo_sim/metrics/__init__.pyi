@@ -59,6 +59,7 @@ from .supply import FLOW as FLOW
 from .supply import sag as sag
 from .supply import sag_of_both as sag_of_both
 from .torque import HEEL_RISE as HEEL_RISE
+from .torque import NEEDED_MOMENT as NEEDED_MOMENT
 from .valves import FILL as FILL
 from .valves import VENT as VENT
 from .valves import is_filling as is_filling

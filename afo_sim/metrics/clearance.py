@@ -29,7 +29,7 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
     CLEARANCE,
     ("toe_clearance", "mm", "Toe clearance", EVENT),
     ("toe_clearance_phase", "percent", "Toe clearance, when", "of the gait cycle"),
-    ("toe_clearance_to_recorded", "mm", "Toe clearance less the healthy walk's", TO_RECORDED),
+    ("toe_clearance_to_recorded", "mm", "Toe clearance less the recorded walk's", TO_RECORDED),
     ("toe_clearance_less_extended", "mm", "Toe clearance, toes less extended", "the least that is assumed"),
     ("toe_clearance_more_extended", "mm", "Toe clearance, toes more extended", "the most that is assumed"),
     ("swings_without_toe_event", "percent", "Swings without a minimum", "of the outsole while it is fast"),
@@ -37,7 +37,7 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
     ("swings_within_10mm", "percent", "Swings within 10 mm of the floor", FOREFOOT),
     ("ball_clearance", "mm", "Ball clearance", "of the ball of the foot alone, at its own minimum"),
     ("ball_clearance_phase", "percent", "Ball clearance, when", "of the gait cycle"),
-    ("ball_clearance_to_recorded", "mm", "Ball clearance less the healthy walk's", TO_RECORDED),
+    ("ball_clearance_to_recorded", "mm", "Ball clearance less the recorded walk's", TO_RECORDED),
     (
         "swings_without_ball_event",
         "percent",

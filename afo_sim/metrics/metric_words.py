@@ -14,7 +14,7 @@ DIGITS |= {"g": 3, "l": 3, "l/min": 1, "s": 3, "N": 0, "kPa": 1}
 THREE = ("", "h", "d")  # units of counts and times of all sizes: three digits, whole ones as they are
 ROUND_OFF = 1e-9  # in any unit of the table
 
-RECORDED = "this same foot with the healthy ankle angle of this walk"
+RECORDED = "this same foot with the recorded ankle angle of this walk"
 
 load_all()
 WORDS = {name: row for name, row in METRICS.items() if "{}" not in name}

@@ -16,7 +16,7 @@ SWING = "from toe-off until the shank stands upright"
 TERMINAL = "from the upright shank to heel strike, where the straight knee tightens the calf"
 TISSUE = "at the same instant, the part of it that only holds against the ankle's own tissue"
 SIDES = {"dorsiflexion": 1.0, "plantarflexion": -1.0}  # sign of a torque that way
-HEALTHY = "of the recorded healthy ankle's"
+RECORDED = "of the recorded ankle's"
 INVERSION = "ankle/moment/inversion"
 ON_FOOT = "of the muscles on the foot, about the forward axis through the ankle"
 
@@ -128,7 +128,7 @@ def inversion_peaks(rows: Rows, timestep: float) -> Found:
     ("orthosis_negative_work", "J/kg", "Negative work", "taken from the ankle per stride and body mass"),
     ("orthosis_peak_power", "W/kg", "Peak power given"),
     ("orthosis_peak_absorption", "W/kg", "Peak power taken"),
-    ("share_of_positive_work", "percent", "Share of biological positive work", HEALTHY),
+    ("share_of_positive_work", "percent", "Share of biological positive work", RECORDED),
     of=Of.WORN,
 )
 def work_given(stride: Stride) -> Found:
@@ -173,7 +173,7 @@ HELD = "held against the scenario's limits.{}"  # where the limits stand
     of=Of.STRIDE,
 )
 def push_off(stride: Stride) -> Found:
-    """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded healthy ankle."""
+    """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded ankle."""
     angle, recorded = (np.degrees(stride[name]) for name in ("ankle/angle", "gait/ankle_angle"))
     yield "ankle_range_lost", float(np.ptp(recorded) - np.ptp(angle))
     stance = ~stride.swing

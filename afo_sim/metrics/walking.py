@@ -264,19 +264,19 @@ def _contact(stride: Stride) -> Found:
         "half-way from toe-off to heel strike; a shoe's drop counts",
     ),
     ("ankle_range", "deg", "Ankle range", "highest less lowest angle of the stride"),
-    ("angle_error_recorded", "deg", "Distance from the healthy walk (RMSE)", "over the whole stride"),
+    ("angle_error_recorded", "deg", "Distance from the recorded walk (RMSE)", "over the whole stride"),
     (
         "angle_error_norm",
         "deg",
         "Distance from the norm (RMSE)",
         "adults' published mean; zero is upright standing",
     ),
-    ("gvs_recorded", "deg", "Gait variable score against the healthy walk", "RMS over 51 points"),
+    ("gvs_recorded", "deg", "Gait variable score against the recorded walk", "RMS over 51 points"),
     ("gvs_norm", "deg", "Gait variable score against the norm", "RMS over 51 points"),
     of=Of.STRIDE,
 )
 def _ankle(stride: Stride) -> Found:
-    """Ankle angle of the stride, and its distance from the recorded healthy walker and from the norm.
+    """Ankle angle of the stride, and its distance from the recorded walker and from the norm.
 
     The norm's zero is the ankle of who stands upright, in what he wears. So a shoe's drop counts as its zero.
     The gait variable score is the distance over 51 points of the stride, 0, 2, … 100 % (Baker et al. 2009).

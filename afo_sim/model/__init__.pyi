@@ -74,6 +74,7 @@ from .person import own_tissue as own_tissue
 from .person import person_of as person_of
 from .person import persons_stride as persons_stride
 from .person import recorded_stride as recorded_stride
+from .person import walker_of as walker_of
 from .person import with_person as with_person
 from .pneumatic_circuit import circuit_of as circuit_of
 from .pneumatic_circuit import endless as endless

@@ -208,7 +208,7 @@ def register(
         left = 1.0 if walker_of(scenario) == "patient" else scenario.patient.plantarflexor_strength
         given = left * np.sum(carried * lever, axis=1)
         flexors = _hinge_moment(walk, pitch, foot, model, scenario) - given
-    total, turning = load.sum(axis=1), np.sum(load * ahead, axis=1)
+    total, turning = carried.sum(axis=1), np.sum(carried * ahead, axis=1)
     shift = np.where(total > least, place - turning / np.maximum(total, least), 0.0)
     recorded = weight * (place * upward + walk.pose[1:-1, 1] * forward)
     return Contact(

@@ -8,7 +8,6 @@ import math
 
 from afo_sim.common import Notice
 from afo_sim.description import AMBIENT, SUPPLY, Scenario
-from afo_sim.model.person import in_contact
 from afo_sim.model.walk import stride_time_of
 
 WHOLE = 0.02  # of a stride, by which a duration may fall short of whole strides [-]
@@ -21,8 +20,6 @@ def why_walked(scenario: Scenario) -> str:
     gait = scenario.gait
     if gait is None or gait.settled == "walked":
         return "the scenario asks for it"
-    if in_contact(scenario):
-        return "the foot meets the floor (ground.mode), and its strides need not repeat"
     if scenario.controller is not None:
         return "a controller closes the loop, and its strides need not repeat"
     if gait.variability > 0.0:

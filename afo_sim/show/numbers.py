@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from afo_sim.common import InputError, Notice, parse_quantity, with_code
 from afo_sim.description import body_height, body_mass, worn
-from afo_sim.description.scenario_text import reference
+from afo_sim.description.scenario_text import own_walk, reference
 from afo_sim.metrics import NAMES, ROUND_OFF, Metric, lift, number
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def doubts(
         words = "the numbers are {of}; the wearer walks the first ones too{start}"
         found.append(Notice(_WHICH_STRIDES, words, of=of, start=_from_start(strides)))
     slap = metrics.get("foot_slap_velocity")
-    recorded = (scenario.get("ground") or {}).get("mode", "recorded") == "recorded"
+    recorded = (scenario.get("ground") or {}).get("mode") != "contact"
     if recorded and slap is not None and slap.value > _SLAPS:
         words = (
             "no floor stops the foot ({slap:.0f} °/s): believe swing, not landing (--set ground.mode=contact)"
@@ -229,7 +229,21 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
         )
         subject, walker = "patient.body_mass", cycle.body_mass
         found.append(Notice("walker-mass", words, subject=subject, walker=walker, patient=mass))
-    return [*found, *_of_height(cycle, scenario)]
+    return [*found, *_of_height(cycle, scenario), *_of_muscles_left(scenario)]
+
+
+def _of_muscles_left(scenario: Mapping[str, Any]) -> list[Notice]:
+    """What a patient's description says of muscles that the patient's own walk says already."""
+    if not own_walk(scenario):
+        return []
+    patient, whole = scenario["patient"], ("dorsiflexor_strength", "plantarflexor_strength", "stiffness")
+    keys = [f"patient.{key}" for key in whole if float(patient.get(key, 1.0)) != 1.0]
+    if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
+        keys.append("patient.spasticity")
+    if not keys:
+        return []
+    words = "{subject}: not applied; what the muscles give is in the patient's own recorded walk"
+    return [Notice("muscles-recorded", words, subject=", ".join(keys), keys=keys)]
 
 
 def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:

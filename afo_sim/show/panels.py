@@ -83,7 +83,7 @@ _OF_WALKING = ("biological", "ground", "frame")  # moments that are left out els
 
 
 def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
-    """Ankle angle, with the recorded healthy one in walking, the norm's band over the cycle.
+    """Ankle angle, with the recorded one in walking, the norm's band over the cycle.
 
     A run over time by itself has its stance shaded and its orthosis' range of motion marked.
     """
@@ -99,7 +99,7 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
             unknown_band(axis, run, "ankle/angle", 180.0 / np.pi)
     if first.walks and (over == "cycle" or len(runs) == 1):
         x, values = first.curves("gait/ankle_angle", over)
-        axis.plot(x, np.degrees(values.mean(axis=0)), **HEALTHY, label=first.healthy)
+        axis.plot(x, np.degrees(values.mean(axis=0)), **HEALTHY, label=first.recorded)
     if over == "time" and len(runs) == 1 and _REFERENCE in first.recording.columns:
         reference = np.degrees(first.recording[_REFERENCE])
         axis.step(
@@ -160,16 +160,16 @@ def sole(axis: Any, runs: Sequence[RunView]) -> None:
     run = runs[0]
     time = run.recording["time"]
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
-    healthy = _healthy_heights(run)
+    recorded = _recorded_heights(run)
     for name, colour in SOLE.items():
-        axis.plot(time, 1e3 * healthy[name], color=colour, ls="--", lw=0.8)
+        axis.plot(time, 1e3 * recorded[name], color=colour, ls="--", lw=0.8)
         mean_and_spread(axis, 1e3 * run.recording[f"{name}/height"][None, :], colour, name, time)
-    axis.plot([], [], color=GREY, ls="--", lw=0.8, label=run.healthy)
+    axis.plot([], [], color=GREY, ls="--", lw=0.8, label=run.recorded)
     axis.set_ylabel("height of the sole\nabove the floor [mm]")
     shade_stance(axis, run)
 
 
-def _healthy_heights(run: RunView) -> dict[str, np.ndarray]:
+def _recorded_heights(run: RunView) -> dict[str, np.ndarray]:
     """Heights of points of the sole, were the ankle as recorded on the same shank [m]."""
     return {name: run.recording[f"gait/{name}_height"] for name in SOLE}
 

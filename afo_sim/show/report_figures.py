@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.metrics import NEEDED_MOMENT
 from afo_sim.show import panels, walk_panels
 from afo_sim.show.run_view import Over, RunView
 from afo_sim.show.style import ink, plain, styled
@@ -246,7 +247,7 @@ def draw_over_time(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
 _ANKLE = (
     "Ankle angle and whole internal ankle moment",
     "Grey: the spread of published means (of laboratories, not of people): four of the angle, two of the "
-    "moment, children's among them. Dashed: the healthy walking that drives the run. The moment is the sum "
+    "moment, children's among them. Dashed: the recorded walking that drives the run. The moment is the sum "
     "of muscles, tissue and orthosis.",
 )
 _CLEARANCE = (
@@ -254,7 +255,7 @@ _CLEARANCE = (
     "Left the lowest of heel, ball, pulp and tip, right the ball alone, from toe-off to heel strike, above "
     "the floor on which the same outsole stands flat. The dot is the clearance: the minimum while the foot's "
     "forward speed is in its upper quartile. The band is that of the toes' extension in swing, which is "
-    "assumed. Dashed: this foot with the healthy ankle angle. Below the floor is a trip, unless the dashed "
+    "assumed. Dashed: this foot with the recorded ankle angle. Below the floor is a trip, unless the dashed "
     "line is there, too.",
 )
 _PRESSURES = (
@@ -279,7 +280,8 @@ _MUSCLES = (
 _TORQUE = (
     "Torque needed and torque available",
     "Needed: the torque of a healthy ankle's muscles in this walking, less the torque that the patient's own "
-    "muscles still give. Orthosis torque outside the grey area is not needed there.",
+    "muscles still give. Orthosis torque outside the grey area is not needed there. Of a patient's own walk "
+    "no need is known: no healthy ankle is in it.",
 )
 _WORK = (
     "Power and work of the orthosis",
@@ -297,7 +299,9 @@ def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[_Drawing]:
     if worn:
         yield _pressures("pressures", worn, "cycle")
         yield _figure("muscles", len(worn), _muscles_tall(worn), draw_muscles, worn, _MUSCLES)
-    yield _figure("torque", len(runs), 2.8, draw_torque, runs, _TORQUE)
+    known = [run for run in runs if run.has_orthosis or NEEDED_MOMENT in run.recording.columns]
+    if known:
+        yield _figure("torque", len(known), 2.8, draw_torque, known, _TORQUE)
     if worn:
         yield _figure("work", 2, 2.6, draw_work, worn, _WORK)
     yield from _sources(runs)

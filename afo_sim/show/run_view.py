@@ -22,7 +22,8 @@ from afo_sim.simulation import Recording
 PHASE = np.linspace(0.0, 1.0, 201)
 PERCENT = 100.0 * PHASE
 _MEAN_CURVE = "curve of"  # begins the note of a gait that is the mean curve of several people
-_ADULTS, _TRIAL, UNKNOWN = "healthy adults, mean", "healthy trial, recorded", "healthy walking"
+_ADULTS, _TRIAL, UNKNOWN = "healthy adults, mean", "healthy trial, recorded", "recorded walking"
+_PATIENT = "the patient's own walk, recorded"
 ANCHOR = r"cuff/\w+/displacement"
 _VOLUME = r"volume/([\w-]+)/pressure"
 _OPENING = r"valve/([\w-]+)/opening"
@@ -176,8 +177,10 @@ class RunView:
         return dict(zip(self.colours, itertools.cycle(MARKERS)))
 
     @cached_property
-    def healthy(self) -> str:
-        """Who the healthy walker is that it is drawn beside: a trial, or the mean of adults."""
+    def recorded(self) -> str:
+        """Who the recorded walker is that it is drawn beside: a trial, the mean of adults, the patient."""
+        if self.recording.scenario["gait"].get("walker") == "patient":
+            return _PATIENT
         try:
             mean = read(find_gait(str(self.recording.scenario["gait"]["cycle"]))).notes.get("mean", "")
         except InputError:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import EXTENSIONS, HEIGHTS, ORTHOSIS
+from afo_sim.metrics import EXTENSIONS, HEIGHTS, NEEDED_MOMENT, ORTHOSIS
 from afo_sim.show.panels import HEALTHY, NORM_LABEL, mean_and_spread, unknown_band
 from afo_sim.show.run_view import PERCENT, PHASE, RunView
 from afo_sim.show.style import GREY, NORM, ZERO, ink, plain
@@ -51,7 +51,7 @@ def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
         PERCENT,
         first.cycles("gait/ankle_moment").mean(axis=0) / first.body_mass,
         **HEALTHY,
-        label=first.healthy,
+        label=first.recorded,
     )
     over_cycle(axis, first.toe_off, f"internal ankle moment [N·m/kg]\n{_FLEXION}")
 
@@ -76,8 +76,8 @@ def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
             when = found[f"{point}_clearance_phase"].value
             dots.append((when, found[f"{point}_clearance"].value, run.colour))
     _dots(axis, dots)
-    healthy = 1e3 * runs[0].cycles(_heights(runs[0], point)[1]).mean(axis=0)
-    axis.plot(PERCENT, healthy, **HEALTHY, label="this foot with the healthy ankle angle")
+    recorded = 1e3 * runs[0].cycles(_heights(runs[0], point)[1]).mean(axis=0)
+    axis.plot(PERCENT, recorded, **HEALTHY, label="this foot with the recorded ankle angle")
     what = "outsole" if point == "toe" else point
     over_cycle(axis, None, f"{what} above the floor [mm]", start)
     axis.set_title(f"{point} clearance in swing", loc="left")
@@ -135,10 +135,11 @@ def _number(axis: Any, at: tuple[float, float], height: float, colour: str, up: 
 
 
 def torque(axis: Any, run: RunView) -> None:
-    """Torque that the patient lacks, and the orthosis' torque."""
-    needed = run.cycles("gait/needed_moment").mean(axis=0)
-    axis.fill_between(PERCENT, 0.0, needed, color="0.82", lw=0.0, label="needed: what the patient lacks")
-    axis.plot(PERCENT, needed, color=GREY, lw=0.8)
+    """Torque that the patient lacks, where that is known, and the orthosis' torque."""
+    if NEEDED_MOMENT in run.recording.columns:
+        needed = run.cycles(NEEDED_MOMENT).mean(axis=0)
+        axis.fill_between(PERCENT, 0.0, needed, color="0.82", lw=0.0, label="needed: what the patient lacks")
+        axis.plot(PERCENT, needed, color=GREY, lw=0.8)
     if run.has_orthosis:
         label = plain(f"available: {run.label}" if run.label else "available")
         mean_and_spread(axis, run.cycles(ORTHOSIS), run.colour, label, PERCENT, run.style)

@@ -11,7 +11,7 @@ from afo_sim.common import InputError, Notice
 from afo_sim.description import Scenario, load
 from afo_sim.description.scenario_text import reference as in_words
 from afo_sim.metrics import COMPARED, Metric, reference_metrics
-from afo_sim.model import UNDRIVEN, in_contact, two_strides, why_walked
+from afo_sim.model import UNDRIVEN, in_contact, two_strides, walker_of, why_walked
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import Asked, examine
@@ -70,7 +70,7 @@ class Reference:
 
 def walk_reference(scenario: Scenario) -> Reference:
     """Walk a scenario's reference: its settled stride alone, or the whole run where none repeats."""
-    if in_contact(scenario):
+    if in_contact(scenario) and walker_of(scenario) == "healthy":
         return Reference({}, "the floor of ground.mode = contact catches both feet, and hides what is lifted")
     reference = reference_of(scenario)
     solved = not why_walked(reference)

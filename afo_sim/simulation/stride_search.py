@@ -290,7 +290,9 @@ def sticks(built: Built) -> bool:
 def remembers(built: Built, control: np.ndarray) -> bool:
     """Whether more goes on between strides than chambers' air and ankle, with these inputs (n_step, nu)."""
     driven = bool((control[:, list(built.index.drives.values())] != OFF).any())
-    return beyond_chambers(built.scenario) or sticks(built) or bool(built.index.frictions) or driven
+    gives = built.contact is not None  # the leg, to the ground, and the toes
+    slow = sticks(built) or bool(built.index.frictions)
+    return beyond_chambers(built.scenario) or slow or driven or gives
 
 
 def _step(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -22,7 +22,8 @@ from afo_sim.physics import passive_moment
 from afo_sim.simulation import Recording, run_built
 
 OWN_SIZE = {"patient.body_mass": "75 kg", "patient.body_height": "1.75 m"}  # the leg's
-CONTACT = {"ground.mode": "contact", "duration": "3.7 s"} | OWN_SIZE
+# walked from the start, row by row beside those on the recorded ground
+CONTACT = {"ground.mode": "contact", "duration": "3.7 s", "gait.settled": "walked"} | OWN_SIZE
 PATIENTS = ("healthy", "drop-foot", "drop-foot-mild", "plantarflexor-weak")
 # One recorded stride, whose centre of pressure and ankle path are measured. Mean curves have derived ones.
 MEASURED = {"gait.cycle": "gatk_stride1"}
@@ -39,8 +40,7 @@ def runs() -> dict[str, Recording]:
 
 @pytest.fixture(scope="module")
 def as_recorded() -> dict[str, Recording]:
-    # row by row beside those in contact
-    sets = CONTACT | {"ground.mode": "recorded", "gait.settled": "walked"}
+    sets = CONTACT | {"ground.mode": "recorded"}
     return {p: afo_sim.run("walk-healthy", sets | {"patient": p}) for p in PATIENTS}
 
 

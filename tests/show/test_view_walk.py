@@ -92,8 +92,8 @@ def test_files_are_healthy_and_the_same_from_memory_and_disk(
 
 
 def test_ghost_is_the_foot_at_the_recorded_angle(file: pathlib.Path, bare: Recording) -> None:
-    time, turned = read(file, "/world/healthy/foot", "Transform3D:quaternion")
-    _, moved = read(file, "/world/healthy/foot", "Transform3D:translation")
+    time, turned = read(file, "/world/recorded/foot", "Transform3D:quaternion")
+    _, moved = read(file, "/world/recorded/foot", "Transform3D:translation")
     rows = rows_of(bare, time)
     half = 0.5 * (rows["gait/ankle_angle"] - rows["shank/angle"])
     expected = np.column_stack([0.0 * half, -np.sin(half), 0.0 * half, np.cos(half)])  # about −y
@@ -190,7 +190,7 @@ def test_runs_with_and_without_a_plate_walk_on_one_floor(
 
 
 def test_ghosts_toes_rest_where_the_healthy_ones_do(file: pathlib.Path, bare: Recording) -> None:
-    time, turned = read(file, "/world/healthy/toes", "Transform3D:quaternion")
+    time, turned = read(file, "/world/recorded/toes", "Transform3D:quaternion")
     rows = rows_of(bare, time)
     half = 0.5 * (rows["gait/ankle_angle"] - rows["shank/angle"] + rows["gait/toe_extension"])
     expected = np.column_stack([0.0 * half, -np.sin(half), 0.0 * half, np.cos(half)])
@@ -201,7 +201,7 @@ def test_clearance_is_the_runs_and_the_healthy_foots(file: pathlib.Path, bare: R
     """The healthy heights are those of the model's own sites at the recorded angle."""
     _, own = read(file, "/clearance/foot", "Scalars:scalars")
     assert np.array_equal(own, 1e3 * np.column_stack([bare["toe/height"], bare["ball/height"]]))
-    _, healthy = read(file, "/clearance/healthy", "Scalars:scalars")
+    _, healthy = read(file, "/clearance/recorded", "Scalars:scalars")
     model = mujoco.MjModel.from_xml_string(bare.model_xml)
     data = mujoco.MjData(model)
     for k in range(0, 3000, 250):
@@ -215,7 +215,7 @@ def test_clearance_is_the_runs_and_the_healthy_foots(file: pathlib.Path, bare: R
         assert healthy[k] == pytest.approx([toe, heights["ball"]], abs=1e-6)
     _, floor = read(file, "/clearance/floor", "Scalars:scalars")
     assert not floor.any()
-    _, recorded = read(file, "/angle/healthy", "Scalars:scalars")
+    _, recorded = read(file, "/angle/recorded", "Scalars:scalars")
     assert np.array_equal(recorded[:, 0], np.degrees(bare["gait/ankle_angle"]))
 
 
@@ -317,7 +317,7 @@ def test_sitting_and_walking_side_by_side(
 ) -> None:
     write_comparison([seated.save(tmp_path / "seated"), folders[1]], tmp_path / "both.rrd")
     assert rerun("verify", str(tmp_path / "both.rrd")).returncode == 0
-    assert {"/clearance/healthy", "/angle/range", "/clearance/floor"} <= entities(tmp_path / "both.rrd")
+    assert {"/clearance/recorded", "/angle/range", "/clearance/floor"} <= entities(tmp_path / "both.rrd")
 
 
 @pytest.mark.parametrize("changes", [{"duration": "1 ms"}, {"duration": "0.2 s", "gait.start_phase": 0.7}])

@@ -290,7 +290,7 @@ def test_plain_walking_has_no_solved_rows() -> None:
 
 WALKED: dict[str, dict[str, object]] = {
     "variability": {"gait.variability": 0.03},
-    "ground.mode": {"ground.mode": "contact"},
+    "pace": {"gait.pace": [["1 s", 1.1]]},
 }
 
 

@@ -12,6 +12,7 @@ from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
+from afo_sim.gait_lab.trial.whose_walk import walker_doubts
 
 _ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: reported, refused; assumed [deg]
 _ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
@@ -59,7 +60,7 @@ def doubts(
 
     Units: zero [rad], reference [N·m/kg] (n,).
     """
-    found = [*_zero(zero), *_flat(cycle), *_ankle_height(cycle, points), *_knee(cycle)]
+    found = [*walker_doubts(cycle), *_zero(zero), *_flat(cycle), *_ankle_height(cycle, points), *_knee(cycle)]
     outline = _outline(points, motion)
     found += [] if outline is None else _pressure(cycle, *outline)
     found += [*_forward_force(cycle), *_moment_peak(cycle)]

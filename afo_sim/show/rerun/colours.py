@@ -42,7 +42,7 @@ MOMENTS = {
     "ground": TEAL,
     "load": LIME,
 }
-SOLE = {"toe": (YELLOW, OCHRE), "ball": (SKY, BLUE)}  # own, healthy
+SOLE = {"toe": (YELLOW, OCHRE), "ball": (SKY, BLUE)}  # own, recorded
 MOUNTINGS = {"shank": ("cuff", WHITE), "foot": ("plate", TEAL)}
 FORCE = {"z": ("up", TEAL), "x": ("forward", ORANGE)}  # of the ground
 FLOOR, RANGE = RED, GREY

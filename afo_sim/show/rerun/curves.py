@@ -93,7 +93,7 @@ def curves(source: Source) -> list[Curve]:
     """Every line of a run's plots."""
     found = [Curve("angle/ankle", "own", colours.WHITE, "ankle/angle")]
     if source.walks:
-        found.append(Curve("angle/healthy", "healthy", colours.HEALTHY, "gait/ankle_angle"))
+        found.append(Curve("angle/recorded", "recorded", colours.HEALTHY, "gait/ankle_angle"))
     absent = (() if source.named("muscle") else ("orthosis",)) + (_SMALL if source.walks else ())
     for name, colour in colours.MOMENTS.items():
         if f"ankle/moment/{name}" in source.columns and name not in absent:
@@ -147,29 +147,29 @@ def _mountings(source: Source) -> list[Curve]:
 
 
 def _clearance(source: Source) -> list[Curve]:
-    """Heights of ball and toe above the floor [mm], and of a healthy foot's; the ground's force [N]."""
+    """Heights of ball and toe above the floor [mm], and of the recorded foot's; the ground's force [N]."""
     found = [Curve("clearance/foot", n, own, f"{n}/height", 1e3) for n, (own, _) in colours.SOLE.items()]
-    found += _healthy_heights(source)
+    found += _recorded_heights(source)
     for axis, (name, colour) in colours.FORCE.items():
         found.append(Curve("ground/force", name, colour, f"ground/force/{axis}"))
     return found
 
 
-def _healthy_heights(source: Source) -> list[Curve]:
+def _recorded_heights(source: Source) -> list[Curve]:
     return [
-        Curve("clearance/healthy", f"healthy {n}", dim, f"gait/{n}_height", 1e3)
+        Curve("clearance/recorded", f"recorded {n}", dim, f"gait/{n}_height", 1e3)
         for n, (_, dim) in colours.SOLE.items()
     ]
 
 
-def compared_curves(source: Source, label: str, number: int, *, healthy: bool) -> list[Curve]:
+def compared_curves(source: Source, label: str, number: int, *, recorded: bool) -> list[Curve]:
     """A run's lines among other runs': one colour a run, and one line of it in each plot."""
     colour = colours.of_run(number)
     found = [Curve(f"angle/{label}", label, colour, "ankle/angle")]
-    if healthy:
-        found.append(Curve("angle/healthy", "healthy", colours.HEALTHY, "gait/ankle_angle"))
+    if recorded:
+        found.append(Curve("angle/recorded", "recorded", colours.HEALTHY, "gait/ankle_angle"))
         column = "gait/toe_height"
-        found.append(Curve("clearance/healthy", "healthy", colours.HEALTHY, column, 1e3))
+        found.append(Curve("clearance/recorded", "recorded", colours.HEALTHY, column, 1e3))
     if source.walks:
         found.append(Curve(f"clearance/{label}", label, colour, "toe/height", 1e3))
         found.append(Curve(f"moment/own/{label}", label, colour, "ankle/moment/biological"))

@@ -106,7 +106,7 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
         if source.walks:
             colour = colours.of_run(number)
             walker = walk_scene.Walker(view, source, walk_scene.carriage(source), colour, first)
-        lines = curves.compared_curves(source, label, number, healthy=first)
+        lines = curves.compared_curves(source, label, number, recorded=first)
         shown.append(RunScene(source, view, lines, walker, label))
     _write(path, " · ".join(run.label for run in shown), shown, rate)
 

@@ -1,4 +1,4 @@
-"""Walking in space: floor, ground force, trails of the sole, and the healthy foot as a ghost.
+"""Walking in space: floor, ground force, trails of the sole, and the recorded foot as a ghost.
 
 The camera rides beside the walker on a carriage of even speed: the floor passes by and the leg swings to and
 fro, as a person who walks along sees it. One run keeps its true place on the floor. Several runs are shown
@@ -87,11 +87,11 @@ def _log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
 def _log_ghost_shapes(stream: rr.RecordingStream, view: Stage, source: Source) -> None:
     """The leg's own foot, translucent, once; the orthosis on it is left out."""
     for part, name in _ghost_bodies(source).items():
-        log_body(stream, view, view.model.body(name).id, f"{view.root}/healthy/{part}", _GHOST_COLOUR)
+        log_body(stream, view, view.model.body(name).id, f"{view.root}/recorded/{part}", _GHOST_COLOUR)
 
 
 def _ghost_bodies(source: Source) -> dict[str, str]:
-    """{part of the healthy foot: the body that has its shapes}."""
+    """{part of the recorded foot: the body that has its shapes}."""
     leg = source.scenario.leg
     return {"foot": leg.foot} | ({} if leg.toes is None else {"toes": leg.toes.body})
 
@@ -176,17 +176,17 @@ class Walker:
 
     def _log_ghost(self, stream: rr.RecordingStream, block: Columns) -> None:
         """The foot at the recorded ankle angle on the same shank, its toes at rest."""
-        healthy = {**block, f"qpos/{ANKLE}": block["gait/ankle_angle"]}
+        recorded = {**block, f"qpos/{ANKLE}": block["gait/ankle_angle"]}
         if self._toe is not None:
-            healthy[self._toe] = block["gait/toe_extension"]
-        position, quaternion, _ = replay(self.view.model, healthy)
+            recorded[self._toe] = block["gait/toe_extension"]
+        position, quaternion, _ = replay(self.view.model, recorded)
         for part, name in _ghost_bodies(self.source).items():
             body = self.view.model.body(name).id
             pose = rr.Transform3D.columns(
                 translation=position[:, body].astype(np.float32),
                 quaternion=quaternion[:, body][:, [1, 2, 3, 0]].astype(np.float32),
             )
-            send(stream, f"{self.view.root}/healthy/{part}", block, pose)
+            send(stream, f"{self.view.root}/recorded/{part}", block, pose)
 
     def _log_trails(self, stream: rr.RecordingStream, block: Columns) -> None:
         """From each row's place of a point of the outsole to the next; of the toe the lower of pulp and tip.
