@@ -399,7 +399,7 @@ def test_runs_that_wear_different_things_say_so() -> None:
 def test_the_short_sentences_say_what_the_metrics_say() -> None:
     found = shown().recording.metrics | {"toe_clearance_to_recorded": Metric(-7.6, "mm")}
     said = " ".join(in_short(found))
-    recorded = "that of this same foot with the healthy ankle angle of this walk"
+    recorded = "that of this same foot with the recorded ankle angle of this walk"
     assert f"The toe passes 8 mm lower than {recorded}." in said
     assert f"ball of the foot passes 20 mm above the floor, as high as {recorded}" in said
     assert in_short({}) == []

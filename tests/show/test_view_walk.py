@@ -245,7 +245,9 @@ def test_the_viewer_plays_all_strides_over_and_over(bare: Recording) -> None:
 
 def test_a_toe_that_drags_does_not_make_stance_of_swing(tmp_path: pathlib.Path) -> None:
     """In contact: one stance and one swing a stride, by the recorded ground, as the metrics count them."""
-    run = afo_sim.run("walk-dropfoot", {"duration": "2.4 s", "ground.mode": "contact"} | BODY)
+    run = afo_sim.run(
+        "walk-dropfoot", {"duration": "2.4 s", "ground.mode": "contact", "gait.settled": "walked"} | BODY
+    )
     stands = run["gait/ground_force_z"] > STANDING
     dragged = ~stands & (run["ground/force/z"] >= 20.0)
     assert dragged.any()

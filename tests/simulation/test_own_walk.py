@@ -11,10 +11,10 @@ from afo_sim.common import InputError, assets, with_code
 from afo_sim.gait import GaitCycle, at_speed, stance, write
 from afo_sim.gait import file as gait
 from afo_sim.gait_lab.trial.whose_walk import walker_doubts
+from afo_sim.model import own_tissue
 from afo_sim.model.build import build
-from afo_sim.model.person import own_tissue
 from afo_sim.physics import passive_moments
-from afo_sim.show.numbers import of_walker
+from afo_sim.show import of_walker
 
 SETS: dict[str, object] = {"timestep": "1 ms", "duration": "4.6 s"}
 
