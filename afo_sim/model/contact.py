@@ -7,14 +7,16 @@ nothing is recorded to press, the floor is at zero, or as deep as the recorded p
 
 What the pads do not carry of the recorded force acts as recorded, whatever the foot does: the moment of the
 horizontal force (the pads have no friction), of a centre of pressure that is not between two standing points
-(the rolling heel, the tip of the toe), and what plates hum while the foot is in the air.
+(the rolling heel, the tip of the toe), of what pads lose under a foot that rises fast, and what plates hum
+while the foot is in the air.
 
 The load on the pulp bends the toes about their hinge. In the recorded walking their own flexors bear it: they
 give its moment about the hinge, less what weight and inertia of the toes need, as recorded, whatever the foot
 does. So the recorded walker's toes stand at their rest extension, and who lands otherwise bends them against
-their spring. The long flexors lie with the ankle's plantarflexors, and a patient has as much strength left of
-them (assumed). The horizontal force is borne by the flexors, too: both act as recorded and cancel, so that
-neither is in the hinge. Nothing recorded presses on the tip. Its pad stops toes that drag.
+their spring. The long flexors lie with the ankle's plantarflexors, and a described patient has as much strength
+left of them (assumed); in a patient's own walk they give what they gave. The horizontal force is borne by the
+flexors, too: both act as recorded and cancel, so that neither is in the hinge. Nothing recorded presses on the
+tip. Its pad stops toes that drag.
 """
 
 import math

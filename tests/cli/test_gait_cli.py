@@ -62,6 +62,7 @@ def test_import_writes_a_cycle_and_its_picture(
     assert (out.parent / "walk.png").read_bytes().startswith(b"\x89PNG")
     cycle = gait.read(out)
     assert (cycle.source, cycle.licence, cycle.body_mass) == ("my laboratory, trial 3", "CC0", 67.2)
+    assert cycle.walker == "healthy"
     assert (cycle.body_height, cycle.sole_thickness) == (pytest.approx(1.72), pytest.approx(0.025))
     for command in (("check", str(out)), ("gait", "show", str(out))):
         code, printed, complaint = call(capsys, *command)
@@ -70,6 +71,17 @@ def test_import_writes_a_cycle_and_its_picture(
     picture = tmp_path / "again.pdf"
     assert call(capsys, "gait", "show", str(out), "--out", str(picture))[0] == 0
     assert picture.read_bytes().startswith(b"%PDF")
+
+
+def test_whose_walk_it_is_is_asked_before_anything_is_read(capsys: pytest.CaptureFixture[str]) -> None:
+    """In one sentence that says what each answer does; a list of markers needs no answer."""
+    code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--out", "x.csv")
+    assert code == 2 and complaint.count("\n") == 1
+    assert "--walker" in complaint and "healthy (" in complaint and "patient (" in complaint
+    code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--out", "x.csv", "--walker", "me")
+    assert code == 2 and "healthy, patient" in complaint
+    code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--write-map", "roles.toml")
+    assert code == 2 and "walker" not in complaint and "not_there" in complaint
 
 
 @pytest.mark.usefixtures("blank")

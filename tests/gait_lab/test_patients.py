@@ -67,6 +67,15 @@ def test_toe_walker_keeps_the_equinus(tmp_path: pathlib.Path, degrees: float) ->
     assert any("cm above the floor" in warning for warning in done.warnings)  # the heel is raised
 
 
+@pytest.mark.parametrize("walker", ["healthy", "patient", None])
+def test_a_toe_walker_is_no_healthy_one(tmp_path: pathlib.Path, walker: Any) -> None:
+    """Who is named stands in the cycle; a healthy walker whose ankle is 25° off is doubted."""
+    recorded = laboratory(Patient(equinus=np.radians(25.0)))
+    done = imported(tmp_path, recorded, static=standing(tmp_path, recorded), walker=walker)
+    assert done.cycle.walker == walker
+    assert ("walker-not-usual" in [each.code for each in done.warnings]) is (walker == "healthy")
+
+
 def test_flat_foot_is_level_beside_a_standing_trial(tmp_path: pathlib.Path) -> None:
     recorded = laboratory(Patient())
     done = imported(tmp_path, recorded, static=standing(tmp_path, recorded))

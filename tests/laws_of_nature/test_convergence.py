@@ -63,7 +63,7 @@ def test_the_first_stride_is_of_second_order() -> None:
 @pytest.mark.slow
 def test_a_foot_on_the_floor_is_solved() -> None:
     """At the default step the angle is within a tenth of a degree, landing and foot slap with it."""
-    sets = {"ground.mode": "contact", "duration": "1.3 s", "start.dorsiflexor.fill_time": "0 s"}
+    sets = WALKED | {"ground.mode": "contact", "duration": "1.3 s", "start.dorsiflexor.fill_time": "0 s"}
     fine = stepped("walk-dropfoot-afo", 0.05, sets)
     errors = [np.degrees(worst(stepped("walk-dropfoot-afo", h, sets), fine, ANGLE)) for h in (2.0, 1.0)]
     assert errors[0] < 0.2 and errors[1] < 0.1, errors
