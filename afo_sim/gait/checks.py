@@ -352,7 +352,7 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
 
 def _optional(cycle: GaitCycle) -> list[tuple[str, str]]:
     """What is known of the walker: whose walk it is, size and shoe."""
-    found: list[tuple[str, str]] = [] if cycle.walker is None else [("walker", cycle.walker)]
+    found: list[tuple[str, str]] = [("walker", cycle.walker or "not stated: a run asks for it")]
     if cycle.body_height is not None:
         found.append(("body height", f"{cycle.body_height:.2f} m"))
     if cycle.sole_thickness is not None:

@@ -13,10 +13,10 @@ while the foot is in the air.
 The load on the pulp bends the toes about their hinge. In the recorded walking their own flexors bear it: they
 give its moment about the hinge, less what weight and inertia of the toes need, as recorded, whatever the foot
 does. So the recorded walker's toes stand at their rest extension, and who lands otherwise bends them against
-their spring. The long flexors lie with the ankle's plantarflexors, and a described patient has as much strength
-left of them (assumed); in a patient's own walk they give what they gave. The horizontal force is borne by the
-flexors, too: both act as recorded and cancel, so that neither is in the hinge. Nothing recorded presses on the
-tip. Its pad stops toes that drag.
+their spring. The long flexors lie with the ankle's plantarflexors, and a described patient has as much
+strength left of them (assumed); in a patient's own walk they give what they gave. The horizontal force is
+borne by the flexors, too: both act as recorded and cancel, so that neither is in the hinge. Nothing recorded
+presses on the tip. Its pad stops toes that drag.
 """
 
 import math

@@ -229,21 +229,23 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
         )
         subject, walker = "patient.body_mass", cycle.body_mass
         found.append(Notice("walker-mass", words, subject=subject, walker=walker, patient=mass))
-    return [*found, *_of_height(cycle, scenario), *_of_muscles_left(scenario)]
+    return [*found, *_of_height(cycle, scenario), *_of_own_walk(scenario)]
 
 
-def _of_muscles_left(scenario: Mapping[str, Any]) -> list[Notice]:
-    """What a patient's description says of muscles that the patient's own walk says already."""
+def _of_own_walk(scenario: Mapping[str, Any]) -> list[Notice]:
+    """What a patient's own walk as the baseline means, and what of the description it leaves unused."""
     if not own_walk(scenario):
         return []
     patient, whole = scenario["patient"], ("dorsiflexor_strength", "plantarflexor_strength", "stiffness")
     keys = [f"patient.{key}" for key in whole if float(patient.get(key, 1.0)) != 1.0]
     if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
         keys.append("patient.spasticity")
-    if not keys:
-        return []
-    words = "{subject}: not applied; what the muscles give is in the patient's own recorded walk"
-    return [Notice("muscles-recorded", words, subject=", ".join(keys), keys=keys)]
+    words = (
+        "the recorded walk is the patient's own, without the device: the muscles give what they gave, and no "
+        "torque that the patient lacks is known{unused}"
+    )
+    unused = f"; not applied: {', '.join(keys)}" if keys else ""
+    return [Notice("own-walk", words, subject="gait.walker", unused=unused, keys=keys)]
 
 
 def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
