@@ -80,6 +80,9 @@ def test_whose_walk_it_is_is_asked_before_anything_is_read(capsys: pytest.Captur
     assert "--walker" in complaint and "healthy (" in complaint and "patient (" in complaint
     code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--out", "x.csv", "--walker", "me")
     assert code == 2 and "healthy, patient" in complaint
+    both = ("--walker", "patient", "--side", "both")
+    code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--out", "x.csv", *both)
+    assert code == 2 and "--side" in complaint and "not alike" in complaint
     code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--write-map", "roles.toml")
     assert code == 2 and "walker" not in complaint and "not_there" in complaint
 

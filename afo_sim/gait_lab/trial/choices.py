@@ -72,6 +72,13 @@ class Choices:
                 raise InputError("is no choice", field=name, value=value, allowed=words)
         if self.forward and self.up and self.forward[-1] == self.up[-1]:
             raise InputError("is the same axis as up", field="forward", value=self.forward)
+        if self.both and self.walker == "patient":
+            raise InputError(
+                "is the mean of both legs, and a patient's are not alike",
+                field="side",
+                value="both",
+                allowed="right or left, the one that is to wear the device",
+            )
         for role in self.markers:
             if role not in ROLES:
                 raise InputError("is not a valid role", field="marker", value=role, allowed=", ".join(ROLES))
