@@ -287,24 +287,29 @@ class Device:
 
     def rates(self, state: Sequence[float], around: Surroundings, seats: Sequence[bool]) -> list[float]:
         """Of the states; `seats` are inlet and outlet of each chamber in turn."""
-        angle, speed, *rest = state
-        n = len(self.muscles)
-        contractions = rest[:n]
-        pulls, arms, _ = self.tensions(angle, contractions)
-        pressures, volumes = self.pressures(state)
-        moment = sum(m.count * t * arm for m, t, arm in zip(self.muscles, pulls, arms, strict=True))
-        bending = rest[-2:] if self.foot.toes is not None else []
+        angle, speed = state[:2]
+        moment, inside = self.inside(state, seats)
+        bending = state[-2:] if self.foot.toes is not None else []
         accelerations = self.accelerations(angle, speed, bending, moment, around)
-        rates = [speed, accelerations[0]]
-        for muscle, contraction, pull in zip(self.muscles, contractions, pulls, strict=True):
-            p = pressures[muscle.chamber]
-            rates.append((muscle.spring(contraction, p - AMBIENT) - pull) / (muscle.damping * p))
-        for j, chamber in enumerate(self.chambers):
-            mass = rest[n + 2 * j + 1]
-            rates += self.air(chamber, pressures[j], volumes[j], mass, seats[2 * j : 2 * j + 2])
+        rates = [speed, accelerations[0], *inside]
         if bending:
             rates += [bending[1], accelerations[1]]
         return rates
+
+    def inside(self, state: Sequence[float], seats: Sequence[bool]) -> tuple[float, list[float]]:
+        """Moment of the muscles about the ankle [N·m], and the rates of contractions and air."""
+        n = len(self.muscles)
+        pulls, arms, _ = self.tensions(state[0], state[2 : 2 + n])
+        pressures, volumes = self.pressures(state)
+        moment = sum(m.count * t * arm for m, t, arm in zip(self.muscles, pulls, arms, strict=True))
+        rates = []
+        for muscle, contraction, pull in zip(self.muscles, state[2 : 2 + n], pulls, strict=True):
+            p = pressures[muscle.chamber]
+            rates.append((muscle.spring(contraction, p - AMBIENT) - pull) / (muscle.damping * p))
+        for j, chamber in enumerate(self.chambers):
+            mass = state[2 + n + 2 * j + 1]
+            rates += self.air(chamber, pressures[j], volumes[j], mass, seats[2 * j : 2 * j + 2])
+        return moment, rates
 
     def air(
         self, chamber: Chamber, pressure: float, volume: float, mass: float, seats: Sequence[bool]

@@ -163,13 +163,9 @@ def smoothed(samples: np.ndarray, harmonics: int) -> tuple[np.ndarray, np.ndarra
 
 
 def series(waves: tuple[np.ndarray, np.ndarray], phase: np.ndarray, derivative: int = 0) -> np.ndarray:
-    """Such a series, or its first derivative by phase, at phases (n,)."""
-    order = 2.0 * np.pi * np.arange(len(waves[0]))
-    angle = np.outer(phase, order)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    if derivative == 0:
-        return cosine @ waves[0] + sine @ waves[1]
-    return cosine @ (order * waves[1]) - sine @ (order * waves[0])
+    """Such a series, or a derivative by phase, at phases (n,)."""
+    order = 2j * np.pi * np.arange(len(waves[0]))
+    return np.real(np.exp(np.outer(phase, order)) @ ((waves[0] - 1j * waves[1]) * order**derivative))
 
 
 @dataclass(frozen=True)
