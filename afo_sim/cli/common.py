@@ -26,6 +26,7 @@ _EPILOGUE = """Exit codes:
 130  stopped by Ctrl-C
 143  stopped by SIGTERM
 """
+SIDES_HEADER = ["", "right", "left", "2 (L − R)/(L + R)"]  # of a table of both sides
 _SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(

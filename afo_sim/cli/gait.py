@@ -6,7 +6,7 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from afo_sim.cli.common import gait_app, one_group, print_table, progress
+from afo_sim.cli.common import SIDES_HEADER, gait_app, one_group, print_table, progress
 from afo_sim.common import InputError
 
 
@@ -24,7 +24,9 @@ class Trial:
     walker: Annotated[
         str | None, Option(metavar="healthy|patient", help="needed: whose walk it is; it is never guessed")
     ] = None
-    side: Annotated[str, Option(help="right|left|both (the mean of both legs)")] = "right"
+    side: Annotated[
+        str, Option(help="right|left|both (the mean of both)|each (NAME_right.csv, NAME_left.csv)")
+    ] = "right"
     stride: Annotated[
         str | None, Option(metavar="N|mean", help="which stride; the first that is whole by default")
     ] = None
@@ -97,26 +99,35 @@ def gait_import_command(trial: Trial) -> None:
         raise InputError("is missing: whose walk it is", field="walker", allowed=meaning)
     with progress("reading the trial"):
         from afo_sim.common import check_writable, together
-        from afo_sim.gait import write
-        from afo_sim.gait_lab import import_gait, read_options, ten_lines, verdict
+        from afo_sim.gait import asymmetry, write
+        from afo_sim.gait_lab import import_gait, import_sides, read_options, ten_lines, verdict
         from afo_sim.show import draw_gait
 
         asked = {k: v for k, v in vars(trial).items() if k not in ("files", "out", "write_map")}
         choices = read_options(asked)
         check_writable(trial.out.parent)
         try:
-            done = import_gait(trial.files, choices)
+            if choices.each:
+                sides = import_sides(trial.files, choices)
+                found = {trial.out.with_stem(f"{trial.out.stem}_{side}"): sides[side] for side in sides}
+            else:
+                found = {trial.out: import_gait(trial.files, choices)}
         except InputError as error:
             raise _with_map(error) from error
-        picture = trial.out.with_suffix(".png")
         with together(trial.out.parent) as scratch:
-            draw_gait(done.cycle, scratch / picture.name, done)
-            write(scratch / trial.out.name, done.cycle)
-    print(verdict(done))
-    print_table("", ["", ""], [list(row) for row in ten_lines(done)])
-    for warning in done.warnings:
-        print(f"warning: {warning}")
-    print(f"written to {trial.out}, walker: {trial.walker}; look at {picture} before you believe it")
+            for out, done in found.items():
+                draw_gait(done.cycle, (scratch / out.name).with_suffix(".png"), done)
+                write(scratch / out.name, done.cycle)
+    for out, done in found.items():
+        print(verdict(done))
+        print_table("", ["", ""], [list(row) for row in ten_lines(done)])
+        for warning in done.warnings:
+            print(f"warning: {warning}")
+        picture = out.with_suffix(".png")
+        print(f"written to {out}, walker: {trial.walker}; look at {picture} before you believe it")
+    if choices.each:
+        rows = asymmetry(sides["right"].cycle, sides["left"].cycle)
+        print_table("one side beside the other", SIDES_HEADER, [row.cells for row in rows])
 
 
 def _write_map(files: list[Path], path: Path) -> None:

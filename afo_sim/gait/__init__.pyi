@@ -1,5 +1,8 @@
 from .ankle_alignment import Placed as Placed
 from .ankle_alignment import fit_to_leg as fit_to_leg
+from .asymmetry import STRIKE as STRIKE
+from .asymmetry import TwoSides as TwoSides
+from .asymmetry import asymmetry as asymmetry
 from .checks import BODY_HEIGHT as BODY_HEIGHT
 from .checks import COP_FORCE as COP_FORCE
 from .checks import HEIGHT_ERROR as HEIGHT_ERROR

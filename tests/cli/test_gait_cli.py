@@ -7,16 +7,20 @@ import shlex
 import subprocess
 import sys
 import textwrap
+from typing import Any
 
 import numpy as np
 import pytest
 from command import call
 from documents import PAGES
+from gait_lab.patients import LameWalker, laboratory
+from gait_lab.trial_files import write_forces as patients_forces
+from gait_lab.trial_files import write_trc as patients_trc
 from walking import known_walk, write_angles, write_forces, write_trc
 
-from afo_sim import cli
-from afo_sim.common import assets
-from afo_sim.gait import KINEMATICS
+from afo_sim import cli, show
+from afo_sim.common import InputError, assets
+from afo_sim.gait import KINEMATICS, GaitCycle
 from afo_sim.gait import file as gait
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 from afo_sim.simulation import read_recording
@@ -150,6 +154,35 @@ def test_second_stride_and_units_are_options(
     assert np.allclose(first.shank_angle, second.shank_angle, atol=1e-3)
 
 
+@pytest.mark.slow
+def test_each_side_is_written_or_none(
+    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorded, out = laboratory(LameWalker(right_load=0.9)), tmp_path / "mine" / "her.csv"
+    files = (
+        patients_trc(tmp_path / "walk.trc", recorded.time, recorded.markers("opensim c3d")),
+        patients_forces(tmp_path / "grf.mot", recorded.plates()),
+    )
+    options = ("--side", "each", "--walker", "patient", "--out", str(out))
+    command = ("gait", "import", *map(str, files), *options)
+    own = show.draw_gait
+
+    def broken(cycle: GaitCycle, *rest: Any) -> None:
+        if cycle.side == "left":
+            raise InputError("the disk is full")
+        own(cycle, *rest)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(show, "draw_gait", broken)
+        assert call(capsys, *command)[0] == 2
+    assert not out.parent.exists()
+    code, printed, complaint = call(capsys, *command)
+    assert code == 0, complaint
+    written = {path.name for path in out.parent.iterdir()}
+    assert written == {f"her_{side}.{kind}" for side in ("right", "left") for kind in ("csv", "png")}
+    assert "right stride 1 of" in printed and "left stride 1 of" in printed and "step time [s]" in printed
+
+
 REFUSED = {
     "another body's mass": (("--mass", "110 kg"), "is the body mass right"),
     "a child's mass": (("--mass", "40 kg"), "is the body mass right"),
@@ -168,7 +201,7 @@ REFUSED = {
         ("--stride", "first"),
         "--stride = 'first': is not a valid stride; allowed: 1, 2, …, mean",
     ),
-    "no such side": (("--side", "rigth"), "--side = 'rigth': is no choice; allowed: right, left, both"),
+    "no such side": (("--side", "rigth"), "--side = 'rigth': is no choice; allowed: right, left, both, each"),
     "no such plate": (("--mass", "72 kg", "--plate", "1_ground_forc"), "did you mean '1_ground_force'"),
     "other foot": (("--mass", "72 kg", "--plate", "ground_force"), "under the right foot throughout"),
     "left leg": (

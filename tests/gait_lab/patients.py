@@ -66,3 +66,21 @@ def laboratory(patient: Patient, strides: float = 2.2, **choices: float) -> Labo
     """A laboratory that records some strides; further fields of `Laboratory` as keywords."""
     seconds = round(strides * patient.stride_time + 0.8, 2)
     return dataclasses.replace(Laboratory(patient, seconds=seconds), **choices)
+
+
+@dataclass(frozen=True)
+class LameWalker(Patient):
+    """A patient whose right foot drops in swing, carries less, and whose left foot strikes early."""
+
+    drop: float = np.radians(15.0)  # of the right foot, the most in mid-swing [rad]
+    left_strike: float = 0.45  # of the right foot's stride [-]
+
+    def phase(self, side: str, time: np.ndarray) -> np.ndarray:
+        return (time - self.start) / self.stride_time - (0.0 if side == "right" else self.left_strike)
+
+    def angle(self, side: str, name: str, time: np.ndarray, derivative: int = 0) -> np.ndarray:
+        found = super().angle(side, name, time, derivative)
+        if side == "left" or name != "ankle" or derivative:
+            return found
+        part = (self.phase(side, time) % 1.0 - 0.66) / 0.30
+        return np.asarray(found - self.drop * np.where((part > 0) & (part < 1), np.sin(np.pi * part) ** 2, 0))

@@ -40,6 +40,7 @@ class Choices:
     stride: int | None = None  # which of the side's strides, from 1; the first by default
     mean: bool = False  # of all the side's strides, instead of one of them
     both: bool = False  # the mean of both legs' strides, the left ones mirrored
+    each: bool = False  # a stride of either side, as `import_sides` cuts them
     markers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # role: names, their midpoint counts
     map: pathlib.Path | None = None  # file that says which marker has which role
     model: pathlib.Path | None = None  # the person's scaled OpenSim model
@@ -77,7 +78,7 @@ class Choices:
                 "is the mean of both legs, and a patient's are not alike",
                 field="side",
                 value="both",
-                allowed="right or left, the one that is to wear the device",
+                allowed="each, or right or left, the one that is to wear the device",
             )
         for role in self.markers:
             if role not in ROLES:
@@ -116,8 +117,8 @@ def read_options(given: Mapping[str, Any]) -> Choices:
     Parameters
     ----------
     given : option names with "_" for "-": texts such as "72 kg", None where the option was not given;
-        "side" "right", "left" or "both", "stride" a number or "mean", "map", "model" and "static" paths,
-        "marker" a list of "ROLE=NAME" or "ROLE=NAME,NAME", "plate" a list of names, "hip" two lengths,
+        "side" "right", "left", "both" or "each", "stride" a number or "mean", "map", "model",
+        "static" paths, "marker" a list of "ROLE=NAME" or "ROLE=NAME,NAME", "plate" names, "hip" two lengths,
         "angles" "deg" or "rad", "ankle_zero" "flat" or "file"
 
     Raises
@@ -147,10 +148,10 @@ def read_options(given: Mapping[str, Any]) -> Choices:
 
 
 def _sides(text: str | None) -> dict[str, Any]:
-    """The side, or both: the right leg's strides and the left one's mirrored, as one mean."""
-    if text not in (None, "both", *SIDES):
-        raise unknown(text, (*SIDES, "both"), field="side")
-    return {"both": True} if text == "both" else {} if text is None else {"side": text}
+    """The side, both (one mean of the right leg's strides and the left one's, mirrored), or each alone."""
+    if text not in (None, "both", "each", *SIDES):
+        raise unknown(text, (*SIDES, "both", "each"), field="side")
+    return {text: True} if text in ("both", "each") else {} if text is None else {"side": text}
 
 
 def _strides(text: str | None) -> dict[str, Any]:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
-from afo_sim.gait import GaitCycle
+from afo_sim.common import InputError, Notice, with_code
+from afo_sim.gait import STRIKE, GaitCycle
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
@@ -28,6 +28,7 @@ from afo_sim.gait_lab.trial.walking_frame import WalkingFrame, find_frame
 _MASS_LIMIT = (
     0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
 )
+_USUAL = "walker-usual"  # a patient's stride that looks like a healthy walker's
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +73,54 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
     InputError
         A file cannot be read, something is missing, or the stride contradicts itself.
     """
+    return cut_cycle(_read(files, choices), choices)
+
+
+def import_sides(files: Sequence[str | pathlib.Path], choices: Choices) -> dict[str, Imported]:
+    """A stride of each side, from one reading of the files; parameters as of `import_gait`.
+
+    Returns
+    -------
+    {side: Imported}, the right one's first, each with a note of the phase at which the other foot strikes
+
+    Raises
+    ------
+    InputError
+        As `import_gait` of either side; it names the other one where that can be cut.
+    """
+    trial = _read(files, choices)
+    found: dict[str, Imported] = {}
+    refused: list[InputError] = []
+    for side in SIDES:
+        try:
+            found[side] = cut_cycle(trial, replace(choices, side=side))
+        except InputError as error:
+            refused.append(error)
+    if refused:
+        alone = [f"the {side} side alone, whose stride can be cut" for side in found]
+        raise refused[0].replaced(allowed="; ".join(filter(None, (refused[0].allowed, *alone))))
+    usual = all(with_code(done.notices, _USUAL) for done in found.values())
+    return {side: _beside_other(done, usual) for side, done in found.items()}
+
+
+def _beside_other(done: Imported, usual: bool) -> Imported:
+    """With the phase at which the other foot strikes, the mean over the taken strides, in its notes.
+
+    `usual`: neither side contradicts a healthy walk; of a patient one side may do so.
+    """
+    notices = tuple(notice for notice in done.notices if usual or notice.code != _USUAL)
+    done = replace(done, notices=notices)
+    cycle = done.cycle.with_warnings([str(warning) for warning in done.warnings])
+    others = [time for s in done.strides if s.side != cycle.side for time in (s.start, s.end)]
+    after = [[(time - s.start) / s.time for time in others] for s in (done.strides[k] for k in done.chosen)]
+    strike = np.mean([min(phases, key=lambda phase: abs(phase - 0.5)) % 1.0 for phases in after])
+    return replace(done, cycle=replace(cycle, notes={**cycle.notes, STRIKE: f"{strike:.4f}"}))
+
+
+def _read(files: Sequence[str | pathlib.Path], choices: Choices) -> WalkingTrial:
+    """The trial of some files, with the standing trial that was chosen."""
     trial = read_trial([pathlib.Path(file) for file in files])
-    if choices.static is not None:
-        trial = replace(trial, standing=_standing(choices.static))
-    return cut_cycle(trial, choices)
+    return trial if choices.static is None else replace(trial, standing=_standing(choices.static))
 
 
 def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
