@@ -96,7 +96,9 @@ def figure_command(
 
 @app.command("report")
 def report_command(
-    folders: Annotated[list[Path], Argument(help="folders of runs; compared with the first")],
+    folders: Annotated[
+        list[Path], Argument(help="folders of runs, compared with the first; or one of both legs")
+    ],
     out: Annotated[
         Path | None, Option(help="HTML file; report.html in the first run's folder by default")
     ] = None,

@@ -3,11 +3,12 @@
 import functools
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 from typer import Option
 
 from afo_sim.cli.common import (
+    SIDES_HEADER,
     Plain,
     Rate,
     RecordingOption,
@@ -213,18 +214,6 @@ ROWS = (
     ("compressor_duty", "duty of the compressor [%]"),
     ("compressor_power", "mean electric power [W]"),
 )
-SHOWN = (  # metrics of either leg that stand on the screen without --numbers
-    "toe_clearance",
-    "lowest_toe_clearance_first_ten",
-    "foot_pitch_at_contact",
-    "torque_against_push_off_10ms",
-    "peak_dorsiflexion_angle",
-    "peak_plantarflexion_angle",
-    "range_of_motion",
-    "peak_dorsiflexion_torque_10ms",
-    "orthosis_peak_dorsiflexion_torque_10ms",
-    "cuff_skin_pressure",
-)
 
 
 @app.command("both")
@@ -241,6 +230,9 @@ def both_command(
     apart: Annotated[
         float | None, Option(help="share of a stride that the left leg is behind; 0.5, seated 0")
     ] = None,
+    affected: Annotated[
+        str | None, Option(help="right|left: this side alone wears the device, the other walks as recorded")
+    ] = None,
     rrd: Annotated[
         bool | None,
         Option("--rrd/--no-rrd", help="write recording.rrd of each leg; by default where rerun is installed"),
@@ -252,16 +244,17 @@ def both_command(
     """Simulate both legs on one supply: the air of both, the flow from the source, the worse leg."""
     values, others = read_sets(sets), read_sets(left_sets, "--set-left")
     hertz = None if rate is None else hertz_of(rate)
+    side = cast(Any, affected)  # `described` examines it
     short_lived()
     with progress("reading, compiling the muscles") as report:
         from afo_sim.model import with_person
         from afo_sim.simulation import bilateral as legs
 
-        pair = legs.described(scenario, left or None, sets=values, left_sets=others)
+        pair = legs.described(scenario, left or None, sets=values, left_sets=others, affected=side)
         folder = out or Path("runs") / f"{pair[0].name}-both"
         shift = legs.checked(*pair, apart)
         _check_folder(folder, [with_person(each).resolved() for each in pair], shift, force=force)
-        found = legs.both(*pair, apart=shift, progress=report)
+        found = legs.both(*pair, apart=shift, affected=side, progress=report)
         found.save(folder, rrd=drawn(rrd), rate=hertz)
     _print_both(found, folder, numbers=numbers)
     _stop({} if found.ok else {"": found.status})
@@ -282,13 +275,20 @@ def _print_both(legs: Any, folder: Path, *, numbers: bool = False) -> None:
 
     names = {side: leg.scenario["name"] for side, leg in legs.legs.items()}
     print(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")
+    if legs.affected:
+        print(f"affected side: {legs.affected}; the other side wears nothing and walks as recorded")
+    for kind, each in legs.asymmetry.items():
+        print_table(f"one side beside the other, {kind}", SIDES_HEADER, [row.cells for row in each])
     header = ["", "right", "left", "both"]
     print_table(
         "air on one supply", header, [_air_row(legs.numbers, *row) for row in ROWS if _has(legs, row[0])]
     )
-    shared = [n for n in legs.right.metrics if n in legs.left.metrics and (numbers or n in SHOWN)]
-    rows = [[_named(legs, n), *(printed(n, leg.metrics[n]) for leg in legs.legs.values())] for n in shared]
-    print_table("either leg", ["", "right", "left"], rows)
+    if numbers:
+        shared = [n for n in legs.right.metrics if n in legs.left.metrics]
+        rows = [
+            [_named(legs, n), *(printed(n, leg.metrics[n]) for leg in legs.legs.values())] for n in shared
+        ]
+        print_table("either leg", ["", "right", "left"], rows)
     _print_peak(legs)
     for worse in legs.verdict:
         _print_worse(legs, worse)
@@ -296,7 +296,7 @@ def _print_both(legs: Any, folder: Path, *, numbers: bool = False) -> None:
         print_line(f"warning: {warning}", hang=9)
     for note in legs.notes:
         print_line(f"note: {note}", hang=6)
-    print(f"written to {folder}; compare the legs with: afo-sim report {folder}/right {folder}/left")
+    print(f"written to {folder}; compare the legs with: afo-sim report {folder}")
 
 
 def _has(legs: Any, name: str) -> bool:
@@ -333,7 +333,9 @@ def _print_worse(legs: Any, worse: Any) -> None:
     from afo_sim.show import INDENT, badge, limit
 
     answers = worse.answers
-    if "both" in answers:
+    if len(answers) == 1:
+        key, text = worse.leg, f"affected side: {answers[worse.leg].text}"
+    elif "both" in answers:
         key, text = "both", f"both legs together: {answers['both'].text}"
     elif worse.leg != "both":
         key, text = worse.leg, f"the {worse.leg} leg, the worse one: {answers[worse.leg].text}"

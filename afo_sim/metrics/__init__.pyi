@@ -47,6 +47,7 @@ from .metric_words import number as number
 from .metric_words import unit as unit
 from .metric_words import words as words
 from .safety import skin_metrics as skin_metrics
+from .strides import INTERNAL as INTERNAL
 from .strides import ORTHOSIS as ORTHOSIS
 from .strides import SOLVED as SOLVED
 from .strides import Stride as Stride

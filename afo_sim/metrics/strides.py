@@ -17,6 +17,7 @@ AIR_SETTLED = 0.05  # share by which the air of strides that are alike may diffe
 FAST = 0.75  # quantile of the foot's forward speed over the stride from which on it is fast [-]
 BEGUN = 0.1  # share of the swing in which the foot leaves the floor [-]
 ORTHOSIS = "ankle/moment/orthosis"
+INTERNAL = ("ankle/moment/passive", "ankle/moment/biological", ORTHOSIS)  # the whole internal moment
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,6 +69,7 @@ from .periodic import two_strides as two_strides
 from .periodic import why_walked as why_walked
 from .person import UNDRIVEN as UNDRIVEN
 from .person import Size as Size
+from .person import as_recorded as as_recorded
 from .person import in_contact as in_contact
 from .person import own_tissue as own_tissue
 from .person import person_of as person_of

@@ -1,14 +1,17 @@
 """A report of one run or of several side by side: one HTML file that needs nothing outside itself."""
 
+import dataclasses
 import itertools
 import pathlib
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from afo_sim.common import InputError, assets, check_writable, write_text
+from afo_sim.common import InputError, assets, check_writable, read_json, write_text
 from afo_sim.description import facts, worn
 from afo_sim.description.scenario_text import reference
+from afo_sim.gait import TwoSides
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import AGAINST, GROUPS, Metric, in_short, number, status_of, unit, words
@@ -18,7 +21,7 @@ from afo_sim.show.numbers import doubts, of_walker, readable, undefined
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
-from afo_sim.simulation import found_step_errors, limits_of, read_recording
+from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_recording
 
 _ACROSS = 8  # strides beside one another in a table
 _COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another
@@ -252,7 +255,8 @@ def write_report(
 
     Parameters
     ----------
-    folders : of runs, at most six; the others are compared with the first
+    folders : of runs, at most six; the others are compared with the first. One of two legs is a report of
+        both, the affected side first
     out : HTML file to write; report.html in the first run's folder by default
     tell : called with each of the `remarks` that the report begins with
 
@@ -271,13 +275,24 @@ def write_report(
         raise InputError(
             "is not an HTML file", field="out", value=str(target), allowed="a name ending in .html"
         )
-    runs = read_runs(folders)
+    both = read_json(first / BOTH_JSON) if len(folders) == 1 and (first / BOTH_JSON).is_file() else None
+    names = {} if both is None else _named_sides(both.get("affected"))
+    runs = read_runs([first / side for side in names] or folders)
+    runs = [dataclasses.replace(run, label=names.get(run.label, run.label)) for run in runs]
     check_writable(target.parent)
-    write_text(target, page(runs))
+    write_text(target, page(runs, both))
     if tell:
         for remark in remarks(runs):
             tell(remark)
     return target
+
+
+def _named_sides(affected: str | None) -> dict[str, str]:
+    """{side: its name in a report}, the affected one first."""
+    if affected is None:
+        return {"right": "right", "left": "left"}
+    other = "left" if affected == "right" else "right"
+    return {affected: f"affected side ({affected})", other: f"other side ({other})"}
 
 
 def read_runs(folders: Sequence[pathlib.Path]) -> list[RunView]:
@@ -353,13 +368,17 @@ def _worn_differently(runs: Sequence[RunView]) -> list[str]:
     return found
 
 
-def page(runs: Sequence[RunView]) -> str:
-    """The whole HTML text of a report; the runs after the first are compared with it."""
+def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
+    """The whole HTML text of a report; the runs after the first are compared with it.
+
+    both : contents of both.json, where the runs are two legs; the affected side alone has a verdict
+    """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     title = runs[0].label
     if len(runs) > 1:
-        title += f" compared with {', '.join(run.label for run in runs[1:])}"
+        title += f"{' compared with' if both is None else ' and'} {', '.join(run.label for run in runs[1:])}"
+    judged = runs[:1] if both and both.get("affected") else runs
     walking = [run for run in runs if run.walks and run.strides]
     others = [run for run in runs if run not in walking and len(run.recording["time"]) > 1]
     environment = Environment(
@@ -370,11 +389,14 @@ def page(runs: Sequence[RunView]) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(_TEMPLATE).render(
-        title=title,
+        title=_begun(title) if both else title,
         runs=runs,
-        verdicts=verdict.of_report(runs),
-        effects=effects.of_report(runs),
-        bands=bands.of_report(runs),
+        judged=judged,
+        cells=lambda row: TwoSides(**row).cells,
+        sides={} if both is None else both.get("asymmetry", {}),
+        verdicts=verdict.of_report(judged),
+        effects=effects.of_report(judged),
+        bands=bands.of_report(judged),
         in_short=[(run, in_short(run.recording.metrics, reference(run.recording.scenario))) for run in runs],
         notes=list(_notes(runs)),
         remarks=[headed(remark) for remark in remarks(runs)],

@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import EXTENSIONS, HEIGHTS, NEEDED_MOMENT, ORTHOSIS
+from afo_sim.metrics import EXTENSIONS, HEIGHTS, INTERNAL, NEEDED_MOMENT, ORTHOSIS
 from afo_sim.show.panels import HEALTHY, NORM_LABEL, mean_and_spread, unknown_band
 from afo_sim.show.run_view import PERCENT, PHASE, RunView
 from afo_sim.show.style import GREY, NORM, ZERO, ink, plain
 
-INTERNAL = ("ankle/moment/passive", "ankle/moment/biological", ORTHOSIS)
 _FLEXION = "plantarflexion –  |  + dorsiflexion"
 _TRIP = "below the floor: a trip"
 _WIDE = 3.0  # of the gait cycle to each side, over which a number is written [%]

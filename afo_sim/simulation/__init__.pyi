@@ -1,3 +1,4 @@
+from .bilateral import BOTH_JSON as BOTH_JSON
 from .bilateral import Both as Both
 from .bilateral import both as both
 from .bilateral import checked as checked

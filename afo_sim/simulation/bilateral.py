@@ -3,16 +3,18 @@
 import os
 import pathlib
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, check_writable, together, write_json
+from afo_sim.common import InputError, Notice, check_writable, together, unknown, write_json
 from afo_sim.description import Scenario, Side, load
+from afo_sim.gait import TwoSides
 from afo_sim.metrics import Metric
-from afo_sim.model import person_of, stride_time_of, why_walked
-from afo_sim.simulation.bilateral_air import Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
+from afo_sim.model import person_of, persons_stride, stride_time_of, why_walked
+from afo_sim.simulation.bilateral_air import SIDES, Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
+from afo_sim.simulation.bilateral_sides import at_one_pace, other_side, paced, sides_of
 from afo_sim.simulation.display_hooks import shown
 from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
@@ -20,7 +22,6 @@ from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run_scenario
 from afo_sim.simulation.validity_checks import empty_warnings
 
-SIDES: tuple[Side, Side] = ("right", "left")
 APART = 0.5  # share of a stride between the heel strikes of the two feet of a person who walks evenly [-]
 SAME = 1e-9  # share by which two stride times or pressures may differ and are the same [-]
 BOTH_JSON, BOTH_PNG = "both.json", "both.png"
@@ -57,6 +58,8 @@ class Both:
     verdict : of each question the worse leg; what the air of both costs
     warnings : of both legs, each begins with the leg's name
     notes : what the numbers rest on
+    affected : side that wears the device, while the other walks as recorded; None where both wear one
+    asymmetry : of legs that walk, both sides "as recorded" and "with the device"
 
     Examples
     --------
@@ -75,6 +78,8 @@ class Both:
     verdict: tuple[Worse, ...]
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
+    affected: Side | None = None
+    asymmetry: Mapping[str, list[TwoSides]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         what = f"{self.right.scenario['name']!r} right, {self.left.scenario['name']!r} left"
@@ -104,6 +109,8 @@ class Both:
         return {
             "status": self.status,
             "apart": self.apart,
+            "affected": self.affected,
+            "asymmetry": {kind: [asdict(row) for row in rows] for kind, rows in self.asymmetry.items()},
             "cycle": {"value": self.cycle, "unit": "s"},
             "numbers": {n: {"value": m.value, "unit": m.unit} for n, m in self.numbers.items()},
             "metrics": {
@@ -152,9 +159,10 @@ def both(
     sets: Mapping[str, Any] | None = None,
     left_sets: Mapping[str, Any] | None = None,
     apart: float | None = None,
+    affected: Side | None = None,
     progress: Progress | None = None,
 ) -> Both:
-    """Simulate both legs of a person who wears an orthosis on each, on one supply.
+    """Simulate both legs of a person who wears an orthosis on each, on one supply, or on the affected one.
 
     Each leg runs as it would alone: the pressure of endless air is constant, and of a named source or
     regulator a note says that two legs draw it down further. The left leg's settled stride
@@ -168,6 +176,8 @@ def both(
     left_sets : further ones, laid over the left leg's
     apart : share of a stride by which the left leg is behind, 0 to below 1; half a stride by default. Legs
         of a seated person are switched by one timer, together: 0
+    affected : "right" or "left", the one side that wears the device. The other one has the same scenario
+        without device and weakness, as it was recorded, unless `left` describes the left leg
     progress : called with (legs done, 2, what is done)
 
     Returns
@@ -177,8 +187,8 @@ def both(
     Raises
     ------
     InputError
-        A description is wrong, the two legs do not belong to one person on one supply (other stride times or
-        pressures), or their strides vary.
+        A description is wrong, the two legs do not belong to one person on one supply (other pressures, or
+        stride times that differ by more than 5 %, or were not recorded), or their strides vary.
 
     Examples
     --------
@@ -186,14 +196,14 @@ def both(
     >>> legs.numbers["air_per_stride_both"].unit
     'g'
     """
-    pair = described(right, left, sets=sets, left_sets=left_sets)
+    pair = described(right, left, sets=sets, left_sets=left_sets, affected=affected)
     shift = checked(*pair, apart)
     recordings = []
     for k, (side, scenario) in enumerate(zip(SIDES, pair, strict=True)):
         if progress is not None:
             progress(k, 2, f"simulating the {side} leg")
         recordings.append(run_scenario(scenario))
-    return laid_together(recordings[0], recordings[1], pair, shift)
+    return laid_together(recordings[0], recordings[1], pair, shift, affected)
 
 
 def described(
@@ -202,21 +212,34 @@ def described(
     *,
     sets: Mapping[str, Any] | None = None,
     left_sets: Mapping[str, Any] | None = None,
+    affected: Side | None = None,
 ) -> tuple[Scenario, Scenario]:
-    """The two legs' scenarios; parameters as of `both`."""
-    for field, values in (("sets", sets), ("left_sets", left_sets)):
+    """The two legs' scenarios, at one pace; parameters as of `both`."""
+    if affected not in (None, *SIDES):
+        raise unknown(affected, SIDES, field="affected")
+    for name, values in (("sets", sets), ("left_sets", left_sets)):
         if "side" in (values or {}):
-            raise InputError("is each leg's own here: there is one of either side", field=f"{field}: side")
+            raise InputError("is each leg's own here: there is one of either side", field=f"{name}: side")
     pairs = ((right, sets or {}), (right if left is None else left, {**(sets or {}), **(left_sets or {})}))
     found = [_scenario(which, {**values, "side": s}) for s, (which, values) in zip(SIDES, pairs, strict=True)]
-    return found[0], found[1]
+    if affected == "right" and left is None:
+        found[1] = other_side(found[1]).set(left_sets or {})  # what is said of it alone holds
+    elif affected == "left":
+        found[0] = other_side(found[0])
+    return at_one_pace(found, affected or "right")
 
 
 def _scenario(which: Description, sets: Mapping[str, Any]) -> Scenario:
     return which.set(sets) if isinstance(which, Scenario) else load("scenario", which, sets)
 
 
-def laid_together(right: Recording, left: Recording, pair: tuple[Scenario, Scenario], apart: float) -> Both:
+def laid_together(
+    right: Recording,
+    left: Recording,
+    pair: tuple[Scenario, Scenario],
+    apart: float,
+    affected: Side | None = None,
+) -> Both:
     """Two legs' runs as those of one person; `pair` are their scenarios."""
     legs: dict[Side, Recording] = {"right": right, "left": left}
     warnings = (*_named(legs), *_doubts(*pair))
@@ -224,6 +247,7 @@ def laid_together(right: Recording, left: Recording, pair: tuple[Scenario, Scena
     flow: dict[str, np.ndarray] = {}
     numbers: dict[str, Metric] = {}
     verdict: tuple[Worse, ...] = ()
+    asymmetry: dict[str, list[TwoSides]] = {}
     if right.ok and left.ok:
         cycles: dict[Side, Cycle] = {side: cycle_of(leg) for side, leg in legs.items()}
         phase = cycles["right"].phase
@@ -234,9 +258,18 @@ def laid_together(right: Recording, left: Recording, pair: tuple[Scenario, Scena
         both_sag = {name.removesuffix("_both"): value for name, value in numbers.items()}
         of_both = empty_warnings(pair[0], both_sag, "each leg alone on it, with more air than both have")
         warnings += tuple(one.after("both legs together: ") for one in of_both)
-        verdict = worse_of(right, left, numbers)
-    notes = (_sharing(pair[0]), FIRST if pair[0].walking else LAST)
-    return Both(right, left, apart, _period(pair[0]), phase, flow, numbers, verdict, warnings, notes)
+        verdict = worse_of(right, left, numbers) if affected is None else _alone(affected, legs[affected])
+        asymmetry = sides_of(cycles, pair) if pair[0].walking else {}
+    notes = (_sharing(pair[0]), FIRST if pair[0].walking else LAST, *paced(pair))
+    period = _period(pair[0])
+    return Both(
+        right, left, apart, period, phase, flow, numbers, verdict, warnings, notes, affected, asymmetry
+    )
+
+
+def _alone(side: Side, leg: Recording) -> tuple[Worse, ...]:
+    """The verdict of the affected side."""
+    return tuple(Worse(each.name, each.question, each.status, side, {side: each}) for each in leg.verdict)
 
 
 def _sharing(right: Scenario) -> str:
@@ -335,6 +368,8 @@ def _doubts(right: Scenario, left: Scenario) -> list[Notice]:
         if scenario.walking and scenario.timer is not None:
             text = "{subject}: a timer switches its valves; it is taken to keep to this leg's own strides"
             found.append(Notice("leg-timer", text, subject=side))
+    if right.walking and (persons_stride(right).side, persons_stride(left).side) == SIDES[::-1]:
+        found.append(Notice("legs-exchanged", "each leg walks the recorded stride of the other side"))
     if right.walking and person_of(right) != person_of(left):
         text = "the two legs have persons of different mass or height: they are not one person's"
         found.append(Notice("legs-persons", text))
