@@ -12,7 +12,6 @@ from afo_sim.common import check_writable, settle, together, write_text
 from afo_sim.description import Side
 from afo_sim.physics import LAWS
 from afo_sim.show.panels import marked
-from afo_sim.show.run_view import RunView
 from afo_sim.show.style import (
     BLUE,
     COLOURS,
@@ -161,32 +160,26 @@ def _draw_groups(
     return styles
 
 
-_BOTH_SIZE = (7.1, 6.2)  # [inch]
+_BOTH_SIZE = (7.1, 2.9)  # [inch]
 _COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
 _STYLE: dict[Side, Any] = {"right": "-", "left": RUN_STYLES[1]}
-_UNUSED = 1e-3  # gauge pressure below which a chamber is not drawn [bar]
 
 
 def draw_both(legs: "Both", path: pathlib.Path) -> None:
-    """Draw two legs over one cycle of the right one."""
+    """Draw what two legs take from one source, over one cycle of the right one."""
     write_figure(path, _BOTH_SIZE, functools.partial(_both_page, legs=legs))
 
 
 def _both_page(figure: Any, legs: "Both") -> None:
-    top, middle, bottom = figure.subplots(3, 1, sharex=True)
-    percent = 100.0 * np.append(legs.phase, 1.0)
-    _angles(top, legs, percent)
-    _pressures(middle, legs, percent)
-    _flow(bottom, legs, percent)
+    axis = figure.subplots()
+    _flow(axis, legs, 100.0 * np.append(legs.phase, 1.0))
+    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     walks = bool(legs.right.scenario.get("gait"))
-    for axis in (top, middle, bottom):
-        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        if walks and legs.apart:
-            axis.axvline(100.0 * legs.apart, color=GREY, lw=0.6, ls=":", zorder=0)
+    if walks and legs.apart:
+        axis.axvline(100.0 * legs.apart, color=GREY, lw=0.6, ls=":", zorder=0)
     what = "stride of the right leg, from its heel strike" if walks else "timer's period"
-    bottom.set_xlabel(f"{what} [%]; 100 % = {legs.cycle:.3g} s")
-    bottom.set_xlim(0.0, 100.0)
-    figure.align_ylabels((top, middle, bottom))
+    axis.set_xlabel(f"{what} [%]; 100 % = {legs.cycle:.3g} s")
+    axis.set_xlim(0.0, 100.0)
     title = " and ".join(f"{side}: {plain(str(leg.scenario['name']))}" for side, leg in legs.legs.items())
     apart = f", {100.0 * legs.apart:g} % of a stride apart" if legs.apart else ""
     figure.suptitle(f"both legs on one supply{apart}\n{title}", x=0.01, ha="left", fontsize=9.0)
@@ -195,31 +188,6 @@ def _both_page(figure: Any, legs: "Both") -> None:
 def _closed(values: np.ndarray) -> np.ndarray:
     """A periodic curve with its first value again at its end."""
     return np.append(values, values[0])
-
-
-def _angles(axis: Any, legs: "Both", percent: np.ndarray) -> None:
-    axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
-    for side in legs.legs:
-        angle = np.degrees(_closed(legs.over_stride(side, "ankle/angle")))
-        axis.plot(percent, angle, color=_COLOUR[side], ls=_STYLE[side], label=side)
-    view = RunView("", BLUE, legs.right)
-    axis.set_ylabel(f"{view.joint} angle [deg]\n{view.positive} +")
-
-
-def _pressures(axis: Any, legs: "Both", percent: np.ndarray) -> None:
-    # one feeds both; a leg without muscles has no column of it
-    fed = next(side for side, leg in legs.legs.items() if "supply/pressure" in leg.columns)
-    supply = 1e-5 * _closed(legs.over_stride(fed, "supply/pressure"))
-    axis.plot(percent, supply, color=GREY, lw=0.8, label="supply")
-    for side, leg in legs.legs.items():
-        for number, name in enumerate(RunView("", BLUE, leg).chambers):
-            values = 1e-5 * _closed(legs.over_stride(side, f"chamber/{name}/pressure"))
-            if values.max() > _UNUSED:
-                width = 1.3 if number == 0 else 0.8  # a second chamber's line is thinner
-                label = f"{side}, {plain(name)}"
-                axis.plot(percent, values, color=_COLOUR[side], ls=_STYLE[side], lw=width, label=label)
-    axis.set_ylabel("gauge pressure\n[bar]")
-    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]))
 
 
 def _flow(axis: Any, legs: "Both", percent: np.ndarray) -> None:
