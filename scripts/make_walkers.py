@@ -123,7 +123,7 @@ def overground(folder: pathlib.Path) -> GaitCycle:
     source = "opensim-org/opensim-core, OpenSim/Examples/Moco/example3DWalking, commit 0435b081"
     done = import_gait(
         [folder / name for name in MOCO],
-        Choices(side="right", walker="healthy", source=source, licence="Apache-2.0"),
+        Choices(side="right", walker="healthy", cutoff=6.0, source=source, licence="Apache-2.0"),
     )
     points = done.legs["right"].points
     hip, knee, ankle = (points[name].path for name in ("hip", "knee", "ankle"))

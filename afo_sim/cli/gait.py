@@ -53,7 +53,7 @@ class Trial:
         str | None, Option(help='of the treadmill, "1.2 m/s"; by default that of the standing foot')
     ] = None
     cutoff: Annotated[str, Option(help='of the low-pass, up to "50 Hz"; "0 Hz" leaves the data alone')] = (
-        "6 Hz"
+        "10 Hz"
     )
     thigh: Annotated[
         str | None, Option(help="this person's hip to knee, \"43 cm\", if no file has the ankle's place")

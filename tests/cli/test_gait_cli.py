@@ -193,8 +193,8 @@ REFUSED = {
         "--height = 17.2: is out of range; allowed: 0.5 to 2.5 (SI)",
     ),
     "sole of a stilt": (("--sole", "25 cm"), "--sole = 0.25: is out of range; allowed: 0 to 0.15 (SI)"),
-    "cutoff without unit": (("--cutoff", "6"), "--cutoff = '6': has no unit; write it like \"6 Hz\""),
-    "cutoff too high": (("--cutoff", "80 Hz"), "--cutoff = '80 Hz': is above 50 Hz; allowed: 6 Hz"),
+    "cutoff without unit": (("--cutoff", "6"), "--cutoff = '6': has no unit; write it like \"10 Hz\""),
+    "cutoff too high": (("--cutoff", "80 Hz"), "--cutoff = '80 Hz': is above 50 Hz; allowed: 10 Hz"),
     "wrong unit": (("--mass", "72 m"), "does not convert to kg"),
     "no such stride": (("--mass", "72 kg", "--stride", "9"), "--stride = 9: there is no such stride"),
     "stride in words": (

@@ -72,11 +72,11 @@ def beyond(found: dict[str, float], bounds: dict[str, float] | None = None) -> d
 
 
 def noise_bounds(millimetres: float) -> dict[str, float]:
-    """White noise through the 6 Hz filter at 100 Hz keeps √(2 · 6 / 100 · 1.11) = 0.36 of its size.
+    """White noise through the 10 Hz filter at 100 Hz keeps √(2 · 10 / 100 · 1.11) = 0.47 of its size.
 
     An angle's noise is √2 of it over the segment (the midpoint of two markers: √½ of that); 0.5° beside it.
     """
-    one = 1e-3 * millimetres * np.sqrt(2.0 * 6.0 / 100.0 * 1.11)
+    one = 1e-3 * millimetres * np.sqrt(2.0 * 10.0 / 100.0 * 1.11)
     shank = np.degrees(one / 0.40)
     foot = np.degrees(np.sqrt(2.0) * one / 0.19)
     ankle = float(np.hypot(shank, foot))

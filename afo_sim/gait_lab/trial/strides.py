@@ -38,8 +38,8 @@ from afo_sim.gait_lab.trial.travel import STRIDE
 _MISSED = 1.6  # time of a stride, as a share of the others' median, that holds a strike that was missed [-]
 
 _SAME = 0.15  # of force, kinematics and posture about one event, as a share of the stride [-] (assumed)
-_SUNK = 0.7  # share of the toe's fall after heel strike that is over when a foot that landed on its heel
-# beside the plate meets it [-] (derived: 0.8 and 0.9 in two such steps, 0 to 0.2 in seven on a plate)
+_SUNK = 0.75  # share of the toe's fall after heel strike that is over when a foot that landed on its heel
+# beside the plate meets it [-] (derived: 0.84 and 0.87 in two such steps, 0 to 0.2 in seven on a plate)
 _RAISED = 0.02  # height of the toe at heel strike from which on its fall is looked at [m] (assumed)
 _WINDOWS = 41  # that are tried where a recording holds more than a period
 _BARE = 0.01  # share of a period without force that is no gap in a stance [-] (assumed: a motion's sample)
