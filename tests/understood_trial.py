@@ -11,6 +11,7 @@ from walking import Walk, known_walk
 from afo_sim.gait import GaitCycle
 from afo_sim.gait_lab import WalkingFrame
 from afo_sim.gait_lab.noted import note
+from afo_sim.gait_lab.readers.stated import Stated
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 
@@ -104,7 +105,7 @@ def _trial() -> SimpleNamespace:
     files = (pathlib.Path("walk.trc"), pathlib.Path("walk_grf.mot"))
     markers = SimpleNamespace(file=files[0])
     none = dict.fromkeys(("angles", "bodies", "moments", "standing"))
-    return SimpleNamespace(files=files, plates=tuple(plates), markers=markers, **none)
+    return SimpleNamespace(files=files, plates=tuple(plates), markers=markers, stated=Stated(), **none)
 
 
 def _points(name: str, walk: Walk, time: np.ndarray, right: float) -> LegPoints:

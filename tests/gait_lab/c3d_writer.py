@@ -1,7 +1,8 @@
 """C3D files with force plates of type 1 to 4, as the format's user guide (c3d.org) defines their channels."""
 
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from gait_lab.laboratory import Recorded
@@ -19,6 +20,7 @@ def write_c3d(
     kind: int = 2,
     unit: str = "mm",
     first_frame: int = 1,
+    change: Callable[[Any], None] = lambda _: None,
 ) -> pathlib.Path:
     """Markers, and plates that hold the foot's force on them in their own axes, z into the floor."""
     import ezc3d
@@ -54,6 +56,7 @@ def write_c3d(
         for name, numbers in whole.items():
             file.add_parameter("FORCE_PLATFORM", name, np.array(numbers, dtype=float))
             parameters["FORCE_PLATFORM"][name]["type"] = 2  # a whole number, which ezc3d makes none of
+    change(file)
     file.write(str(path))
     return path
 

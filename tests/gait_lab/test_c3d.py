@@ -216,8 +216,10 @@ def test_lost_points_models_results_and_events(tmp_path: pathlib.Path) -> None:
     assert np.flatnonzero(np.isnan(markers.positions["RHEE"][:, 0])).tolist() == [20]
     assert markers.remarks == (
         "1 of its points are a model's results, no markers",
-        "its 1 events (Foot Strike 1.25 s) are not used: force and motion show them again",
+        "the laboratory states 1 events; events and curves are compared, not taken",
     )
+    assert markers.stated is not None
+    assert markers.stated.events == {("right", "strike"): (1.25,)}
 
 
 def test_plates_alone_and_markers_alone(tmp_path: pathlib.Path) -> None:

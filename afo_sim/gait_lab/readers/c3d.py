@@ -1,7 +1,8 @@
 """C3D files: markers and force plates."""
 
 import pathlib
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, offset_note, place_of, plate
+from afo_sim.gait_lab.readers.stated import read_stated
 from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
 
 # Results of a model that Vicon stores as points; each of these parameters lists their names.
@@ -42,15 +44,18 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     """Read markers and force plates from a C3D file."""
     file = read_c3d_file(path)
     rate = _rate(path, file)
-    names, points, results = _markers(file)
-    metre, unit = _metre(path, file, points)
+    names, points = _points(file)
+    kept, results = _markers(file, names)
     time = (file.first_frame + np.arange(file.frames)) / rate
+    stated, said = read_stated(file, time[: len(points)], names, points)
+    names, points = [names[k] for k in kept], points[:, kept]
+    metre, unit = _metre(path, file, points)
     samples = file.analogs.shape[1]
     ratio = max(round(samples / file.frames), 1) if file.frames else 1
     analog_time = file.first_frame / rate + np.arange(samples) / (rate * ratio)
     plates, left_out = _plates_of_c3d(path, file, analog_time, metre)
-    notices = [*results, *_events(file), *unit, *left_out]
-    return marker_set(path, time, names, points * metre, notices), plates
+    notices = [*results, *said, *unit, *left_out]
+    return replace(marker_set(path, time, names, points * metre, notices), stated=stated), plates
 
 
 def _rate(path: pathlib.Path, file: C3dFile) -> float:
@@ -62,17 +67,20 @@ def _rate(path: pathlib.Path, file: C3dFile) -> float:
     return rate
 
 
-def _markers(file: C3dFile) -> tuple[list[str], np.ndarray, list[Notice]]:
-    """Names, coordinates (n, markers, 3) in the file's unit, and a note on points that are none."""
+def _points(file: C3dFile) -> tuple[list[str], np.ndarray]:
+    """Names and coordinates (n, points, 3) in the file's unit."""
     count = file.points.shape[1]
     names = (file.texts("POINT", "LABELS") + [""] * count)[:count]
+    return names, lost_as_nan(np.where(file.residuals[..., None] < 0.0, np.nan, file.points))
+
+
+def _markers(file: C3dFile, names: Sequence[str]) -> tuple[list[int], list[Notice]]:
+    """Which points are markers, and a note on those that are none."""
     results = {name for kind in _RESULTS for name in file.texts("POINT", kind) if name}
     kept = [k for k, name in enumerate(names) if name not in results]
-    results_there = count - len(kept)
     text = "{count} of its points are a model's results, no markers"
-    notes = [note("points-are-results", text, count=results_there)] if results_there else []
-    points = np.where(file.residuals[..., None] < 0.0, np.nan, file.points)
-    return [names[k] for k in kept], lost_as_nan(points[:, kept]), notes
+    none = len(names) - len(kept)
+    return kept, [note("points-are-results", text, count=none)] if none else []
 
 
 def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float, list[Notice]]:
@@ -87,18 +95,6 @@ def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float
     found, warnings = metres(points, factor, stated)
     assert found is not None
     return found, warnings
-
-
-def _events(file: C3dFile) -> list[Notice]:
-    """A note on events that somebody marked by hand or program."""
-    labels, times = file.texts("EVENT", "LABELS"), file.numbers("EVENT", "TIMES")
-    if not labels:
-        return []
-    seconds = [60.0 * a + b for a, b in zip(times[::2], times[1::2], strict=False)]  # minutes and seconds
-    shown = ", ".join(f"{name} {at:.2f} s" for name, at in zip(labels[:4], seconds, strict=False))
-    shown += ", …" if len(labels) > 4 else ""
-    text = "its {count} events ({events}) are not used: force and motion show them again"
-    return [note("events-unused", text, count=len(labels), events=shown)]
 
 
 def _plates_of_c3d(

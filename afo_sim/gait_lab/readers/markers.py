@@ -8,6 +8,7 @@ import numpy as np
 
 from afo_sim.common import Notice, plausible
 from afo_sim.gait_lab.noted import Noted, note
+from afo_sim.gait_lab.readers.stated import Stated
 from afo_sim.gait_lab.readers.text import unique_names
 
 _FILLER = 999_000.0  # coordinate from which on it says "lost", as in 9999999, in whatever unit
@@ -21,6 +22,7 @@ class Markers(Noted):
     time: np.ndarray  # [s] (n,)
     positions: dict[str, np.ndarray]  # name as in the file: (n, 3) [m]
     notices: tuple[Notice, ...] = ()  # what was odd about the file and how it was read
+    stated: Stated | None = None  # what the laboratory itself says, in a C3D
 
     def point(self, names: Sequence[str]) -> np.ndarray:
         """The midpoint of some markers [m] (n, 3)."""

@@ -1,4 +1,4 @@
-"""The body's mass: given, of the model, or what the plates carry over whole strides."""
+"""The body's mass: given, of the file, of the model, or what the plates carry over whole strides."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class BodyMass(Noted):
     """The mass that is taken, and what it was compared with."""
 
     mass: float  # [kg]
-    how: str  # "given", "of the model" or "by the plates"
+    how: str  # "given", "of the file", "of the model" or "by the plates"
     estimated: float | None = None  # by the plates, where they carry a whole stance [kg]
     one_leg: bool = False  # the estimate is twice one leg's share, as if nobody limped
     notices: tuple[Notice, ...] = ()
@@ -41,17 +41,24 @@ def find_mass(
     strides: Sequence[RecordedStride],
     given: float | None,
     of_model: float | None,
+    of_file: float | None = None,
 ) -> BodyMass:
-    """The mass that is given, or else the model's, or else the plates' estimate.
+    """The mass that is given, or else the laboratory's in its file, the model's, the plates' estimate.
+
+    A model that contradicts both legs' plates is not of this mass: a generic model keeps its own, and the
+    plates err by 2 %.
 
     Over a stride the ground's impulse is the weight's: m = (J_right / T_right + J_left / T_left) / g, each
     the mean over that side's strides on plates; from one side alone m = 2 J / (g T).
 
-    Units: given [kg], of_model [kg].
+    Units: given, of_model, of_file [kg].
     """
     found, notices = _estimate(grounds, strides)
     one_leg = found is not None and len({s.side for s in strides if s.loaded and s.side in grounds}) == 1
-    masses = {"given": given, "of the model": of_model, "by the plates": found}
+    masses = {"given": given, "of the file": of_file, "of the model": of_model, "by the plates": found}
+    sure = found is not None and not one_leg and not any(n.code == "legs-unlike" for n in notices)
+    if sure and found and of_model and abs(of_model / found - 1.0) > _DIFFERENCE:
+        masses["of the model"] = masses.pop("of the model")  # behind the plates
     how = next((name for name, mass in masses.items() if mass is not None), None)
     mass = masses[how] if how else None
     if how is None or mass is None:

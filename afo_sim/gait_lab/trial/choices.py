@@ -34,9 +34,9 @@ class Choices:
     """Choices for reading a trial; SI. A choice of None is found in the files, or refused."""
 
     side: str = "right"
-    mass: float | None = None  # of the body [kg]; by default the model's, or what the plates carry
-    height: float | None = None  # of the body [m]; nothing in the files states it
-    sole: float | None = None  # thickness of the sole that was worn, under the ankle [m]; likewise
+    mass: float | None = None  # of the body [kg]; by default the file's, the model's, or what the plates carry
+    height: float | None = None  # of the body [m]; by default the file's
+    sole: float | None = None  # of what was worn, its thickness under the ankle [m]; no file states it
     stride: int | None = None  # which of the side's strides, from 1; the first by default
     mean: bool = False  # of all the side's strides, instead of one of them
     both: bool = False  # the mean of both legs' strides, the left ones mirrored

@@ -13,6 +13,7 @@ from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
 from afo_sim.gait_lab.readers.plates import Plate, plates_of
+from afo_sim.gait_lab.readers.stated import Stated
 from afo_sim.gait_lab.readers.trc import read_trc
 
 _STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
@@ -34,6 +35,7 @@ class WalkingTrial(Noted):
     moments: OpenSimTable | None = None  # inverse dynamics
     model: pathlib.Path | None = None  # of OpenSim, if one stands among the files
     standing: Markers | None = None  # a second file of markers, in which nobody walks
+    stated: Stated = field(default_factory=Stated)  # by the laboratory itself
     notices: tuple[Notice, ...] = ()  # of all files, each after its file's name
 
 
@@ -47,6 +49,7 @@ class _Content:
     plates: tuple[Plate, ...] = ()
     model: bool = False
     notices: tuple[Notice, ...] = ()
+    stated: Stated | None = None
 
 
 def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
@@ -96,6 +99,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
         moments=tables.get("moments"),
         model=models[0] if models else None,
         standing=standing.markers if standing else None,
+        stated=next((c.stated for c in contents if c is not standing and c.stated), Stated()),
         notices=(*_notices(contents), *unused),
     )
 
@@ -112,7 +116,7 @@ def _content(file: pathlib.Path) -> _Content:
 
         markers, plates = read_c3d(file)
         seen = markers if markers.positions else None
-        return _Content(file, seen, {}, tuple(plates), notices=markers.notices)
+        return _Content(file, seen, {}, tuple(plates), notices=markers.notices, stated=markers.stated)
     if kind == "trc":
         markers = read_trc(file)
         return _Content(file, markers, notices=markers.notices)

@@ -129,10 +129,15 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     model = None if path is None else read_opensim_model(path)
     legs, model = find_legs(trial, choices, model)
     frame = with_floor(find_frame(legs, choices), trial.plates)
-    motions = {side: from_points(leg, frame, choices.cutoff) for side, leg in legs.items()}
+    stated = trial.stated
+    choices = replace(choices, height=stated.height if choices.height is None else choices.height)
+    motions = {
+        side: replace(from_points(leg, frame, choices.cutoff), marked=stated.events.get((side, "strike"), ()))
+        for side, leg in legs.items()
+    }
     grounds, strides, left_out = find_steps(trial, legs, motions, frame, choices)
     require_loaded(strides, choices)
-    mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass)
+    mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass, stated.mass)
     _require_mass(mass)
     cutters = _cutters(strides, legs, motions, grounds, frame, mass.mass, choices)
     strides, cycles, not_cut = _cycles(strides, cutters, trial, choices)

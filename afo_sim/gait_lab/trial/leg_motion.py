@@ -28,6 +28,7 @@ class LegMotion:
     heel: np.ndarray | None = None  # forward and above the floor [m] (n, 2)
     toe: np.ndarray | None = None  # likewise
     pelvis_x: np.ndarray | None = None  # forward [m]
+    marked: tuple[float, ...] = ()  # heel strikes that the laboratory marked [s]
 
 
 _Smoother = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  # time, way → time, way

@@ -10,7 +10,7 @@ from afo_sim.common import InputError
 _AROUND = 50  # samples beside a stride that its spline knows: 0.27^50 is nothing (de Boor 1978)
 WIDEST = 0.05  # gap that is bridged, as a share of the period [-] (assumed: 0.1 to 0.3 deg in a known walk)
 # Evidence of a heel strike, beside the methods by which a foot lands.
-FORCE, POSTURE = "force", "the leg's posture"
+FORCE, POSTURE, MARKED = "force", "the leg's posture", "the laboratory's event"
 BEGINNING = "the beginning of the recording, for want of a heel strike"
 
 
@@ -35,7 +35,7 @@ class RecordedStride:
     start: float  # [s]; may lie outside the recording if the stride is closed, as `end` may
     end: float  # [s]
     toe_off: float  # [s]
-    start_by: str  # evidence of its start: FORCE, POSTURE, BEGINNING or the method by which a foot lands
+    start_by: str  # evidence of its start: one of those above, or the method by which a foot lands
     loaded: bool  # the whole stance is on plates
     closed: Closing | None = None
     end_by: str = ""  # evidence of its end; empty: the same
@@ -63,7 +63,7 @@ class RecordedStride:
 
 
 def _heel_strike(by: str) -> str:
-    return by if by in (FORCE, POSTURE, BEGINNING) else f"heel strike by {by}"
+    return by if by in (FORCE, POSTURE, MARKED, BEGINNING) else f"heel strike by {by}"
 
 
 def sample(

@@ -25,6 +25,7 @@ from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.recorded_stride import (
     BEGINNING,
     FORCE,
+    MARKED,
     POSTURE,
     WIDEST,
     Closing,
@@ -38,6 +39,7 @@ from afo_sim.gait_lab.trial.travel import STRIDE
 _MISSED = 1.6  # time of a stride, as a share of the others' median, that holds a strike that was missed [-]
 
 _SAME = 0.15  # of force, kinematics and posture about one event, as a share of the stride [-] (assumed)
+_ALONE = 0.7  # distance of a marked heel strike from any other, as a share of the stride [-] (assumed)
 _SUNK = 0.75  # share of the toe's fall after heel strike that is over when a foot that landed on its heel
 # beside the plate meets it [-] (derived: 0.84 and 0.87 in two such steps, 0 to 0.2 in seven on a plate)
 _RAISED = 0.02  # height of the toe at heel strike from which on its fall is looked at [m] (assumed)
@@ -131,6 +133,10 @@ def _strikes(leg: _Leg) -> list[_Strike]:
     for moment in moments:
         if all(abs(moment - strike.time) > within for strike in strikes):
             strikes.append(_by_posture(leg, by_force, moment, within))
+    for moment in leg.motion.marked:  # where neither force nor motion shows a heel strike
+        near = any(abs(moment - strike.time) < _ALONE * leg.events.stride_time for strike in strikes)
+        if not near and _inside(leg.motion, moment):
+            strikes.append(_Strike(moment, MARKED))
     return sorted(strikes, key=lambda strike: strike.time)
 
 

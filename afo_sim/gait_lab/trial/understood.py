@@ -9,7 +9,7 @@ import numpy as np
 
 from afo_sim.common import GRAVITY, with_code
 from afo_sim.gait import LATE_SWING, STANCE_FORCE, GaitCycle
-from afo_sim.gait_lab.trial.cutting import FROM_GROUND_FORCE
+from afo_sim.gait_lab.trial.cutting import FROM_GROUND_FORCE, stated_over
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import Closing, RecordedStride
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _ANKLE_ERROR = 0.01  # of an ankle centre whose error nobody states, fore and aft; assumed [m]
 _MASSLESS = 0.014  # moment of the foot's weight and inertia in walking, see GaitCycle.ground_moment [N·m/kg]
 _LONG_NAME = 5  # letters of plates' names that say by themselves what they are
+_NEAR = 0.25  # between a marked event and the stride's, which are the same; assumed [s]
 _WISHES = 2  # things that are named as making it better
 # Notes on a leg whose matter stands with the joint centres, or counts in the taken stride alone.
 _ELSEWHERE = ("placed-by-model", "point-bridged", "model-parts-posed")
@@ -158,7 +159,8 @@ def _taken_off(imported: "Imported") -> list[str]:
 def _taken(imported: "Imported") -> str:
     """When the taken strides began and ended, by what evidence."""
     chosen = _chosen_strides(imported)
-    evidence = f"; events by {_evidence(chosen)}"
+    evidence = f"; events by {_evidence(chosen)}{_stated_events(imported)}"
+    evidence += f"; {imported.cycle.notes['processing']}" * ("processing" in imported.cycle.notes)
     if len(chosen) > 1:
         spread = np.std([stride.time for stride in chosen], ddof=1)
         closed = sum(stride.closed is not None for stride in chosen)
@@ -209,9 +211,11 @@ def _mass(imported: "Imported") -> str:
 
 
 def _height(imported: "Imported") -> str:
-    """The body's height, which a person alone can state."""
-    height = imported.cycle.body_height
-    return "height not known: a run keeps its patient's" if height is None else f"height {height:.2f} m"
+    """The body's height, which a person or the laboratory's file states."""
+    height, stated = imported.cycle.body_height, imported.trial.stated
+    if height is None:
+        return "height not known: a run keeps its patient's"
+    return f"height {height:.2f} m" + " of the file" * (height == stated.height)
 
 
 def _ankle(imported: "Imported") -> str:
@@ -221,7 +225,30 @@ def _ankle(imported: "Imported") -> str:
     sole = imported.cycle.sole_thickness
     worn = "sole not known: taken as barefoot" if sole is None else f"sole {1e3 * sole:.0f} mm"
     flat = f"with the foot flat, {imported.cycle.flat.words}"
-    return f"zero {moved}; centre {height:.0f} mm above the floor {flat}; {worn}"
+    return f"zero {moved}; centre {height:.0f} mm above the floor {flat}; {worn}{_stated_angle(imported)}"
+
+
+def _stated_angle(imported: "Imported") -> str:
+    """How far the laboratory's own ankle angle is from the cycle's, whose zero may be another."""
+    cycle, stated = imported.cycle, imported.trial.stated
+    found = stated_over(stated.time, stated.angles, _chosen_strides(imported), cycle.phase)
+    if found is None:
+        return ""
+    off = np.degrees(found - cycle.ankle_angle)[np.isfinite(found)]
+    return f"; the laboratory's own angle {_signed(off.mean(), 1)} deg, else within {np.std(off):.1f} deg RMS"
+
+
+def _stated_events(imported: "Imported") -> str:
+    """How much earlier or later than the taken strides' events the laboratory marked its own."""
+    apart: dict[str, list[float]] = {}
+    for stride in _chosen_strides(imported) if imported.trial.stated.events else ():
+        for kind, own in (("strike", stride.start), ("strike", stride.end), ("off", stride.toe_off)):
+            marked = np.array(imported.trial.stated.events.get((stride.side, kind), ()))
+            off = marked[np.abs(marked - own) < _NEAR] - own
+            apart.setdefault(kind, []).extend(off[:1])
+    names = {"strike": "heel strike", "off": "toe-off"}
+    each = [f"{names[k]} {_signed(1e3 * float(np.mean(off)), 0)} ms" for k, off in apart.items() if off]
+    return f"; the laboratory's events: {', '.join(each)} from these" if each else ""
 
 
 def _moment(imported: "Imported") -> str:
@@ -239,6 +266,7 @@ def _moment(imported: "Imported") -> str:
     known = (cycle.grf_z > STANCE_FORCE) & np.isfinite(imported.reference)
     error = np.sqrt(np.mean((cycle.ground_moment() - imported.reference)[known] ** 2))
     other = "the ground force" if given else "the given inverse dynamics"
+    other = "the laboratory's own" if imported.trial.moments is None else other
     return f"{words}; {error:.3f} N·m/kg RMS from {other} in stance"
 
 
