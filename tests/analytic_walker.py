@@ -33,6 +33,7 @@ class AnalyticWalker:
     up: tuple[float, float, float] = (0.0, 1.0, 0.0)
     left_handed: bool = False
     noise: float = 0.0
+    duty: float = TOE_OFF  # of each foot, as a share of the stride; a runner's is below 0.5 [-]
 
     @property
     def stride(self) -> float:
@@ -84,10 +85,13 @@ class AnalyticWalker:
     def _leg(self, time: np.ndarray, side: str) -> dict[str, np.ndarray]:
         """Points along, to the right and up, each (n, 3)."""
         strides = time / self.period + (0.0 if side == "right" else 0.5)
-        number, phase = np.floor(strides), strides % 1.0
+        number, phase = (
+            np.floor(strides),
+            np.interp(strides % 1.0, (0.0, self.duty, 1.0), (0.0, TOE_OFF, 1.0)),
+        )
         ahead, height, pitch = self._foot(phase)
         # the body passes over the flat foot in the middle of stance
-        place = (number - (0.0 if side == "right" else 0.5) + 0.25) * self.stride
+        place = (number - (0.0 if side == "right" else 0.5) + 0.25 * self.duty / TOE_OFF) * self.stride
         lateral = np.full_like(time, 0.09 * SIDE[side])
         ankle = np.column_stack([place + ahead, lateral, height])
         hip = self._pelvis(time) + np.array([0.0, 0.09 * SIDE[side], -0.09])

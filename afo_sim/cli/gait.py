@@ -31,7 +31,7 @@ class Trial:
         str | None, Option(metavar="N|mean", help="which stride; the first that is whole by default")
     ] = None
     mass: Annotated[
-        str | None, Option(help='of the body, "72 kg"; else the C3D file\'s, the model\'s, what plates carry')
+        str | None, Option(help="of the body, \"72 kg\"; else the C3D file's, the model's, what plates carry")
     ] = None
     height: Annotated[str | None, Option(help='of the body, "1.72 m"; else the C3D file\'s')] = None
     sole: Annotated[

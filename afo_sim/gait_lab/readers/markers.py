@@ -22,6 +22,7 @@ class Markers(Noted):
     time: np.ndarray  # [s] (n,)
     positions: dict[str, np.ndarray]  # name as in the file: (n, 3) [m]
     notices: tuple[Notice, ...] = ()  # what was odd about the file and how it was read
+    unseen: tuple[str, ...] = ()  # names in the file without a single place
     stated: Stated | None = None  # what the laboratory itself says, in a C3D
 
     def point(self, names: Sequence[str]) -> np.ndarray:
@@ -62,8 +63,8 @@ def marker_set(
         have = "marker has" if len(unnamed) == 1 else "markers have"
         names_shown = ", ".join(unnamed[:6])
         found.append(Notice("markers-unnamed", text, count=len(unnamed), have=have, names=names_shown))
-    if not seen.all():
-        unseen = [title for title, there in zip(titles, seen, strict=True) if not there]
+    unseen = tuple(title for title, there in zip(titles, seen, strict=True) if not there)
+    if unseen:
         found.append(note("markers-never-seen", "never seen: {names}", names=", ".join(unseen[:12])))
     positions = {title: points[:, k] for k, title in enumerate(titles) if seen[k]}
-    return Markers(file, time, positions, tuple(found))
+    return Markers(file, time, positions, tuple(found), unseen)

@@ -1,7 +1,7 @@
 """What a laboratory's C3D file states of the walker and the walk beside markers and forces."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,13 +13,13 @@ from afo_sim.gait_lab.readers.c3d_file import C3dFile
 from afo_sim.gait_lab.readers.unit_checks import UNITS
 
 _GROUPS = ("PROCESSING", "SUBJECTS", "SUBJECT", "ANALYSIS")  # in which programs keep the walker's measures
-_NAMES = {  # quantity: its names, in letters alone
-    "mass": ("bodymass", "mass", "weight"),
-    "height": ("height", "bodyheight"),
-    "right leg": ("rleglength", "rightleglength"),
-    "left leg": ("lleglength", "leftleglength"),
-}
+_NAMES = {  # in letters alone
+    "bodymass": "mass", "mass": "mass", "weight": "mass", "height": "height", "bodyheight": "height",
+    "rleglength": "right leg", "rightleglength": "right leg",
+    "lleglength": "left leg", "leftleglength": "left leg",
+}  # fmt: skip
 _LEG = (0.3, 1.3)  # length of a leg, a child's or a tall adult's; assumed [m]
+_LIKELY = {"mass": RANGES["body_mass_kg"], "height": BODY_HEIGHT, "right leg": _LEG, "left leg": _LEG}
 _RESULT = re.compile(r"(?:.*:)?(?P<side>[rl])ankle(?P<kind>angle|moment)s?(?:_\w+)?", re.IGNORECASE)
 _PER_MASS = 10.0  # a plantarflexor moment's peak beyond it is no moment per mass; runners reach 4 [N·m/kg]
 _KINDS = (("strike", re.compile(r"strike|contact|\bon\b|\bic\b|\bhs\b")), ("off", re.compile(r"off|\bto\b")))
@@ -89,32 +89,22 @@ def _measures(file: C3dFile) -> tuple[dict[str, float], list[Notice]]:
     """Body mass [kg], body height and legs' lengths [m], in whatever unit makes them a person's."""
     found: dict[str, float] = {}
     notices: list[Notice] = []
-    for name, value in _numbers(file):
-        quantity = next((q for q, names in _NAMES.items() if name in names), None)
-        if quantity is None or quantity in found or not value > 0.0:
-            continue  # programs write 0 where nobody typed a number
-        low, high = RANGES["body_mass_kg"] if quantity == "mass" else _LEG
-        low, high = BODY_HEIGHT if quantity == "height" else (low, high)
-        factors = (1.0,) if quantity == "mass" else (*UNITS.values(),)
-        fits = [value * factor for factor in factors if low <= value * factor <= high]
-        if len(fits) == 1:
-            found[quantity] = fits[0]
-        else:
-            text = "its {subject} of {value:g} is not used: no walker's in kg, mm or m"
-            notices.append(Notice("stated-unlikely", text, subject=quantity, value=value))
-    return found, notices
-
-
-def _numbers(file: C3dFile) -> Iterator[tuple[str, float]]:
-    """Names, in letters alone, and values of the groups that describe one walker."""
     for group in _GROUPS:
-        names, values = file.texts(group, "NAMES"), file.numbers(group, "VALUES")
-        given = list(zip(names, values, strict=False))
-        for name in file.parameters.get(group, {}):
-            each = file.numbers(group, name)
-            given += [(name, each[0])] if len(each) == 1 else []
+        given = [(name, file.numbers(group, name)) for name in file.parameters.get(group, {})]
+        given += zip(file.texts(group, "NAMES"), file.numbers(group, "VALUES")[:, None], strict=False)
         for name, value in given:
-            yield re.sub("[^a-z]", "", name.lower()), float(value)
+            quantity = _NAMES.get(re.sub("[^a-z]", "", name.lower()), "")
+            if not quantity or quantity in found or len(value) != 1 or not value[0] > 0.0:
+                continue  # programs write 0 where nobody typed a number
+            low, high = _LIKELY[quantity]
+            factors = (1.0,) if quantity == "mass" else UNITS.values()
+            fits = [float(value[0]) * factor for factor in factors if low <= value[0] * factor <= high]
+            if len(fits) == 1:
+                found[quantity] = fits[0]
+            else:
+                text = "its {subject} of {value:g} is not used: no walker's in kg, mm or m"
+                notices.append(Notice("stated-unlikely", text, subject=quantity, value=float(value[0])))
+    return found, notices
 
 
 def _events(file: C3dFile) -> dict[tuple[str, str], tuple[float, ...]]:

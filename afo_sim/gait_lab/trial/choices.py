@@ -34,7 +34,7 @@ class Choices:
     """Choices for reading a trial; SI. A choice of None is found in the files, or refused."""
 
     side: str = "right"
-    mass: float | None = None  # of the body [kg]; by default the file's, the model's, or what the plates carry
+    mass: float | None = None  # of the body [kg]; by default the file's, the model's, or the plates'
     height: float | None = None  # of the body [m]; by default the file's
     sole: float | None = None  # of what was worn, its thickness under the ankle [m]; no file states it
     stride: int | None = None  # which of the side's strides, from 1; the first by default

@@ -59,15 +59,17 @@ def require_loaded(strides: Sequence[RecordedStride], choices: Choices) -> tuple
             allowed=strides[found[0]].side,
         )
     if not found:
+        other = next((s.side for s in strides if s.loaded), "")
+        others = f"{other}, whose stance is;" if other else "the other side,"
         seen = "; ".join(
             f"{strides[k].start:.2f} to {strides[k].end:.2f} s: {strides[k].by}" for k in own[:4]
         )
         raise InputError(
-            f"no plate carried a whole stance of the {choices.side} foot, without which its ankle moment is "
-            f"not known ({seen})",
+            f"no whole stride of the {choices.side} foot has its stance on a plate, without which its ankle "
+            f"moment is not known ({seen})",
             field="side",
             value=choices.side,
-            allowed="the other side, or a trial in which this foot steps on a plate",
+            allowed=f"{others} or a trial in which this foot steps on a plate between two heel strikes",
         )
     return found
 

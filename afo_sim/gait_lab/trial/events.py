@@ -194,8 +194,8 @@ def period_by_force(starts: Sequence[float], motion: LegMotion) -> float | None:
     return total / weight if _strangeness(*_signals(motion), total / weight) < _STRANGE else None
 
 
-def period_by_motion(motion: LegMotion) -> float | None:
-    """The period of the smooth periodic motion that comes nearest to the leg's [s].
+def period_by_motion(motion: LegMotion) -> float | str:
+    """The period of the smooth periodic motion that comes nearest to the leg's [s], or why there is none.
 
     Least squares of eight harmonics, their third derivative held small. In a known walk with 1 mm of noise
     in each marker it is right to 6 ms (root mean square) from a whole period, 7 ms from 97.5 % of one and
@@ -204,12 +204,17 @@ def period_by_motion(motion: LegMotion) -> float | None:
     length = float(motion.time[-1] - motion.time[0])
     tried = np.arange(STRIDE[0], min(length / _LOOKED, STRIDE[1]), _STATISTIC_STEP)
     if len(tried) < 3:
-        return None
+        return f"the motion lasts {length:.2f} s, less than a stride"
     signals = _signals(motion)
     strange = np.array([_strangeness(*signals, period) for period in tried])
     k = int(np.argmin(strange))
     if not 0 < k < len(tried) - 1 or strange[k] > _STRANGE:
-        return None
+        lows = np.flatnonzero((strange[1:-1] <= strange[:-2]) & (strange[1:-1] < strange[2:])) + 1
+        if not len(lows):
+            return f"the leg's motion does not come back within its {length:.2f} s"
+        k = int(lows[np.argmin(strange[lows])])
+        off, most = np.degrees([strange[k], _STRANGE])
+        return f"the leg's motion comes back after {tried[k]:.2f} s within {off:.1f} deg, not {most:.1f} deg"
     return float(tried[k] + _STATISTIC_STEP * _vertex(strange[k - 1 : k + 2] ** 2))
 
 

@@ -96,7 +96,7 @@ def foot_force(
     foreign = [contact for load in loads for contact, own in load.contacts if not own]
     if not contacts:
         strongest = max(float(load.force[:, 1].max()) for load in loads)
-        _refuse_no_contact(chosen, foreign, motion.side, strongest)
+        _refuse_no_contact(chosen, foreign, motion, strongest)
     grid, _ = evenly(chosen[0].time, chosen[0].time)
     force_x, force_z, moment = np.sum([load.on_grid(grid, choices.cutoff) for load in loads], axis=0).T
     used = ", ".join(dict.fromkeys(contact.plate for contact in contacts))
@@ -214,8 +214,9 @@ def _with_tails(contact: PlateContact, time: np.ndarray, force: np.ndarray) -> s
 
 
 def _refuse_no_contact(
-    plates: Sequence[Plate], foreign: Sequence[PlateContact], side: str, strongest: float
+    plates: Sequence[Plate], foreign: Sequence[PlateContact], motion: LegMotion, strongest: float
 ) -> None:
+    side, (start, end) = motion.side, motion.time[[0, -1]]
     names = ", ".join(plate.name for plate in plates)
     if not foreign:
         raise InputError(
@@ -223,6 +224,12 @@ def _refuse_no_contact(
             allowed=f"one above {_SURE:g} N, in newtons and in the motion's axes",
         )
     spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
+    if not any(c.start < end and c.end > start for c in foreign):
+        raise InputError(
+            f"nobody stands on a plate while the motion is known, {start:.2f} to {end:.2f} s ({spans})",
+            field="time",
+            allowed="motion and forces of one trial, by one clock",
+        )
     raise InputError(
         f"no contact has its centre of pressure under the {side} foot throughout ({spans})",
         field="side",

@@ -18,7 +18,7 @@ from afo_sim.gait_lab.trial.cutting import Cutter, reference_of
 from afo_sim.gait_lab.trial.files import WalkingTrial, read_trial
 from afo_sim.gait_lab.trial.ground_force import GroundForce, with_floor
 from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
-from afo_sim.gait_lab.trial.leg_points import LegPoints
+from afo_sim.gait_lab.trial.leg_points import LegPoints, leg_length
 from afo_sim.gait_lab.trial.legs import find_legs
 from afo_sim.gait_lab.trial.plausibility import clock_doubts, doubts
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
@@ -29,6 +29,9 @@ _MASS_LIMIT = (
     0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
 )
 _USUAL = "walker-usual"  # a patient's stride that looks like a healthy walker's
+_POUND = 0.2248  # pounds-force in a newton
+_LIGHTEST = 9.0  # body mass over squared height that nobody walks with; 13 of thin children; assumed [kg/m²]
+_LEG = 0.491  # hip centre to ankle centre over body height (Winter 2009)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +155,7 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
         *left_out,
         *not_cut,
         *mass.notices,
+        *_pounds(mass, legs[choices.side], choices),
         *open_ends([strides[k] for k in chosen]),
         *taken.doubts(trial, cutters, legs, choices),
     ]
@@ -272,6 +276,8 @@ def _require_mass(mass: BodyMass) -> None:
         return
     off = 100.0 * (mass.mass / mass.estimated - 1.0)
     carried = f"{off:+.0f} % off what the plates carry, {mass.estimated:.1f} kg"
+    if abs(_POUND * mass.mass / mass.estimated - 1.0) <= _MASS_LIMIT:
+        carried += ": forces in pounds (lbf)?"
     within = f"within {100.0 * _MASS_LIMIT:.0f} %"
     if mass.how != "given":
         problem = f"the mass {mass.how}, {mass.mass:.1f} kg, is {carried}"
@@ -282,6 +288,15 @@ def _require_mass(mass: BodyMass) -> None:
         value=f"{mass.mass:g} kg",
         allowed=f"the walker's own, {within}; left out it is taken from the plates",
     )
+
+
+def _pounds(mass: BodyMass, leg: LegPoints, choices: Choices) -> list[Notice]:
+    """A warning where plates carry less than any walker of this height: their forces may be in pounds."""
+    height = choices.height or leg_length(leg) / _LEG
+    if mass.how != "by the plates" or not mass.mass < _LIGHTEST * height**2:
+        return []
+    text = "the plates carry {mass:.1f} kg, of a walker {height:.2f} m tall: pounds (lbf), of {fits:.0f} kg?"
+    return [Notice("forces-in-pounds", text, mass=mass.mass, height=height, fits=mass.mass / _POUND)]
 
 
 def _standing(file: pathlib.Path) -> Markers:

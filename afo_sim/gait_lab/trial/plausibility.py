@@ -250,7 +250,7 @@ def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[Notice]:
     reasons = [
         (rms(late[k]), f"moved by {1e3 * shifts[k] * cycle.stride_time:+.0f} ms"),
         (rms(-reference), "with the other sign"),
-        (rms(factor * reference), f"times {factor:.2f} (the mass?)"),
+        (rms(factor * reference), "in N·mm" if 9e-4 < factor < 1.1e-3 else f"times {factor:.2f} (the mass?)"),
     ]
     left, reason = min(reasons)
     peak, own = (float(np.max(np.abs(moment[on]))) for moment in (reference, cycle.ankle_moment))

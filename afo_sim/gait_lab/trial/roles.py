@@ -118,18 +118,33 @@ def missing_roles(
             allowed="; ".join(f"{role}: {' or '.join(marks)}" for role, marks in missing.items()),
         )
     free = [name for name in markers.positions if name not in known]
-    parts = []
+    parts, empty = [], []
     for role, landmarks in missing.items():
         near = candidates(free, side, landmarks)
+        if unseen := _meant(markers.unseen, side, landmarks):
+            empty.append(f"{' and '.join(unseen)} of the {side} {role}")
+            continue
         parts.append(f"{role} (perhaps {' or '.join(near)})" if near else f"{role} (no name is like it)")
     options = ", ".join(f"`marker={role}=NAME`" for role in missing)
+    said = [f"no marker of the {side} {', '.join(parts)} is known by its name"] if parts else []
+    said += [f"the file holds {', '.join(empty)} without a single place"] if empty else []
     return InputError(
-        f"no marker of the {side} {', '.join(parts)} is known by its name",
+        "; ".join(said),
         file=markers.file,
         field="markers",
         allowed=f"{options}, or NAME,NAME for the midpoint of two, or a file of roles, `map`; "
         f"the file's names are {', '.join(markers.positions)}",
     )
+
+
+def _meant(names: Sequence[str], side: str, landmarks: Collection[str]) -> list[str]:
+    """Names that stand for one of a side's landmarks in any set."""
+    wanted = {(each, landmark) for each in (side, "") for landmark in landmarks}
+    return [
+        name
+        for name, ways in readings(names).items()
+        if any(_meaning(known, ways) in wanted for known in (GENERAL, *SETS))
+    ]
 
 
 def plain(name: str) -> str:

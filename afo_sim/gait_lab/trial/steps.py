@@ -1,6 +1,7 @@
 """The steps of a trial: each foot's ground force and strides, less those that two feet share."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +15,11 @@ from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import EDGE, GroundForce, foot_force, stands_there
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
-from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
+from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
 from afo_sim.gait_lab.trial.strides import find_strides
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
+_LAME = 0.9  # twice one foot's stance that no lame foot is below, as a share of the stride [-]; assumed
 _OPEN = 3.0  # difference of a closed stride's ends that is reported (assumed) [deg]
 
 _ELSEWHERE = 0.08  # share of the weight on other plates while the other foot swings (assumed) [-]
@@ -41,14 +43,18 @@ def find_steps(
             file=", ".join(file.name for file in trial.files),
             allowed="columns such as ground_force_vx, _vy, _px in a .mot, or a C3D with force plates",
         )
+
+    def force(side: str) -> GroundForce:
+        return foot_force(trial.plates, motions[side], legs, frame, choices)
+
     for side in ("right", "left"):
         if side not in motions:
             continue
         try:
-            grounds[side] = foot_force(trial.plates, motions[side], legs, frame, choices)
+            grounds[side] = force(side)
         except InputError as error:
             if side == choices.side or choices.both:
-                raise
+                raise _with_other_foot(error, force, motions.keys() - {side}) from None
             notices.append(_unused_leg(side, error))
         try:
             found = find_strides(motions[side], grounds.get(side))
@@ -62,7 +68,36 @@ def find_steps(
             if side == choices.side or choices.both:
                 raise
             notices.append(_unused_leg(side, error))
+    _refuse_running(strides)
     return grounds, _without_shared_steps(strides, trial.plates, grounds, motions, legs, frame), notices
+
+
+def _with_other_foot(
+    error: InputError, find: Callable[[str], GroundForce], sides: Iterable[str]
+) -> InputError:
+    """Why a foot is on no plate; where another one is, that as the way out."""
+    for other in sides:
+        with suppress(InputError):
+            seen = [f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in find(other).contacts[:4]]
+            problem = f"{error.problem}; the {other} foot is on {', '.join(seen)}"
+            return error.replaced(problem=problem, allowed=other)
+    return error
+
+
+def _refuse_running(strides: Sequence[RecordedStride]) -> None:
+    """Refuse strides with a flight phase: the feet of a walker stand for more than a stride together."""
+    shares: dict[str, list[float]] = {}
+    for stride in strides:
+        if stride.loaded and stride.start_by == FORCE:
+            shares.setdefault(stride.side, []).append((stride.toe_off - stride.start) / stride.time)
+    duty = {side: float(np.median(each)) for side, each in shares.items()}
+    both = 2.0 * sum(duty.values()) / len(duty) if duty else 2.0
+    if both < (1.0 if len(duty) == 2 else _LAME):
+        each = " and ".join(f"the {side} foot {100.0 * share:.0f} %" for side, share in duty.items())
+        raise InputError(
+            f"the walker runs: {each} of the stride on its plate, so that at times both are off the floor",
+            allowed="a walk, in which both feet together stand for more than a stride",
+        )
 
 
 def _unused_leg(side: str, error: InputError) -> Notice:

@@ -84,6 +84,9 @@ def find_strides(motion: LegMotion, ground: GroundForce | None) -> list[Recorded
         return found
     closed = _closed_stride(motion, ground, whole, "; ".join(leg.beside.values()))
     if found:
+        starts = {stride.start for stride in found}
+        lost = [_incomplete(contact, leg) for contact in whole if contact.start not in starts]
+        found[-1] = dataclasses.replace(found[-1], missing="; ".join([found[-1].missing, *lost]))
         usual = float(np.median([stride.time for stride in found]))
         if not isinstance(closed, RecordedStride) or abs(closed.time - usual) > _SAME * usual:
             return found
@@ -302,9 +305,10 @@ def _closed_stride(
     starts = sorted(c.start for c in around if ground and begins(c, ground))
     period, how = period_by_force(starts, seen), FORCE
     if period is None:
-        period, how = period_by_motion(seen), "the leg's motion"
-    if period is None:
-        return f"the leg's motion does not come back within its {length:.2f} s"
+        found, how = period_by_motion(seen), "the leg's motion"
+        if isinstance(found, str):
+            return found
+        period = found
     if length < (1.0 - WIDEST) * period:
         return too_short(length, period)
     best: RecordedStride | None = None
