@@ -219,7 +219,7 @@ def test_lost_points_models_results_and_events(tmp_path: pathlib.Path) -> None:
         "the laboratory states 1 events; events and curves are compared, not taken",
     )
     assert markers.stated is not None
-    assert markers.stated.events == {("right", "strike"): (1.25,)}
+    assert markers.stated.events == {("right", "heel strike"): (1.25,)}
 
 
 def test_plates_alone_and_markers_alone(tmp_path: pathlib.Path) -> None:

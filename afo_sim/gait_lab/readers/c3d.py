@@ -44,7 +44,8 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     """Read markers and force plates from a C3D file."""
     file = read_c3d_file(path)
     rate = _rate(path, file)
-    names, points = _points(file)
+    names = (file.texts("POINT", "LABELS") + [""] * file.points.shape[1])[: file.points.shape[1]]
+    points = lost_as_nan(np.where(file.residuals[..., None] < 0.0, np.nan, file.points))
     kept, results = _markers(file, names)
     time = (file.first_frame + np.arange(file.frames)) / rate
     stated, said = read_stated(file, time[: len(points)], names, points)
@@ -65,13 +66,6 @@ def _rate(path: pathlib.Path, file: C3dFile) -> float:
     if not 1.0 <= rate <= 1e5:
         raise InputError("is not a valid frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
     return rate
-
-
-def _points(file: C3dFile) -> tuple[list[str], np.ndarray]:
-    """Names and coordinates (n, points, 3) in the file's unit."""
-    count = file.points.shape[1]
-    names = (file.texts("POINT", "LABELS") + [""] * count)[:count]
-    return names, lost_as_nan(np.where(file.residuals[..., None] < 0.0, np.nan, file.points))
 
 
 def _markers(file: C3dFile, names: Sequence[str]) -> tuple[list[int], list[Notice]]:

@@ -22,7 +22,7 @@ _LEG = (0.3, 1.3)  # length of a leg, a child's or a tall adult's; assumed [m]
 _LIKELY = {"mass": RANGES["body_mass_kg"], "height": BODY_HEIGHT, "right leg": _LEG, "left leg": _LEG}
 _RESULT = re.compile(r"(?:.*:)?(?P<side>[rl])ankle(?P<kind>angle|moment)s?(?:_\w+)?", re.IGNORECASE)
 _PER_MASS = 10.0  # a plantarflexor moment's peak beyond it is no moment per mass; runners reach 4 [N·m/kg]
-_KINDS = (("strike", re.compile(r"strike|contact|\bon\b|\bic\b|\bhs\b")), ("off", re.compile(r"off|\bto\b")))
+_KINDS = {"strike": "heel strike", "contact": "heel strike", "off": "toe-off"}  # by words of an event's label
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,19 +32,17 @@ class Stated:
     mass: float | None = None  # [kg]
     height: float | None = None  # [m]
     legs: Mapping[str, float] = field(default_factory=dict)  # lengths [m]
-    events: Mapping[tuple[str, str], tuple[float, ...]] = field(default_factory=dict)  # side, "strike" or
-    # "off": times [s]
+    events: Mapping[tuple[str, str], tuple[float, ...]] = field(default_factory=dict)  # side and
+    # "heel strike" or "toe-off": times [s]
     time: np.ndarray = field(default_factory=lambda: np.zeros(0))  # of the curves [s] (n,)
     angles: Mapping[str, np.ndarray] = field(default_factory=dict)  # ankle's, dorsiflexion positive [rad]
     moments: Mapping[str, np.ndarray] = field(default_factory=dict)  # ankle's, internal, dorsiflexion
     # positive [N·m/kg] or [N·m], whichever has their size
 
-    def moment(self, side: str, mass: float) -> np.ndarray | None:
-        """Internal ankle moment, dorsiflexion positive, over `time` [N·m]; None where none is stated."""
-        found = self.moments.get(side)
-        if found is None:
-            return None
-        return found if np.nanmax(np.abs(found)) > _PER_MASS else mass * found
+    def whole_moments(self, mass: float) -> dict[str, np.ndarray]:
+        """Internal ankle moments over `time`, dorsiflexion positive [N·m], of a body of `mass` [kg]."""
+        sizes = {side: np.nanmax(np.abs(moment)) for side, moment in self.moments.items()}
+        return {s: m if sizes[s] > _PER_MASS else mass * m for s, m in self.moments.items()}
 
 
 def read_stated(
@@ -58,15 +56,17 @@ def read_stated(
     """
     found, notices = _measures(file)
     curves: dict[str, dict[str, np.ndarray]] = {"angle": {}, "moment": {}}
-    radians = "rad" in _unit(file, "ANGLE_UNITS")
-    newton_metre = 1e-3 if "mm" in (_unit(file, "MOMENT_UNITS") or _unit(file, "UNITS") or "mm") else 1.0
+    length, angle, moment = (
+        "".join(file.texts("POINT", f"{of}UNITS")[:1]) for of in ("", "ANGLE_", "MOMENT_")
+    )
+    scales = {"angle": 1.0 if "rad" in angle else np.pi / 180.0}
+    scales["moment"] = -1e-3 if "mm" in (moment or length or "mm").lower() else -1.0
     for k, name in enumerate(names):
         match = _RESULT.fullmatch(name)
         values = points[:, k, 0]
         if match and np.isfinite(values).any():
             kind, side = match["kind"].lower(), {"r": "right", "l": "left"}[match["side"].lower()]
-            scale = -newton_metre if kind == "moment" else 1.0 if radians else np.pi / 180.0
-            curves[kind].setdefault(side, scale * values)
+            curves[kind].setdefault(side, scales[kind] * values)
     legs = {side: found[f"{side} leg"] for side in ("right", "left") if f"{side} leg" in found}
     events = _events(file)
     said = [f"mass {found['mass']:g} kg"] if "mass" in found else []
@@ -80,21 +80,16 @@ def read_stated(
     return Stated(found.get("mass"), found.get("height"), legs, events, time, *curves.values()), notices
 
 
-def _unit(file: C3dFile, name: str) -> str:
-    """A unit of the points, letters alone."""
-    return re.sub("[^a-z/]", "", (file.texts("POINT", name) or [""])[0].lower())
-
-
 def _measures(file: C3dFile) -> tuple[dict[str, float], list[Notice]]:
     """Body mass [kg], body height and legs' lengths [m], in whatever unit makes them a person's."""
     found: dict[str, float] = {}
     notices: list[Notice] = []
     for group in _GROUPS:
-        given = [(name, file.numbers(group, name)) for name in file.parameters.get(group, {})]
-        given += zip(file.texts(group, "NAMES"), file.numbers(group, "VALUES")[:, None], strict=False)
-        for name, value in given:
+        listed = dict(zip(file.texts(group, "NAMES"), file.numbers(group, "VALUES")[:, None], strict=False))
+        for name in (*file.parameters.get(group, {}), *listed):
             quantity = _NAMES.get(re.sub("[^a-z]", "", name.lower()), "")
-            if not quantity or quantity in found or len(value) != 1 or not value[0] > 0.0:
+            value = listed.get(name, file.numbers(group, name)) if quantity else np.empty(0)
+            if quantity in found or len(value) != 1 or not value[0] > 0.0:
                 continue  # programs write 0 where nobody typed a number
             low, high = _LIKELY[quantity]
             factors = (1.0,) if quantity == "mass" else UNITS.values()
@@ -111,12 +106,11 @@ def _events(file: C3dFile) -> dict[tuple[str, str], tuple[float, ...]]:
     """Heel strikes and toe-offs that somebody marked [s]."""
     times = file.numbers("EVENT", "TIMES")  # minutes and seconds
     labels, contexts = file.texts("EVENT", "LABELS"), file.texts("EVENT", "CONTEXTS")
-    found: dict[tuple[str, str], list[float]] = {}
+    found: dict[tuple[str, str], tuple[float, ...]] = {}
     for label, context, minutes, seconds in zip(labels, contexts, times[::2], times[1::2], strict=False):
-        words = f"{context} {label}".lower()
+        words, at = f"{context} {label}".lower(), float(60.0 * minutes + seconds)
         side = next((side for side in ("right", "left") if side in words), "")
-        kind = next((kind for kind, pattern in _KINDS if pattern.search(label.lower())), "")
-        at = 60.0 * minutes + seconds
+        kind = next((kind for word, kind in _KINDS.items() if word in words), "")
         if side and kind and np.isfinite(at):
-            found.setdefault((side, kind), []).append(float(at))
-    return {key: tuple(sorted(each)) for key, each in found.items()}
+            found[side, kind] = tuple(sorted((*found.get((side, kind), ()), at)))
+    return found

@@ -45,8 +45,7 @@ def find_mass(
 ) -> BodyMass:
     """The mass that is given, or else the laboratory's in its file, the model's, the plates' estimate.
 
-    A model that contradicts both legs' plates is not of this mass: a generic model keeps its own, and the
-    plates err by 2 %.
+    A model that contradicts plates under both legs goes last: a generic one keeps its mass, they err by 2 %.
 
     Over a stride the ground's impulse is the weight's: m = (J_right / T_right + J_left / T_left) / g, each
     the mean over that side's strides on plates; from one side alone m = 2 J / (g T).

@@ -50,9 +50,8 @@ class Choices:
     up: str | None = None
     degrees: bool | None = None  # the joint angles' unit, where a header is silent or wrong
     belt_speed: float | None = None  # of the treadmill [m/s]; by default from the standing foot's way back
-    # Of the low-pass, over both of its passes [Hz]; 0 leaves the data as they are. Of 4 to 20 Hz the moment's
-    # error is near its least at 10 Hz, in four recorded walks and a known one with 0 to 5 mm of noise.
-    cutoff: float = 10.0
+    cutoff: float = 10.0  # of the low-pass, over both of its passes [Hz]; 0 leaves the data as they are. Of
+    # 4 to 20 Hz the moment's error is near its least, in recorded walks and a known one with 0 to 5 mm noise
     thigh: float | None = None  # hip to knee [m]
     shank: float | None = None  # knee to ankle [m]
     hip: tuple[float, float] | None = None  # hip centre from the pelvis' origin, forward and up [m]

@@ -11,7 +11,7 @@ from afo_sim.gait import COP_FORCE, LATE_SWING, MOMENT_ERROR, RANGES, GaitCycle,
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 from afo_sim.gait_lab.readers.signals import evenly, fill_gaps
-from afo_sim.gait_lab.trial.choices import SIDES, Choices
+from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
@@ -173,36 +173,30 @@ def _standing(stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
 def reference_of(
     trial: WalkingTrial, strides: Sequence[RecordedStride], mass: float, rows: int
 ) -> np.ndarray | None:
-    """Mean internal ankle moment over some strides [N·m/kg]: an inverse-dynamics file's, or else the
-    laboratory's own, NaN where that is not known; None where nothing is."""
+    """Mean ankle moment over strides [N·m/kg] of an inverse-dynamics file, or else the laboratory's own."""
     phase = np.linspace(0.0, 1.0, rows)
     if trial.moments is not None:
         return np.asarray(np.mean([_moment_of(trial.moments, s, phase) for s in strides], axis=0) / mass)
-    curves = {side: trial.stated.moment(side, mass) for side in SIDES}
-    found = stated_over(trial.stated.time, curves, strides, phase)
+    found = stated_over(trial.stated.time, trial.stated.whole_moments(mass), strides, phase)
     return None if found is None else found / mass
 
 
 def stated_over(
-    time: np.ndarray,
-    curves: Mapping[str, np.ndarray | None],
-    strides: Sequence[RecordedStride],
-    phase: np.ndarray,
+    time: np.ndarray, curves: Mapping[str, np.ndarray], strides: Sequence[RecordedStride], phase: np.ndarray
 ) -> np.ndarray | None:
-    """Mean over strides of a curve that the laboratory computed, NaN where it did not; None for no curve.
+    """Mean over strides of a curve that the laboratory computed, by side; NaN where it did not.
 
-    Units: time [s] (n,), curves by side (n,), phase [-] (m,).
+    Units: time [s] (n,), phase [-] (m,).
     """
+    if not all(stride.side in curves for stride in strides):
+        return None
     found = []
     for stride in strides:
-        curve = curves.get(stride.side)
-        if curve is None:
-            return None
         at = stride.start + phase * stride.time
         if stride.closed is not None:
             first = stride.closed.window[0]
             at = first + (at - first) % stride.time
-        found.append(np.interp(at, time, curve, np.nan, np.nan))
+        found.append(np.interp(at, time, curves[stride.side], np.nan, np.nan))
     mean = np.mean(found, axis=0)
     return np.asarray(mean) if np.isfinite(mean).any() else None
 

@@ -225,11 +225,8 @@ def _refuse_no_contact(
         )
     spans = ", ".join(f"plate {c.plate} from {c.start:.2f} to {c.end:.2f} s" for c in foreign[:6])
     if not any(c.start < end and c.end > start for c in foreign):
-        raise InputError(
-            f"nobody stands on a plate while the motion is known, {start:.2f} to {end:.2f} s ({spans})",
-            field="time",
-            allowed="motion and forces of one trial, by one clock",
-        )
+        seen = f"nobody stands on a plate while the motion is known, {start:.2f} to {end:.2f} s ({spans})"
+        raise InputError(seen, field="time", allowed="motion and forces of one trial, by one clock")
     raise InputError(
         f"no contact has its centre of pressure under the {side} foot throughout ({spans})",
         field="side",

@@ -134,10 +134,9 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     frame = with_floor(find_frame(legs, choices), trial.plates)
     stated = trial.stated
     choices = replace(choices, height=stated.height if choices.height is None else choices.height)
-    motions = {
-        side: replace(from_points(leg, frame, choices.cutoff), marked=stated.events.get((side, "strike"), ()))
-        for side, leg in legs.items()
-    }
+    marked = {side: stated.events.get((side, "heel strike"), ()) for side in legs}
+    found = {side: from_points(leg, frame, choices.cutoff) for side, leg in legs.items()}
+    motions = {side: replace(motion, marked=marked[side]) for side, motion in found.items()}
     grounds, strides, left_out = find_steps(trial, legs, motions, frame, choices)
     require_loaded(strides, choices)
     mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass, stated.mass)

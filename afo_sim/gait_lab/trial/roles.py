@@ -118,10 +118,12 @@ def missing_roles(
             allowed="; ".join(f"{role}: {' or '.join(marks)}" for role, marks in missing.items()),
         )
     free = [name for name in markers.positions if name not in known]
-    parts, empty = [], []
+    parts, empty, never = [], [], readings(list(markers.unseen))
+    meant = {name: {_meaning(known, ways) for known in (GENERAL, *SETS)} for name, ways in never.items()}
     for role, landmarks in missing.items():
         near = candidates(free, side, landmarks)
-        if unseen := _meant(markers.unseen, side, landmarks):
+        unseen = [name for name, means in meant.items() if means & {(side, mark) for mark in landmarks}]
+        if unseen:
             empty.append(f"{' and '.join(unseen)} of the {side} {role}")
             continue
         parts.append(f"{role} (perhaps {' or '.join(near)})" if near else f"{role} (no name is like it)")
@@ -135,16 +137,6 @@ def missing_roles(
         allowed=f"{options}, or NAME,NAME for the midpoint of two, or a file of roles, `map`; "
         f"the file's names are {', '.join(markers.positions)}",
     )
-
-
-def _meant(names: Sequence[str], side: str, landmarks: Collection[str]) -> list[str]:
-    """Names that stand for one of a side's landmarks in any set."""
-    wanted = {(each, landmark) for each in (side, "") for landmark in landmarks}
-    return [
-        name
-        for name, ways in readings(names).items()
-        if any(_meaning(known, ways) in wanted for known in (GENERAL, *SETS))
-    ]
 
 
 def plain(name: str) -> str:

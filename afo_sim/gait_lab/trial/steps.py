@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.plates import Plate
-from afo_sim.gait_lab.trial.choices import Choices
+from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import EDGE, GroundForce, foot_force, stands_there
@@ -47,9 +47,7 @@ def find_steps(
     def force(side: str) -> GroundForce:
         return foot_force(trial.plates, motions[side], legs, frame, choices)
 
-    for side in ("right", "left"):
-        if side not in motions:
-            continue
+    for side in (side for side in SIDES if side in motions):
         try:
             grounds[side] = force(side)
         except InputError as error:
@@ -86,18 +84,15 @@ def _with_other_foot(
 
 def _refuse_running(strides: Sequence[RecordedStride]) -> None:
     """Refuse strides with a flight phase: the feet of a walker stand for more than a stride together."""
-    shares: dict[str, list[float]] = {}
+    duty: dict[str, list[float]] = {}
     for stride in strides:
         if stride.loaded and stride.start_by == FORCE:
-            shares.setdefault(stride.side, []).append((stride.toe_off - stride.start) / stride.time)
-    duty = {side: float(np.median(each)) for side, each in shares.items()}
-    both = 2.0 * sum(duty.values()) / len(duty) if duty else 2.0
-    if both < (1.0 if len(duty) == 2 else _LAME):
-        each = " and ".join(f"the {side} foot {100.0 * share:.0f} %" for side, share in duty.items())
-        raise InputError(
-            f"the walker runs: {each} of the stride on its plate, so that at times both are off the floor",
-            allowed="a walk, in which both feet together stand for more than a stride",
-        )
+            duty.setdefault(stride.side, []).append((stride.toe_off - stride.start) / stride.time)
+    means = {side: float(np.mean(each)) for side, each in duty.items()}
+    if duty and 2.0 * sum(means.values()) / len(means) < (1.0 if len(means) == 2 else _LAME):
+        each = " and ".join(f"the {side} foot {100.0 * mean:.0f} %" for side, mean in means.items())
+        seen = f"the walker runs: {each} of the stride on its plate, so that at times both are off the floor"
+        raise InputError(seen, allowed="a walk, in which both feet together stand for more than a stride")
 
 
 def _unused_leg(side: str, error: InputError) -> Notice:

@@ -114,6 +114,7 @@ def _found(imported: "Imported") -> str:
     said = [", ".join(said), f"{legs}, {start:.2f} to {end:.2f} s"]
     leg = imported.legs[imported.cycle.side]
     said += [remark for remark in leg.remarks if remark.code not in _ELSEWHERE]
+    said += with_code(imported.remarks, "laboratory-states")
     return "; ".join([*said, *_bridged(leg, _chosen_strides(imported))])
 
 
@@ -212,10 +213,10 @@ def _mass(imported: "Imported") -> str:
 
 def _height(imported: "Imported") -> str:
     """The body's height, which a person or the laboratory's file states."""
-    height, stated = imported.cycle.body_height, imported.trial.stated
+    height = imported.cycle.body_height
     if height is None:
         return "height not known: a run keeps its patient's"
-    return f"height {height:.2f} m" + " of the file" * (height == stated.height)
+    return f"height {height:.2f} m" + " of the file" * (height == imported.trial.stated.height)
 
 
 def _ankle(imported: "Imported") -> str:
@@ -240,14 +241,13 @@ def _stated_angle(imported: "Imported") -> str:
 
 def _stated_events(imported: "Imported") -> str:
     """How much earlier or later than the taken strides' events the laboratory marked its own."""
-    apart: dict[str, list[float]] = {}
-    for stride in _chosen_strides(imported) if imported.trial.stated.events else ():
-        for kind, own in (("strike", stride.start), ("strike", stride.end), ("off", stride.toe_off)):
-            marked = np.array(imported.trial.stated.events.get((stride.side, kind), ()))
-            off = marked[np.abs(marked - own) < _NEAR] - own
-            apart.setdefault(kind, []).extend(off[:1])
-    names = {"strike": "heel strike", "off": "toe-off"}
-    each = [f"{names[k]} {_signed(1e3 * float(np.mean(off)), 0)} ms" for k, off in apart.items() if off]
+    apart: dict[str, list[float]] = {"heel strike": [], "toe-off": []}
+    for stride in _chosen_strides(imported):
+        for own in (stride.start, stride.end, stride.toe_off):
+            name = "toe-off" if own == stride.toe_off else "heel strike"
+            marked = imported.trial.stated.events.get((stride.side, name), ())
+            apart[name] += [at - own for at in marked if abs(at - own) < _NEAR]
+    each = [f"{name} {_signed(1e3 * float(np.mean(off)), 0)} ms" for name, off in apart.items() if off]
     return f"; the laboratory's events: {', '.join(each)} from these" if each else ""
 
 
@@ -264,6 +264,8 @@ def _moment(imported: "Imported") -> str:
     if imported.reference is None:
         return words
     known = (cycle.grf_z > STANCE_FORCE) & np.isfinite(imported.reference)
+    if not known.any():
+        return words
     error = np.sqrt(np.mean((cycle.ground_moment() - imported.reference)[known] ** 2))
     other = "the ground force" if given else "the given inverse dynamics"
     other = "the laboratory's own" if imported.trial.moments is None else other
