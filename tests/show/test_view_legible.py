@@ -57,7 +57,7 @@ def test_all_colours_stand_out_from_the_ground_and_have_a_word() -> None:
 
 def test_compared_runs_have_one_line_each_in_a_plot(runs: dict[str, Recording]) -> None:
     sources = [from_recording(runs[name]) for name in ("walk-dropfoot-afo", "walk-healthy")]
-    lines = [compared_curves(source, f"run {k}", k, healthy=k == 0) for k, source in enumerate(sources)]
+    lines = [compared_curves(source, f"run {k}", k, recorded=k == 0) for k, source in enumerate(sources)]
     for plot, drawn in plots_of(list(itertools.chain(*lines))).items():
         assert len({line.name for line in drawn}) == len(drawn), plot
         assert len({tuple(line.colour) for line in drawn}) == len(drawn), plot

@@ -89,7 +89,7 @@ def _walking(contents: Contents) -> rrb.Horizontal:
     lanes = _tall(contents.lanes + contents.valves, 0.5)
     title = "gait: stance green, swing blue"
     title += "; valves coloured where open" if contents.valves else ""
-    rows = [*_answer(contents), (_plots(contents, "/clearance", "sole above the floor [mm]"), 3.0)]
+    rows = [*_answer(contents), (_plots(contents, "/clearance", "sole height [mm]"), 3.0)]
     return rrb.Horizontal(
         rrb.Vertical(
             _space(_scene_name(contents, "walking leg"), contents.carriage, _CARRIAGE_CAMERA, contents),
