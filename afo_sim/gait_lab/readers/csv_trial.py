@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,7 +54,9 @@ class CsvTrial(Noted):
 
 
 @dataclass(frozen=True)
-class _Column:
+class Column:
+    """One column of a trial's table, named as the CSV names it: `R.Knee x`, `plate1 fx`, `plate1 px`."""
+
     name: str
     unit: str  # "s", "m", "deg", "N", "N*m", "" for any other
     scale: float  # into that
@@ -68,7 +71,7 @@ def read_csv_trial(path: pathlib.Path) -> CsvTrial:
     lines, ended = read_lines(path)
     place, separator, titles = _titles(path, lines)
     body = [line for line in lines[place + 1 :] if line.strip(" \t;,") and not line.lstrip().startswith("#")]
-    table, notices = _numbers(path, body, titles, separator, ended)
+    table, notices = numbers(path, body, titles, separator, ended)
     columns = _columns(path, titles, table)
     titled = next(k for k, column in enumerate(columns) if _is_time(column.name))
     clock = columns.pop(titled)
@@ -79,13 +82,22 @@ def read_csv_trial(path: pathlib.Path) -> CsvTrial:
     notices += rounded
     check_clock(path, time)
     refuse_slow(path, time, "time", "seconds")
+    return trial_of(path, time, columns, notices)
+
+
+def trial_of(
+    path: pathlib.Path, time: np.ndarray, columns: list[Column], notices: Sequence[Notice] = ()
+) -> CsvTrial:
+    """Markers, plates and tables of a table's columns.
+
+    Units: time [s] (n,).
+    """
     plates, columns = _plates(path, time, columns)
     markers, columns = _markers(path, time, columns)
     tables, unused = _tables(path, time, columns)
-    if unused:
-        text = "columns that were not used: {columns}"
-        notices.append(note("columns-unused", text, columns=", ".join(unused[:8])))
-    return CsvTrial(markers, tables, plates, tuple(notices))
+    text = "columns that were not used: {columns}"
+    left = [note("columns-unused", text, columns=", ".join(unused[:8]))] if unused else []
+    return CsvTrial(markers, tables, plates, (*notices, *left))
 
 
 def _titles(path: pathlib.Path, lines: list[str]) -> tuple[int, str, list[str]]:
@@ -108,7 +120,7 @@ def _is_time(name: str) -> bool:
     return name.strip().lower() in ("time", "t", "zeit")
 
 
-def _numbers(
+def numbers(
     path: pathlib.Path, lines: list[str], titles: list[str], separator: str, ended: bool
 ) -> tuple[np.ndarray, list[Notice]]:
     """The numbers (n, columns), NaN where a cell is empty, and warnings."""
@@ -134,19 +146,19 @@ def _numbers(
     return measured(path, titles, rows), []
 
 
-def _columns(path: pathlib.Path, titles: list[str], table: np.ndarray) -> list[_Column]:
+def _columns(path: pathlib.Path, titles: list[str], table: np.ndarray) -> list[Column]:
     names = [split_title(title)[0] for title in titles]
     bare = [title for title in titles if not split_title(title)[1]]
     if bare:
         shown = ", ".join(repr(title) for title in bare[:8]) + (", …" if len(bare) > 8 else "")
         raise InputError(f"columns without a unit: {shown}", file=path, allowed=_EXAMPLE)
     return [
-        _Column(name, *_unit(split_title(title)[1]), table[:, k])
+        Column(name, *unit_of(split_title(title)[1]), table[:, k])
         for k, (name, title) in enumerate(zip(names, titles, strict=True))
     ]
 
 
-def _unit(text: str) -> tuple[str, float]:
+def unit_of(text: str) -> tuple[str, float]:
     """The unit of what is measured, and how much of it the text's unit is; "" for what is not understood."""
     plain = text.strip()
     plain = _WORDS.get(plain.lower(), plain)
@@ -163,10 +175,10 @@ def _unit(text: str) -> tuple[str, float]:
 
 
 def _plates(
-    path: pathlib.Path, time: np.ndarray, columns: list[_Column]
-) -> tuple[tuple[Plate, ...], list[_Column]]:
+    path: pathlib.Path, time: np.ndarray, columns: list[Column]
+) -> tuple[tuple[Plate, ...], list[Column]]:
     """Plates, and the columns that are left."""
-    parts: dict[str, dict[str, _Column]] = {}
+    parts: dict[str, dict[str, Column]] = {}
     for column in columns:
         match = _FORCE.match(column.name)
         if match and column.unit == ("m" if match["kind"].lower() == "p" else "N"):
@@ -194,10 +206,10 @@ def _plates(
 
 
 def _markers(
-    path: pathlib.Path, time: np.ndarray, columns: list[_Column]
-) -> tuple[Markers | None, list[_Column]]:
+    path: pathlib.Path, time: np.ndarray, columns: list[Column]
+) -> tuple[Markers | None, list[Column]]:
     """Markers, and the columns that are left; a marker has x, y and z, in one unit of length."""
-    parts: dict[str, dict[str, list[_Column]]] = {}
+    parts: dict[str, dict[str, list[Column]]] = {}
     for column in columns:
         match = _POINT.match(column.name)
         if match and column.unit == "m" and not column.name.startswith("talus_"):
@@ -222,7 +234,7 @@ def _markers(
 
 
 def _tables(
-    path: pathlib.Path, time: np.ndarray, columns: list[_Column]
+    path: pathlib.Path, time: np.ndarray, columns: list[Column]
 ) -> tuple[tuple[OpenSimTable, ...], list[str]]:
     """A table of angles with lengths, one of moments, and the names of columns that are neither."""
     tables = []

@@ -72,6 +72,17 @@ def parse_row(cells: list[str]) -> list[float]:
         return [_parse_number(cell) for cell in cells]
 
 
+def rate_of(path: pathlib.Path, field: str, text: str) -> float:
+    """A stated rate [Hz]; InputError if it is none."""
+    try:
+        rate = _parse_number(text)
+    except ValueError:
+        rate = math.nan
+    if not 1.0 <= rate <= 1e5:
+        raise InputError("is not a valid rate", file=path, field=field, value=text, allowed="1 to 1e5 Hz")
+    return rate
+
+
 def require_size(path: pathlib.Path, rows: int, columns: int) -> None:
     """Refuse a table for which memory has no room, before it is made."""
     if rows * columns > _MOST_CELLS:

@@ -15,12 +15,18 @@ from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_ta
 from afo_sim.gait_lab.readers.plates import Plate, plates_of
 from afo_sim.gait_lab.readers.stated import Stated
 from afo_sim.gait_lab.readers.trc import read_trc
+from afo_sim.gait_lab.readers.vicon import read_vicon
 
 _STILL = 0.05  # way of a middle marker in a trial in which a person stands [m]; a step is ten times as long
 _JOINTS = ("ankle_angle_", "knee_angle_")
 
 _SUFFIXES = ".mot, .sto, .trc, .c3d, .csv, .osim"
 _READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv": "csv", ".osim": "model"}
+_OTHERWISE = f"{_SUFFIXES}; exports of Vicon Nexus; else C3D, TRC and MOT, or a CSV with units"
+_WITH_COLUMNS = {
+    "csv": read_csv_trial,
+    "vicon": read_vicon,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +64,8 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     Parameters
     ----------
     files : .mot and .sto (joint angles, ground reaction, joint moments, body positions), .trc, .c3d, .csv
-        with units, the person's .osim; of two files with markers the one in which nobody walks is the
-        standing trial
+        with units, the person's .osim, exports of Vicon Nexus; of two files with
+        markers the one in which nobody walks is the standing trial
 
     Returns
     -------
@@ -120,8 +126,8 @@ def _content(file: pathlib.Path) -> _Content:
     if kind == "trc":
         markers = read_trc(file)
         return _Content(file, markers, notices=markers.notices)
-    if kind == "csv":
-        trial = read_csv_trial(file)
+    if kind in _WITH_COLUMNS:
+        trial = _WITH_COLUMNS[kind](file)
         parts: list[OpenSimTable | Markers] = [*trial.tables]
         parts += [trial.markers] if trial.markers else []
         return _Content(
@@ -243,10 +249,12 @@ def _kind_of(file: pathlib.Path) -> str:
         return "model" if re.search(r"<model[ >]", text) else by_name or "setup"
     if re.search(r"^[ \t;,]*endheader", text, re.MULTILINE):
         return "table"
+    if re.search(r'^"?frame"?\s*[,;\t]\s*"?sub ?frame', text, re.MULTILINE):
+        return "vicon"
     if re.match(r"[^\n]*pathfiletype", text) or re.search(r"^ *frame ?#?\s+time\s", text, re.MULTILINE):
         return "trc"
     if by_name:
         return by_name
     if re.search(r"^[^#\n]*\btime ?[\[(]", text, re.MULTILINE):
         return "csv"
-    raise InputError("is not a kind of file that can be imported", file=file, allowed=_SUFFIXES)
+    raise InputError("is not a kind of file that can be imported", file=file, allowed=_OTHERWISE)

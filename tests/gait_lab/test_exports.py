@@ -1,0 +1,105 @@
+"""Exports of Vicon Nexus: the stride of the same walk in a CSV; damage is a sentence."""
+
+import pathlib
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import pytest
+from gait_lab.faulty_trials import SET
+from gait_lab.known_walker import Walker
+from gait_lab.laboratory import Laboratory
+from gait_lab.trial_files import write_csv_forces, write_csv_markers
+
+from afo_sim.common import InputError
+from afo_sim.gait_lab import Choices, import_gait, read_trial
+
+Points = Mapping[str, np.ndarray]
+
+
+def lines_of(table: np.ndarray, separator: str, digits: int) -> list[str]:
+    return [separator.join("" if np.isnan(x) else f"{x:.{digits}f}" for x in row) for row in table]
+
+
+def write_vicon(folder: pathlib.Path, lab: Laboratory, points: Points) -> list[pathlib.Path]:
+    """One file of two blocks; the plates' frames are the cameras'."""
+    plates, each = lab.plates(), round(lab.plate_rate / lab.rate)
+    frame = 1.0 + np.arange(len(lab.time))
+    table = np.column_stack([frame, 0.0 * frame, 1e3 * np.column_stack(list(points.values()))])
+    lines = ["Trajectories", f"{lab.rate:g}", ",," + ",".join(f"Anna:{name},," for name in points)]
+    lines += ["Frame,Sub Frame" + ",X,Y,Z" * len(points), "," + ",mm,mm,mm" * len(points)]
+    lines += [*lines_of(table, ",", 3), "", "Devices", f"{lab.plate_rate:g}"]
+    sample = np.arange(len(lab.plate_time))
+    parts = [np.c_[p.force, 0.0 * p.force, 1e3 * p.place] for p in plates]
+    table = np.column_stack([1 + sample // each, sample % each, *parts])
+    lines.append(
+        ",," + ",".join(f"FP {p.name} - Force,,,FP {p.name} - Moment,,,FP {p.name} - CoP,," for p in plates)
+    )
+    lines.append("Frame,Sub Frame" + ",Fx,Fy,Fz,Mx,My,Mz,Cx,Cy,Cz" * len(plates))
+    lines.append("," + ",N,N,N,N.mm,N.mm,N.mm,mm,mm,mm" * len(plates))
+    return write(folder, {"walk.csv": [*lines, *lines_of(table, ",", 3)]})
+
+
+def write(folder: pathlib.Path, files: Mapping[str, list[str]]) -> list[pathlib.Path]:
+    for name, lines in files.items():
+        (folder / name).write_text("\n".join(lines) + "\n")
+    return [folder / name for name in files]
+
+
+# Of 0.5 µm and 0.5 mN: angles over a foot of 0.15 m, each end rounded; a moment's lever 1 µm under 10 N/kg.
+ROUNDING = {
+    **dict.fromkeys(("shank_angle", "knee_angle", "ankle_angle", "ankle_moment"), 1e-5),
+    **dict.fromkeys(("grf_x", "grf_z"), 1e-5),
+    **dict.fromkeys(("cop_x", "ankle_x", "ankle_z"), 1e-6),
+}
+STAMPS = 2e-4  # [s]; late by up to 2 ms, evenly spread: a line through 320 of them is off by 4e-5, five times
+
+Writer = Callable[[pathlib.Path, Laboratory, Points], list[pathlib.Path]]
+BELT = Walker().speed
+CASES: dict[str, tuple[Writer, Laboratory]] = {
+    "vicon": (write_vicon, Laboratory(forward="y", up="z")),
+}
+
+
+def seen(lab: Laboratory) -> Points:
+    """Markers, of which the first is lost for 40 ms."""
+    points = {name: values.copy() for name, values in lab.markers(SET).items()}
+    points[next(iter(points))][50:54] = np.nan
+    return points
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_the_stride_is_that_of_the_same_walk_in_csv(tmp_path: pathlib.Path, kind: str) -> None:
+    """Off by what rounding to 1 µm and 1 mN leaves."""
+    writer, lab = CASES[kind]
+    points, folder = seen(lab), tmp_path / "csv"
+    folder.mkdir()
+    files = [
+        write_csv_markers(folder / "walk.csv", lab.time, points),
+        write_csv_forces(folder / "forces.csv", lab.plates()),
+    ]
+    ours, theirs = (import_gait(f, Choices()) for f in (writer(tmp_path, lab, points), files))
+    for name, allowed in ROUNDING.items():
+        expected = np.asarray(getattr(theirs.cycle, name))
+        assert getattr(ours.cycle, name) == pytest.approx(expected, rel=0.0, abs=allowed, nan_ok=True), name
+    assert ours.cycle.stride_time == pytest.approx(theirs.cycle.stride_time, rel=0.0, abs=STAMPS)
+    assert ours.warnings == theirs.warnings
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "sentence"),
+    [
+        ("vicon", "Trajectories\n100", "Trajectories\nfast", "rate = 'fast': is not a valid rate"),
+        ("vicon", "\n9.000,", "\n9.000,left", "row 9 of its table is not"),
+        ("vicon", ",N,N,N,", ",V,V,V,", "has no unit"),
+    ],
+)
+def test_a_damaged_file_is_one_sentence(
+    tmp_path: pathlib.Path, kind: str, old: str, new: str, sentence: str
+) -> None:
+    writer, lab = CASES[kind]
+    files = writer(tmp_path, lab, seen(lab))
+    file = next(file for file in files if old in file.read_text())
+    file.write_text(file.read_text().replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        read_trial(files)
+    assert sentence in str(caught.value) and not caught.value.others
