@@ -1,4 +1,4 @@
-"""Exports of Vicon Nexus: the stride of the same walk in a CSV; damage is a sentence."""
+"""Exports of Vicon Nexus and Qualisys: the stride of the same walk in a CSV; damage is a sentence."""
 
 import pathlib
 from collections.abc import Callable, Mapping
@@ -39,6 +39,30 @@ def write_vicon(folder: pathlib.Path, lab: Laboratory, points: Points) -> list[p
     return write(folder, {"walk.csv": [*lines, *lines_of(table, ",", 3)]})
 
 
+def write_qualisys(folder: pathlib.Path, lab: Laboratory, points: Points) -> list[pathlib.Path]:
+    """A file of markers and one of each plate, with the foot's force on the plate."""
+    table = 1e3 * np.column_stack(list(points.values()))
+    head = [f"NO_OF_FRAMES\t{len(table)}", f"FREQUENCY\t{lab.rate:g}", "DESCRIPTION\t--", "DATA_INCLUDED\t3D"]
+    files = {"walk.tsv": [*head, "MARKER_NAMES\t" + "\t".join(points), *lines_of(table, "\t", 3)]}
+    for k, plate in enumerate(lab.plates(), 1):
+        table = np.c_[-plate.force, 0.0 * plate.force, 1e3 * plate.place]
+        head = [
+            f"NO_OF_SAMPLES\t{len(table)}",
+            f"FREQUENCY\t{lab.plate_rate:g}",
+            f"FORCE_PLATE_NAME\tPlate {k}",
+        ]
+        for place, corner in zip(
+            ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY"), plate.corners, strict=True
+        ):
+            head += [
+                f"FORCE_PLATE_CORNER_{place}_{axis}\t{1e3 * x:.3f}"
+                for axis, x in zip("XYZ", corner, strict=True)
+            ]
+        titles = "\t".join(f"{kind}_{axis}" for kind in ("Force", "Moment", "COP") for axis in "XYZ")
+        files[f"walk_f_{k}.tsv"] = [*head, titles, *lines_of(table, "\t", 3)]
+    return write(folder, files)
+
+
 def write(folder: pathlib.Path, files: Mapping[str, list[str]]) -> list[pathlib.Path]:
     for name, lines in files.items():
         (folder / name).write_text("\n".join(lines) + "\n")
@@ -57,6 +81,7 @@ Writer = Callable[[pathlib.Path, Laboratory, Points], list[pathlib.Path]]
 BELT = Walker().speed
 CASES: dict[str, tuple[Writer, Laboratory]] = {
     "vicon": (write_vicon, Laboratory(forward="y", up="z")),
+    "qualisys": (write_qualisys, Laboratory(forward="-x", up="z")),
 }
 
 
@@ -91,6 +116,9 @@ def test_the_stride_is_that_of_the_same_walk_in_csv(tmp_path: pathlib.Path, kind
         ("vicon", "Trajectories\n100", "Trajectories\nfast", "rate = 'fast': is not a valid rate"),
         ("vicon", "\n9.000,", "\n9.000,left", "row 9 of its table is not"),
         ("vicon", ",N,N,N,", ",V,V,V,", "has no unit"),
+        ("qualisys", "\tCOP_Z", "", "has neither markers nor a whole force plate"),
+        ("qualisys", "FREQUENCY\t100\n", "FREQUENCY\t0\n", "FREQUENCY = '0': is not a valid rate"),
+        ("qualisys", "Plate 1", "Plate 2", "is a second file with force plates"),
     ],
 )
 def test_a_damaged_file_is_one_sentence(

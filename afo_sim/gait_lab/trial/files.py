@@ -13,6 +13,7 @@ from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
 from afo_sim.gait_lab.readers.plates import Plate, plates_of
+from afo_sim.gait_lab.readers.qualisys import read_qualisys
 from afo_sim.gait_lab.readers.stated import Stated
 from afo_sim.gait_lab.readers.trc import read_trc
 from afo_sim.gait_lab.readers.vicon import read_vicon
@@ -22,10 +23,11 @@ _JOINTS = ("ankle_angle_", "knee_angle_")
 
 _SUFFIXES = ".mot, .sto, .trc, .c3d, .csv, .osim"
 _READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv": "csv", ".osim": "model"}
-_OTHERWISE = f"{_SUFFIXES}; exports of Vicon Nexus; else C3D, TRC and MOT, or a CSV with units"
+_OTHERWISE = f"{_SUFFIXES}; exports of Vicon Nexus or Qualisys; else C3D, TRC and MOT, or a CSV with units"
 _WITH_COLUMNS = {
     "csv": read_csv_trial,
     "vicon": read_vicon,
+    "qualisys": read_qualisys,
 }
 
 
@@ -56,6 +58,7 @@ class _Content:
     model: bool = False
     notices: tuple[Notice, ...] = ()
     stated: Stated | None = None
+    one_plate: bool = False  # and each further plate in a file of its own
 
 
 def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
@@ -64,7 +67,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     Parameters
     ----------
     files : .mot and .sto (joint angles, ground reaction, joint moments, body positions), .trc, .c3d, .csv
-        with units, the person's .osim, exports of Vicon Nexus; of two files with
+        with units, the person's .osim, exports of Vicon Nexus and Qualisys; of two files with
         markers the one in which nobody walks is the standing trial
 
     Returns
@@ -136,6 +139,7 @@ def _content(file: pathlib.Path) -> _Content:
             {name: table for table in trial.tables for name in _kinds(table)},
             trial.plates,
             notices=(*trial.notices, *(notice for part in parts for notice in part.notices)),
+            one_plate=kind == "qualisys",
         )
     table = read_opensim_table(file)
     found = tuple(plates_of(table))
@@ -214,11 +218,16 @@ def _plates(
         for content in copies
         if content is not first[0]
     ]
-    problems = [
-        InputError("is a second file with force plates", file=content.file, allowed="the files of one trial")
-        for content in first[1:]
-    ]
-    return (first[0].plates if first else ()), unused, problems
+    taken = list(first[0].plates) if first else []
+    problems = []
+    for content in first[1:]:
+        doubled = {plate.name for plate in content.plates} & {plate.name for plate in taken}
+        if doubled or not (content.one_plate and first[0].one_plate):
+            problem = "is a second file with force plates"
+            problems.append(InputError(problem, file=content.file, allowed="the files of one trial"))
+        else:
+            taken += content.plates
+    return tuple(taken), unused, problems
 
 
 def _notices(contents: Sequence[_Content]) -> tuple[Notice, ...]:
@@ -251,6 +260,8 @@ def _kind_of(file: pathlib.Path) -> str:
         return "table"
     if re.search(r'^"?frame"?\s*[,;\t]\s*"?sub ?frame', text, re.MULTILINE):
         return "vicon"
+    if re.match(r"[^\n\t]*no_of_(frames|samples)\t", text):
+        return "qualisys"
     if re.match(r"[^\n]*pathfiletype", text) or re.search(r"^ *frame ?#?\s+time\s", text, re.MULTILINE):
         return "trc"
     if by_name:

@@ -1,0 +1,106 @@
+"""Qualisys Track Manager's TSV exports: one file of markers, and one of each force plate."""
+
+import pathlib
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from afo_sim.common import InputError, Notice
+from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, numbers, trial_of
+from afo_sim.gait_lab.readers.text import (
+    cells_of,
+    miscount,
+    parse_row,
+    rate_of,
+    read_lines,
+    without_empty_end,
+)
+
+_LAYOUT = "lines of a key, a tab and its value (FREQUENCY, MARKER_NAMES or FORCE_PLATE_NAME), then the rows"
+_PLATE = {
+    f"{word}_{axis}": f"{kind}{axis}" for word, kind in (("force", "f"), ("cop", "p")) for axis in "xyz"
+}
+_CORNERS = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")  # in C3D's order
+
+
+def read_qualisys(path: pathlib.Path) -> CsvTrial:
+    """Read the markers or the force plate of a QTM export.
+
+    Both files are of one range of the measurement, so that the first row of each is at 0 s.
+
+    Units: returns [m], [N].
+    """
+    lines, ended = read_lines(path)
+    start = next((k for k, line in enumerate(lines) if _is_row(line)), len(lines))
+    header = [cells_of(line, "\t") for line in lines[:start] if line.strip()]
+    stated = {cells[0].upper(): without_empty_end(cells[1:]) for cells in header}
+    rows = [line for line in lines[start:] if line.strip()]
+    rate = rate_of(path, "FREQUENCY", (stated.get("FREQUENCY") or [""])[0])
+    if not header or not rows:
+        raise InputError("has no rows of numbers", file=path, allowed=_LAYOUT)
+    if "MARKER_NAMES" in stated:
+        titles, scale = _marker_titles(path, stated, header[-1], rows[0]), {"m": 1e-3}
+    else:
+        titles, scale = _plate_titles(path, stated, header[-1]), {"m": 1e-3, "N": 1.0}
+    table, notices = numbers(path, rows, titles, "\t", ended)
+    columns = []
+    for k, title in enumerate(titles):
+        if title:
+            unit = "N" if re.search(" f[xyz]$", title) else "m"
+            columns.append(Column(title, unit, scale[unit], table[:, k]))
+    trial = trial_of(path, np.arange(len(table)) / rate, columns, [*notices, *_counts(stated, len(table))])
+    corners = _corners(stated)
+    return replace(trial, plates=tuple(replace(plate, corners=corners) for plate in trial.plates))
+
+
+def _is_row(line: str) -> bool:
+    try:
+        return bool(line.strip()) and len(parse_row(cells_of(line, "\t"))) > 1
+    except ValueError:
+        return False
+
+
+def _marker_titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[str], row: str) -> list[str]:
+    """`NAME x` of each column of a marker; "" of the frame and the time that may stand before them."""
+    if "6D" in stated.get("DATA_INCLUDED", []):
+        raise InputError("holds rigid bodies (6D)", file=path, allowed="QTM's export of 3D data")
+    names = stated["MARKER_NAMES"]
+    if last[0].lower() in ("frame", "time"):
+        lead = sum(cell.lower() in ("frame", "time") for cell in last[:2])
+    else:
+        lead = 2 if len(without_empty_end(cells_of(row, "\t"))) > 3 * len(names) else 0
+    return [""] * lead + [f"{name} {axis}" for name in names for axis in "xyz"]
+
+
+def _plate_titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[str]) -> list[str]:
+    """`PLATE fx` and `PLATE px` of the columns of force and pressure, "" of the others."""
+    if "local" in " ".join(stated.get("DESCRIPTION", [])).lower():
+        problem = "has its forces in the plate's own axes"
+        raise InputError(problem, file=path, allowed="QTM's export in world (lab) coordinates")
+    plate = " ".join(stated.get("FORCE_PLATE_NAME", [])) or "1"
+    found = [_PLATE.get(cell.lower(), "") for cell in without_empty_end(last)]
+    if not set(_PLATE.values()) <= set(found):
+        allowed = "Force_X, Force_Y, Force_Z, COP_X, COP_Y, COP_Z above the rows"
+        raise InputError("has neither markers nor a whole force plate", file=path, allowed=allowed)
+    return [name and f"{plate} {name}" for name in found]
+
+
+def _counts(stated: dict[str, list[str]], rows: int) -> list[Notice]:
+    said = [(stated.get(key) or [""])[0] for key in ("NO_OF_FRAMES", "NO_OF_SAMPLES")]
+    return [
+        miscount(what, rows, int(text), may_be_cut=True)
+        for what, text in zip(("frames", "rows"), said, strict=True)
+        if re.fullmatch("[0-9]{1,9}", text) and int(text) != rows
+    ]
+
+
+def _corners(stated: dict[str, list[str]]) -> np.ndarray | None:
+    """The plate's corners where all are stated [m] (4, 3)."""
+    cells = [
+        stated.get(f"FORCE_PLATE_CORNER_{place}_{axis}", [""])[:1] for place in _CORNERS for axis in "XYZ"
+    ]
+    try:
+        return 1e-3 * np.array([float(cell) for (cell,) in cells]).reshape(4, 3)
+    except ValueError:
+        return None
