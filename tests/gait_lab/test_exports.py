@@ -1,4 +1,4 @@
-"""Exports of Vicon Nexus and Qualisys: the stride of the same walk in a CSV; damage is a sentence."""
+"""Exports of Vicon Nexus, Qualisys and D-Flow: the stride of the same walk in a CSV; damage is a sentence."""
 
 import pathlib
 from collections.abc import Callable, Mapping
@@ -63,6 +63,24 @@ def write_qualisys(folder: pathlib.Path, lab: Laboratory, points: Points) -> lis
     return write(folder, files)
 
 
+def write_d_flow(folder: pathlib.Path, lab: Laboratory, points: Points) -> list[pathlib.Path]:
+    """One file; a lost marker keeps its last place, a frame comes twice, and stamps are of its arrival."""
+    held = [points[name].copy() for name in points]
+    for values in held:
+        for row in np.flatnonzero(np.isnan(values).any(axis=1)):
+            values[row] = values[row - 1]
+    late = 0.002 * np.random.default_rng(1).random(len(lab.time))
+    late[[0, -1]] = 0.0
+    parts = [np.c_[plate.force, plate.place] for plate in lab.plates()]
+    table = np.column_stack([lab.time + late, 7.0 + np.arange(len(late)), *held, *parts])
+    titles = [f"{name}.Pos{axis}" for name in points for axis in "XYZ"]
+    titles += [f"FP{k}.{kind}{axis}" for k in (1, 2) for kind in ("For", "Cop") for axis in "XYZ"]
+    lines = lines_of(table, "\t", 6)
+    return write(
+        folder, {"mocap.txt": ["TimeStamp\tFrameNumber\t" + "\t".join(titles), *lines[:9], *lines[8:]]}
+    )
+
+
 def write(folder: pathlib.Path, files: Mapping[str, list[str]]) -> list[pathlib.Path]:
     for name, lines in files.items():
         (folder / name).write_text("\n".join(lines) + "\n")
@@ -82,6 +100,7 @@ BELT = Walker().speed
 CASES: dict[str, tuple[Writer, Laboratory]] = {
     "vicon": (write_vicon, Laboratory(forward="y", up="z")),
     "qualisys": (write_qualisys, Laboratory(forward="-x", up="z")),
+    "d-flow": (write_d_flow, Laboratory(forward="-z", up="y", belt=BELT, plate_rate=100.0)),
 }
 
 
@@ -119,6 +138,8 @@ def test_the_stride_is_that_of_the_same_walk_in_csv(tmp_path: pathlib.Path, kind
         ("qualisys", "\tCOP_Z", "", "has neither markers nor a whole force plate"),
         ("qualisys", "FREQUENCY\t100\n", "FREQUENCY\t0\n", "FREQUENCY = '0': is not a valid rate"),
         ("qualisys", "Plate 1", "Plate 2", "is a second file with force plates"),
+        ("d-flow", "FrameNumber", "Frame", "has no TimeStamp and FrameNumber"),
+        ("d-flow", "\t20.000000\t", "\t3.000000\t", "FrameNumber: time does not increase"),
     ],
 )
 def test_a_damaged_file_is_one_sentence(

@@ -10,6 +10,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.csv_trial import read_csv_trial
+from afo_sim.gait_lab.readers.d_flow import read_d_flow
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable, read_opensim_table
 from afo_sim.gait_lab.readers.plates import Plate, plates_of
@@ -23,11 +24,14 @@ _JOINTS = ("ankle_angle_", "knee_angle_")
 
 _SUFFIXES = ".mot, .sto, .trc, .c3d, .csv, .osim"
 _READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".csv": "csv", ".osim": "model"}
-_OTHERWISE = f"{_SUFFIXES}; exports of Vicon Nexus or Qualisys; else C3D, TRC and MOT, or a CSV with units"
+_OTHERWISE = (
+    f"{_SUFFIXES}; exports of Vicon Nexus, Qualisys or D-Flow; else C3D, TRC and MOT, or a CSV with units"
+)
 _WITH_COLUMNS = {
     "csv": read_csv_trial,
     "vicon": read_vicon,
     "qualisys": read_qualisys,
+    "d-flow": read_d_flow,
 }
 
 
@@ -67,7 +71,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     Parameters
     ----------
     files : .mot and .sto (joint angles, ground reaction, joint moments, body positions), .trc, .c3d, .csv
-        with units, the person's .osim, exports of Vicon Nexus and Qualisys; of two files with
+        with units, the person's .osim, exports of Vicon Nexus, Qualisys and D-Flow; of two files with
         markers the one in which nobody walks is the standing trial
 
     Returns
@@ -262,6 +266,8 @@ def _kind_of(file: pathlib.Path) -> str:
         return "vicon"
     if re.match(r"[^\n\t]*no_of_(frames|samples)\t", text):
         return "qualisys"
+    if re.search(r"^[^\n]*\btimestamp\t[^\n]*\.(pos|for)x\b", text, re.MULTILINE):
+        return "d-flow"
     if re.match(r"[^\n]*pathfiletype", text) or re.search(r"^ *frame ?#?\s+time\s", text, re.MULTILINE):
         return "trc"
     if by_name:
