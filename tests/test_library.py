@@ -167,7 +167,7 @@ def test_a_notebook_shows_status_warnings_numbers_and_figures(short: Recording, 
     for answer in walked.verdict:
         assert answer.question in pages[1] and answer.question not in pages[0]
     assert "a clearance is good to some 8 mm" in pages[1]  # what the answers hang on
-    assert len(walked.verdict) == 4 and short.verdict == ()
+    assert len(walked.verdict) == 5 and short.verdict == ()
     assert "<details open>" in pages[0] and "<details>" in pages[1]
 
 

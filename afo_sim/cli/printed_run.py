@@ -84,6 +84,8 @@ def _print_warnings(recording: Any, has_verdict: bool) -> None:
     from afo_sim.show import cautions, decisive, of_walker
 
     for warning in recording.warnings:
+        if has_verdict and getattr(warning, "code", "") == "skin-pressure":
+            continue  # the answer about the skin says it
         print_line(f"warning: {warning}", hang=9)
     of_run = recording.scenario, recording.metrics, recording.strides
     notes = decisive(*of_run) if has_verdict else [*cautions(*of_run), *of_walker(recording.scenario)]

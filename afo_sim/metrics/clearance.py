@@ -7,6 +7,7 @@ import numpy as np
 
 from afo_sim.metrics.metric import CLEARANCE, Found, Of, reported
 from afo_sim.metrics.strides import Stride
+from afo_sim.metrics.torque import NEEDED_MOMENT
 
 NEAR = 0.01  # of the stride to each side: a local minimum is the lowest within it [-]
 HEIGHTS = {  # of a point's clearance: the column, and that of the same foot with the recorded ankle
@@ -15,6 +16,7 @@ HEIGHTS = {  # of a point's clearance: the column, and that of the same foot wit
 }
 EXTENSIONS = ("less_extended", "more_extended")
 BELOW = 0.010  # height that a swing comes within [m]
+SAME = 1e-4  # height by which a foot counts as lower than the recorded one in the floor [m]
 
 EVENT = (
     "least height of the outsole above the floor on which it stands flat, while the ankle's forward speed is "
@@ -89,14 +91,24 @@ def _otherwise_extended(stride: Stride, at: float) -> Iterator[tuple[str, float]
 
 
 def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
-    """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg."""
+    """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg.
+
+    Where the foot of a healthy recording is in the floor itself, at the recorded ankle angle, a foot that is
+    no lower touches nothing: a derived path or a model's sole is in the floor there, and nobody tripped.
+    A patient's own recording excuses no touch.
+    """
     part = stride.between(stride.begun, stride.upright)
     ball, toe = (part.of(stride.columns[f"{point}/height"]) for point in ("ball", "toe"))
     forefoot = np.minimum(ball, toe)
-    if len(ball) and np.isfinite(forefoot).all():
-        yield "swings_with_toe_contact", 100.0 * bool(forefoot.min() <= 0.0)
-        yield "swings_within_10mm", 100.0 * bool(forefoot.min() <= BELOW)
-        yield "swings_with_ball_contact", 100.0 * bool(ball.min() <= 0.0)
+    if not len(ball) or not np.isfinite(forefoot).all():
+        return
+    floor, under = np.zeros(len(ball)), np.zeros(len(ball))
+    if forefoot.min() <= BELOW and NEEDED_MOMENT in stride.columns:
+        walked = [part.of(stride.columns[f"gait/{point}_height"]) for point in ("ball", "toe")]
+        under, floor = (np.minimum(line, 0.0) for line in (walked[0], np.minimum(*walked)))
+    yield "swings_with_toe_contact", 100.0 * bool((forefoot <= floor - SAME * (floor < 0.0)).any())
+    yield "swings_within_10mm", 100.0 * bool((forefoot <= floor + BELOW * (floor == 0.0)).any())
+    yield "swings_with_ball_contact", 100.0 * bool((ball <= under - SAME * (under < 0.0)).any())
 
 
 def event(stride: Stride, column: str) -> float | None:

@@ -1,4 +1,5 @@
-"""The four answers that a walk opens with: does it lift the toe, land on the heel, hinder push-off, cost air.
+"""The answers that a walk opens with: does the toe need it, does it lift the toe, land on the heel, hinder
+push-off, cost air, press on the skin.
 
 Each answer has a number, what it is held against, and a status that is stated by a word and a mark as well as
 by a colour.
@@ -6,8 +7,7 @@ by a colour.
 
 import dataclasses
 import math
-from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -15,20 +15,29 @@ from afo_sim.metrics.metric import Metric
 
 Status = Literal["good", "doubtful", "bad", "unknown"]
 WORST: tuple[Status, ...] = ("good", "doubtful", "bad")  # the later, the worse
-LIFT, HEEL, PUSH_OFF, AIR = "lift", "heel", "push_off", "air"
+HELP, LIFT, HEEL, PUSH_OFF, AIR, SKIN = "help", "lift", "heel", "push_off", "air", "skin"
 QUESTIONS = {
+    HELP: "Does it help?",
     LIFT: "Does it lift the toe?",
     HEEL: "Does it land on the heel?",
     PUSH_OFF: "Does it hinder push-off?",
     AIR: "What air does it cost?",
+    SKIN: "Does the skin bear it?",
 }
+NO_DEVICE = "A simulation, not a measurement and not a medical device."
+ENOUGH, UNSURE = "it helps, and enough", "it helps; not for sure in every stride"
+_REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the run}
+    "shoe": ("Without the device", "with it"),
+    "barefoot": ("Barefoot and without the device", "with it"),
+    "orthosis-off": ("With the device and no air", "with air"),
+}
+_CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm]
+_PARTS = {"cuff": "cuff", "plate": "foot's strap"}  # that press on the skin
 # {metric of push-off: the limits that it is held against}
 AGAINST = {
     "torque_against_push_off_per_mass": "torque_against_push_off",
     "work_against_push_off": "work_against_push_off",
 }
-SURE = 0.95  # confidence in a bound on a share of draws, one-sided [-]
-MOST_DRAWS = 100_000  # that anybody would make
 SAG = 10.0  # of the set pressure, by which the supply may fall below it [percent]
 FIRST = "toe_clearance_stride_1"
 HEIGHTS = (
@@ -60,6 +69,10 @@ class Limits(Protocol):
     def bottle_volume(self) -> float: ...
     @property
     def bottle_pressure(self) -> float: ...
+    @property
+    def skin_pressure(self) -> tuple[float, float]: ...
+    @property
+    def blood_flow_pressure(self) -> float: ...
 
 
 @dataclass(frozen=True)
@@ -89,7 +102,11 @@ class Answer:
 
 
 def verdict(
-    metrics: Numbers, strides: Mapping[int, Numbers], limits: Limits, feed: Feed | None = None
+    metrics: Numbers,
+    strides: Mapping[int, Numbers],
+    limits: Limits,
+    feed: Feed | None = None,
+    reference: str = "shoe",
 ) -> tuple[Answer, ...]:
     """The answers of a walking run; none of other runs.
 
@@ -99,15 +116,19 @@ def verdict(
     strides : metrics of each whole stride, by its number
     limits : of the scenario [SI]
     feed : the scenario's source; without one the air is held against the bottle of the limits
+    reference : the scenario's: how the same patient walks in the walk that this one is compared with
     """
     if "strides_counted" not in metrics and not strides:
         return ()
     worn = any(map(_worn, (metrics, *strides.values())))
+    lift = _lift(metrics, strides, limits.toe_clearance)
     found = (
-        _lift(metrics, strides, limits.toe_clearance),
+        *_help(metrics, worn, lift.status, limits.toe_clearance, reference),
+        lift,
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
         _air(metrics, worn, limits, feed),
+        _skin(metrics, worn, limits),
     )
     return tuple(map(_on_empty, found)) if _has(metrics, "strides_without_air") else found
 
@@ -125,50 +146,9 @@ def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
         _heel({}, {}, limits.contact_pitch),
         _push_off({}, True, limits),
         _air({}, True, limits, None),
+        _skin({}, True, limits),
     )
     return tuple(dataclasses.replace(answer, text=f"Not known: {why}.") for answer in found)
-
-
-def with_draws(
-    answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float]
-) -> tuple[Answer, ...]:
-    """The answers of a run that was drawn over what is not known; the toe's is the worse of both.
-
-    Parameters
-    ----------
-    answers : of the run itself
-    trips : share of the drawn strides that touch the floor [-]
-    draws : how many were drawn
-    limit : wanted at most, and bad beyond [-]
-    """
-    drawn, remark = _judged(trips, draws, limit)
-    touching = of_draws(trips, draws, "touches the floor", "touch the floor")
-    stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}."
-    against = f"; of drawn strides at most {percent(limit[0])}, bad beyond {percent(limit[1])}"
-    return tuple(
-        dataclasses.replace(
-            answer,
-            status=worst([answer.status, drawn]),
-            text=f"{answer.text} {stated}",
-            limit=answer.limit + against,
-        )
-        if answer.name == LIFT
-        else answer
-        for answer in answers
-    )
-
-
-def _judged(share: float, draws: int, limit: tuple[float, float]) -> tuple[Status, str]:
-    """The status of a share of draws, known where it is that of both bounds, and what else would decide."""
-
-    def decided(number: int) -> bool:
-        low, high = bounds(share, number)
-        return at_most(low, limit) == at_most(high, limit)
-
-    place = bisect_left(range(draws, MOST_DRAWS), True, key=decided)
-    if place and draws + place < MOST_DRAWS:
-        return "unknown", f": too few to decide, draw {draws + place} if the share stays"
-    return ("doubtful", ": so near a limit, no number decides") if place else (at_most(share, limit), "")
 
 
 def status_of(name: str, value: float, limits: Limits) -> Status | None:
@@ -193,6 +173,47 @@ def worst(statuses: Sequence[Status]) -> Status:
     if "bad" in statuses or "unknown" not in statuses:
         return max((each for each in statuses if each != "unknown"), key=WORST.index, default="unknown")
     return "unknown"
+
+
+# --- help
+
+
+def _help(
+    metrics: Numbers, worn: bool, lift: Status, pair: tuple[float, float], reference: str
+) -> Iterator[Answer]:
+    """The toe without the device and with it, in the settled stride; none without a walked reference.
+
+    `lift` is the status of all strides: a device that helps when settled may not in the first ones.
+    """
+    if not worn or not _has(metrics, "reference_toe_clearance") or not _has(metrics, "toe_clearance"):
+        return
+    wanted, trips = (_clean(1e3 * each) for each in pair)
+    without, own = metrics["reference_toe_clearance"].value, metrics["toe_clearance"].value
+    status, answer = _helped(without, own, wanted, trips)
+    if status == "good" and lift != "good":
+        status, answer = lift, UNSURE
+    other, here = _REFERENCES[reference]
+    passes = f"{other} the toe passes {_passes(without)}, {here} {_passes(own)}"
+    limit = f"wanted {_number(wanted)}, trips below {_number(trips)} mm"
+    yield Answer(HELP, QUESTIONS[HELP], status, f"{passes}: {answer}.", limit)
+
+
+def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
+    """What two toe clearances [mm] say of a device."""
+    if without >= wanted:
+        lowered = " and lowers it too far" if own < wanted else ""
+        return ("doubtful" if own >= trips else "bad"), f"not needed for the toe{lowered}"
+    if own >= wanted:
+        return "good", ENOUGH
+    if own < without - _CHANGED:
+        return "bad", "it lowers the toe"
+    helps = "it helps, but not enough" if own > without + _CHANGED else "it changes nothing"
+    return ("bad", f"{helps}: the toe trips") if own < trips else ("doubtful", helps)
+
+
+def _passes(height: float) -> str:
+    """A toe clearance [mm] in words, to the digit of the answer about the toe."""
+    return f"at {_millimetres(height)}" if height >= 0.0 else f"{_millimetres(-height)} below the floor"
 
 
 # --- toe
@@ -405,6 +426,39 @@ def _three(value: float) -> str:
     return f"{value:.0f}" if value >= 99.95 else f"{value:.3g}"
 
 
+# --- skin
+
+
+def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
+    """Peak and sustained pressure of cuff and strap; the worst one decides.
+
+    Beyond the pressure that hinders the flow of blood all the time nothing is good.
+    """
+    (discomfort, pain), flow = limits.skin_pressure, limits.blood_flow_pressure
+    limit = f"discomfort from {1e-3 * discomfort:.3g}, pain from {1e-3 * pain:.3g}, blood flow from "
+    limit += f"{1e-3 * flow:.3g} kPa all the time"
+    if not worn:
+        return Answer(SKIN, QUESTIONS[SKIN], "good", "Nothing is worn that presses on it.", limit)
+    statuses: list[Status] = []
+    parts = []
+    for part, name in _PARTS.items():
+        if not _has(metrics, f"{part}_skin_pressure"):
+            continue
+        most = metrics[f"{part}_skin_pressure"].value
+        lasting = metrics.get(f"{part}_skin_pressure_sustained", metrics[f"{part}_skin_pressure"]).value
+        statuses += [at_most(1e3 * most, limits.skin_pressure), at_most(1e3 * lasting, (flow, math.inf))]
+        if most <= 0.0:
+            continue
+        peak, always = (f"{value:.3g} kPa " for value in (most, lasting))
+        beside = f"{peak}at the most and " if peak != always else ""
+        parts.append(f"the {name} presses with {beside}{always}all the time")
+    if statuses and not parts:
+        parts.append("nothing presses on it")
+    if not statuses:
+        return _unknown(SKIN, "no cuff and no strap is described", limit)
+    return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), f"{_capital(_listed(parts))}.", limit)
+
+
 # --- words
 
 
@@ -440,36 +494,6 @@ def _listed(parts: Sequence[str]) -> str:
 
 def _capital(text: str) -> str:
     return text[0].upper() + text[1:]
-
-
-def of_draws(share: float, draws: int, one: str, many: str) -> str:
-    """How many of some draws do something, and the exact bounds of their share, in words.
-
-    Parameters
-    ----------
-    share : of them [-]
-    draws : how many were drawn
-    one, many : the verb of one, and of many
-    """
-    count, (low, high) = round(share * draws), bounds(share, draws)
-    if not count:
-        return f"none {one}, at most {percent(high)} with {100.0 * SURE:g} % confidence"
-    sure = f"at least {percent(low)} and at most {percent(high)}, each with {100.0 * SURE:g} % confidence"
-    return f"{count} ({percent(share)}) {one if count == 1 else many}, {sure}"
-
-
-def bounds(share: float, draws: int) -> tuple[float, float]:
-    """Exact binomial bounds of a share of draws [-] (Clopper & Pearson 1934, doi 10.1093/biomet/26.4.404)."""
-    from scipy.special import betaincinv  # slow to import; a verdict without draws does without
-
-    k = share * draws
-    low = float(betaincinv(k, draws - k + 1.0, 1.0 - SURE)) if share > 0.0 else 0.0
-    return low, float(betaincinv(k + 1.0, draws - k, SURE)) if share < 1.0 else 1.0
-
-
-def percent(share: float) -> str:
-    """A share [-] for people: whole percent from 10 % on, two digits below."""
-    return f"{100.0 * share:.0f} %" if share >= 0.0995 else f"{100.0 * share:.2g} %"
 
 
 def _millimetres(height: float) -> str:

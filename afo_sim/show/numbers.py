@@ -87,15 +87,11 @@ def decisive(
 
     Parameters are those of `cautions`.
     """
-    over = reference(scenario)
-    lifted = []
-    if "lift_over_reference" in metrics and over:
-        lifted = [f"{number(round(metrics['lift_over_reference'].value), '')} mm of lift over {over}"]
     known = doubts(scenario, metrics, strides)
     if "strides_solved" in metrics:
         said = with_code(known, _WHICH_STRIDES)  # the verdict lists each stride
         known = [note for note in known if note not in said]
-    return [*lifted, *known, *of_walker(scenario)]
+    return [*known, *of_walker(scenario)]
 
 
 def _side_of(scenario: Mapping[str, Any]) -> str:

@@ -14,7 +14,7 @@ from afo_sim.description.scenario_text import reference
 from afo_sim.gait import TwoSides
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import AGAINST, GROUPS, Metric, in_short, number, status_of, unit, words
+from afo_sim.metrics import AGAINST, GROUPS, NO_DEVICE, Metric, in_short, number, status_of, unit, words
 from afo_sim.show import bands, effects
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import doubts, of_walker, readable, undefined
@@ -395,6 +395,7 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         cells=lambda row: TwoSides(**row).cells,
         sides={} if both is None else both.get("asymmetry", {}),
         verdicts=verdict.of_report(judged),
+        no_device=NO_DEVICE,
         effects=effects.of_report(judged),
         bands=bands.of_report(judged),
         in_short=[(run, in_short(run.recording.metrics, reference(run.recording.scenario))) for run in runs],

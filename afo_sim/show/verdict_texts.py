@@ -6,17 +6,19 @@ The mark and the word say what the colour says: on paper, and to who cannot tell
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from afo_sim.metrics import AIR, HEEL, LIFT, PUSH_OFF, Answer
+from afo_sim.metrics import AIR, HEEL, HELP, LIFT, NO_DEVICE, PUSH_OFF, QUESTIONS, SKIN, Answer
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording, limits_of
 
 MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
 INDENT = 12  # columns of a terminal before an answer
 _LIMITS_OF = {  # {answer: the limits that it is compared with}
+    HELP: ("toe_clearance",),
     LIFT: ("toe_clearance",),
     HEEL: ("contact_pitch",),
     PUSH_OFF: ("torque_against_push_off", "work_against_push_off"),
     AIR: ("strides_per_bottle", "bottle_volume", "bottle_pressure"),
+    SKIN: ("skin_pressure", "blood_flow_pressure"),
 }
 
 
@@ -46,31 +48,44 @@ def badge(answer: Answer) -> str:
 
 def lines(recording: Recording) -> list[str]:
     """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to report."""
-    return [
+    found = [
         f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({limit(recording, answer)})"
         for answer in recording.verdict
     ]
+    return [*found, " " * INDENT + NO_DEVICE] if found else []
 
 
 def markdown(recording: Recording) -> str:
     """For the viewer, as a list; "" where there is nothing to report."""
-    items = (
+    items = [
         f"- **{answer.status.upper()}** · **{answer.question}** {answer.text} "
         f"*Limit: {limit(recording, answer)}.*"
         for answer in recording.verdict
-    )
-    return "\n".join(items)
+    ]
+    return "\n".join([*items, "", f"*{NO_DEVICE}*"] if items else [])
 
 
 def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
     """What the report's part report_verdict.html.j2 draws; empty where there is nothing to report."""
     judged = [(run, answers) for run in runs if (answers := run.recording.verdict)]
-    columns = [[_Cell(run, a, badge(a), limit(run.recording, a)) for a in answers] for run, answers in judged]
     rows = []
-    for cells in zip(*columns, strict=True):
-        limits = {cell.limit for cell in cells}
-        rows.append(_VerdictRow(cells[0].answer.question, limits.pop() if len(limits) == 1 else "", cells))
+    for name in QUESTIONS:
+        named = [(run, {a.name: a for a in answers}.get(name)) for run, answers in judged]
+        if not any(answer for _, answer in named):
+            continue
+        cells = tuple(_cell(run, answer or _without(name)) for run, answer in named)
+        limits = {cell.limit for cell in cells if cell.answer.limit}
+        rows.append(_VerdictRow(QUESTIONS[name], limits.pop() if len(limits) == 1 else "", cells))
     return rows
+
+
+def _cell(run: RunView, answer: Answer) -> _Cell:
+    return _Cell(run, answer, badge(answer), limit(run.recording, answer) if answer.limit else "")
+
+
+def _without(name: str) -> Answer:
+    """The answer of a run that has none beside others that have one."""
+    return Answer(name, QUESTIONS[name], "unknown", "Not compared with a walk without the device.", "")
 
 
 def limit(recording: Recording, answer: Answer) -> str:

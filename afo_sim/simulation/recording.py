@@ -330,7 +330,8 @@ def verdict_of(recording: HasVerdict) -> tuple[Answer, ...]:
     limits = limits_of(recording)
     if not recording.ok:
         return undecided(limits, "the simulation stopped early")
-    found = verdict(recording.metrics, recording.strides, limits, feed_of(recording))
+    over = recording.scenario.get("reference") or "shoe"
+    found = verdict(recording.metrics, recording.strides, limits, feed_of(recording), over)
     study = recording.studies.get("uncertainty", {})
     if not study.get("trips"):
         return found

@@ -26,6 +26,8 @@ LIMITS = SimpleNamespace(
     strides_per_bottle=(2000.0, 1000.0),
     bottle_volume=0.5e-3,
     bottle_pressure=300e5,
+    skin_pressure=(14e3, 53e3),
+    blood_flow_pressure=4e3,
 )
 GOOD = {
     "strides_counted": 1.0,

@@ -11,9 +11,10 @@ import pytest
 from scipy.stats import binom
 
 import afo_sim
-from afo_sim.metrics import Answer, Metric, percent, with_draws
+from afo_sim.metrics import QUESTIONS, Answer, Metric, percent, with_draws
+from afo_sim.metrics.draws import bounds
 from afo_sim.metrics.metric import measured
-from afo_sim.metrics.verdict import QUESTIONS, bounds, verdict
+from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation import Recording
 
 LIMITS = SimpleNamespace(
@@ -24,6 +25,8 @@ LIMITS = SimpleNamespace(
     strides_per_bottle=(2000.0, 1000.0),
     bottle_volume=0.5e-3,
     bottle_pressure=300e5,
+    skin_pressure=(14e3, 53e3),
+    blood_flow_pressure=4e3,
 )
 GOOD = {
     "strides_counted": 1.0,
@@ -39,6 +42,9 @@ GOOD = {
     "air_per_stride": 0.08,
     "free_air_per_minute": 3.4,
     "strides_per_bottle": 2500.0,
+    "reference_toe_clearance": -5.0,
+    "cuff_skin_pressure": 10.0,
+    "cuff_skin_pressure_sustained": 3.0,
 }
 
 
@@ -58,10 +64,48 @@ def judge(
     return {answer.name: answer for answer in verdict(numbers(found), each, limits)}
 
 
-def test_four_answers_in_their_order_and_none_of_what_does_not_walk() -> None:
-    assert list(judge()) == ["lift", "heel", "push_off", "air"] == list(QUESTIONS)
+def test_answers_in_their_order_and_none_of_what_does_not_walk() -> None:
+    assert list(judge()) == ["help", "lift", "heel", "push_off", "air", "skin"] == list(QUESTIONS)
     assert all(answer.status == "good" for answer in judge().values())
     assert verdict({"range_of_motion": Metric(20.0, "deg")}, {}, LIMITS) == ()
+
+
+@pytest.mark.parametrize(
+    ("without", "own", "status", "words"),
+    [
+        (17.0, 28.7, "doubtful", "not needed for the toe."),
+        (17.0, 5.0, "doubtful", "not needed for the toe and lowers it too far."),
+        (-26.0, 13.0, "good", "it helps, and enough."),
+        (-26.0, 5.0, "doubtful", "it helps, but not enough."),
+        (-26.0, -5.0, "bad", "it helps, but not enough: the toe trips."),
+        (3.0, 3.2, "doubtful", "it changes nothing."),
+        (8.0, 3.0, "bad", "it lowers the toe."),
+    ],
+)
+def test_the_verdict_opens_with_whether_the_toe_needs_the_device(
+    without: float, own: float, status: str, words: str
+) -> None:
+    answer = judge({"reference_toe_clearance": without, "toe_clearance": own})["help"]
+    assert answer.status == status
+    assert answer.text.endswith(words)
+    assert ("26.0 mm below the floor" in answer.text) is (without == -26.0)
+
+
+def test_help_that_fails_in_the_first_stride_is_no_sure_one_and_without_a_reference_nothing_is_said() -> None:
+    assert judge({"toe_clearance_stride_1": -1.0})["help"].status == "bad"
+    assert "help" not in judge(without=("reference_toe_clearance",))
+
+
+@pytest.mark.parametrize(
+    ("peak", "sustained", "status"),
+    [(14.0, 4.0, "good"), (15.0, 4.0, "doubtful"), (10.0, 4.1, "doubtful"), (53.1, 4.0, "bad")],
+)
+def test_the_skin_is_judged_by_its_peak_and_by_what_lasts(peak: float, sustained: float, status: str) -> None:
+    values = {"cuff_skin_pressure": peak, "cuff_skin_pressure_sustained": sustained}
+    assert judge(values)["skin"].status == status
+    strap = {"plate_skin_pressure": peak}  # lasts as it is
+    both = "bad" if peak > 53.0 else "doubtful"
+    assert judge(strap)["skin"].status == both
 
 
 @pytest.mark.parametrize(
@@ -131,9 +175,11 @@ def test_a_share_of_draws_is_judged_by_the_exact_bounds_of_every_count(
     assert low == 0.0 if not trips else binom.sf(trips - 1, draws, low) == pytest.approx(0.05)
     told = tuple(judge({}).values())
     found = with_draws(told, trips / draws, draws, (0.02, 0.1))
-    assert found[0].status == status and found[1:] == told[1:] and f"at most {percent(high)}" in found[0].text
-    assert (f"{trips} ({percent(trips / draws)}) touch" if trips else "none touches") in found[0].text
-    needed = re.search(r"draw (\d+)", found[0].text)
+    help_, lift = found[:2]
+    assert help_.status == lift.status == status and found[2:] == told[2:]
+    assert ("enough" in help_.text) is (status == "good") and f"at most {percent(high)}" in lift.text
+    assert (f"{trips} ({percent(trips / draws)}) touch" if trips else "none touches") in lift.text
+    needed = re.search(r"draw (\d+)", lift.text)
     assert (needed is not None) == (status == "unknown")
     if needed and not trips:
         assert int(needed[1]) == math.ceil(math.log(0.05) / math.log(0.98))
@@ -152,7 +198,7 @@ def test_draws_make_no_answer_better() -> None:
 
 def test_strides_on_an_empty_source_tell_nothing_good() -> None:
     found = judge({"strides_without_air": 2.0, "toe_clearance": -9.0})
-    assert [answer.status for answer in found.values()][:3] == ["bad", "unknown", "unknown"]
+    assert [answer.status for answer in found.values()][:4] == ["bad", "bad", "unknown", "unknown"]
     assert all("on an empty source" in answer.text for answer in found.values())
 
 
@@ -292,8 +338,11 @@ def expected(run: Recording) -> dict[str, str]:
         "heel": band(min(pitches), 8.0, -1.6),
         "push_off": "good",
         "air": "good",
+        "skin": "good",
     }
     if "air_per_stride" in run.metrics:
+        pressure = max(value.value for name, value in run.metrics.items() if name.endswith("_skin_pressure"))
+        found["skin"] = band(-pressure, -4.0, -53.0)  # a strap is as tight all the time as at its peak
         kinds = ["good", "doubtful", "bad"]
         both = [
             band(-run.metrics["torque_against_push_off_10ms"].value / 68.5, -0.07, -0.14),
@@ -310,7 +359,7 @@ def expected(run: Recording) -> dict[str, str]:
 @pytest.mark.parametrize("name", DESIGNS)
 def test_designs_are_judged_as_their_strides_are(designs: dict[str, Recording], name: str) -> None:
     run = designs[name]
-    told = {answer.name: answer.status for answer in run.verdict}
+    told = {answer.name: answer.status for answer in run.verdict if answer.name != "help"}
     assert told == expected(run)
     if name in MEANT:
         what, status = MEANT[name]
@@ -342,3 +391,9 @@ def test_the_summary_holds_the_verdict(designs: dict[str, Recording]) -> None:
     (told,) = [each for each in run.summary()["verdict"] if each["name"] == "push_off"]
     assert set(told) == {"name", "question", "status", "text", "limit"} and told["status"] == "bad"
     assert f"{run.metrics['torque_against_push_off_10ms'].value:.1f} N·m" in told["text"]
+
+
+def test_the_verdict_names_what_it_is_compared_with() -> None:
+    """A walk in the device without air is not one without the device."""
+    found = verdict(numbers(GOOD), {}, LIMITS, reference="orthosis-off")[0].text
+    assert found.startswith("With the device and no air the toe passes") and "with air at" in found

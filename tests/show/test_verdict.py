@@ -48,7 +48,7 @@ def views(*runs: Recording) -> list[RunView]:
     return [RunView(run.scenario["name"], colour, run) for run, colour in zip(runs, RUNS, strict=False)]
 
 
-def test_each_place_opens_with_the_four_answers(shipped: Recording) -> None:
+def test_each_place_opens_with_the_answers(shipped: Recording) -> None:
     text = text_of(page(views(shipped)))
     assert "trips below 0 mm; assumed" in text and "bad beyond 0.14 or 0.032; derived" in text
     assert "mm (published)" not in text
@@ -60,7 +60,7 @@ def test_each_place_opens_with_the_four_answers(shipped: Recording) -> None:
         "\n".join(verdict.lines(shipped)),
     ):
         places = [place.index(answer.question) for answer in shipped.verdict]
-        assert places == sorted(places) and len(places) == 4
+        assert places == sorted(places) and len(places) == 6
         for answer in shipped.verdict:
             assert answer.status.upper() in place and answer.text in place and answer.limit in place
 
@@ -72,13 +72,20 @@ def test_a_mark_and_a_word_tell_what_a_colour_tells() -> None:
 
 def test_runs_stand_side_by_side_with_their_own_limits(shipped: Recording, short_links: Recording) -> None:
     rows = verdict.of_report(views(shipped, short_links))
-    assert [len(row.cells) for row in rows] == [2, 2, 2, 2]
-    assert [bool(row.limit) for row in rows] == [True, False, True, True]  # another pitch is wanted
+    assert [len(row.cells) for row in rows] == [2] * 6
+    assert [bool(row.limit) for row in rows] == [
+        True,
+        True,
+        False,
+        True,
+        True,
+        True,
+    ]  # another pitch is wanted
     found = page(views(shipped, short_links))
     table = found.partition('<table class="verdict-table">')[2].partition("</table>")[0]
-    assert table.count('scope="row"') == 4 and table.count('scope="col"') == 3
+    assert table.count('scope="row"') == 6 and table.count('scope="col"') == 3
     assert table.count("heel from 8°") == table.count("heel from 5°") == 1
-    assert len(re.findall(r'<td class="verdict-(good|doubtful|bad|unknown)">', table)) == 8
+    assert len(re.findall(r'<td class="verdict-(good|doubtful|bad|unknown)">', table)) == 12
 
 
 def test_what_does_not_walk_has_none(shipped: Recording, sitting: Recording) -> None:
@@ -92,7 +99,9 @@ def test_what_does_not_walk_has_none(shipped: Recording, sitting: Recording) -> 
 
 def test_a_run_that_failed_stands_beside_the_others(shipped: Recording) -> None:
     failed = dataclasses.replace(shipped, status="failed: it fell")
-    assert all(line.startswith("? UNKNOWN") and "stopped early" in line for line in verdict.lines(failed))
+    *answers, last = verdict.lines(failed)
+    assert all(line.startswith("? UNKNOWN") and "stopped early" in line for line in answers)
+    assert "not a medical device" in last
     row = verdict.of_report(views(shipped, failed))[0]
     assert [cell.answer.status for cell in row.cells] == ["good", "unknown"]
 
@@ -164,7 +173,7 @@ def test_a_walk_is_told_on_one_screen(
     lines = ran(capsys, monkeypatch, folder, width)
     assert len(lines) <= most and max(map(len, lines)) <= int(width)
     assert lines[0].startswith("walk-dropfoot-afo")
-    assert [line[:1] for line in lines[1:] if line[:1] in "✓!✗?"] == ["✓", "✓", "!", "!"]
+    assert [line[:1] for line in lines[1:] if line[:1] in "✓!✗?"] == ["✓", "✓", "✓", "!", "!", "!"]
     assert "air_per_stride" not in "\n".join(lines) and lines[-1].startswith("written to run")
 
 

@@ -1,0 +1,82 @@
+"""A verdict beside draws: what a share of drawn strides decides, by its exact bounds."""
+
+import dataclasses
+from bisect import bisect_left
+from collections.abc import Sequence
+
+from afo_sim.metrics.verdict import ENOUGH, HELP, LIFT, UNSURE, Answer, Status, at_most, worst
+
+SURE = 0.95  # confidence in a bound on a share of draws, one-sided [-]
+MOST_DRAWS = 100_000  # that anybody would make
+
+
+def with_draws(
+    answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float]
+) -> tuple[Answer, ...]:
+    """The answers of a run that was drawn over what is not known; help and toe are the worse of both.
+
+    Parameters
+    ----------
+    answers : of the run itself
+    trips : share of the drawn strides that touch the floor [-]
+    draws : how many were drawn
+    limit : wanted at most, and bad beyond [-]
+    """
+    drawn, remark = _judged(trips, draws, limit)
+    touching = of_draws(trips, draws, "touches the floor", "touch the floor")
+    stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}."
+    against = f"; of drawn strides at most {percent(limit[0])}, bad beyond {percent(limit[1])}"
+
+    def judged(answer: Answer) -> Answer:
+        status = worst([answer.status, drawn])
+        if answer.name == LIFT:
+            text, wide = f"{answer.text} {stated}", answer.limit + against
+            return dataclasses.replace(answer, status=status, text=text, limit=wide)
+        if answer.name == HELP and status != answer.status:
+            return dataclasses.replace(answer, status=status, text=answer.text.replace(ENOUGH, UNSURE))
+        return answer
+
+    return tuple(map(judged, answers))
+
+
+def _judged(share: float, draws: int, limit: tuple[float, float]) -> tuple[Status, str]:
+    """The status of a share of draws, known where it is that of both bounds, and what else would decide."""
+
+    def decided(number: int) -> bool:
+        low, high = bounds(share, number)
+        return at_most(low, limit) == at_most(high, limit)
+
+    place = bisect_left(range(draws, MOST_DRAWS), True, key=decided)
+    if place and draws + place < MOST_DRAWS:
+        return "unknown", f": too few to decide, draw {draws + place} if the share stays"
+    return ("doubtful", ": so near a limit, no number decides") if place else (at_most(share, limit), "")
+
+
+def of_draws(share: float, draws: int, one: str, many: str) -> str:
+    """How many of some draws do something, and the exact bounds of their share, in words.
+
+    Parameters
+    ----------
+    share : of them [-]
+    draws : how many were drawn
+    one, many : the verb of one, and of many
+    """
+    count, (low, high) = round(share * draws), bounds(share, draws)
+    if not count:
+        return f"none {one}, at most {percent(high)} with {100.0 * SURE:g} % confidence"
+    sure = f"at least {percent(low)} and at most {percent(high)}, each with {100.0 * SURE:g} % confidence"
+    return f"{count} ({percent(share)}) {one if count == 1 else many}, {sure}"
+
+
+def bounds(share: float, draws: int) -> tuple[float, float]:
+    """Exact binomial bounds of a share of draws [-] (Clopper & Pearson 1934, doi 10.1093/biomet/26.4.404)."""
+    from scipy.special import betaincinv  # slow to import; a verdict without draws does without
+
+    k = share * draws
+    low = float(betaincinv(k, draws - k + 1.0, 1.0 - SURE)) if share > 0.0 else 0.0
+    return low, float(betaincinv(k + 1.0, draws - k, SURE)) if share < 1.0 else 1.0
+
+
+def percent(share: float) -> str:
+    """A share [-] for people: whole percent from 10 % on, two digits below."""
+    return f"{100.0 * share:.0f} %" if share >= 0.0995 else f"{100.0 * share:.2g} %"
