@@ -163,7 +163,7 @@ def main() -> None:
         height = body_height(trial, done.cycle.ankle_height)
         notes = {
             "description": f"healthy adult on a treadmill at {choices.belt_speed:.2f} m/s, stride {number}",
-            **done.cycle.notes,
+            **{key: text for key, text in done.cycle.notes.items() if key != "quality"},
             "published": "ankle_moment_nm_per_kg (the package's refresults.mat), body_mass_kg",
             "derived": "all other numbers, from the published markers and ground force (rawdata.txt)",
             "ankle_moment": "refresults.mat",

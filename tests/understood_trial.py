@@ -81,6 +81,7 @@ def stand_in(*, duration: float = 4.0, side: str = "right", **changes: Any) -> A
         "motions": {},
         "grounds": grounds,
         "frame": frame,
+        "checks": (),
         "mass": SimpleNamespace(mass=67.2, how="given", estimated=66.5, remarks=(), warnings=()),
         "zero": np.radians(-4.2),
         "reference": walk.cycle.ankle_moment * 0.98,

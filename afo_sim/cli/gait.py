@@ -121,13 +121,15 @@ def gait_import_command(trial: Trial) -> None:
     for out, done in found.items():
         print(verdict(done))
         print_table("", ["", ""], [list(row) for row in ten_lines(done)])
+        rows = [[check.fault, check.found, check.limit, check.verdict] for check in done.checks]
+        print_table("can I believe this trial?", ["fault", "found", "limit", ""], rows)
         for warning in done.warnings:
             print(f"warning: {warning}")
         picture = out.with_suffix(".png")
         print(f"written to {out}, walker: {trial.walker}; look at {picture} before you believe it")
     if choices.each:
-        rows = asymmetry(sides["right"].cycle, sides["left"].cycle)
-        print_table("one side beside the other", SIDES_HEADER, [row.cells for row in rows])
+        beside = asymmetry(sides["right"].cycle, sides["left"].cycle)
+        print_table("one side beside the other", SIDES_HEADER, [row.cells for row in beside])
 
 
 def _write_map(files: list[Path], path: Path) -> None:

@@ -20,6 +20,7 @@ from afo_sim.show.style import COLOURS, NORM, ZERO, paragraph, plain, write_figu
 _POSES = 11  # of the leg in a stride: every 10 %
 _WARNED = 3  # warnings that stand on the page
 _SMALL, _SMALL_LINE = 7.5, 120  # size of a warning's letters [points], and letters of its line
+_ROW = 0.16  # height of a row of the checks [in]
 _LONGEST_WARNING = 230  # letters of one; the file has it whole
 _FOOT = (-0.06, 0.19)  # heel and toe from the ankle, for the drawing only [m]
 _HINGE = 0.70  # of the toes, from heel to tip [-]; scaled adult of the leg's toes
@@ -44,7 +45,7 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
     InputError
         The suffix is no format.
     """
-    height = 9.0 if imported is None else 11.5
+    height = 9.0 if imported is None else 11.5 + _ROW * (len(imported.checks) + 2)
     height += _SMALL * 1.35 / 72.0 * _warned(cycle.warnings).count("\n")
     write_figure(path, (7.1, height), functools.partial(_page, cycle=cycle, imported=imported))
 
@@ -56,7 +57,9 @@ def _page(figure: Any, cycle: GaitCycle, imported: Imported | None) -> None:
         axes = figure.subplot_mosaic([["leg", "leg"], *rows], height_ratios=[1.5, 1.0, 1.0, 1.0])
         _leg(axes["leg"], cycle, _FOOT, alone)
     else:
-        trial, leg, strides = figure.subfigures(3, 1, height_ratios=[3.5, 2.3, 5.1])
+        heights = [3.5, 2.3, 5.1, _ROW * (len(imported.checks) + 2)]
+        trial, leg, strides, checks = figure.subfigures(4, 1, height_ratios=heights)
+        gait_panels.draw_checks(checks, imported.checks, _SMALL)
         foot = gait_panels.foot_ends(imported, _FOOT)
         gait_panels.draw_trial(trial, imported)
         points, motion = leg.subplots(1, 2, width_ratios=[1.15, 2.2])

@@ -1,12 +1,12 @@
 """Panels on a walking trial: its strides, its plates, and its ways from above."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from afo_sim.gait import USUAL, GaitCycle, stance
-from afo_sim.gait_lab import Imported, WalkingFrame, direction
+from afo_sim.gait_lab import Check, Imported, WalkingFrame, direction
 from afo_sim.gait_lab.trial.strides import RecordedStride
 from afo_sim.show.style import COLOURS, LINE, NORM, plain
 
@@ -89,6 +89,30 @@ def draw_points(axis: Any, imported: Imported) -> None:
     axis.set_title(f"points found, at {leg.time[k]:.2f} s", fontsize=8.0)
     axis.set_xlabel("ahead of the ankle [m]")
     axis.set_ylabel("up [m]")
+
+
+def draw_checks(figure: Any, checks: Sequence[Check], size: float) -> None:
+    """Can this trial be believed: each fault that was looked for, what was found, the limit, the verdict.
+
+    Units: size of the letters [points].
+    """
+    axis = figure.add_subplot()
+    axis.set_axis_off()
+    axis.set_title("can I believe this trial?", loc="left", fontsize=9.0)
+    for row, check in enumerate(checks):
+        colour = COLOURS[0] if check.notice else "0.45" if check.needs else "black"
+        cells = (check.fault, check.found, check.limit, check.verdict)
+        for x, text in zip(
+            (0.0, 0.26, 0.58, 0.77) if not check.needs else (0.0, 0.26, 0.58, 0.26), cells, strict=True
+        ):
+            axis.text(
+                x,
+                1.0 - (row + 0.5) / len(checks),
+                plain(text, None),
+                fontsize=size,
+                color=colour,
+                va="center",
+            )
 
 
 def _flat_instant(imported: Imported, stride: RecordedStride) -> int | None:

@@ -208,7 +208,9 @@ def _gait_source(name: str) -> str:
         cycle = gait.read(path)
     except InputError as error:
         return f"its file is no gait any more ({error})"
-    return f"{cycle.source}; licence {cycle.licence}; {cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s"
+    quality = f"; can it be believed: {cycle.notes['quality']}" if "quality" in cycle.notes else ""
+    facts = f"{cycle.body_mass:g} kg, {cycle.walking_speed:.2f} m/s"
+    return f"{cycle.source}; licence {cycle.licence}; {facts}{quality}"
 
 
 _LONGEST = 90  # letters of a head

@@ -21,6 +21,7 @@ from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
 from afo_sim.gait_lab.trial.leg_points import LegPoints, leg_length
 from afo_sim.gait_lab.trial.legs import find_legs
 from afo_sim.gait_lab.trial.plausibility import clock_doubts, doubts
+from afo_sim.gait_lab.trial.quality import Check, Evidence, examine, words
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.steps import find_steps, open_ends
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame, find_frame
@@ -28,6 +29,7 @@ from afo_sim.gait_lab.trial.walking_frame import WalkingFrame, find_frame
 _MASS_LIMIT = (
     0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
 )
+QUALITY = "quality"  # note of a cycle: which faults were looked for, and which were found
 _USUAL = "walker-usual"  # a patient's stride that looks like a healthy walker's
 _POUND = 0.2248  # pounds-force in a newton
 _LIGHTEST = 9.0  # body mass over squared height that nobody walks with; 13 of thin children; assumed [kg/m²]
@@ -53,6 +55,7 @@ class Imported(Noted):
     # phases, dorsiflexion positive [N·m/kg] (n,)
     trial: WalkingTrial
     notices: tuple[Notice, ...]
+    checks: tuple[Check, ...] = ()  # for faults of the laboratory
 
     def number(self, index: int) -> int:
         """A stride's number among its side's, from 1."""
@@ -175,7 +178,19 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
         trial=trial,
         notices=tuple(dict.fromkeys(notices)),
     )
-    return replace(done, cycle=cycle.with_warnings([str(warning) for warning in done.warnings]))
+    done = _examined(done)
+    return replace(done, cycle=done.cycle.with_warnings([str(warning) for warning in done.warnings]))
+
+
+def _examined(done: Imported) -> Imported:
+    """With the checks for a laboratory's faults, in its notices and its cycle's notes."""
+    seen = (done.legs, done.motions, done.grounds, done.frame, done.mass, done.trial)
+    checks = examine(Evidence(done.cycle, *seen))
+    told = bool(with_code(done.notices, "clocks-apart"))  # the same, coarser, where it is large
+    found = [check.notice for check in checks if check.notice is not None]
+    found = [notice for notice in found if not (told and notice.code == "force-late")]
+    cycle = replace(done.cycle, notes={**done.cycle.notes, QUALITY: words(checks)})
+    return replace(done, cycle=cycle, checks=checks, notices=(*done.notices, *found))
 
 
 @dataclass(frozen=True, eq=False)
