@@ -4,6 +4,7 @@ from .asymmetry import STRIKE as STRIKE
 from .asymmetry import TwoSides as TwoSides
 from .asymmetry import asymmetry as asymmetry
 from .checks import BODY_HEIGHT as BODY_HEIGHT
+from .checks import CLOSING_USUAL as CLOSING_USUAL
 from .checks import COP_FORCE as COP_FORCE
 from .checks import HEIGHT_ERROR as HEIGHT_ERROR
 from .checks import LATE_SWING as LATE_SWING

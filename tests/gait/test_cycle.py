@@ -231,7 +231,7 @@ BAD: dict[str, tuple[Change, str, str, str]] = {
     "force on the ground": (scaled("grf_z_bw", -1.0), "grf_z_bw", "force of the foot", "upward positive"),
     "stance late": (late_start, "grf_z_bw", "begins to rise at phase", "heel strike at phase 0"),
     "no swing": (never_in_swing, "grf_z_bw", "of the stride", "a swing without force"),
-    "not periodic": (drifting("knee_angle_deg", 6.0), "knee_angle_deg", "ends +5.95 deg", "within 5 deg"),
+    "not periodic": (drifting("knee_angle_deg", 11.0), "knee_angle_deg", "ends +11 deg", "within 10 deg"),
     "not periodic in z": (drifting("ankle_z_m", 0.04), "ankle_z_m", "ends +0.0", "within 0.03 m"),
     "swapped forces": (swapped("grf_x_bw", "grf_z_bw"), "grf_x_bw", "swapped axes?", "x forward"),
     "swapped axes": (swapped("ankle_x_m", "ankle_z_m"), "ankle_z_m", "swapped axes?", "x forward"),

@@ -48,7 +48,9 @@ def walk(
             time=TIME, force_z=filtered, contacts=contacts, foreign=(), plates={side: (TIME, force)}
         )
         strides += [
-            SimpleNamespace(side=side, start=s, end=s + PERIOD, toe_off=s + STANCE, by="force", loaded=loaded)
+            SimpleNamespace(
+                side=side, start=s, end=s + PERIOD, toe_off=s + STANCE, by="force", loaded=loaded, closed=None
+            )
             for s in starts
         ]
     return grounds, strides

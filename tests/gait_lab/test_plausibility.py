@@ -11,9 +11,10 @@ import pytest
 from analytic_walker import AnalyticWalker
 from walking import known_walk, write_forces, write_trc
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Notice
 from afo_sim.gait import GaitCycle
 from afo_sim.gait_lab import Choices, import_gait
+from afo_sim.gait_lab.trial.chosen_stride import take_stride
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.plausibility import doubts
 
@@ -45,7 +46,7 @@ def told(
     reference: np.ndarray | None = None,
     leg: Any = None,
     plates: Any = None,
-) -> tuple[str, ...]:
+) -> tuple[Notice, ...]:
     return doubts(cycle, points, leg or motion(), plates or ground(), np.radians(zero), reference)
 
 
@@ -57,6 +58,21 @@ def test_a_sound_stride_is_not_doubted() -> None:
     assert told() == ()
     assert told(points=None) == ()
     assert doubts(CYCLE, None, motion(), None, 0.0, CYCLE.ankle_moment) == ()
+
+
+def opened(degrees: float) -> GaitCycle:
+    return changed(knee_angle=CYCLE.knee_angle + np.radians(degrees) * (CYCLE.phase - 0.5))
+
+
+def test_a_stride_that_hardly_comes_back_is_doubted_and_a_later_one_is_taken_before_it() -> None:
+    """CYCLE's own knee ends 0.05 deg beside its beginning at most."""
+    (warning,) = (notice for notice in told(opened(6.4)) if notice.code == "stride-open")
+    assert warning.subject == "knee angle" and warning.data["off"] == pytest.approx(6.4, abs=0.1)
+    strides: Any = [SimpleNamespace(side="right", start=float(k), loaded=True) for k in range(2)]
+    for second, taken, skipped in ((0.0, 1, 1), (7.0, 0, 0)):
+        chosen, _, notices = take_stride(strides, [opened(6.4), opened(second)], "known", Choices())
+        assert chosen == (taken,) and len(notices) == skipped
+        assert all(notice.data["start"] == 0.0 for notice in notices)
 
 
 def test_a_stride_without_plates_is_not_doubted() -> None:

@@ -42,7 +42,7 @@ def test_each_side_is_the_stride_of_its_side_alone(
 
 
 def test_what_differs_is_what_the_walker_does(files: list[pathlib.Path]) -> None:
-    """Times, moments, angle and toe of the walker himself, at 2,000 phases of a stride; filtered by 6 Hz."""
+    """Times, moments, angle and toe of the walker himself, at 2,000 phases of a stride; filtered by 10 Hz."""
     sides = import_sides(files, Choices(each=True))
     found = {row.name: row for row in asymmetry(sides["right"].cycle, sides["left"].cycle)}
     reach = max(np.nanmax(done.cycle.cop_x) for done in sides.values())

@@ -125,18 +125,38 @@ def _estimate(
 
 
 def _impulse(ground: GroundForce, stride: RecordedStride, offsets: Mapping[str, float]) -> float:
-    """Vertical impulse on the foot in the stride's stance, without the plates' offset [N·s]."""
-    total = 0.0
-    for contact in ground.contacts:
-        if stride.start - _QUIET <= contact.start and contact.end <= stride.toe_off + _QUIET:
-            total += _of_contact(ground, contact, offsets.get(contact.plate, 0.0))
-    return total
+    """Vertical impulse on the foot in one period, without the plates' offset [N·s].
+
+    A closed stride repeats its window: a stance that the recording's ends cut in two counts with both parts,
+    and the gap between them as the mean of its two ends.
+    """
+    contacts = [(contact, offsets.get(contact.plate, 0.0)) for contact in ground.contacts]
+    if stride.closed is None:
+        low, high = stride.start - _QUIET, stride.toe_off + _QUIET
+        return sum(_of_contact(ground, c, o)[0] for c, o in contacts if low <= c.start and c.end <= high)
+    window = stride.closed.window
+    parts = [_of_contact(ground, contact, offset, window) for contact, offset in contacts]
+    gap = stride.time - (window[1] - window[0])
+    return sum(impulse for impulse, _ in parts) + 0.5 * gap * sum(ends for _, ends in parts)
 
 
-def _of_contact(ground: GroundForce, contact: PlateContact, offset: float) -> float:
+def _of_contact(
+    ground: GroundForce, contact: PlateContact, offset: float, window: tuple[float, float] | None = None
+) -> tuple[float, float]:
+    """A contact's impulse within a window [N·s], and its force at the window's two ends together [N]."""
     time, force = ground.plates.get(contact.plate, (ground.time, ground.force_z))
-    inside = (time >= contact.start - _TAIL) & (time <= contact.end + _TAIL)
-    return float(np.trapezoid(force[inside] - offset, time[inside]))
+    low, high = contact.start - _TAIL, contact.end + _TAIL
+    if window is None:
+        inside = (time >= low) & (time <= high)
+        return float(np.trapezoid(force[inside] - offset, time[inside])), 0.0
+    first, last = max(low, window[0]), min(high, window[1])
+    if first >= last:
+        return 0.0, 0.0
+    inside = (time > first) & (time < last)
+    at = np.r_[first, time[inside], last]
+    load = np.interp(at, time, force) - offset
+    ends = load[0] * (first == window[0]) + load[-1] * (last == window[1])
+    return float(np.trapezoid(load, at)), float(ends)
 
 
 def _offsets(grounds: Mapping[str, GroundForce]) -> dict[str, float]:

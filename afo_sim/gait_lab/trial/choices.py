@@ -34,6 +34,7 @@ class Choices:
     """Choices for reading a trial; SI. A choice of None is found in the files, or refused."""
 
     side: str = "right"
+    either: bool = False  # the other side where that one has no stance on a plate; never of a patient
     mass: float | None = None  # of the body [kg]; by default the file's, the model's, or the plates'
     height: float | None = None  # of the body [m]; by default the file's
     sole: float | None = None  # of what was worn, its thickness under the ankle [m]; no file states it
@@ -149,10 +150,10 @@ def read_options(given: Mapping[str, Any]) -> Choices:
 
 
 def _sides(text: str | None) -> dict[str, Any]:
-    """The side, both (one mean of the right leg's strides and the left one's, mirrored), or each alone."""
+    """The side or either; both (one mean of the right strides and the left ones, mirrored), or each alone."""
     if text not in (None, "both", "each", *SIDES):
         raise unknown(text, (*SIDES, "both", "each"), field="side")
-    return {text: True} if text in ("both", "each") else {} if text is None else {"side": text}
+    return {text: True} if text in ("both", "each") else {"either": True} if text is None else {"side": text}
 
 
 def _strides(text: str | None) -> dict[str, Any]:

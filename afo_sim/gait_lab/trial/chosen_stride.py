@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError
-from afo_sim.gait import KINEMATICS, GaitCycle, examine
+from afo_sim.common import InputError, Notice
+from afo_sim.gait import CLOSING_USUAL, KINEMATICS, GaitCycle, closing_errors, examine
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
@@ -19,8 +20,12 @@ _NAMED = 6  # strides whose own notes are repeated in the mean's
 
 def take_stride(
     strides: Sequence[RecordedStride], cycles: Sequence[GaitCycle], source: str, choices: Choices
-) -> tuple[tuple[int, ...], GaitCycle]:
-    """The strides to take and their cycle: the asked one, the mean, or the first that contradicts nothing."""
+) -> tuple[tuple[int, ...], GaitCycle, list[Notice]]:
+    """The strides to take, their cycle, and why earlier ones are not taken.
+
+    The asked one, the mean, or the first that contradicts nothing and closes as usual; else the first that
+    contradicts nothing.
+    """
     loaded = require_loaded(strides, choices)
     if choices.mean or choices.both:
         groups = [loaded]
@@ -29,16 +34,32 @@ def take_stride(
     else:
         groups = [(k,) for k in loaded]
     refused: list[InputError] = []
+    fair: tuple[tuple[int, ...], GaitCycle, list[Notice]] | None = None
+    notices: list[Notice] = []
+    text = "{subject} stride from {start:.2f} s not taken: {problem}"
     for group in groups:
+        data: dict[str, Any] = {"subject": strides[group[0]].side, "start": strides[group[0]].start}
         cycle = cycles[group[0]] if len(group) == 1 else mean_cycle([cycles[k] for k in group])[0]
         cycle = replace(cycle, source=choices.source or source, licence=choices.licence)
         try:
             examine(cycle, source)
         except InputError as error:
             refused.append(error)
-        else:
-            return group, cycle
-    raise refused[0]
+            notices.append(note("stride-not-taken", text, **data, problem=f"{error.field} {error.problem}"))
+            continue
+        if _open(cycle) <= CLOSING_USUAL:
+            return group, cycle, notices
+        fair = fair or (group, cycle, list(notices))
+        problem = f"it ends {_open(cycle):.1f} deg from where it began"
+        notices.append(note("stride-not-taken", text, **data, problem=problem))
+    if fair is None:
+        raise refused[0]
+    return fair
+
+
+def _open(cycle: GaitCycle) -> float:
+    """The farthest that an angle's two ends are apart [deg]."""
+    return max(abs(off) for name, off in closing_errors(cycle).items() if name.endswith("_deg"))
 
 
 def _own(strides: Sequence[RecordedStride], choices: Choices) -> list[int]:

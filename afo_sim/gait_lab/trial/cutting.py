@@ -111,12 +111,12 @@ class Cutter(Noted):
         """The same of a closed stride: a moment about the ankle repeats, one about the floor does not."""
         motion = self._motion_of(stride)
         known = motion.time
+        about = ground.moment - np.interp(ground.time, known, motion.ankle_x) * ground.force_z
+        loads = np.column_stack([ground.force_x, ground.force_z, about])
         inside = (ground.time >= known[0]) & (ground.time <= known[-1])
-        time, force_x, force_z, moment = (
-            column[inside] for column in (ground.time, ground.force_x, ground.force_z, ground.moment)
-        )
-        about = moment - np.interp(time, known, motion.ankle_x) * force_z
-        return sample(time, np.column_stack([force_x, force_z, about]), stride, phase, [False] * 3)
+        # the window's ends are the motion's, which plates may miss by one of its samples
+        slack = known[1] - known[0]
+        return sample(ground.time[inside], loads[inside], stride, phase, [False] * 3, slack=slack)
 
     def cycle(self, stride: RecordedStride, trial: WalkingTrial) -> GaitCycle:
         """The stride over its phase; forces are NaN where no plate lay.

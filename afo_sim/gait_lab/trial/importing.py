@@ -77,9 +77,32 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
     Raises
     ------
     InputError
-        A file cannot be read, something is missing, or the stride contradicts itself.
+        A file cannot be read, something is missing, or the stride contradicts itself; both sides are asked
+        for, which `import_sides` cuts.
     """
-    return cut_cycle(_read(files, choices), choices)
+    if choices.each:
+        problem = "is a stride of either side, and this is one cycle"
+        raise InputError(problem, field="side", value="each", allowed="import_sides(files, choices)")
+    trial = _read(files, choices)
+    try:
+        return cut_cycle(trial, choices)
+    except InputError as error:
+        if not choices.either or choices.walker != "healthy" or error.field != "side":
+            raise
+        return _other_side(trial, choices, error)
+
+
+def _other_side(trial: WalkingTrial, choices: Choices, error: InputError) -> Imported:
+    """The other leg's stride of a healthy walker for whom no side was asked; that it is so is a warning."""
+    other = "left" if choices.side == "right" else "right"
+    try:
+        done = cut_cycle(trial, replace(choices, side=other))
+    except InputError:
+        raise error from None
+    text = "the {subject} leg's stride is taken, since {problem}"
+    notice = Notice("other-side-taken", text, subject=other, problem=error.problem)
+    done = replace(done, notices=(notice, *done.notices))
+    return replace(done, cycle=done.cycle.with_warnings([str(warning) for warning in done.warnings]))
 
 
 def import_sides(files: Sequence[str | pathlib.Path], choices: Choices) -> dict[str, Imported]:
@@ -146,7 +169,7 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     _require_mass(mass)
     cutters = _cutters(strides, legs, motions, grounds, frame, mass.mass, choices)
     strides, cycles, not_cut = _cycles(strides, cutters, trial, choices)
-    chosen, cycle = take_stride(strides, cycles, _names(trial.files), choices)
+    chosen, cycle, not_taken = take_stride(strides, cycles, _names(trial.files), choices)
     taken = _Taken(strides, cycles, chosen, cycle)
     sides = SIDES if choices.both else (choices.side,)
     notices = [
@@ -156,6 +179,7 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
         *(notice for side in sides for notice in grounds[side].notices),
         *left_out,
         *not_cut,
+        *not_taken,
         *mass.notices,
         *_pounds(mass, legs[choices.side], choices),
         *open_ends([strides[k] for k in chosen]),

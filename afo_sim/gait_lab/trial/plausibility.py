@@ -6,14 +6,26 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError, Notice
-from afo_sim.gait import COP_FORCE, HEIGHT_ERROR, LATE_SWING, LEAST, STANCE_FORCE, WITHIN, GaitCycle
+from afo_sim.gait import (
+    CLOSING_USUAL,
+    COP_FORCE,
+    HEIGHT_ERROR,
+    LATE_SWING,
+    LEAST,
+    STANCE_FORCE,
+    WITHIN,
+    GaitCycle,
+    closing_errors,
+    off_norm,
+    stance,
+)
 from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.ground_force import GroundForce
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
-from afo_sim.gait_lab.trial.whose_walk import walker_doubts
 
+_PEOPLE = 6.0  # standard deviation of the ankle angle between healthy adults; 4 to 8 (Bovi 2011) [deg]
 _ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: reported, refused; assumed [deg]
 _ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
 _ADULT_SHANK = 0.4  # knee to ankle; a shorter one makes the lower limit lower in proportion [m]
@@ -60,7 +72,8 @@ def doubts(
 
     Units: zero [rad], reference [N·m/kg] (n,).
     """
-    found = [*walker_doubts(cycle), *_zero(zero), *_flat(cycle), *_ankle_height(cycle, points), *_knee(cycle)]
+    found = [*walker_doubts(cycle), *_closing(cycle), *_zero(zero), *_flat(cycle)]
+    found += [*_ankle_height(cycle, points), *_knee(cycle)]
     outline = _outline(points, motion)
     found += [] if outline is None else _pressure(cycle, *outline)
     found += [*_forward_force(cycle), *_moment_peak(cycle)]
@@ -71,6 +84,53 @@ def doubts(
     if points is not None:
         found += _marker_doubts(points)
     return tuple(found)
+
+
+def walker_doubts(cycle: GaitCycle) -> list[Notice]:
+    """A warning where the ankle contradicts `walker`; none where nobody said whose walk it is.
+
+    The swing of a healthy walker whose ankle lies beyond the norm's band by more than a standard deviation
+    between people (root mean square), and a patient whose ankle never does.
+    """
+    off = np.degrees(off_norm(cycle))
+    swing = off[cycle.phase > stance(cycle)]
+    beyond = float(np.sqrt(np.mean(swing**2)))
+    if cycle.walker == "healthy" and beyond > _PEOPLE:
+        text = (
+            "in swing the ankle is {mean:+.0f} deg off the norm's band ({beyond:.0f} deg RMS), more than "
+            "healthy people's spread of {limit:.0f} deg: if it is the patient's own walk, import it with "
+            "{subject} patient, else the weakness counts twice"
+        )
+        mean = float(swing.mean())
+        return [Notice("walker-not-usual", text, subject="walker", limit=_PEOPLE, beyond=beyond, mean=mean)]
+    most = float(np.abs(off).max())
+    if cycle.walker == "patient" and most <= _PEOPLE:
+        text = (
+            "the ankle stays within {most:.0f} deg of the norm's band, as healthy people's does "
+            "({limit:.0f} deg): is it a patient's own walk, without the device ({subject})?"
+        )
+        return [Notice("walker-usual", text, subject="walker", limit=_PEOPLE, most=most)]
+    return []
+
+
+def _closing(cycle: GaitCycle) -> list[Notice]:
+    """Angles whose two ends are farther apart than usual: what is spread over the stride is half of it."""
+    text = (
+        "the {subject} ends {off:+.1f} deg from where it began (usual: {limit:.0f} deg); that is spread "
+        "evenly over the stride, so that its ends are off by half of it: the mean of several strides, or "
+        "another one, closes better"
+    )
+    return [
+        Notice(
+            "stride-open",
+            text,
+            subject=name.removesuffix("_deg").replace("_", " "),
+            off=off,
+            limit=CLOSING_USUAL,
+        )
+        for name, off in closing_errors(cycle).items()
+        if name.endswith("_deg") and abs(off) > CLOSING_USUAL
+    ]
 
 
 def _zero(zero: float) -> list[Notice]:

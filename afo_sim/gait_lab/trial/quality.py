@@ -29,9 +29,8 @@ _USUAL = 0.19  # the most frequent landing, from which the size of a shift is to
 # Sideways distance from the line heel–toe, mean of right and left foot, in which what feet have alike
 # cancels: 0 to 9 mm in three recorded walks (measured) [m]
 _ASIDE = 0.014
-_MOVES = (
-    0.7  # speed of heel and toe point that are not standing; noise of 2 mm at 20 Hz makes 0.2 (derived) [m/s]
-)
+# Speed of heel and toe point that are not standing; noise of 2 mm at 20 Hz makes 0.2 (derived) [m/s]
+_MOVES = 0.7
 # Heel stops, toe point starts, before the force begins and ends, their mean: 17 to 33 ms in seven walkers
 # at three rates, 26 and 36 ms in recorded walks (measured); the limit is four of their deviations of 4 ms [s]
 _BEFORE, _LATE = 0.025, 0.016
@@ -119,8 +118,7 @@ def words(checks: tuple[Check, ...]) -> str:
 
 
 def _steps(done: Evidence, side: str) -> _Steps | None:
-    """What the whole contacts of a foot show; None of a foot that no markers place on its "
-    "metatarsal heads."""
+    """What the whole contacts of a foot show; None of a foot without markers of heel and metatarsal heads."""
     leg, frame, time = done.legs[side], done.frame, done.legs[side].time
     if leg.by_angles or not {"heel", "toe"} <= set(leg.points):
         return None
@@ -190,10 +188,8 @@ def _landing(side: str, step: _Steps | None) -> Check:
         return check
     text = (
         "the {subject} foot's pressure is shifted along the walk by about {off_mm:+.0f} mm (±15): it "
-        "lands {found_mm:.0f} "
-        "mm ahead of the heel's marker, {low_mm:.0f} to {high_mm:.0f} mm are usual; the moment at "
-        "push-off is off "
-        "by about {moment:.2f} N·m/kg (force times shift)"
+        "lands {found_mm:.0f} mm ahead of the heel's marker, {low_mm:.0f} to {high_mm:.0f} mm are "
+        "usual; the moment at push-off is off by about {moment:.2f} N·m/kg (force times shift)"
     )
     data: dict[str, Any] = {"off_mm": found - middle, "found_mm": found, "low_mm": low, "high_mm": high}
     data["moment"] = 1.1 * GRAVITY * abs(found - middle) * 1e-3
@@ -209,9 +205,8 @@ def _aside(steps: Mapping[str, _Steps | None]) -> Check:
     if abs(off) <= _ASIDE:
         return check
     text = (
-        "the plates' pressure lies {off_mm:+.0f} mm to the right of both feet (limit "
-        "{limit_mm:.0f} mm): plates and "
-        "cameras disagree sideways; the sagittal moment is not changed by that"
+        "the plates' pressure lies {off_mm:+.0f} mm to the right of both feet (limit {limit_mm:.0f} "
+        "mm): plates and cameras disagree sideways; the sagittal moment is not changed by that"
     )
     notice = Notice("pressure-aside", text, off_mm=1e3 * off, limit_mm=1e3 * _ASIDE)
     return replace(check, notice=notice)
@@ -228,9 +223,8 @@ def _late(steps: Mapping[str, _Steps | None]) -> Check:
         return check
     text = (
         "the force is about {late_ms:.0f} ms {order} by when heel and toe stop and start (limit "
-        "{limit_ms:.0f} ms); "
-        "the pressure under the foot moves by some {way_mm:.0f} mm, the moment at push-off by "
-        "{moment:.2f} N·m/kg"
+        "{limit_ms:.0f} ms); the pressure under the foot moves by some {way_mm:.0f} mm, the moment at "
+        "push-off by {moment:.2f} N·m/kg"
     )
     way = 0.35 * abs(late)  # of the pressure along the foot in stance [m]
     data: dict[str, Any] = {
@@ -259,8 +253,7 @@ def _clipped(done: Evidence) -> Iterator[Check]:
             continue
         text = (
             "plate {subject} is clipped: it reads {force:.0f} N for {lasts_ms:.0f} ms on end (limit "
-            "{limit_ms:.0f} ms); "
-            "what is cut off is not known, so the peak moment is too small"
+            "{limit_ms:.0f} ms); what is cut off is not known, so the peak moment is too small"
         )
         data: dict[str, Any] = {
             "force": float(force.max()),
@@ -286,9 +279,8 @@ def _scaled(done: Evidence) -> Iterator[Check]:
                 f"scale (plate {name})", f"{off[name]:+.0f} % of the stated mass", f"±{100 * _TRUE:.0f} %"
             )
             text = (
-                "plate {subject} is scaled by about {percent:+.0f} %: alone it carries {carried:.1f} kg of "
-                "the stated "
-                "{mass:.1f} kg (limit {limit:.0f} %); its moments are off by as much"
+                "plate {subject} is scaled by about {percent:+.0f} %: alone it carries {carried:.1f} kg"
+                " of the stated {mass:.1f} kg (limit {limit:.0f} %); its moments are off by as much"
             )
             data: dict[str, Any] = {
                 "percent": off[name],
@@ -311,8 +303,8 @@ def _scaled(done: Evidence) -> Iterator[Check]:
     if abs(ratio) > _LIKE and not bad:
         text = (
             "plate {subject} carries {percent:+.0f} % of what plate {other} does when a foot stands "
-            "alone on it (limit "
-            "{limit:.0f} %): one of them is scaled, and its moments by as much; a typed mass says which"
+            "alone on it (limit {limit:.0f} %): one of them is scaled, and its moments by as much; a "
+            "typed mass says which"
         )
         unlike: dict[str, Any] = {"percent": 100.0 * ratio, "other": high, "limit": 100.0 * _LIKE}
         check = replace(check, notice=Notice("plates-unlike", text, subject=low, **unlike))
@@ -365,8 +357,7 @@ def _standing(done: Evidence) -> Iterator[Check]:
     if abs(off) > _LENGTHS:
         text = (
             "the standing trial is another person's: its segments are {percent:+.0f} % longer than the "
-            "walker's (limit "
-            "{limit:.0f} %), and the ankle's place and lever with them"
+            "walker's (limit {limit:.0f} %), and the ankle's place and lever with them"
         )
         check = replace(
             check, notice=Notice("standing-stranger", text, percent=100 * off, limit=100 * _LENGTHS)
@@ -378,17 +369,15 @@ def _standing(done: Evidence) -> Iterator[Check]:
         return
     mirrored = boxes[0] * boxes[1] < 0.0
     text = (
-        "the standing trial is mirrored: its right side is the walk's left; centres lie on the "
-        "wrong side of their "
-        "markers"
+        "the standing trial is mirrored: its right side is the walk's left; centres lie on the wrong "
+        "side of their markers"
     )
     notice = Notice("standing-mirrored", text) if mirrored else None
     yield Check("standing mirrored", "other hand" if mirrored else "same hand", "same hand", notice=notice)
 
 
 def _handed(done: Evidence, positions: Mapping[str, np.ndarray]) -> float:
-    """Sign of forward × up · right of a body by the markers that the legs' points come from; "
-    "0 if not known."""
+    """Sign of forward × up · right of a body by the markers of the legs' points; 0 if not known."""
     ends: dict[tuple[str, str], np.ndarray] = {}
     for side, leg in done.legs.items():
         for role in ("heel", "toe", "knee"):
@@ -413,9 +402,8 @@ def _bmi(done: Evidence) -> Check:
     if _BMI[0] <= index <= _BMI[1]:
         return check
     text = (
-        "{mass:.1f} kg of {height:.2f} m are {index:.0f} kg/m², outside {low:.0f} to {high:.0f}: "
-        "the mass, the plates' "
-        "unit or the height; the moment per mass is off as the mass is"
+        "{mass:.1f} kg of {height:.2f} m are {index:.0f} kg/m², outside {low:.0f} to {high:.0f}: the "
+        "mass, the plates' unit or the height; the moment per mass is off as the mass is"
     )
     data: dict[str, Any] = {
         "mass": done.mass.mass,

@@ -73,6 +73,7 @@ def sample(
     phase: np.ndarray,
     travels: Sequence[bool],
     outside: float = np.nan,
+    slack: float = 0.0,
 ) -> np.ndarray:
     """Signals at phases of a stride.
 
@@ -84,7 +85,8 @@ def sample(
     A moment must be about a point that walks along, as the ankle: one about the laboratory's origin does
     not come back.
 
-    Units: time [s] (n,), values (n, k), phase [-] (m,).
+    Units: time [s] (n,), values (n, k), phase [-] (m,), slack [s]: by which a closed stride's signals may
+    end early, so that the gap is as much wider.
     """
     from scipy.interpolate import CubicSpline
 
@@ -102,6 +104,7 @@ def sample(
     window = stride.closed.window
     if np.isfinite(outside):
         time, values = _extended(time, values, window, outside)
+    window = _within(time, window, slack)
     travel = stride.closed.length * np.asarray(travels, dtype=float)[known]
     found[:, known] = repeated(time, values[:, known], window, stride.time, travel, at)
     return found
@@ -117,6 +120,17 @@ def _extended(
     earlier = time[0] - step * np.arange(before, 0, -1)
     longer = np.r_[earlier, time, time[-1] + step * np.arange(1, after + 1)]
     return longer, np.pad(values, ((before, after), (0, 0)), constant_values=outside)
+
+
+def _within(time: np.ndarray, window: tuple[float, float], slack: float) -> tuple[float, float]:
+    """The window as far as signals reach, where they end within some slack of it and beyond a sample."""
+    step = float(time[1] - time[0])
+    start, end = window
+    if start + step < time[0] <= start + slack:
+        start = float(time[0])
+    if end - slack <= time[-1] < end - step:
+        end = float(time[-1])
+    return start, end
 
 
 def repeated(

@@ -1,0 +1,66 @@
+"""Recordings trimmed to about one stride: mass, period and moment of a known walker at any beginning."""
+
+import dataclasses
+import pathlib
+
+import numpy as np
+import pytest
+from campaign import size
+from gait_lab.faulty_trials import SET
+from gait_lab.known_walker import Walker
+from gait_lab.laboratory import Laboratory
+from gait_lab.trial_files import write_csv_forces, write_csv_markers
+
+from afo_sim.common import InputError, with_code
+from afo_sim.gait_lab import Choices, import_gait, read_options
+
+WALKER = Walker()
+PERIOD = WALKER.stride_time
+FULL = Laboratory(seconds=3.2 * PERIOD)
+
+
+def files(folder: pathlib.Path, lab: Laboratory) -> list[pathlib.Path]:
+    return [
+        write_csv_markers(folder / "markers.csv", lab.time, lab.markers(SET)),
+        write_csv_forces(folder / "forces.csv", lab.plates()),
+    ]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> np.ndarray:
+    """The ankle moment of the same walk in a recording of three strides [N·m/kg]."""
+    folder = tmp_path_factory.mktemp("whole")
+    return import_gait(files(folder, FULL), Choices(mass=WALKER.mass)).cycle.ankle_moment
+
+
+@pytest.mark.parametrize("length", [1.0, 1.05, 1.1, 1.2, 1.3])
+@pytest.mark.parametrize("begun", np.arange(0.0, 1.0, 0.05)[:: size(4, 1)])
+def test_a_trimmed_recording_gives_the_same_walk(
+    tmp_path: pathlib.Path, whole: np.ndarray, length: float, begun: float
+) -> None:
+    lab = dataclasses.replace(FULL, seconds=length * PERIOD, began=0.5 + begun * PERIOD)
+    trial = files(tmp_path, lab)
+    choices = dataclasses.replace(read_options({}), walker="healthy")  # no side is asked for
+    found = import_gait(trial, choices)
+    assert found.mass.mass == pytest.approx(WALKER.mass, rel=0.02)
+    assert found.cycle.stride_time == pytest.approx(PERIOD, rel=0.01)
+    error = found.cycle.ankle_moment - whole
+    assert np.sqrt(np.mean(error**2)) < 0.05
+    assert import_gait(trial, dataclasses.replace(choices, mass=WALKER.mass)).mass.how == "given"
+
+
+def test_the_other_side_is_taken_of_a_healthy_walker_and_said_and_of_no_other(tmp_path: pathlib.Path) -> None:
+    trial = files(tmp_path, FULL)
+    left = [plate for plate in FULL.plates() if plate.name == "l"]
+    write_csv_forces(trial[1], left)
+    either = dataclasses.replace(read_options({}), mass=WALKER.mass)
+    found = import_gait(trial, dataclasses.replace(either, walker="healthy"))
+    assert found.cycle.side == "left" and with_code(found.warnings, "other-side-taken")
+    for asked in (dataclasses.replace(either, walker="patient"), Choices(mass=WALKER.mass, walker="healthy")):
+        with pytest.raises(InputError, match="side = 'right'"):
+            import_gait(trial, asked)
+
+
+def test_one_cycle_of_each_side_is_refused(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(InputError, match="import_sides"):
+        import_gait(files(tmp_path, FULL), Choices(each=True))
