@@ -52,6 +52,11 @@ class Notice(str):
         ours, theirs = (one.data.get("beyond", 0.0) for one in (self, other))
         return (self.code, self.subject) == (other.code, other.subject) and ours <= 1.02 * theirs
 
+    def without_key(self) -> Self:
+        """The same for who reads and types nothing: without what the data name as its `key`."""
+        data = dict(self.data) | {"key": ""} if "key" in self.data else self.data
+        return type(self)(self.code, self._text, subject=self.subject, severity=self.severity, **data)
+
     def with_severity(self, severity: Severity) -> Self:
         """The same notice, taken more or less seriously."""
         return type(self)(self.code, self._text, subject=self.subject, severity=severity, **self.data)

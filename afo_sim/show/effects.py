@@ -126,7 +126,7 @@ def of_report(runs: Sequence[RunView]) -> list[_EffectsTable]:
 
 
 def change(effect: Effect) -> str:
-    """A step in words, as "dorsiflexor link_length 11.2 → 10.7 cm"."""
+    """A step in words, as "dorsiflexor link length 11.2 → 10.7 cm"."""
     return f"{effect.name} {_values(effect)}" + (f" ({_MEASURE})" if effect.assumed else "")
 
 

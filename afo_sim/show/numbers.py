@@ -165,14 +165,14 @@ def doubts(
     slap = metrics.get("foot_slap_velocity")
     recorded = (scenario.get("ground") or {}).get("mode") != "contact"
     if recorded and slap is not None and slap.value > _SLAPS:
-        words = (
-            "no floor stops the foot ({slap:.0f} °/s): believe swing, not landing (--set ground.mode=contact)"
-        )
-        found.append(Notice("no-floor", words, subject="foot_slap_velocity", slap=slap.value))
+        words = "no floor stops the foot ({slap:.0f} °/s): believe swing, not landing{key}"
+        key = " (--set ground.mode=contact)"
+        found.append(Notice("no-floor", words, subject="foot_slap_velocity", slap=slap.value, key=key))
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
-        words = "how far the cuff gives is assumed ({subject}) and decides: run half and double"
-        found.append(Notice("cuff-assumed", words, subject="orthosis.anchor.shank"))
+        words = "the cuff's compliance is assumed{key} and decides: run half and double"
+        subject = "orthosis.anchor.shank"
+        found.append(Notice("cuff-assumed", words, subject=subject, key=f" ({subject})"))
     return [*found, *_of_muscles(scenario)]
 
 
@@ -221,10 +221,11 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
     if abs(cycle.body_mass / mass - 1.0) > _SAME_MASS:
         words = (
             "the recorded walker weighs {walker:.1f} kg, the patient {patient:g} kg: force and moment "
-            "are scaled to the patient ({subject})"
+            "are scaled to the patient{key}"
         )
         subject, walker = "patient.body_mass", cycle.body_mass
-        found.append(Notice("walker-mass", words, subject=subject, walker=walker, patient=mass))
+        data: dict[str, Any] = {"walker": walker, "patient": mass, "key": f" ({subject})"}
+        found.append(Notice("walker-mass", words, subject=subject, **data))
     return [*found, *_of_height(cycle, scenario), *_of_own_walk(scenario)]
 
 
@@ -238,10 +239,10 @@ def _of_own_walk(scenario: Mapping[str, Any]) -> list[Notice]:
         keys.append("patient.spasticity")
     words = (
         "the recorded walk is the patient's own, without the device: the muscles give what they gave, and no "
-        "torque that the patient lacks is known{unused}"
+        "torque that the patient lacks is known{key}"
     )
-    unused = f"; not applied: {', '.join(keys)}" if keys else ""
-    return [Notice("own-walk", words, subject="gait.walker", unused=unused, keys=keys)]
+    key = f"; not applied: {', '.join(keys)}" if keys else ""
+    return [Notice("own-walk", words, subject="gait.walker", key=key, keys=keys)]
 
 
 def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
@@ -251,13 +252,15 @@ def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
     known = bool(cycle.body_height)
     is_tall = "is {walker:.2f} m tall" if known else "is of unknown height, {walker:.2f} m is assumed"
     if abs(trial / height - 1.0) > _SAME_HEIGHT:
-        end = f"{is_tall}: the stride is scaled to the patient's {{patient:.2f}} m ({{subject}})"
+        end = f"{is_tall}: the stride is scaled to the patient's {{patient:.2f}} m{{key}}"
     elif cycle.body_height:
         return []
     else:
         end = f"{is_tall}, the leg's"
     words, subject = f"the recorded walker {end}", "patient.body_height"
-    return [Notice("walker-height", words, subject=subject, walker=trial, patient=height)]
+    return [
+        Notice("walker-height", words, subject=subject, walker=trial, patient=height, key=f" ({subject})")
+    ]
 
 
 def _walked(metrics: Mapping[str, Metric], strides: Mapping[int, Mapping[str, Metric]]) -> str:

@@ -348,7 +348,7 @@ def _notes(runs: Sequence[RunView]) -> Iterator[tuple[RunView | None, list[tuple
     told = []
     for recording in (run.recording for run in runs):
         found = doubts(recording.scenario, recording.metrics, recording.strides)
-        told.append([*found, *of_walker(recording.scenario)])
+        told.append([note.without_key() for note in (*found, *of_walker(recording.scenario))])
     common = [note for note in told[0] if len(runs) > 1 and all(note in others for others in told)]
     own = [[note for note in notes if note not in common] for notes in told]
     for run, notes in [(None, common), *zip(runs, own, strict=True)]:

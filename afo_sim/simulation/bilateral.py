@@ -14,7 +14,7 @@ from afo_sim.gait import TwoSides
 from afo_sim.metrics import Metric
 from afo_sim.model import person_of, persons_stride, stride_time_of, why_walked
 from afo_sim.simulation.bilateral_air import SIDES, Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
-from afo_sim.simulation.bilateral_sides import at_one_pace, other_side, paced, sides_of
+from afo_sim.simulation.bilateral_sides import at_one_pace, copied, other_side, paced, sides_of
 from afo_sim.simulation.display_hooks import shown
 from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
@@ -242,7 +242,7 @@ def laid_together(
 ) -> Both:
     """Two legs' runs as those of one person; `pair` are their scenarios."""
     legs: dict[Side, Recording] = {"right": right, "left": left}
-    warnings = (*_named(legs), *_doubts(*pair))
+    warnings = (*_named(legs), *_doubts(*pair), *copied(pair, affected))
     phase = np.empty(0)
     flow: dict[str, np.ndarray] = {}
     numbers: dict[str, Metric] = {}

@@ -9,7 +9,7 @@ from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.description import Scenario, Side, load
 from afo_sim.gait import GaitCycle, TwoSides, asymmetry
 from afo_sim.metrics import INTERNAL
-from afo_sim.model import as_recorded, person_of, persons_stride, stride_time_of
+from afo_sim.model import as_recorded, person_of, persons_stride, stride_time_of, walker_of
 from afo_sim.simulation.bilateral_air import SIDES, Cycle
 
 PACES = 0.05  # share by which stride times of two sides of one walk may differ, assumed [-]
@@ -49,6 +49,19 @@ def paced(pair: Sequence[Scenario]) -> list[Notice]:
             data = {"recorded": persons_stride(own).stride_time, "walked": own.gait.stride_time}
             found.append(Notice("leg-paced", text, subject=side, severity="note", **data))
     return found
+
+
+def copied(pair: Sequence[Scenario], affected: Side | None) -> list[Notice]:
+    """A warning where a patient's other side has no recording and walks as the affected one's."""
+    cycles = [scenario.gait.cycle for scenario in pair if scenario.gait]
+    if affected is None or len(cycles) < 2 or cycles[0] != cycles[1] or walker_of(pair[0]) != "patient":
+        return []
+    other = SIDES[1 - SIDES.index(affected)]
+    text = (
+        "the {subject} side has no recording of its own and walks as the affected side's shows it: what "
+        "differs between the sides is the device alone (gait import --side each records both)"
+    )
+    return [Notice("side-copied", text, subject=other)]
 
 
 def sides_of(cycles: Mapping[Side, Cycle], pair: Sequence[Scenario]) -> dict[str, list[TwoSides]]:

@@ -130,7 +130,7 @@ def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Step]:
         link = _Amount(f"{at}.link_length", group.link_length, "m", "cm")
         slack = _Amount(f"{at}.slack", group.slack, "m", "cm")
         loose = group.link_length < LINK <= group.slack  # both act alike: one of them is stepped
-        yield from _added(f"{name} slack" if loose else f"{name} link_length", slack if loose else link, LINK)
+        yield from _added(f"{name} slack" if loose else f"{name} link length", slack if loose else link, LINK)
     for count in (group.count - 1, group.count + 1):
         yield Step(f"{name} count", f"{group.count}", f"{count}", {f"{at}.count": count})
     reason = f"no air enters {name}, and its muscles hang through all along"

@@ -505,7 +505,7 @@ def test_what_the_terminal_notes_stands_in_the_report(compared: str) -> None:
     """A derived path, a foot that slaps, a cuff that is assumed: each beside the run that it is of."""
     text = Reader(compared).text
     assert text.count("path of this gait is derived") == 1  # of both runs
-    assert "How far the cuff gives is assumed" in text
+    assert "cuff's compliance is assumed" in text
     assert "believe swing" in text
 
 

@@ -16,6 +16,7 @@ from afo_sim.common import Notice, with_code
 from afo_sim.gait import asymmetry, file
 from afo_sim.gait_lab import Choices, import_sides
 from afo_sim.simulation import Both, described
+from afo_sim.simulation.bilateral_sides import copied
 
 WALK = "walk-dropfoot-afo"
 
@@ -99,6 +100,13 @@ def test_paces_are_noted_and_exchanged_sides_warned_of(sides: dict[str, pathlib.
     assert note.subject == "left" and note.data["walked"] == pytest.approx(legs.cycle)
     found = afo.both(WALK, **given({"right": sides["left"], "left": sides["right"]}, "left"))
     assert with_code([each for each in found.warnings if isinstance(each, Notice)], "legs-exchanged")
+
+
+def test_one_recording_for_both_sides_of_a_patient_is_warned_of(sides: dict[str, pathlib.Path]) -> None:
+    one = dict.fromkeys(sides, sides["right"])
+    for recorded, others in ((one, ["left"]), (sides, [])):
+        pair = described(WALK, None, **given(recorded, "right"))
+        assert [warning.subject for warning in copied(pair, "right")] == others
 
 
 @pytest.mark.parametrize(

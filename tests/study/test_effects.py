@@ -43,7 +43,7 @@ def step(found: Effects, name: str, after: str) -> Effect:
     ("name", "after"),
     [
         ("supply pressure", "3.5 bar"),
-        ("dorsiflexor link_length", "10.7 cm"),
+        ("dorsiflexor link length", "10.7 cm"),
         ("dorsiflexor count", "4"),
         ("dorsiflexor insertion forward, link to match", "5.5 cm"),
         ("dorsiflexor outlet opens", "0.1"),
@@ -80,7 +80,7 @@ def test_what_is_told_to_have_an_effect_changes_something_else_is_told(found: Ef
         else:
             assert effect.reason and not effect.differences and not effect.helps
     dead = {e.name for e in found.ranked if e.status == "run" and not any(e.differences.values())}
-    assert dead <= {"plantarflexor link_length"}  # its muscles hang through, whatever their link
+    assert dead <= {"plantarflexor link length"}  # its muscles hang through, whatever their link
 
 
 def _partner(found: Effects, effect: Effect) -> Effect:
@@ -91,7 +91,7 @@ def test_idle_muscles_go_last_and_their_valves_are_told_to_be_without_air(found:
     names = [effect.name for effect in found.ranked if effect.status == "run" and effect.noticed]
     assert all(name.startswith("plantarflexor count") for name in names if name.startswith("plantar"))
     assert step(found, "plantarflexor tube volume", "6 ml").status == "no air"
-    assert {"plantarflexor tube volume", "plantarflexor link_length"} <= set(found.idle)
+    assert {"plantarflexor tube volume", "plantarflexor link length"} <= set(found.idle)
     assert not set(found.idle) & {effect.name for effect in found.helping}
 
 
@@ -105,8 +105,8 @@ def test_a_chamber_that_is_filled_has_no_idle_valves() -> None:
 def test_nature_s_signs(found: Effects) -> None:
     """A tighter link, a stiffer cuff and more air lift the toe, and hold push-off back more."""
     for name, after, sign in (
-        ("dorsiflexor link_length", "10.7 cm", 1),
-        ("dorsiflexor link_length", "11.7 cm", -1),
+        ("dorsiflexor link length", "10.7 cm", 1),
+        ("dorsiflexor link length", "11.7 cm", -1),
         ("cuff stiffness", "8 kN/m", 1),
         ("supply pressure", "3.5 bar", -1),
     ):

@@ -47,7 +47,7 @@ def test_every_step_that_is_offered_changes_the_description(scenario: str) -> No
 
 def test_a_step_up_and_a_step_down_stand_together() -> None:
     found = steps(walk())
-    assert [(step.before, step.after) for step in named(found, "dorsiflexor link_length")] == [
+    assert [(step.before, step.after) for step in named(found, "dorsiflexor link length")] == [
         ("11.2 cm", "10.7 cm"),
         ("11.2 cm", "11.7 cm"),
     ]
@@ -157,7 +157,7 @@ def test_what_is_not_described_is_not_offered() -> None:
 def test_slack_is_told_where_the_link_cannot_be_shortened() -> None:
     sets = {"orthosis.muscle.dorsiflexor.link_length": "0 cm", "orthosis.muscle.dorsiflexor.slack": "11.2 cm"}
     names = {step.name for step in steps(walk(**sets))}
-    assert "dorsiflexor slack" in names and "dorsiflexor link_length" not in names
+    assert "dorsiflexor slack" in names and "dorsiflexor link length" not in names
 
 
 def test_a_cuff_that_stiffens_has_its_force_scaled() -> None:

@@ -302,11 +302,11 @@ def _scaled(done: Evidence) -> Iterator[Check]:
     check = Check("plates alike", f"{100 * ratio:+.0f} %, {low} of {high}", f"{100 * _LIKE:.0f} %")
     if abs(ratio) > _LIKE and not bad:
         text = (
-            "plate {subject} carries {percent:+.0f} % of what plate {other} does when a foot stands "
-            "alone on it (limit {limit:.0f} %): one of them is scaled, and its moments by as much; a "
-            "typed mass says which"
+            "plate {subject} carries {percent:.0f} % less than plate {other} when a foot stands alone on "
+            "it (limit {limit:.0f} %): one of them is scaled, and its moments by as much, or a cane or a "
+            "rail carries the rest; a typed mass says which"
         )
-        unlike: dict[str, Any] = {"percent": 100.0 * ratio, "other": high, "limit": 100.0 * _LIKE}
+        unlike: dict[str, Any] = {"percent": -100.0 * ratio, "other": high, "limit": 100.0 * _LIKE}
         check = replace(check, notice=Notice("plates-unlike", text, subject=low, **unlike))
     yield check
 
