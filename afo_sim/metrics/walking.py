@@ -135,9 +135,10 @@ def _without_event(totals: dict[str, Metric]) -> Iterator[Notice]:
         if share is not None and share.value > 0.0:
             yield Notice(
                 "no-swing-minimum",
-                "{subject}: {share:.0f} % of the swings have no minimum while the foot is fast; there it is "
-                "the height at the ankle's greatest speed",
+                "{point} clearance: {share:.0f} % of the swings have no minimum while the foot is fast; "
+                "there it is the height at the ankle's greatest speed",
                 subject=f"{point}_clearance",
+                point=point,
                 share=share.value,
             )
 

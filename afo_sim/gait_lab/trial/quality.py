@@ -42,6 +42,8 @@ _INSIDE = 0.04  # from the other foot's events to what surely is single support 
 _LENGTHS = 0.04  # of segments, standing to walking: skin moves markers by 1 to 2 cm of 40 (assumed)
 _RIGID = 0.01  # deviation of two markers' distance that are of one segment (assumed) [m]
 _LONG = 0.15  # distance of two markers that shows a size [m]
+_PUSH_OFF = 1.1 * GRAVITY  # upward force over body mass at push-off (assumed) [N/kg]
+_ROLLS = 0.35  # speed of the pressure along the foot in stance (assumed) [m/s]
 _BMI = (13.0, 50.0)  # body mass over squared height, thin children to the heaviest [kg/m²]
 
 
@@ -175,41 +177,45 @@ def _stop(time: np.ndarray, way: np.ndarray, at: float, sign: int) -> float:
     return float(time[moving[-1 if sign < 0 else 0]] - at) if len(moving) else np.nan
 
 
+def _doubted(check: Check, wrong: bool, code: str, text: str, subject: str = "", **data: Any) -> Check:
+    """The check, with its notice where something is wrong."""
+    return replace(check, notice=Notice(code, text, subject=subject, **data)) if wrong else check
+
+
 def _landing(side: str, step: _Steps | None) -> Check:
     fault = f"pressure along the walk ({side})"
     if step is None or not np.isfinite(step.landing):
         return Check(fault, needs="a heel that lands first, whole on a plate, and its two markers")
     low, high = (1e3 * share * step.length for share in _LANDING)
-    found, middle = 1e3 * step.landing * step.length, 1e3 * _USUAL * step.length
-    limit = f"{low:.0f} to {high:.0f} mm"
-    check = Check(fault, f"lands {found:.0f} mm ahead of the heel's marker", limit)
+    found, off = 1e3 * step.landing * step.length, 1e3 * (step.landing - _USUAL) * step.length
+    check = Check(fault, f"lands {found:.0f} mm ahead of the heel's marker", f"{low:.0f} to {high:.0f} mm")
     back = step.landing < _BOTH_BACK[0] and step.leaving < _BOTH_BACK[1]
-    if low <= found <= high and not back:
-        return check
     text = (
-        "the {subject} foot's pressure is shifted along the walk by about {off_mm:+.0f} mm (±15): it "
-        "lands {found_mm:.0f} mm ahead of the heel's marker, {low_mm:.0f} to {high_mm:.0f} mm are "
-        "usual; the moment at push-off is off by about {moment:.2f} N·m/kg (force times shift)"
+        "the {subject} foot's pressure is shifted along the walk by about {off:+.0f} mm (±15): it lands "
+        "{found:.0f} mm ahead of the heel's marker, {low:.0f} to {high:.0f} mm are usual; the moment at "
+        "push-off is off by about {moment:.2f} N·m/kg (force times shift)"
     )
-    data: dict[str, Any] = {"off_mm": found - middle, "found_mm": found, "low_mm": low, "high_mm": high}
-    data["moment"] = 1.1 * GRAVITY * abs(found - middle) * 1e-3
-    return replace(check, notice=Notice("pressure-shifted", text, subject=side, **data))
+    data: dict[str, Any] = {
+        "off": off,
+        "found": found,
+        "low": low,
+        "high": high,
+        "moment": _PUSH_OFF * abs(off) * 1e-3,
+    }
+    return _doubted(check, back or not low <= found <= high, "pressure-shifted", text, side, **data)
 
 
 def _aside(steps: Mapping[str, _Steps | None]) -> Check:
     fault, known = "pressure sideways", [step.aside for step in steps.values() if step is not None]
     if len(known) < 2:
         return Check(fault, needs="both feet whole on plates, with heel and toe markers")
-    off = float(np.mean(known))
-    check = Check(fault, f"{1e3 * off:+.0f} mm to the right of both feet", f"±{1e3 * _ASIDE:.0f} mm")
-    if abs(off) <= _ASIDE:
-        return check
+    off, limit = 1e3 * float(np.mean(known)), 1e3 * _ASIDE
+    check = Check(fault, f"{off:+.0f} mm to the right of both feet", f"±{limit:.0f} mm")
     text = (
-        "the plates' pressure lies {off_mm:+.0f} mm to the right of both feet (limit {limit_mm:.0f} "
-        "mm): plates and cameras disagree sideways; the sagittal moment is not changed by that"
+        "the plates' pressure lies {off:+.0f} mm to the right of both feet (limit {limit:.0f} mm): plates "
+        "and cameras disagree sideways; the sagittal moment is not changed by that"
     )
-    notice = Notice("pressure-aside", text, off_mm=1e3 * off, limit_mm=1e3 * _ASIDE)
-    return replace(check, notice=notice)
+    return _doubted(check, abs(off) > limit, "pressure-aside", text, off=off, limit=limit)
 
 
 def _late(steps: Mapping[str, _Steps | None]) -> Check:
@@ -217,23 +223,17 @@ def _late(steps: Mapping[str, _Steps | None]) -> Check:
     known = [step.moved for step in steps.values() if step is not None and np.isfinite(step.moved)]
     if not known:
         return Check(fault, needs="a foot whole on a plate, with markers on heel and metatarsal heads")
-    late = -_BEFORE - float(np.mean(known))
-    check = Check(fault, f"{1e3 * late:+.0f} ms after the foot", f"±{1e3 * _LATE:.0f} ms")
-    if abs(late) <= _LATE:
-        return check
+    late, limit = 1e3 * (-_BEFORE - float(np.mean(known))), 1e3 * _LATE
+    check = Check(fault, f"{late:+.0f} ms after the foot", f"±{limit:.0f} ms")
     text = (
-        "the force is about {late_ms:.0f} ms {order} by when heel and toe stop and start (limit "
-        "{limit_ms:.0f} ms); the pressure under the foot moves by some {way_mm:.0f} mm, the moment at "
-        "push-off by {moment:.2f} N·m/kg"
+        "the force is about {late:.0f} ms {order} by when heel and toe stop and start (limit {limit:.0f} "
+        "ms); the pressure under the foot moves by some {way:.0f} mm, the moment at push-off by "
+        "{moment:.2f} N·m/kg"
     )
-    way = 0.35 * abs(late)  # of the pressure along the foot in stance [m]
-    data: dict[str, Any] = {
-        "late_ms": 1e3 * abs(late),
-        "order": "late" if late > 0.0 else "early",
-        "limit_ms": 1e3 * _LATE,
-    }
-    notice = Notice("force-late", text, **data, way_mm=1e3 * way, moment=1.1 * GRAVITY * way)
-    return replace(check, notice=notice)
+    way = _ROLLS * abs(late)
+    sizes: dict[str, Any] = {"late": abs(late), "limit": limit, "way": way, "moment": _PUSH_OFF * 1e-3 * way}
+    order = "late" if late > 0.0 else "early"
+    return _doubted(check, abs(late) > limit, "force-late", text, order=order, **sizes)
 
 
 def _clipped(done: Evidence) -> Iterator[Check]:
@@ -245,22 +245,14 @@ def _clipped(done: Evidence) -> Iterator[Check]:
         edges = np.flatnonzero(np.diff(np.r_[False, top, False].astype(int)))
         most = int(max(edges[1::2] - edges[::2]))
         lasts = (most - 1) * float(time[1] - time[0])
-        check = Check(
-            f"clipped (plate {name})", f"{1e3 * lasts:.0f} ms at the peak", f"{1e3 * _FLAT_TIME:.0f} ms"
-        )
-        if most < 5 or lasts <= _FLAT_TIME:
-            yield check
-            continue
+        found, limit = 1e3 * lasts, 1e3 * _FLAT_TIME
+        check = Check(f"clipped (plate {name})", f"{found:.0f} ms at the peak", f"{limit:.0f} ms")
         text = (
-            "plate {subject} is clipped: it reads {force:.0f} N for {lasts_ms:.0f} ms on end (limit "
-            "{limit_ms:.0f} ms); what is cut off is not known, so the peak moment is too small"
+            "plate {subject} is clipped: it reads {force:.0f} N for {lasts:.0f} ms on end (limit "
+            "{limit:.0f} ms); what is cut off is not known, so the peak moment is too small"
         )
-        data: dict[str, Any] = {
-            "force": float(force.max()),
-            "lasts_ms": 1e3 * lasts,
-            "limit_ms": 1e3 * _FLAT_TIME,
-        }
-        yield replace(check, notice=Notice("plate-clipped", text, subject=name, **data))
+        wrong, data = most >= 5 and found > limit, {"force": float(force.max()), "lasts": found}
+        yield _doubted(check, wrong, "plate-clipped", text, name, limit=limit, **data)
 
 
 def _scaled(done: Evidence) -> Iterator[Check]:
@@ -272,43 +264,32 @@ def _scaled(done: Evidence) -> Iterator[Check]:
     masses = {name: float(np.median(each)) for name, each in found.items()}
     typed = done.mass.mass if done.mass.how == "given" else None
     off = {name: 100.0 * (mass / typed - 1.0) for name, mass in masses.items()} if typed else {}
-    bad = [name for name in off if abs(off[name]) > 100.0 * _TRUE]
-    if typed and masses:
-        for name in masses:
-            check = Check(
-                f"scale (plate {name})", f"{off[name]:+.0f} % of the stated mass", f"±{100 * _TRUE:.0f} %"
-            )
-            text = (
-                "plate {subject} is scaled by about {percent:+.0f} %: alone it carries {carried:.1f} kg"
-                " of the stated {mass:.1f} kg (limit {limit:.0f} %); its moments are off by as much"
-            )
-            data: dict[str, Any] = {
-                "percent": off[name],
-                "carried": masses[name],
-                "mass": typed,
-                "limit": 100.0 * _TRUE,
-            }
-            notice = Notice("plate-scaled", text, subject=name, **data) if name in bad else None
-            yield replace(check, notice=notice)
-    else:
-        yield Check(
-            "scale of each plate", needs="a typed mass, the pelvis' markers, one foot alone on a plate"
+    wrong = {name: abs(each) > 100.0 * _TRUE for name, each in off.items()}
+    if not off:
+        needs = "a typed mass, the pelvis' markers, one foot alone on a plate"
+        yield Check("scale of each plate", needs=needs)
+    for name, each in off.items():
+        limit = 100.0 * _TRUE
+        check = Check(f"scale (plate {name})", f"{each:+.0f} % of the stated mass", f"±{limit:.0f} %")
+        text = (
+            "plate {subject} is scaled by about {percent:+.0f} %: alone it carries {carried:.1f} kg of the "
+            "stated {mass:.1f} kg (limit {limit:.0f} %); its moments are off by as much"
         )
+        data = {"percent": each, "carried": masses[name], "mass": typed, "limit": limit}
+        yield _doubted(check, wrong[name], "plate-scaled", text, name, **data)
     if len(masses) < 2:
         yield Check("plates alike", needs="each foot alone on a plate of its own, and the pelvis' markers")
         return
     low, high = min(masses, key=masses.__getitem__), max(masses, key=masses.__getitem__)
-    ratio = masses[low] / masses[high] - 1.0
-    check = Check("plates alike", f"{100 * ratio:+.0f} %, {low} of {high}", f"{100 * _LIKE:.0f} %")
-    if abs(ratio) > _LIKE and not bad:
-        text = (
-            "plate {subject} carries {percent:.0f} % less than plate {other} when a foot stands alone on "
-            "it (limit {limit:.0f} %): one of them is scaled, and its moments by as much, or a cane or a "
-            "rail carries the rest; a typed mass says which"
-        )
-        unlike: dict[str, Any] = {"percent": -100.0 * ratio, "other": high, "limit": 100.0 * _LIKE}
-        check = replace(check, notice=Notice("plates-unlike", text, subject=low, **unlike))
-    yield check
+    less, limit = 100.0 * (1.0 - masses[low] / masses[high]), 100.0 * _LIKE
+    check = Check("plates alike", f"{low} {less:.0f} % less than {high}", f"{limit:.0f} %")
+    text = (
+        "plate {subject} carries {percent:.0f} % less than plate {other} when a foot stands alone on it "
+        "(limit {limit:.0f} %): one of them is scaled, and its moments by as much, or a cane or a rail "
+        "carries the rest; a typed mass says which"
+    )
+    one = less > limit and not any(wrong.values())
+    yield _doubted(check, one, "plates-unlike", text, low, percent=less, other=high, limit=limit)
 
 
 def _carried(done: Evidence, side: str, ground: GroundForce) -> Iterator[tuple[str, float]]:
@@ -342,7 +323,7 @@ def _standing(done: Evidence) -> Iterator[Check]:
         yield Check("standing trial", needs="somebody who stands still in it")
         return
     names = sorted(name for name in pose if name in walk.positions and np.isfinite(pose[name]).all())
-    ratios, boxes = [], []
+    ratios = []
     for k, one in enumerate(names):
         for other in names[k + 1 :]:
             apart = np.linalg.norm(walk.positions[one] - walk.positions[other], axis=1)
@@ -352,28 +333,24 @@ def _standing(done: Evidence) -> Iterator[Check]:
     if not ratios:
         yield Check("standing trial", needs="markers that it shares with the walk")
         return
-    off = float(np.median(ratios))
-    check = Check("standing trial", f"{100 * off:+.1f} % of the walker's size", f"±{100 * _LENGTHS:.0f} %")
-    if abs(off) > _LENGTHS:
-        text = (
-            "the standing trial is another person's: its segments are {percent:+.0f} % longer than the "
-            "walker's (limit {limit:.0f} %), and the ankle's place and lever with them"
-        )
-        check = replace(
-            check, notice=Notice("standing-stranger", text, percent=100 * off, limit=100 * _LENGTHS)
-        )
-    yield check
-    boxes = [_handed(done, {n: p[None] for n, p in pose.items()}), _handed(done, walk.positions)]
-    if not all(boxes):
+    off, limit = 100.0 * float(np.median(ratios)), 100.0 * _LENGTHS
+    check = Check("standing trial", f"{off:+.1f} % of the walker's size", f"±{limit:.0f} %")
+    text = (
+        "the standing trial is another person's: its segments are {percent:+.0f} % longer than the "
+        "walker's (limit {limit:.0f} %), and the ankle's place and lever with them"
+    )
+    yield _doubted(check, abs(off) > limit, "standing-stranger", text, percent=off, limit=limit)
+    signs = [_handed(done, {n: p[None] for n, p in pose.items()}), _handed(done, walk.positions)]
+    if not all(signs):
         yield Check("standing mirrored", needs="heel, toe, ankle and knee of both legs in both trials")
         return
-    mirrored = boxes[0] * boxes[1] < 0.0
+    mirrored = signs[0] * signs[1] < 0.0
     text = (
-        "the standing trial is mirrored: its right side is the walk's left; centres lie on the wrong "
-        "side of their markers"
+        "the standing trial is mirrored: its right side is the walk's left; centres lie on the wrong side "
+        "of their markers"
     )
-    notice = Notice("standing-mirrored", text) if mirrored else None
-    yield Check("standing mirrored", "other hand" if mirrored else "same hand", "same hand", notice=notice)
+    check = Check("standing mirrored", "other hand" if mirrored else "same hand", "same hand")
+    yield _doubted(check, mirrored, "standing-mirrored", text)
 
 
 def _handed(done: Evidence, positions: Mapping[str, np.ndarray]) -> float:
@@ -399,11 +376,9 @@ def _bmi(done: Evidence) -> Check:
         return Check("mass against height", needs="a stated height")
     index = done.mass.mass / height**2
     check = Check("mass against height", f"{index:.0f} kg/m²", f"{_BMI[0]:.0f} to {_BMI[1]:.0f}")
-    if _BMI[0] <= index <= _BMI[1]:
-        return check
     text = (
-        "{mass:.1f} kg of {height:.2f} m are {index:.0f} kg/m², outside {low:.0f} to {high:.0f}: the "
-        "mass, the plates' unit or the height; the moment per mass is off as the mass is"
+        "{mass:.1f} kg of {height:.2f} m are {index:.0f} kg/m², outside {low:.0f} to {high:.0f}: the mass, "
+        "the plates' unit or the height; the moment per mass is off as the mass is"
     )
     data: dict[str, Any] = {
         "mass": done.mass.mass,
@@ -412,4 +387,4 @@ def _bmi(done: Evidence) -> Check:
         "low": _BMI[0],
         "high": _BMI[1],
     }
-    return replace(check, notice=Notice("mass-for-height", text, **data))
+    return _doubted(check, not _BMI[0] <= index <= _BMI[1], "mass-for-height", text, **data)
