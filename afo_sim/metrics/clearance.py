@@ -77,16 +77,19 @@ def clearances(stride: Stride) -> Found:
         yield f"{point}_clearance_to_recorded", 1e3 * (least - healthy)
         yield f"swings_without_{point}_event", 100.0 * (own is None)
         if point == "toe":
-            yield from _otherwise_extended(stride, at)
+            yield from _otherwise_extended(stride, at, own is not None)
     yield from _passing(stride)
 
 
-def _otherwise_extended(stride: Stride, at: float) -> Iterator[tuple[str, float]]:
-    """Toe clearance at other extensions of the toes, each at its own event, else at a phase."""
+def _otherwise_extended(stride: Stride, at: float, by_event: bool) -> Iterator[tuple[str, float]]:
+    """Toe clearance at other extensions of the toes, each at its own event, else at a phase.
+
+    Where the toe itself has no event, all are at its phase: another's event is another moment of the swing.
+    """
     for how in EXTENSIONS:
         column = f"sole/height_{how}"
         if column in stride.columns:
-            own = event(stride, column)
+            own = event(stride, column) if by_event else None
             yield f"toe_clearance_{how}", 1e3 * float(stride.at(column, at if own is None else own))
 
 

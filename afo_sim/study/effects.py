@@ -69,7 +69,7 @@ def beyond_limit(share: str, percent: float) -> Notice:
 class Effect:
     """One step of one parameter, and by how much the metrics differ from the walk as it is.
 
-    name : of the parameter, as "dorsiflexor link_length"
+    name : of the parameter, as "dorsiflexor link length"
     before, after : its value with its unit
     sets : what `--set` takes to make the step
     status : "run", or why it was not: no air enters the chamber, a limit forbids it, the description refuses
@@ -342,7 +342,7 @@ def effects(
     >>> found = effects("walk-dropfoot-afo", {"timestep": "4 ms"})
     >>> found.aim in ("lift", "heel", "push_off", "air", "spare"), found.base["toe_clearance"].unit
     (True, 'mm')
-    >>> shorter = [e for e in found.ranked if e.name == "dorsiflexor link_length" and e.after == "10.7 cm"]
+    >>> shorter = [e for e in found.ranked if e.name == "dorsiflexor link length" and e.after == "10.7 cm"]
     >>> shorter[0].differences["toe_clearance"] > 0.0  # [mm]
     True
     """

@@ -78,6 +78,17 @@ def test_without_an_event_the_ankles_greatest_speed_counts() -> None:
     assert any(w.startswith("toe clearance: 33 % of the swings") for w in one.warnings)
 
 
+def test_other_extensions_have_no_event_of_their_own_where_the_toe_has_none() -> None:
+    """A toe that is nowhere higher when it extends less does not clear by more."""
+    columns = walk_columns(4.2)
+    columns["sole/height"] = 0.1 * columns["gait/phase"]
+    bump = 0.05 - one_dip(columns, 0.90, 1.0)
+    columns["sole/height_less_extended"] = columns["sole/height"] - 0.006 * bump
+    found = values(columns)
+    assert found["swings_without_toe_event"] == 100.0
+    assert found["toe_clearance_less_extended"] == pytest.approx(found["toe_clearance"], abs=1e-6)
+
+
 @pytest.mark.parametrize("step", [1e-3, 2.3e-3, 3.1e-3])
 def test_the_greatest_speed_does_not_move_with_the_time_step(step: float) -> None:
     stride = strides(walk_columns(step=step), step, MASS)[1]
