@@ -55,7 +55,8 @@ def find_steps(
                 raise _with_other_foot(error, force, motions.keys() - {side}) from None
             notices.append(_unused_leg(side, error))
         try:
-            found = find_strides(motions[side], grounds.get(side))
+            other = motions.get("left" if side == "right" else "right")
+            found = find_strides(motions[side], grounds.get(side), other)
             straight = [stride for stride in found if _straight(stride, frame)]
             if not straight:
                 raise InputError(

@@ -66,13 +66,16 @@ class _Leg:
     beside: dict[PlateContact, str]  # those that begin with no heel strike of this foot, and why
 
 
-def find_strides(motion: LegMotion, ground: GroundForce | None) -> list[RecordedStride]:
+def find_strides(
+    motion: LegMotion, ground: GroundForce | None, other: LegMotion | None = None
+) -> list[RecordedStride]:
     """All strides of a leg, with ground force or without.
 
     A stride begins and ends with the beginning of a contact where the foot meets a plate. Elsewhere the
     kinematics show that there is a heel strike. Its time is that at which the leg's posture comes back to
     that of the nearest contact, or the kinematics' own if there is no contact. A recording without such a
-    stride, or with none that is loaded, is closed to one if it holds 95 % of a period.
+    stride, or with none that is loaded, is closed to one if it holds 95 % of a period; the other leg's motion
+    makes that period surer.
     """
     leg, why = _known(motion, ground)
     if leg.events.reach < STEP:
@@ -82,7 +85,7 @@ def find_strides(motion: LegMotion, ground: GroundForce | None) -> list[Recorded
     whole = [contact for contact in leg.contacts if contact not in leg.beside]
     if any(stride.loaded for stride in found) or (found and not whole):
         return found
-    closed = _closed_stride(motion, ground, whole, "; ".join(leg.beside.values()))
+    closed = _closed_stride(motion, ground, whole, other, "; ".join(leg.beside.values()))
     if found:
         starts = {stride.start for stride in found}
         lost = [_incomplete(contact, leg) for contact in whole if contact.start not in starts]
@@ -296,7 +299,11 @@ def _steps_without_motion(ground: GroundForce, own: Sequence[PlateContact]) -> l
 
 
 def _closed_stride(
-    motion: LegMotion, ground: GroundForce | None, contacts: Sequence[PlateContact], missing: str = ""
+    motion: LegMotion,
+    ground: GroundForce | None,
+    contacts: Sequence[PlateContact],
+    other: LegMotion | None,
+    missing: str,
 ) -> RecordedStride | str:
     """Close the longest part of the motion that was seen to a stride, or say why not."""
     seen = _longest_seen(motion)
@@ -305,7 +312,7 @@ def _closed_stride(
     starts = sorted(c.start for c in around if ground and begins(c, ground))
     period, how = period_by_force(starts, seen), FORCE
     if period is None:
-        found, how = period_by_motion(seen), "the leg's motion"
+        found, how = period_by_motion(seen, other), "the leg's motion"
         if isinstance(found, str):
             return found
         period = found
