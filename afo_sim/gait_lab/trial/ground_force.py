@@ -16,7 +16,7 @@ from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 EDGE = 20.0  # vertical force at which a contact begins and ends [N]
 _SURE = 50.0  # vertical force that a contact must reach, so that noise about the edge is none [N]
-_SHORTEST = 0.1  # contact that is a step [s]
+_SHORTEST = 0.1  # whole contact that is a step [s]
 _LEVEL = 0.01  # height of the plates that is none (assumed) [m]
 _UNDER_FOOT = (-0.25, 0.35)  # where the centre of pressure can be ahead of the same leg's ankle [m]
 
@@ -52,7 +52,7 @@ class GroundForce(Noted):
 
 
 def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[PlateContact]:
-    """Contacts in a plate's upward force [N]: above 20 N, reaching 50 N, for 0.1 s or longer."""
+    """Contacts in a plate's upward force [N]: above 20 N, reaching 50 N, for 0.1 s unless cut short."""
     above = force > EDGE
     edges = np.flatnonzero(np.diff(np.r_[False, above, False].astype(int)))
     found = []
@@ -60,7 +60,7 @@ def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[Plate
         whole = bool((first > 0 or force[first] < _SURE) and (stop < len(time) or force[stop - 1] < _SURE))
         start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
         end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])
-        if force[first:stop].max() > _SURE and end - start >= _SHORTEST:
+        if force[first:stop].max() > _SURE and (end - start >= _SHORTEST or not whole):
             found.append(PlateContact(plate, start, end, whole, own=True))
     return found
 
