@@ -239,8 +239,7 @@ class _Examination:
             if abs(closing) > limit:
                 unit = "deg" if angle else "m"
                 seen = f"ends {closing:+.3g} {unit} from where it began"
-                allowed = f"one whole stride, closing within {limit:g} {unit}; or the mean of several"
-                self._refuse(name, seen, allowed)
+                self._refuse(name, seen, f"one whole stride, closing within {limit:g} {unit}")
 
     def _angle_signs(self) -> None:
         cycle = self.cycle

@@ -64,15 +64,33 @@ def opened(degrees: float) -> GaitCycle:
     return changed(knee_angle=CYCLE.knee_angle + np.radians(degrees) * (CYCLE.phase - 0.5))
 
 
-def test_a_stride_that_hardly_comes_back_is_doubted_and_a_later_one_is_taken_before_it() -> None:
+def test_a_stride_that_hardly_comes_back_is_doubted() -> None:
     """CYCLE's own knee ends 0.05 deg beside its beginning at most."""
     (warning,) = (notice for notice in told(opened(6.4)) if notice.code == "stride-open")
     assert warning.subject == "knee angle" and warning.data["off"] == pytest.approx(6.4, abs=0.1)
-    strides: Any = [SimpleNamespace(side="right", start=float(k), loaded=True) for k in range(2)]
-    for second, taken, skipped in ((0.0, 1, 1), (7.0, 0, 0)):
-        chosen, _, notices = take_stride(strides, [opened(6.4), opened(second)], "known", Choices())
-        assert chosen == (taken,) and len(notices) == skipped
-        assert all(notice.data["start"] == 0.0 for notice in notices)
+
+
+TWO: Any = [SimpleNamespace(side="right", start=float(k), loaded=True) for k in range(2)]
+
+
+@pytest.mark.parametrize(
+    "first, second, taken, remedy", [(6.4, 0.0, 1, ""), (6.4, 5.5, 1, ""), (6.4, -7.0, 0, "--stride mean")]
+)
+def test_the_stride_that_closes_best_is_taken_and_a_mean_is_named_where_it_closes(
+    first: float, second: float, taken: int, remedy: str
+) -> None:
+    chosen, _, notices = take_stride(TWO, [opened(first), opened(second)], "known", Choices())
+    assert chosen == (taken,)
+    told = [notice.data["start"] for notice in notices if notice.code == "stride-not-taken"]
+    assert told == [float(1 - taken)]
+    assert [notice.subject for notice in notices if notice.code == "mean-closes"] == [remedy][: bool(remedy)]
+
+
+@pytest.mark.parametrize("second, named", [(-11.0, True), (12.0, False)])
+def test_a_refused_stride_names_a_mean_only_where_that_closes(second: float, named: bool) -> None:
+    with pytest.raises(InputError, match=r"ends .* deg from where it began") as refused:
+        take_stride(TWO, [opened(11.0), opened(second)], "known", Choices())
+    assert ("--stride mean" in refused.value.allowed) is named
 
 
 def test_a_stride_without_plates_is_not_doubted() -> None:

@@ -3,6 +3,7 @@
 import dataclasses
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -23,8 +24,8 @@ def take_stride(
 ) -> tuple[tuple[int, ...], GaitCycle, list[Notice]]:
     """The strides to take, their cycle, and why earlier ones are not taken.
 
-    The asked one, the mean, or the first that contradicts nothing and closes as usual; else the first that
-    contradicts nothing.
+    The asked one, the mean, or the first that contradicts nothing and closes as usual; else that of those
+    that contradict nothing which closes best.
     """
     loaded = require_loaded(strides, choices)
     if choices.mean or choices.both:
@@ -34,27 +35,53 @@ def take_stride(
     else:
         groups = [(k,) for k in loaded]
     refused: list[InputError] = []
-    fair: tuple[tuple[int, ...], GaitCycle, list[Notice]] | None = None
-    notices: list[Notice] = []
-    text = "{subject} stride from {start:.2f} s not taken: {problem}"
+    fair: dict[tuple[int, ...], GaitCycle] = {}
+    why: dict[tuple[int, ...], Notice] = {}
     for group in groups:
-        data: dict[str, Any] = {"subject": strides[group[0]].side, "start": strides[group[0]].start}
-        cycle = cycles[group[0]] if len(group) == 1 else mean_cycle([cycles[k] for k in group])[0]
-        cycle = replace(cycle, source=choices.source or source, licence=choices.licence)
         try:
-            examine(cycle, source)
+            cycle = _examined(group, cycles, source, choices)
         except InputError as error:
             refused.append(error)
-            notices.append(note("stride-not-taken", text, **data, problem=f"{error.field} {error.problem}"))
-            continue
-        if _open(cycle) <= CLOSING_USUAL:
-            return group, cycle, notices
-        fair = fair or (group, cycle, list(notices))
-        problem = f"it ends {_open(cycle):.1f} deg from where it began"
-        notices.append(note("stride-not-taken", text, **data, problem=problem))
-    if fair is None:
-        raise refused[0]
-    return fair
+            problem = f"{error.field} {error.problem}"
+        else:
+            if _open(cycle) <= CLOSING_USUAL:
+                return group, cycle, list(why.values())
+            fair[group] = cycle
+            problem = f"it ends {_open(cycle):.1f} deg from where it began"
+        text, first = "{subject} stride from {start:.2f} s not taken: {problem}", strides[group[0]]
+        why[group] = note("stride-not-taken", text, subject=first.side, start=first.start, problem=problem)
+    closing = _means_that_close(strides, cycles, source, choices)
+    if not fair:
+        raise refused[0].replaced(allowed="; ".join(filter(None, (refused[0].allowed, closing))))
+    taken = min(fair, key=lambda group: _open(fair[group]))
+    text = "a mean of strides closes within {limit:.0f} deg: {subject}"
+    remedy = [Notice("mean-closes", text, subject=closing, limit=CLOSING_USUAL)] if closing else []
+    return taken, fair[taken], [*(told for group, told in why.items() if group != taken), *remedy]
+
+
+def _examined(group: Sequence[int], cycles: Sequence[GaitCycle], source: str, choices: Choices) -> GaitCycle:
+    """The cycle of one stride or the mean of several; refused where it contradicts itself."""
+    cycle = cycles[group[0]] if len(group) == 1 else mean_cycle([cycles[k] for k in group])[0]
+    cycle = replace(cycle, source=choices.source or source, licence=choices.licence)
+    examine(cycle, source)
+    return cycle
+
+
+def _means_that_close(
+    strides: Sequence[RecordedStride], cycles: Sequence[GaitCycle], source: str, choices: Choices
+) -> str:
+    """Options whose mean contradicts nothing and closes as usual; a patient's legs have no mean."""
+    loaded = [k for k, stride in enumerate(strides) if stride.loaded]
+    own = [k for k in loaded if strides[k].side == choices.side]
+    asked = {"--stride mean": own} | (
+        {} if choices.walker == "patient" or own == loaded else {"--side both": loaded}
+    )
+    found = []
+    for option, group in asked.items():
+        with suppress(InputError):
+            if _open(_examined(group, cycles, source, choices)) <= CLOSING_USUAL:
+                found.append(option)
+    return " or ".join(found)
 
 
 def _open(cycle: GaitCycle) -> float:

@@ -117,8 +117,7 @@ def _closing(cycle: GaitCycle) -> list[Notice]:
     """Angles whose two ends are farther apart than usual: what is spread over the stride is half of it."""
     text = (
         "the {subject} ends {off:+.1f} deg from where it began (usual: {limit:.0f} deg); that is spread "
-        "evenly over the stride, so that its ends are off by half of it: the mean of several strides, or "
-        "another one, closes better"
+        "evenly over the stride, so that its ends are off by half of it"
     )
     return [
         Notice(
