@@ -70,6 +70,20 @@ def test_the_other_side_is_taken_of_a_healthy_walker_and_said_and_of_no_other(tm
             import_gait(trial, asked)
 
 
+def test_the_other_side_is_taken_where_a_leg_is_lost_but_not_with_markers_or_a_stride_of_that_side(
+    tmp_path: pathlib.Path,
+) -> None:
+    trial, markers = files(tmp_path, FULL), FULL.markers(SET)
+    unseen = (FULL.time % 1.0 > 0.4)[:, None]  # for 0.6 s of each second
+    lost = {n: np.where(unseen & (n[0] == "R" and n[1] in "LM"), np.nan, p) for n, p in markers.items()}
+    write_csv_markers(trial[0], FULL.time, lost)
+    either = dataclasses.replace(read_options({}), mass=WALKER.mass, walker="healthy")
+    assert import_gait(trial, either).cycle.side == "left"
+    for asked in ({"stride": 1}, {"markers": {"ankle": ("RLMAL", "RMMAL")}}):
+        with pytest.raises(InputError):
+            import_gait(trial, dataclasses.replace(either, **asked))
+
+
 def test_one_cycle_of_each_side_is_refused(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match="import_sides"):
         import_gait(files(tmp_path, FULL), Choices(each=True))

@@ -34,7 +34,7 @@ class Choices:
     """Choices for reading a trial; SI. A choice of None is found in the files, or refused."""
 
     side: str = "right"
-    either: bool = False  # the other side where that one has no stance on a plate; never of a patient
+    either: bool = False  # the other side where that one has no stride to take; never of a patient
     mass: float | None = None  # of the body [kg]; by default the file's, the model's, or the plates'
     height: float | None = None  # of the body [m]; by default the file's
     sole: float | None = None  # of what was worn, its thickness under the ankle [m]; no file states it

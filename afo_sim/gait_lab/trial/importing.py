@@ -87,7 +87,8 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
     try:
         return cut_cycle(trial, choices)
     except InputError as error:
-        if not choices.either or choices.walker != "healthy" or error.field != "side":
+        asked = choices.markers or choices.stride is not None  # of that side, whose they are
+        if not choices.either or choices.walker != "healthy" or asked:
             raise
         return _other_side(trial, choices, error)
 

@@ -130,6 +130,8 @@ def _steps(done: Evidence, side: str) -> _Steps | None:
         if not contact.whole or contact.start < time[0] or contact.end > time[-1]:
             continue
         flat = _during(time, contact, 0.25, 0.5)
+        if np.isnan(heel[flat] + toe[flat]).all():
+            continue  # a foot that was not seen on its plate
         behind, ahead = (np.nanmedian(way[flat], axis=0) for way in (heel, toe))
         along = (ahead - behind)[:2]
         length = float(np.linalg.norm(along))
