@@ -13,6 +13,7 @@ from .checks import RANGES as RANGES
 from .checks import SOLE_THICKNESS as SOLE_THICKNESS
 from .checks import STANCE_FORCE as STANCE_FORCE
 from .checks import STANCE_SHARE as STANCE_SHARE
+from .checks import closing_doubts as closing_doubts
 from .checks import closing_errors as closing_errors
 from .checks import examine as examine
 from .checks import findings as findings

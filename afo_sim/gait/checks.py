@@ -5,7 +5,7 @@ from typing import NoReturn, get_args
 
 import numpy as np
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Notice
 from afo_sim.gait.cycle import COLUMNS, GaitCycle, Walker
 from afo_sim.gait.flat_foot import USUAL
 
@@ -303,6 +303,20 @@ def closing_errors(cycle: GaitCycle) -> dict[str, float]:
     """End minus beginning of each signal that should return, by column, in its unit."""
     columns = ("shank_angle_deg", "knee_angle_deg", "ankle_angle_deg", "ankle_z_m")
     return {c: cycle.series[COLUMNS[c][0]].closing_error / COLUMNS[c][1] for c in columns}
+
+
+def closing_doubts(cycle: GaitCycle) -> list[Notice]:
+    """A warning for each angle [deg] whose two ends are farther apart than usual; of any cycle."""
+    text = (
+        "the {subject} ends {off:+.1f} deg from where it began (usual: {limit:.0f} deg); that is spread "
+        "evenly over the stride, so that its ends are off by half of it"
+    )
+    found = {name.removesuffix("_deg"): off for name, off in closing_errors(cycle).items() if "_deg" in name}
+    return [
+        Notice("stride-open", text, subject=name.replace("_", " "), off=off, limit=CLOSING_USUAL)
+        for name, off in found.items()
+        if abs(off) > CLOSING_USUAL
+    ]
 
 
 def findings(cycle: GaitCycle) -> list[tuple[str, str]]:

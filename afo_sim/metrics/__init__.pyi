@@ -1,6 +1,7 @@
 from .ankle import ankle_metrics as ankle_metrics
 from .ankle import rise_time as rise_time
 from .beside_strides import COMPARED as COMPARED
+from .beside_strides import TOUCHES as TOUCHES
 from .beside_strides import energy_metrics as energy_metrics
 from .beside_strides import reference_metrics as reference_metrics
 from .beside_strides import settling_metrics as settling_metrics

@@ -37,17 +37,24 @@ def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric
 
 
 COMPARED = "toe_clearance"  # of both walks
+TOUCHES = "swings_with_toe_contact"  # of the reference: a toe that passes high may touch earlier in swing
 
 
 @reported(
     CLEARANCE,
     ("reference_toe_clearance", "mm", "Toe clearance of the reference", "the same patient, otherwise shod"),
+    (
+        "reference_swings_with_toe_contact",
+        "percent",
+        "Swings of the reference in which the forefoot touches",
+        "the same patient, otherwise shod",
+    ),
     ("lift_over_reference", "mm", "Toe clearance less the reference's", "the same patient, otherwise shod"),
     of=Of.BESIDE,
     made_of=(COMPARED,),
 )
 def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Clearance of the reference walk, and how much higher this one's is.
+    """Clearance of the reference walk, whether its forefoot touches, and how much higher this one's toe is.
 
     Parameters
     ----------
@@ -59,6 +66,8 @@ def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]
         "reference_toe_clearance": float(reference[COMPARED]),
         "lift_over_reference": float(own[COMPARED]) - float(reference[COMPARED]),
     }
+    if TOUCHES in reference:
+        values[f"reference_{TOUCHES}"] = float(reference[TOUCHES])
     return {name: measured(name, value) for name, value in values.items()}
 
 

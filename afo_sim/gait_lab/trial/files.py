@@ -255,7 +255,7 @@ def _kind_of(file: pathlib.Path) -> str:
         if by_name or not file.exists():
             raise InputError(f"cannot be read: {error.strerror or error}", file=file) from None
         raise
-    if head[1:2] == b"\x50" and by_name in ("c3d", ""):
+    if head[1:2] == b"\x50" and by_name in ("c3d", "") and not head.startswith(b"\x89PNG"):
         return "c3d"
     text = head.replace(b"\0", b"").decode("latin-1").lower()
     if "<opensimdocument" in text or text.lstrip("ï»¿ \r\n\t").startswith("<?xml"):

@@ -211,9 +211,9 @@ def _examined(done: Imported) -> Imported:
     """With the checks for a laboratory's faults, in its notices and its cycle's notes."""
     seen = (done.legs, done.motions, done.grounds, done.frame, done.mass, done.trial)
     checks = examine(Evidence(done.cycle, *seen))
-    told = bool(with_code(done.notices, "clocks-apart"))  # the same, coarser, where it is large
+    apart = bool(with_code(done.notices, "clocks-apart"))  # the same, coarser, where it is large
     found = [check.notice for check in checks if check.notice is not None]
-    found = [notice for notice in found if not (told and notice.code == "force-late")]
+    found = [notice for notice in found if not (apart and notice.code == "force-late")]
     cycle = replace(done.cycle, notes={**done.cycle.notes, QUALITY: words(checks)})
     return replace(done, cycle=cycle, checks=checks, notices=(*done.notices, *found))
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from afo_sim.common import InputError, Notice
 from afo_sim.gait import (
-    CLOSING_USUAL,
     COP_FORCE,
     HEIGHT_ERROR,
     LATE_SWING,
@@ -15,7 +14,7 @@ from afo_sim.gait import (
     STANCE_FORCE,
     WITHIN,
     GaitCycle,
-    closing_errors,
+    closing_doubts,
     off_norm,
     stance,
 )
@@ -72,7 +71,7 @@ def doubts(
 
     Units: zero [rad], reference [N·m/kg] (n,).
     """
-    found = [*walker_doubts(cycle), *_closing(cycle), *_zero(zero), *_flat(cycle)]
+    found = [*walker_doubts(cycle), *closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
     found += [*_ankle_height(cycle, points), *_knee(cycle)]
     outline = _outline(points, motion)
     found += [] if outline is None else _pressure(cycle, *outline)
@@ -111,25 +110,6 @@ def walker_doubts(cycle: GaitCycle) -> list[Notice]:
         )
         return [Notice("walker-usual", text, subject="walker", limit=_PEOPLE, most=most)]
     return []
-
-
-def _closing(cycle: GaitCycle) -> list[Notice]:
-    """Angles whose two ends are farther apart than usual: what is spread over the stride is half of it."""
-    text = (
-        "the {subject} ends {off:+.1f} deg from where it began (usual: {limit:.0f} deg); that is spread "
-        "evenly over the stride, so that its ends are off by half of it"
-    )
-    return [
-        Notice(
-            "stride-open",
-            text,
-            subject=name.removesuffix("_deg").replace("_", " "),
-            off=off,
-            limit=CLOSING_USUAL,
-        )
-        for name, off in closing_errors(cycle).items()
-        if name.endswith("_deg") and abs(off) > CLOSING_USUAL
-    ]
 
 
 def _zero(zero: float) -> list[Notice]:

@@ -25,7 +25,7 @@ _HEEL_FIRST = 0.14  # rise of the toe point over the heel's, of their distance: 
 _LANDING = (0.06, 0.29)
 # A landing below the first whose pressure ends below the second; it ends at 0.99 to 1.33 in the same [-]
 _BOTH_BACK = (0.12, 0.93)
-_USUAL = 0.19  # the most frequent landing, from which the size of a shift is told [-]
+_USUAL = 0.19  # the most frequent landing, from which the size of a shift is stated [-]
 # Sideways distance from the line heel–toe, mean of right and left foot, in which what feet have alike
 # cancels: 0 to 9 mm in three recorded walks (measured) [m]
 _ASIDE = 0.014
@@ -284,7 +284,7 @@ def _scaled(done: Evidence) -> Iterator[Check]:
         return
     low, high = min(masses, key=masses.__getitem__), max(masses, key=masses.__getitem__)
     less, limit = 100.0 * (1.0 - masses[low] / masses[high]), 100.0 * _LIKE
-    check = Check("plates alike", f"{low} {less:.0f} % less than {high}", f"{limit:.0f} %")
+    check = Check("plates alike", f"{low} {less:.0f} % less", f"{limit:.0f} %")
     text = (
         "plate {subject} carries {percent:.0f} % less than plate {other} when a foot stands alone on it "
         "(limit {limit:.0f} %): one of them is scaled, and its moments by as much, or a cane or a rail "

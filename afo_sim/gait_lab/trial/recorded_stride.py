@@ -106,7 +106,7 @@ def sample(
         time, values = _extended(time, values, window, outside)
     window = _within(time, window, slack)
     travel = stride.closed.length * np.asarray(travels, dtype=float)[known]
-    found[:, known] = repeated(time, values[:, known], window, stride.time, travel, at)
+    found[:, known] = repeated(time, values[:, known], window, stride.time, travel, at, 2.0 * slack)
     return found
 
 
@@ -140,10 +140,12 @@ def repeated(
     period: float,
     travel: np.ndarray,
     at: np.ndarray,
+    slack: float = 0.0,
 ) -> np.ndarray:
     """Signals of a window, repeated every period, at any time.
 
-    Units: time [s] (n,), values (n, k), window [s], period [s], travel (k,), at [s] (m,).
+    Units: time [s] (n,), values (n, k), window [s], period [s], travel (k,), at [s] (m,), slack [s]: by which
+    the gap may be wider than `WIDEST`.
     """
     from scipy.interpolate import CubicSpline
 
@@ -154,6 +156,8 @@ def repeated(
             f"the signals last from {time[0]:.3f} to {time[-1]:.3f} s, "
             f"the stride needs {start:.3f} to {end:.3f} s"
         )
+    if period - (end - start) > (WIDEST + 1e-9) * period + slack:
+        raise InputError(too_short(end - start, period))
     slope = (seam(time, values, window, period, travel) - travel) / period
     nodes = np.linspace(start, end, max(4, round((end - start) / step) + 1))
     if start + period - end < 0.5 * step:
