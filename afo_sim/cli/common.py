@@ -5,6 +5,8 @@ import gc
 import inspect
 import shutil
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
@@ -66,9 +68,11 @@ Threads = Annotated[int, Option(help="threads; all of this machine's by default"
 Workers = Annotated[int, Option(help="processes from the first case on, instead")]
 Scheduler = Annotated[str, Option(help="address of a running Dask cluster")]
 Plain = Annotated[bool, Option("--plain", help="walk to the settled stride instead of solving for it")]
+PROGRESS = "progress"  # name of the thread that reports where no terminal is
+_EVERY = 10.0  # between two lines of progress where no terminal is [s]
 _MOST_WORKERS = 4096
 _MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
-_MOST_RIGID = 24  # characters of a table's cell that is not broken into lines
+_GAP = 2  # between two columns of a table
 Scenario = Annotated[str, Argument(help="a shipped scenario's name, or a TOML file")]
 
 
@@ -190,19 +194,44 @@ def duration(seconds: float) -> str:
 
 @contextmanager
 def progress(title: str) -> Iterator[Callable[..., None]]:
-    """A line on the terminal that moves while something takes time, and then goes away."""
+    """A line on the terminal that moves while something takes time; elsewhere a line every 10 s."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+    if not console.is_terminal:
+        with _plain_progress(title) as report:
+            yield report
+        return
+    with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task(title, total=None)
 
-        def report(done: int, total: int, what: str = "simulating") -> None:
+        def move(done: int, total: int, what: str = "simulating") -> None:
             progress.update(task, description=what, completed=done, total=total or None)
 
+        yield move
+
+
+@contextmanager
+def _plain_progress(title: str) -> Iterator[Callable[..., None]]:
+    """Lines for a log file, from a thread, since what takes time need not report."""
+    state, over, began = [title], threading.Event(), time.monotonic()
+
+    def report(done: int, total: int, what: str = "simulating") -> None:
+        state[0] = f"{what}, {done / total:.0%}" if total else what
+
+    def say() -> None:
+        while not over.wait(_EVERY):
+            print(f"afo-sim: {state[0]} ({duration(time.monotonic() - began)})", file=sys.stderr, flush=True)
+
+    thread = threading.Thread(target=say, name=PROGRESS, daemon=True)
+    thread.start()
+    try:
         yield report
+    finally:
+        over.set()
+        thread.join()
 
 
 def print_tables(tables: Iterable[tuple[str, list[str], list[list[str]]]], lines: Iterable[str] = ()) -> None:
@@ -221,8 +250,9 @@ def print_table(
     *,
     whole_names: bool = False,
 ) -> None:
-    """Aligned columns; on a narrow terminal a table of many may drop one.
+    """Aligned columns; what is too wide folds between words, and columns that do not fit stand below.
 
+    droppable : a column that a narrow terminal leaves out
     whole_names : neither the first column nor short cells are broken into lines
     """
     from rich.console import Console
@@ -233,26 +263,47 @@ def print_table(
         def on_broken_pipe(self) -> None:  # rich would end with exit code 1, that of a failed check
             raise BrokenPipeError
 
-    width = None if droppable is None else shutil.get_terminal_size((200, 24)).columns
-    console = _Console(width=width)
+    console = _Console(width=None if droppable is None else shutil.get_terminal_size((200, 24)).columns)
     if droppable is not None and console.width < 140:
         header = header[:droppable] + header[droppable + 1 :]
         rows = [row[:droppable] + row[droppable + 1 :] for row in rows]
+    columns = [[name, *cells] for name, *cells in zip(header, *rows, strict=True)]
+    whole = [max(map(len, column)) for column in columns]
+    least = [max(map(_longest_word, column)) for column in columns]
+    for k in range(len(header)):
+        if k == 0 and (whole_names or len(header) == 2):
+            least[k] = whole[k]
+        elif whole_names and max(map(len, columns[k][1:]), default=0) <= _MOST_SHORT:
+            least[k] = max(map(len, (*header[k].split(), *columns[k][1:])))
     look: dict[str, Any] = {"title_justify": "left", "title_style": "bold", "pad_edge": False, "box": None}
-    table = Table(title=escape(title), show_header=any(header), **look)
-    columns = zip(header, *rows, strict=True)
-    widths = [max(map(len, (*name.split(" "), *cells))) for name, *cells in columns]
-    fits = sum(widths) + 2 * len(widths) <= console.width
-    for k, name in enumerate(header):
-        longest = max((len(row[k]) for row in rows), default=0)
-        if droppable is None:
-            rigid = k == 0 and (whole_names or len(header) == 2)
-            if whole_names and fits and longest <= _MOST_SHORT:
-                rigid, name = True, name.replace(" ", "\n")
-        else:  # short cells keep to one line, and so does what is copied, where there is room
-            rigid = longest <= _MOST_RIGID if k > 1 else k == 0 and 140 <= console.width >= 2 * longest
-        table.add_column(escape(name), overflow="fold", no_wrap=rigid)
-    for row in rows:
-        table.add_row(*map(escape, row))
-    console.print(table)
-    console.print()
+    for number, block in enumerate(_blocks(least, console.width)):
+        table = Table(title=escape(title) if number == 0 else None, show_header=any(header), **look)
+        for k, width in zip(block, _widths(block, least, whole, console.width), strict=True):
+            table.add_column(escape(header[k]), overflow="fold", width=width)
+        for row in rows:
+            table.add_row(*(escape(row[k]) for k in block))
+        console.print(table)
+        console.print()
+
+
+def _blocks(least: list[int], room: int) -> list[list[int]]:
+    """Columns that fit side by side at their least widths; further ones below, with the first repeated."""
+    blocks = [[0]]
+    for k in range(1, len(least)):
+        if len(blocks[-1]) > 1 and sum(least[i] + _GAP for i in (*blocks[-1], k)) - _GAP > room:
+            blocks.append([0])
+        blocks[-1].append(k)
+    return blocks
+
+
+def _widths(block: list[int], least: list[int], whole: list[int], room: int) -> list[int]:
+    """Widths of a block's columns: the least ones, and of what is left a share of what each lacks."""
+    spare = room - sum(least[k] + _GAP for k in block) + _GAP
+    lacks = sum(whole[k] - least[k] for k in block)
+    share = min(1.0, max(spare, 0) / lacks) if lacks else 0.0
+    widths = [least[k] + int(share * (whole[k] - least[k])) for k in block]
+    return [min(width, room) for width in widths]
+
+
+def _longest_word(cell: str) -> int:
+    return max(map(len, cell.split()), default=0)

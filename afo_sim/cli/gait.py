@@ -67,6 +67,7 @@ class Trial:
     ankle_zero: Annotated[str, Option(help="flat (foot level where flat) or file")] = "flat"
     source: Annotated[str, Option(help="where the data come from")] = ""
     licence: Annotated[str, Option(help="what one may do with them")] = "not stated"
+    force: Annotated[bool, Option("--force", help="replace the CSV and picture that are there")] = False
 
 
 @gait_app.command("import")
@@ -103,9 +104,11 @@ def gait_import_command(trial: Trial) -> None:
         from afo_sim.gait_lab import import_gait, import_sides, read_options, ten_lines, verdict
         from afo_sim.show import draw_gait
 
-        asked = {k: v for k, v in vars(trial).items() if k not in ("files", "out", "write_map")}
+        asked = {k: v for k, v in vars(trial).items() if k not in ("files", "out", "write_map", "force")}
         choices = read_options(asked)
         check_writable(trial.out.parent)
+        sides_of = [f"{trial.out.stem}_{side}" for side in ("right", "left")]
+        _check_there([trial.out.with_stem(s) for s in sides_of] if choices.each else [trial.out], trial.force)
         try:
             if choices.each:
                 sides = import_sides(trial.files, choices)
@@ -130,6 +133,14 @@ def gait_import_command(trial: Trial) -> None:
     if choices.each:
         beside = asymmetry(sides["right"].cycle, sides["left"].cycle)
         print_table("one side beside the other", SIDES_HEADER, [row.cells for row in beside])
+
+
+def _check_there(files: list[Path], force: bool) -> None:
+    """Refuse to replace a gait cycle or its picture that nobody said to replace."""
+    for file in (found for each in files for found in (each, each.with_suffix(".png"))):
+        if file.exists() and not force:
+            allowed = "--force, which replaces it, or another name"
+            raise InputError("is there already", field="out", value=str(file), allowed=allowed)
 
 
 def _write_map(files: list[Path], path: Path) -> None:

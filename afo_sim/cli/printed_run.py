@@ -1,11 +1,11 @@
-"""A run on the terminal: of walking the verdict and what may change it, of others every number."""
+"""A run on the terminal: what decides on a dozen lines, or every number."""
 
 import os
 import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,50 +14,94 @@ from afo_sim.common import installed
 
 _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
-_FEW = 2  # changes that are listed on a screen
+_LINES = 12  # that a run prints, of which nobody asked for every number
+_Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _SPELLED = str.maketrans(  # for a terminal that does not know them
     {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
 )
 
 
 def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
-    """Print a run."""
-    has_verdict = bool(recording.verdict)
-    if has_verdict:
-        _print_verdict(recording)
-    if numbers or not has_verdict:
-        _print_numbers(recording)
-    _print_warnings(recording, has_verdict)
-    if numbers or not has_verdict:
-        timing = recording.timing
-        print_line(
-            f"{timing['steps']} steps in {timing['wall_seconds']:.2f} s "
-            f"({timing['steps_per_second'] / 1000:.0f} thousand a second)"
-        )
-    more = "" if numbers or not has_verdict else "; every number: --numbers"
-    look = f"; look at it with: afo-sim view {folder}" if installed("rerun") else ""
-    print_line(f"written to {folder}{look}{more}")
+    """Print a run: on a dozen lines what decides, or with `numbers` all that is known."""
+    from afo_sim.metrics import seated_answers
+    from afo_sim.simulation import limits_of
+
+    answers = recording.verdict or seated_answers(recording.metrics, limits_of(recording))
+    look = f"; look: afo-sim view {folder}" if installed("rerun") else ""
+    written = f"written to {folder}{look}"
+    if numbers:
+        _print_all(recording)
+        print_line(written)
+    else:
+        _print_in_short(recording, answers, written)
 
 
-def _print_verdict(recording: Any) -> None:
-    """The answers, what to change first, and bands."""
+def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> None:
+    """The answers, then as many warnings, changes and notes as a dozen lines hold."""
+    from afo_sim.metrics import NO_DEVICE
     from afo_sim.show import bands, effects
     from afo_sim.show import verdict_texts as verdict
 
+    head = [(_title(recording), 0), *((line, verdict.INDENT) for line in verdict.brief(answers))]
+    changes = effects.lines(recording)
+    first = [(f"change first: {changes[1].strip()}", 2)] if len(changes) > 1 else [(c, 2) for c in changes]
+    remarks = [*_warnings(recording, bool(answers)), *first, *_notes(recording)]
+    if not answers:
+        remarks += [(f"{name} {value}", 2) for name, value in _numbers(recording)]
+    tail = [(NO_DEVICE, 0)] if answers else []
+    print_line(head[0][0], style="bold")
+    for line, hang in head[1:]:
+        print_line(line, hang=hang, badge=hang)
+    for line in bands.lines(recording):
+        print_line(line, hang=2)
+    room = _LINES - sum(len(list(_wrapped(line, hang))) for line, hang in (*head, *tail, (written, 2)))
+    for line, hang in (*_fitting(remarks, room), *tail, (written, 2)):
+        print_line(line, hang=hang)
+
+
+def _fitting(remarks: list[_Line], room: int) -> list[_Line]:
+    """The first remarks that fit into some lines; the last line says how many are left out."""
+    kept: list[_Line] = []
+    for line, hang in remarks:
+        room -= len(list(_wrapped(line, hang)))
+        if room < 1:
+            break
+        kept.append((line, hang))
+    left = len(remarks) - len(kept)
+    more = f"{left} more line{'s' if left > 1 else ''} and " if left else ""
+    return [*kept, (f"… {more}every number: --numbers", 2)]
+
+
+def _title(recording: Any) -> str:
     name, what = recording.scenario["name"], recording.scenario.get("description") or ""
     title = f"{name}: {what}" if what else name
-    print_line(
-        title if _width() is None else textwrap.shorten(title, _width() or 80, placeholder=" …"), style="bold"
-    )
+    return title if _width() is None else textwrap.shorten(title, _width() or 80, placeholder=" …")
+
+
+def _numbers(recording: Any) -> list[tuple[str, str]]:
+    """Each metric that says something, with its unit."""
+    from afo_sim.show import printed, undefined
+
+    found = recording.metrics.items()
+    return [(name, f"{printed(name, m)} {m.unit}".rstrip()) for name, m in found if not undefined(name, m)]
+
+
+def _print_all(recording: Any) -> None:
+    """The answers whole, what to change first, bands, every number, warnings and notes."""
+    from afo_sim.show import bands, effects
+    from afo_sim.show import verdict_texts as verdict
+
+    print_line(_title(recording), style="bold")
     for line in verdict.lines(recording):
         print_line(line, hang=verdict.INDENT, badge=verdict.INDENT)
-    for line in (*_first(effects.lines(recording)), *bands.lines(recording)):
+    for line in (*effects.lines(recording), *bands.lines(recording)):
         print_line(line, hang=len(line) - len(line.lstrip()) + 2)
-
-
-def _first(lines: list[str]) -> list[str]:
-    """The title of a list and its first lines, for one screen; the report has all."""
-    return lines if _width() is None else lines[: 1 + _FEW]
+    _print_numbers(recording)
+    for line, hang in (*_warnings(recording, bool(recording.verdict)), *_notes(recording)):
+        print_line(line, hang=hang)
+    timing = recording.timing
+    steps, speed = timing["steps"], timing["steps_per_second"] / 1000
+    print_line(f"{steps} steps in {timing['wall_seconds']:.2f} s ({speed:.0f} thousand a second)")
 
 
 def _print_numbers(recording: Any) -> None:
@@ -79,18 +123,30 @@ def _print_numbers(recording: Any) -> None:
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 
 
-def _print_warnings(recording: Any, has_verdict: bool) -> None:
-    """Warnings, and notes of what is not to be believed."""
+def _warnings(recording: Any, has_answers: bool) -> list[_Line]:
+    """Each warning once; of several of a kind the first, and whom else it concerns."""
+    kinds: dict[str, list[Any]] = {}
+    for warning in dict.fromkeys(recording.warnings):
+        code = getattr(warning, "code", "")
+        if not (has_answers and code == "skin-pressure"):  # the answer about the skin says it
+            kinds.setdefault(code or str(warning), []).append(warning)
+    return [(f"warning: {first}{_also(first, others)}", 9) for first, *others in kinds.values()]
+
+
+def _also(first: Any, others: list[Any]) -> str:
+    """Whom else a warning concerns."""
+    subjects = dict.fromkeys(str(each.subject) for each in others if each.subject != first.subject)
+    return f" (also: {', '.join(subjects)})" if subjects else ""
+
+
+def _notes(recording: Any) -> list[_Line]:
+    """What of the numbers is not to be believed."""
     from afo_sim.show import cautions, decisive, of_walker
 
-    for warning in recording.warnings:
-        if has_verdict and getattr(warning, "code", "") == "skin-pressure":
-            continue  # the answer about the skin says it
-        print_line(f"warning: {warning}", hang=9)
     of_run = recording.scenario, recording.metrics, recording.strides
-    notes = decisive(*of_run) if has_verdict else [*cautions(*of_run), *of_walker(recording.scenario)]
-    for note in notes:
-        print_line(f"note: {note}", hang=6)
+    walks = bool(recording.verdict)
+    notes = decisive(*of_run) if walks else [*cautions(*of_run), *of_walker(recording.scenario)]
+    return [(f"note: {note}", 6) for note in notes]
 
 
 def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Mapping
 from typing import Any
 
-from afo_sim.common import InputError, assets, check_writable, replacing
+from afo_sim.common import InputError, assets, check_writable, parse_quantity, replacing
 from afo_sim.description.handmade import muscle_values
 from afo_sim.description.reader import load
 from afo_sim.description.schema import SPECS
@@ -240,6 +240,8 @@ def new(
         values = muscle_values(braid, values)
     for used, where in (uses or {}).items():
         _use(values, kind, used, reference(used, where, target.parent))
+    if kind == "orthosis" and "muscle" in (uses or {}):
+        _fit_links(values, assets.read_toml(base), (uses or {})["muscle"])
     files = _beside(kind, values, base)
     begun = f"begun from {like or _LIKE[kind]}"
     if braid:
@@ -337,6 +339,19 @@ def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
     group, *keys = places[used]
     for entry in values.get(group, {}).values():
         entry.update(dict.fromkeys(keys, name))
+
+
+def _fit_links(values: dict[str, Any], before: Mapping[str, Any], muscle: str) -> None:
+    """Let each link be longer by what its new muscle is shorter: both pull taut where the former did.
+
+    A muscle that is too long for the place gets no link; `check` says by how much it is too slack.
+    """
+    after = load("muscle", assets.find("muscle", muscle))
+    for name, entry in values["muscle"].items():
+        if "link_length" in entry:
+            former = load("muscle", before["muscle"][name]["type"])
+            link = parse_quantity(entry["link_length"], "m") + former.total_length - after.total_length
+            entry["link_length"] = f"{1e3 * max(link, 0.0):.5g} mm"
 
 
 def _chambers(kind: str, values: dict[str, Any], target: pathlib.Path) -> tuple[str, ...]:

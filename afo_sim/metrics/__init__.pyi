@@ -82,6 +82,7 @@ from .verdict import Feed as Feed
 from .verdict import Status as Status
 from .verdict import status_of as status_of
 from .verdict import undecided as undecided
+from .verdict_seated import seated_answers as seated_answers
 from .walking import FOREFOOT_PITCH as FOREFOOT_PITCH
 from .walking import HEEL_PITCH as HEEL_PITCH
 from .walking import LOADING as LOADING

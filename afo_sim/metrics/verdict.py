@@ -12,6 +12,16 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from afo_sim.metrics.metric import Metric
+from afo_sim.metrics.verdict_words import (
+    capital,
+    clean,
+    in_digits,
+    lasting,
+    listed,
+    millimetres,
+    numbered,
+    three,
+)
 
 Status = Literal["good", "doubtful", "bad", "unknown"]
 WORST: tuple[Status, ...] = ("good", "doubtful", "bad")  # the later, the worse
@@ -39,6 +49,7 @@ AGAINST = {
     "torque_against_push_off_per_mass": "torque_against_push_off",
     "work_against_push_off": "work_against_push_off",
 }
+_UNITS = dict(zip(AGAINST, ("N·m/kg", "J/kg"), strict=True))
 SAG = 10.0  # of the set pressure, by which the supply may fall below it [percent]
 FIRST = "toe_clearance_stride_1"
 HEIGHTS = (
@@ -90,13 +101,17 @@ class Feed:
 
 @dataclass(frozen=True)
 class Answer:
-    """One line of a verdict: the question, its answer, the numbers in words, what they are held against."""
+    """One line of a verdict: the question, its answer, the numbers in words, what they are held against.
+
+    `brief` says text and limit for one line of a terminal; "" where the text is as short.
+    """
 
     name: str
     question: str
     status: Status
     text: str
     limit: str
+    brief: str = ""
 
     def __str__(self) -> str:
         return f"{self.status.upper()}: {self.question} {self.text} Limit: {self.limit}."
@@ -129,15 +144,16 @@ def verdict(
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
         _air(metrics, worn, limits, feed),
-        _skin(metrics, worn, limits),
+        skin_answer(metrics, worn, limits),
     )
-    return tuple(map(_on_empty, found)) if _has(metrics, "strides_without_air") else found
+    return tuple(map(_on_empty, found)) if has(metrics, "strides_without_air") else found
 
 
 def _on_empty(answer: Answer) -> Answer:
     """An answer by numbers of strides on an empty source: nothing that is good is known from them."""
     text = f"{answer.text} This is of strides on an empty source."
-    return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text)
+    brief = f"{answer.brief or answer.text} on an empty source"
+    return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief=brief)
 
 
 def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
@@ -147,9 +163,9 @@ def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
         _heel({}, {}, limits.contact_pitch),
         _push_off({}, True, limits),
         _air({}, True, limits, None),
-        _skin({}, True, limits),
+        skin_answer({}, True, limits),
     )
-    return tuple(dataclasses.replace(answer, text=f"Not known: {why}.") for answer in found)
+    return tuple(dataclasses.replace(answer, text=f"Not known: {why}.", brief="") for answer in found)
 
 
 def status_of(name: str, value: float, limits: Limits) -> Status | None:
@@ -186,9 +202,9 @@ def _help(
 
     `lift` is the status of all strides: a device that helps when settled may not in the first ones.
     """
-    if not worn or not _has(metrics, "reference_toe_clearance") or not _has(metrics, "toe_clearance"):
+    if not worn or not has(metrics, "reference_toe_clearance") or not has(metrics, "toe_clearance"):
         return
-    wanted, trips = (_clean(1e3 * each) for each in pair)
+    wanted, trips = (clean(1e3 * each) for each in pair)
     heights = metrics["reference_toe_clearance"].value, metrics["toe_clearance"].value
     names = ("reference_" + _TOUCHING, _TOUCHING)
     touch = [_touches(metrics, n) and h >= trips >= 0.0 for n, h in zip(names, heights, strict=True)]
@@ -199,12 +215,16 @@ def _help(
         status = worst([status, lift])
         answer = UNSURE if answer == ENOUGH else f"{answer}; not for sure clear in every stride with it"
     both = zip(_REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
-    limit = f"wanted {_number(wanted)}, trips below {_number(trips)} mm"
+    limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
     parts = [
         f"{how}{toe} {_passes(height)}" + " after the forefoot has touched the floor" * touches
         for how, height, touches, toe in both
     ]
-    yield Answer(HELP, QUESTIONS[HELP], status, f"{', '.join(parts)}: {answer}.", limit)
+    low, high = map(millimetres, heights)
+    start = _REFERENCES[reference][0]
+    brief = f"toe {low} {start[0].lower()}{start[1:]}, {high} {_REFERENCES[reference][1]}"
+    brief += f": {answer}" if answer != ENOUGH else ""
+    yield Answer(HELP, QUESTIONS[HELP], status, f"{', '.join(parts)}: {answer}.", limit, brief)
 
 
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
@@ -222,7 +242,7 @@ def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[St
 
 def _passes(height: float) -> str:
     """A toe clearance [mm] in words, to the digit of the answer about the toe."""
-    return f"at {_millimetres(height)}" if height >= 0.0 else f"{_millimetres(-height)} below the floor"
+    return f"at {millimetres(height)}" if height >= 0.0 else f"{millimetres(-height)} below the floor"
 
 
 # --- toe
@@ -233,12 +253,12 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
 
     A stride whose clearance is undefined, or less than wanted with the toes less extended, is no good one.
     """
-    wanted, trips = (_clean(1e3 * each) for each in pair)
-    limit = f"wanted {_number(wanted)}, trips below {_number(trips)} mm"
-    if not _has(metrics, "toe_clearance"):
+    wanted, trips = (clean(1e3 * each) for each in pair)
+    limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
+    if not has(metrics, "toe_clearance"):
         return _unknown(LIFT, "the toe clearance is undefined", limit)
-    stated = {k: s["toe_clearance"].value for k, s in strides.items() if _has(s, "toe_clearance")}
-    lowest = min([*stated.values(), *(metrics[name].value for name in HEIGHTS if _has(metrics, name))])
+    stated = {k: s["toe_clearance"].value for k, s in strides.items() if has(s, "toe_clearance")}
+    lowest = min([*stated.values(), *(metrics[name].value for name in HEIGHTS if has(metrics, name))])
     touching = [k for k, s in strides.items() if _touches(s)] if trips >= 0.0 else []
     short = sorted({k for k, height in stated.items() if height < trips}.union(touching))
     statuses: list[Status] = [at_least(lowest, (wanted, trips))]
@@ -249,24 +269,28 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         parts.append("The forefoot touches the floor earlier in swing.")
     statuses += ["doubtful"] if less < wanted else []
     if unstated := [k for k in strides if k not in stated]:
-        parts.append(f"It is undefined in {_numbered(unstated)}.")
+        parts.append(f"It is undefined in {numbered(unstated)}.")
         statuses.append("doubtful")
     status = worst(statuses)
+    settled = metrics["toe_clearance"].value
+    both = f"clearance {millimetres(settled)}, {millimetres(lowest)} at the lowest"
+    brief = f"{both} (wanted {in_digits(wanted)})"
     if status == "bad":
-        parts.insert(0, _trips(metrics, short, metrics["toe_clearance"].value < trips))
-    return Answer(LIFT, QUESTIONS[LIFT], status, " ".join(parts), limit)
+        parts.insert(0, _trips(metrics, short, settled < trips))
+        brief = f"{parts[0][:-1].removeprefix('It ')}; {brief}"
+    return Answer(LIFT, QUESTIONS[LIFT], status, " ".join(parts), limit, brief)
 
 
 def _heights(metrics: Numbers, stated: Mapping[int, float], lowest: float, less: float) -> str:
     """The clearance of the settled stride, of the first and of the lowest one, as a sentence."""
     solved, settled = "strides_solved" in metrics, metrics["toe_clearance"].value
-    parts = [f"{_millimetres(settled)} {'when settled' if solved else 'on average'}"]
-    first = metrics[FIRST].value if _has(metrics, FIRST) else stated.get(0)
+    parts = [f"{millimetres(settled)} {'when settled' if solved else 'on average'}"]
+    first = metrics[FIRST].value if has(metrics, FIRST) else stated.get(0)
     if first is not None:
-        parts.append(f"{_millimetres(first)} in stride 1")
-    text = f"Clearance is {_listed([*parts, f'{_millimetres(lowest)} at the lowest'])}"
+        parts.append(f"{millimetres(first)} in stride 1")
+    text = f"Clearance is {listed([*parts, f'{millimetres(lowest)} at the lowest'])}"
     if math.isfinite(less) and round(less, 1) != round(settled, 1):
-        text += f"; {_millimetres(less)} if the toes extend less"
+        text += f"; {millimetres(less)} if the toes extend less"
     return f"{text}."
 
 
@@ -274,11 +298,11 @@ def _trips(metrics: Numbers, short: Sequence[int], settled: bool) -> str:
     """In which strides the toe trips."""
     if "strides_solved" in metrics and (settled or _touches(metrics)):
         return "It trips when settled."
-    return f"It trips in {_numbered(short)}." if short else "It trips."
+    return f"It trips in {numbered(short)}." if short else "It trips."
 
 
 def _touches(metrics: Numbers, name: str = _TOUCHING) -> bool:
-    return _has(metrics, name) and metrics[name].value > 0.0
+    return has(metrics, name) and metrics[name].value > 0.0
 
 
 # --- heel
@@ -286,19 +310,20 @@ def _touches(metrics: Numbers, name: str = _TOUCHING) -> bool:
 
 def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, float]) -> Answer:
     """Pitch at initial contact, and how many strides begin with the heel."""
-    heel, forefoot = (_clean(math.degrees(each)) for each in pair)
-    limit = f"heel from {_number(heel)}° on, forefoot below {_number(forefoot)}°"
-    if not _has(metrics, "foot_pitch_at_contact"):
+    heel, forefoot = (clean(math.degrees(each)) for each in pair)
+    limit = f"heel from {in_digits(heel)}° on, forefoot below {in_digits(forefoot)}°"
+    if not has(metrics, "foot_pitch_at_contact"):
         return _unknown(HEEL, "the pitch of the foot at initial contact is undefined", limit)
     pitch = metrics["foot_pitch_at_contact"].value
     # the contact that stride 0 begins with is where the walk was started, not what a swing came to
     landed = [
-        s["foot_pitch_at_contact"].value for k, s in strides.items() if k and _has(s, "foot_pitch_at_contact")
+        s["foot_pitch_at_contact"].value for k, s in strides.items() if k and has(s, "foot_pitch_at_contact")
     ]
     each = [at_least(angle, (heel, forefoot)) for angle in (landed or [pitch])]
     stated = _landings(each) if landed else ""
-    text = f"The foot lands with its toes {abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}{stated}."
-    return Answer(HEEL, QUESTIONS[HEEL], worst([*each, at_least(pitch, (heel, forefoot))]), text, limit)
+    toes = f"{abs(pitch):.1f}° {'up' if pitch >= 0.0 else 'down'}{stated}"
+    status, text = worst([*each, at_least(pitch, (heel, forefoot))]), f"The foot lands with its toes {toes}."
+    return Answer(HEEL, QUESTIONS[HEEL], status, text, limit, f"toes {toes} (from {in_digits(heel)}°)")
 
 
 def _landings(each: Sequence[Status]) -> str:
@@ -308,7 +333,7 @@ def _landings(each: Sequence[Status]) -> str:
     if len(found) == 1:
         return f"; all {len(each)} landings {next(iter(found))}"
     shares = [f"{100.0 * count / len(each):.0f} % {how}" for how, count in found.items()]
-    return f"; of {len(each)} landings {_listed(shares)}"
+    return f"; of {len(each)} landings {listed(shares)}"
 
 
 # --- push-off
@@ -320,25 +345,27 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     limit = f"good up to {torque[0]:g} N·m/kg and {work[0]:g} J/kg, bad beyond {torque[1]:g} or {work[1]:g}"
     if not worn:
         return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], "good", "Nothing is worn that could hinder it.", limit)
-    if not any(_has(metrics, name) for name in AGAINST):
+    if not any(has(metrics, name) for name in AGAINST):
         return _unknown(PUSH_OFF, "torque and work against push-off are undefined", limit)
     each = {
-        name: at_most(metrics[name].value, getattr(limits, key)) if _has(metrics, name) else "unknown"
+        name: at_most(metrics[name].value, getattr(limits, key)) if has(metrics, name) else "unknown"
         for name, key in AGAINST.items()
     }
     parts = []
-    if _has(metrics, "torque_against_push_off_per_mass"):
+    if has(metrics, "torque_against_push_off_per_mass"):
         own = metrics["torque_against_push_off_per_mass"].value
         whole = "torque_against_push_off_10ms"
-        absolute = f"{metrics[whole].value:.1f} N·m, " if _has(metrics, whole) else ""
+        absolute = f"{metrics[whole].value:.1f} N·m, " if has(metrics, whole) else ""
         parts.append(f"holds back with {absolute}{own:.3f} N·m/kg")
-    if _has(metrics, "work_against_push_off"):
+    if has(metrics, "work_against_push_off"):
         parts.append(f"takes {metrics['work_against_push_off'].value:.4f} J/kg")
-    text = f"The orthosis {_listed(parts)}."
+    text = f"The orthosis {listed(parts)}."
     status = worst(list[Status](each.values()))
     if len(set(each.values())) > 1 and status != "unknown":
         text += f" The {'torque' if each['torque_against_push_off_per_mass'] == status else 'work'} decides."
-    return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], status, text, limit)
+    short = [f"{metrics[name].value:.3g} {unit}" for name, unit in _UNITS.items() if has(metrics, name)]
+    brief = f"{listed(short)} against it (good to {torque[0]:g}, {work[0]:g})"
+    return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], status, text, limit, brief)
 
 
 # --- air
@@ -354,14 +381,14 @@ def _air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Ans
         limit += f"; sag at most {SAG:g} %"
     if not worn:
         return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that takes any.", limit)
-    if not _has(metrics, "air_per_stride"):
+    if not has(metrics, "air_per_stride"):
         return _unknown(AIR, "the air per stride is undefined", limit)
     grams = metrics["air_per_stride"].value
     if grams <= 0.0:
         return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit)
     parts = [f"A stride takes {grams:.3g} g"]
-    if _has(metrics, "free_air_per_minute"):
-        parts.append(f"{_three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
+    if has(metrics, "free_air_per_minute"):
+        parts.append(f"{three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
     words = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
     if feed is not None and feed.runs:
         status, stated = _compressor(metrics, feed.words)
@@ -371,74 +398,63 @@ def _air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Ans
     if _sags(metrics):
         status = "bad"
         found.append(_sag(metrics))
-    return Answer(AIR, QUESTIONS[AIR], status, " ".join(found), limit)
+    stated, strides, _ = " ".join(found[1:])[:-1].partition(" strides")
+    brief = f"{stated.removeprefix('A ')}{strides}" + (f" (wanted {wanted:g})" if strides else "")
+    return Answer(AIR, QUESTIONS[AIR], status, " ".join(found), limit, brief)
 
 
 def _bottle(metrics: Numbers, limit: tuple[float, float], words: str) -> tuple[Status, str]:
     """How long a bottle or cartridge lasts."""
-    if not _has(metrics, "strides_per_bottle"):
+    if not has(metrics, "strides_per_bottle"):
         return "unknown", "The run does not hold the strides of a bottle: run it again."
     strides = metrics["strides_per_bottle"].value
     if strides <= 0.0:
-        stated = f"{_capital(words)} gives none: the supply needs as much pressure."
+        stated = f"{capital(words)} gives none: the supply needs as much pressure."
         return at_least(strides, limit), stated
     lasts = f"{strides:.0f} strides" if strides >= 10.0 else f"{strides:.1f} strides"
-    if _has(metrics, "stride_time"):
-        lasts += f", {_lasting(strides * metrics['stride_time'].value)}"
-    return at_least(strides, limit), f"{_capital(words)} lasts {lasts}."
+    if has(metrics, "stride_time"):
+        lasts += f", {lasting(strides * metrics['stride_time'].value)}"
+    return at_least(strides, limit), f"{capital(words)} lasts {lasts}."
 
 
 def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
     """Whether a compressor keeps up, and how long it runs; one that never rests is no good one."""
-    if not _has(metrics, "compressor_duty"):
+    if not has(metrics, "compressor_duty"):
         return "unknown", "The run does not hold the compressor's duty: run it again."
     duty = metrics["compressor_duty"].value
-    share = metrics["source_share"].value if _has(metrics, "source_share") else math.inf
-    stated = f"{_capital(words)} runs {_three(duty)} % of the time"
-    if _has(metrics, "compressor_power"):
+    share = metrics["source_share"].value if has(metrics, "source_share") else math.inf
+    stated = f"{capital(words)} runs {three(duty)} % of the time"
+    if has(metrics, "compressor_power"):
         stated += f", {metrics['compressor_power'].value:.3g} W on average"
     if share > 100.0:
         gives = "nothing"
-        if math.isfinite(share) and _has(metrics, "free_air_per_minute"):
+        if math.isfinite(share) and has(metrics, "free_air_per_minute"):
             gives = f"{100.0 * metrics['free_air_per_minute'].value / share:.1f} l/min"
         return "bad", f"{stated} and cannot keep up: at the set pressure it gives {gives}."
-    return ("doubtful" if duty >= 100.0 else "good"), f"{stated}, at {_three(share)} % of what it can give."
+    return ("doubtful" if duty >= 100.0 else "good"), f"{stated}, at {three(share)} % of what it can give."
 
 
 def _sags(metrics: Numbers) -> bool:
     """Whether the supply falls too far below its set pressure, or the source runs empty."""
-    return _has(metrics, "source_empty_after") or (
-        _has(metrics, "supply_sag") and metrics["supply_sag"].value > SAG
+    return has(metrics, "source_empty_after") or (
+        has(metrics, "supply_sag") and metrics["supply_sag"].value > SAG
     )
 
 
 def _sag(metrics: Numbers) -> str:
     parts = []
-    if _has(metrics, "source_empty_after"):
-        parts.append(f"It is empty after {_lasting(metrics['source_empty_after'].value)}.")
-    if _has(metrics, "supply_sag") and _has(metrics, "lowest_supply_pressure"):
+    if has(metrics, "source_empty_after"):
+        parts.append(f"It is empty after {lasting(metrics['source_empty_after'].value)}.")
+    if has(metrics, "supply_sag") and has(metrics, "lowest_supply_pressure"):
         low, sag = metrics["lowest_supply_pressure"].value, metrics["supply_sag"].value
         parts.append(f"The supply falls to {low:.2f} bar, {sag:.0f} % below its set pressure.")
     return " ".join(parts)
 
 
-def _lasting(seconds: float) -> str:
-    if seconds < 60.0:
-        return f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.1f} s"
-    if seconds >= 6000.0:
-        return f"{seconds / 3600.0:.1f} h"
-    return f"{seconds / 60.0:.0f} min" if seconds >= 600.0 else f"{seconds / 60.0:.1f} min"
-
-
-def _three(value: float) -> str:
-    """Whole from 100 on, three digits below."""
-    return f"{value:.0f}" if value >= 99.95 else f"{value:.3g}"
-
-
 # --- skin
 
 
-def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
+def skin_answer(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     """Peak and sustained pressure of cuff and strap; the worst one decides.
 
     Beyond the pressure that hinders the flow of blood all the time nothing is good.
@@ -449,22 +465,25 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     if not worn:
         return Answer(SKIN, QUESTIONS[SKIN], "good", "Nothing is worn that presses on it.", limit)
     statuses: list[Status] = []
-    parts = []
+    parts, short = [], []
     for part, name in _PARTS.items():
-        if not _has(metrics, f"{part}_skin_pressure"):
+        if not has(metrics, f"{part}_skin_pressure"):
             continue
         most = metrics[f"{part}_skin_pressure"].value
         lasting = metrics.get(f"{part}_skin_pressure_sustained", metrics[f"{part}_skin_pressure"]).value
         statuses += [at_most(1e3 * most, limits.skin_pressure), at_most(1e3 * lasting, (flow, math.inf))]
         if most <= 0.0:
             continue
-        peak, always = (f"{value:.3g} kPa " for value in (most, lasting))
-        beside = f"{peak}at the most and " if peak != always else ""
-        parts.append(f"the {name} presses with {beside}{always}all the time")
+        peak, always = (f"{value:.3g} kPa" for value in (most, lasting))
+        beside = f"{peak} at the most and " if peak != always else ""
+        parts.append(f"the {name} presses with {beside}{always} all the time")
+        short.append(f"{name} {peak}, {always} all the time" if beside else f"{name} {always} all the time")
     if not statuses:
         return _unknown(SKIN, "no cuff and no strap is described", limit)
-    text = f"To hold by an assumed friction {_listed(parts)}." if parts else "Nothing presses on it."
-    return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit)
+    text = f"To hold by an assumed friction {listed(parts)}." if parts else "Nothing presses on it."
+    against = f"(discomfort {1e-3 * discomfort:.3g}, blood flow {1e-3 * flow:.3g})"
+    brief = f"{listed(short)} {against}" if short else ""
+    return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit, brief)
 
 
 # --- words
@@ -479,39 +498,5 @@ def _worn(metrics: Numbers) -> bool:
     return any(name.startswith(("orthosis_", "air_per_stride", "torque_against_")) for name in metrics)
 
 
-def _has(metrics: Numbers, name: str) -> bool:
+def has(metrics: Numbers, name: str) -> bool:
     return name in metrics and math.isfinite(metrics[name].value)
-
-
-def _numbered(keys: Sequence[int]) -> str:
-    """Strides counted from the start: "stride 3", "strides 1 to 3 and 7"; key 0 is the first."""
-    numbers = sorted(k + 1 for k in keys)
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and number == runs[-1][1] + 1:
-            runs[-1][1] = number
-        else:
-            runs.append([number, number])
-    stated = [f"{a}" if a == b else f"{a} {'and' if b == a + 1 else 'to'} {b}" for a, b in runs]
-    return f"stride{'s' if len(numbers) > 1 else ''} {_listed(stated)}"
-
-
-def _listed(parts: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))
-
-
-def _capital(text: str) -> str:
-    return text[0].upper() + text[1:]
-
-
-def _millimetres(height: float) -> str:
-    return f"{_number(round(height, 1) + 0.0, '.1f')} mm"
-
-
-def _number(value: float, form: str = "g") -> str:
-    return f"{value:{form}}".replace("-", "−")
-
-
-def _clean(value: float) -> float:
-    """A limit without the last digits of its conversion."""
-    return round(value, 9) + 0.0

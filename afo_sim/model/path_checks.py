@@ -178,9 +178,10 @@ def _beyond_limits(
             "muscle-too-slack",
             "{subject} muscles are mounted too slack to follow the whole range of motion: at its end they "
             "would have to be shorter by a contraction of {contraction:.3f}, and their limit is {limit:g}; a "
-            "shorter link_length would do",
+            "link_length shorter by {shorter:.0f} mm would do",
             subject=role,
             contraction=most,
+            shorter=math.ceil(1e3 * (most - limits.contraction_max) * length),
             limit=limits.contraction_max,
         )
 

@@ -7,6 +7,7 @@ import numpy as np
 from afo_sim.model.path_facts import NAMED, PathFacts, Span
 
 Row = tuple[str, str]  # what, and its words
+_SLACK = 1e-3  # by which a muscle may hang without a word [m]
 
 
 def rows(facts: PathFacts) -> list[Row]:
@@ -22,6 +23,11 @@ def rows(facts: PathFacts) -> list[Row]:
         (f"{name}, moment arm", arm(facts)),
         (f"{name}, torque at {bar}", f"{torques(facts)}; at most {peak(facts)}"),
     ]
+    hangs = (facts.chain_length[:, 0] - facts.length)[facts.inside]
+    if facts.group.pulley is None and float(hangs.min()) > _SLACK:
+        least, most = (f"{1e3 * by:.0f}" for by in (hangs.min(), hangs.max()))
+        text = f"by {least} to {most} mm: a link_length shorter by {least} mm pulls it taut"
+        found.append((f"{name}, slack without air at every angle", text))
     found += [
         (f"{name}, {what}", f"{in_words(spans, facts.angles)} ({why})")
         for what, spans, why in (

@@ -55,6 +55,13 @@ def lines(recording: Recording) -> list[str]:
     return [*found, " " * INDENT + NO_DEVICE] if found else []
 
 
+def brief(answers: Sequence[Answer]) -> list[str]:
+    """For a terminal: a line each behind its badge and name."""
+    named = {answer.name.replace("_", "-"): answer for answer in answers}
+    width = max(map(len, named), default=0) + 2
+    return [f"{badge(a):<{INDENT}}{name:<{width}}{a.brief or a.text}" for name, a in named.items()]
+
+
 def markdown(recording: Recording) -> str:
     """For the viewer, as a list; "" where there is nothing to report."""
     items = [

@@ -6,11 +6,14 @@ import re
 import shlex
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
 from command import call
 
+import afo_sim
+from afo_sim.cli import common
 from afo_sim.model import controls as schedule
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -23,10 +26,50 @@ def test_run_without_arguments_writes_the_seated_run(
     monkeypatch.chdir(tmp_path)
     code, printed, complaint = call(capsys, "run")
     assert code == 0, complaint
-    assert "range_of_motion" in printed
+    assert "Does it" not in printed and "range_of_motion" not in printed and len(printed.splitlines()) <= 10
     summary = json.loads((tmp_path / "runs" / "seated" / "summary.json").read_text())
     assert summary["status"] == "ok"
     assert 10.0 < summary["metrics"]["range_of_motion"]["value"] < 45.0
+    angle = f"{summary['metrics']['peak_dorsiflexion_angle']['value']:.1f}° of dorsiflexion"
+    assert any(line.startswith("✓ GOOD      move") and angle in line for line in printed.splitlines())
+
+
+def test_a_foot_that_is_not_lifted_to_neutral_is_bad(
+    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    weak = ("--set", "supply.pressure=0.2 bar", "--set", "duration=1 s")
+    code, printed, _ = call(capsys, "run", *weak, "--no-rrd", "--out", tmp_path / "run")
+    angle = afo_sim.read_recording(tmp_path / "run").metrics["peak_dorsiflexion_angle"].value
+    assert code == 0 and angle < 0.0 and "✗ BAD       move" in printed
+
+
+def test_a_run_in_a_pipe_reports_while_it_takes_time(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(common, "_EVERY", 1e-3)
+    said = ""
+    with common.progress("reading") as report:
+        while "afo-sim: reading" not in said:
+            said += capsys.readouterr().err
+        report(1, 4, "simulating")
+        while "afo-sim: simulating, 25%" not in said:
+            said += capsys.readouterr().err
+    capsys.readouterr()
+    assert not [each for each in threading.enumerate() if each.name == common.PROGRESS]
+
+
+def test_a_table_folds_by_column_and_not_within_words(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    words = ["of the antagonistic pair", "repeatability", "plantarflexor", "characteristics", "extrapolated"]
+    row = [f"{word}{k}" for k, word in enumerate(words * 2)][:9]
+    common.print_table("t", [f"column {k}" for k in range(9)], [row])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    shown = {word for line in lines for word in line.split()}
+    assert shown >= {"antagonistic", *row[1:5], *row[6:]}
+    assert sum("pair0" in line for line in lines) == 2  # the first column stands beside each block
 
 
 HEAVY = {"mujoco", "numba", "llvmlite", "scipy", "pint", "rerun", "pyarrow", "pandas", "matplotlib", "glfw"}
@@ -293,7 +336,7 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
 def test_check_understands_every_kind(path: str, capsys: pytest.CaptureFixture[str]) -> None:
     code, printed, complaint = call(capsys, "check", str(pathlib.Path(__file__).parents[2] / "models" / path))
     assert code == 0, complaint
-    assert "good" in printed
+    assert printed.splitlines()[-1].startswith(("good", "readable; "))
 
 
 @pytest.mark.slow
@@ -431,7 +474,7 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
     empty = ["--set", "start.dorsiflexor.fill_time=0 s"]
     heavier = ["--set", "patient.body_mass=75 kg"]
     _, said, _ = call(capsys, "run", "walk-dropfoot-afo", "--no-change", *short, str(tmp_path / "a"))
-    assert "when settled" in said and "note: the numbers are" not in said
+    assert "GOOD      lift" in said and "note: the numbers are" not in said
     call(capsys, "report", tmp_path / "a")
     text = (tmp_path / "a" / "report.html").read_text(encoding="utf-8")
     assert "The numbers are those of the settled stride" in text
@@ -441,6 +484,7 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
         "walk-dropfoot-afo",
         "--plain",
         "--no-change",
+        "--numbers",
         *empty,
         *heavier,
         *short,

@@ -107,7 +107,11 @@ def test_a_doubtful_mass_is_a_warning_and_none_is_an_estimate(
         code, again, complaint = call(capsys, *command)
         assert code == 0, complaint
         assert "warning 1" in again and "76.0 kg" in again
-    code, printed, complaint = call(capsys, *IMPORT, *trial, "--out", out)
+    before = (tmp_path / "x.csv").read_bytes()
+    code, _, complaint = call(capsys, *IMPORT, *trial, "--out", out)
+    assert code == 2 and "is there already" in complaint and "--force" in complaint
+    assert (tmp_path / "x.csv").read_bytes() == before
+    code, printed, complaint = call(capsys, *IMPORT, *trial, "--out", out, "--force")
     assert code == 0, complaint
     assert "the plates carry" in printed
     assert abs(gait.read(out).body_mass / 67.2 - 1.0) < 0.05

@@ -77,7 +77,9 @@ def test_folder_of_another_kind_is_refused(
 def test_numbers_that_say_nothing_are_left_out(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, printed, _ = call(capsys, "run", "--set", "duration=10 ms", "--no-rrd", "--out", tmp_path / "a")
+    code, printed, _ = call(
+        capsys, "run", "--numbers", "--set", "duration=10 ms", "--no-rrd", "--out", tmp_path / "a"
+    )
     assert code == 0
     table, _, rest = printed.partition("left out, ")
     assert "nan" not in table
@@ -96,7 +98,7 @@ def test_a_joint_that_only_rounding_moves_is_left_out(
         afo_sim.run("seated", {"duration": "10 ms"}), metrics={"range_of_motion": Metric(3e-14, "deg")}
     )
     monkeypatch.setattr(running, "run_built", lambda *_, **__: still)
-    code, printed, _ = call(capsys, "run", "--no-rrd", "--out", tmp_path / "a")
+    code, printed, _ = call(capsys, "run", "--numbers", "--no-rrd", "--out", tmp_path / "a")
     assert code == 0
     assert "left out, does not move: range_of_motion" in printed
     assert "3e-14" not in printed

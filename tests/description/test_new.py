@@ -91,6 +91,32 @@ def test_own_orthosis_with_own_muscle_in_four_commands(
     assert "muscle/dorsiflexor_1/force" in run.columns
 
 
+@pytest.mark.parametrize("length", ["24 cm", "15 cm"])
+def test_the_link_fits_another_muscle(length: str, tmp_path: pathlib.Path) -> None:
+    """Muscle, fittings and link together stay as long as those of the orthosis that it begins from."""
+    braid = {"bore": "10 mm", "braid_angle": "25 deg", "length": length}
+    muscle = new("muscle", "mine", tmp_path, braid=braid)
+    own = load("orthosis", new("orthosis", "brace", tmp_path, uses={"muscle": str(muscle.parent)}))
+    for name, shipped in load("orthosis", "s1").muscle.items():
+        before, after = ((g.link_length or 0.0) + g.type.total_length for g in (shipped, own.muscle[name]))
+        assert after == pytest.approx(before, abs=1e-6)
+
+
+def test_a_slack_design_is_checked_as_slack_with_its_number(tmp_path: pathlib.Path) -> None:
+    """A link that is longer by 10 mm hangs through by 10 mm more, and one that is shorter by that is taut."""
+    file = new("orthosis", "brace", tmp_path)
+    text, row = file.read_text(), "dorsiflexor, slack without air at every angle"
+
+    def least(link: float) -> float | None:
+        file.write_text(re.sub(r'(?<=link_length = ")[\d.]+ cm', f"{link} cm", text, count=1))
+        said = dict(check_file(file)).get(row)
+        return None if said is None else float(re.findall(r"shorter by (\d+) mm", said)[0])
+
+    long, longer = least(17.2), least(18.2)
+    assert long is not None and longer is not None and longer - long == 10.0
+    assert least(17.2 - 0.1 * long - 0.1) is None
+
+
 def test_new_scenario_runs_as_the_one_that_it_begins_from(tmp_path: pathlib.Path) -> None:
     sets = {"duration": "0.2 s"}
     own, shipped = afo_sim.run(new("scenario", "first", tmp_path), sets), afo_sim.run("seated", sets)

@@ -348,3 +348,5 @@ def test_warnings_of_building_have_a_code_a_subject_and_numbers() -> None:
     assert "open together from 3.5 s to 4 s, from 1 s to 2 s" in open_together
     [slack] = with_code(found.warnings, "muscle-too-slack")
     assert slack.data["contraction"] > slack.data["limit"]
+    shorter = {"orthosis.muscle.dorsiflexor.slack": f"{90 - slack.data['shorter']} mm"}
+    assert not with_code(build(load("scenario", "seated", shorter)).warnings, "muscle-too-slack")
