@@ -188,7 +188,23 @@ def test_documents_links_lead_somewhere() -> None:
 
 
 def test_readme_leads_to_every_page() -> None:
-    assert all(f"(docs/{page}.md)" in README for page in PAGES)
+    assert "(docs/index.md)" in README and len(README.split()) <= 600
+    assert all(f"({page}.md)" in PAGES["index"] for page in PAGES if page != "index")
+
+
+@pytest.mark.slow
+def test_readme_shows_what_its_first_command_prints(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    (command,) = re.findall(r"^    python3 -m venv .*bin/afo-sim (run [a-z-]+)$", README, re.M)
+    code, said, wrong = call(capsys, *command.split(), "--no-rrd")
+    shown = re.search(r"The run prints:\n\n((?:    .*\n)+)", README)
+    assert code == 0 and shown is not None, wrong
+    assert len(said.splitlines()) <= 12 and set(textwrap.dedent(shown[1]).splitlines()) <= set(
+        said.splitlines()
+    )
 
 
 def test_options_that_the_documents_name_are_there() -> None:
