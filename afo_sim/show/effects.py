@@ -11,6 +11,7 @@ from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, NOTICED, PIT
 from afo_sim.study.effects import Effect
 
 _TOP = 5
+_FEW = 3  # on a page
 _LANDING = 1.0  # loss of the pitch at contact from which on every line tells it [deg]
 _APART = 0.5  # by which the first stride's clearance must differ otherwise to be told in a line [mm]
 _WHY = {
@@ -74,6 +75,7 @@ class _EffectsTable:
     drawn: tuple[bool, ...] = ()
     first: tuple[_EffectRow, ...] = ()
     others: tuple[_EffectRow, ...] = ()
+    sentences: tuple[str, ...] = ()
     none: str = ""
     idle: str = ""
     not_run: tuple[str, ...] = ()
@@ -92,8 +94,13 @@ def lines(recording: Recording) -> list[str]:
     if found is None:
         return [f"What to change first is left out: {left_out}"] if left_out else []
     told = [f"What to change first, since {_WHY[found.aim]} (each alone, from a run of its own)"]
-    told += [f"  {change(effect)}: {_in_short(effect, found)}" for effect in found.helping[:_TOP]]
+    told += [f"  {sentence}" for sentence in _sentences(found, _TOP)]
     return told if found.helping else [*told, f"  {_NONE}"]
+
+
+def _sentences(found: Effects, most: int) -> list[str]:
+    """The steps that help most, the best first."""
+    return [f"{change(effect)}: {_in_short(effect, found)}" for effect in found.helping[:most]]
 
 
 def markdown(recording: Recording) -> str:
@@ -181,6 +188,7 @@ def _table(run: RunView, found: Effects) -> _EffectsTable:
         drawn=tuple(n in _BARS for n in names),
         first=tuple(_rows(found, [e for e in shown if e.name in best], names, longest)),
         others=tuple(_rows(found, [e for e in shown if e.name not in best], names, longest)),
+        sentences=tuple(each[0].upper() + each[1:] for each in _sentences(found, _FEW)),
         none="" if found.helping else _NONE,
         idle="; ".join(found.idle),
         not_run=tuple(_not_run(found)),

@@ -389,7 +389,7 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    title = runs[0].label
+    title = (len(runs) == 1 and runs[0].recording.scenario.get("description")) or runs[0].label
     if len(runs) > 1:
         title += f"{' compared with' if both is None else ' and'} {', '.join(run.label for run in runs[1:])}"
     judged = runs[:1] if both and both.get("affected") else runs
@@ -403,7 +403,8 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(_TEMPLATE).render(
-        title=_begun(title) if both else title,
+        title=_begun(title) if both or len(runs) == 1 else title,
+        leads=[(run, run.recording.verdict[0].text) for run in judged if run.recording.verdict],
         runs=runs,
         judged=judged,
         cells=lambda row: TwoSides(**row).cells,

@@ -119,7 +119,7 @@ def test_paper_repeats_heads_and_parts_no_row(text: str) -> None:
         "details:not([open]) { display: none; }",
     ):
         assert rule in text
-    assert "A table that is closed on the page is not printed" in text
+    assert "A part that is closed on the page is not printed" in text
 
 
 def test_a_note_keeps_every_word_behind_its_head() -> None:
@@ -142,18 +142,46 @@ def test_a_note_keeps_every_word_behind_its_head() -> None:
 @pytest.mark.parametrize("width", [NARROW, 1280])
 def test_the_page_does_not_scroll_sideways(text: str, width: int, tmp_path: pathlib.Path) -> None:
     """Laid out by a browser in a frame: nothing but the tables' boxes is wider than it."""
+    assert measured(text, width, "scrollWidth", tmp_path) <= width
+
+
+def measured(text: str, width: int, what: str, folder: pathlib.Path) -> int:
+    """A number of the page's root, laid out by a browser in a frame [CSS pixel]."""
     shown = html.escape(re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", text))
-    measure = "document.body.innerHTML = '<p>wide ' + f.contentDocument.documentElement.scrollWidth + '</p>'"
+    measure = f"document.body.innerHTML = '<p>found ' + f.contentDocument.documentElement.{what} + '</p>'"
     look = f"width: {width}px; height: 900px; border: 0"
-    frame = tmp_path / "frame.html"
+    frame = folder / "frame.html"
     frame.write_text(
         f'<body><iframe id="f" style="{look}" srcdoc="{shown}"></iframe>'
         f"<script>const f = document.getElementById('f'); f.onload = () => {{ {measure} }}</script>",
         encoding="utf-8",
     )
-    options = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
-    command = [str(CHROMIUM), *options, "--virtual-time-budget=5000", "--dump-dom", frame.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    found = re.search(r"<p>wide (\d+)</p>", done.stdout)
-    assert found, done.stderr[-500:]
-    assert int(found[1]) <= width
+    said = chromium(folder, "--virtual-time-budget=5000", "--dump-dom", frame.as_uri())
+    found = re.search(r"<p>found ([\d.]+)</p>", said)
+    assert found
+    return round(float(found[1]))
+
+
+def chromium(folder: pathlib.Path, *arguments: str) -> str:
+    """What a browser without a window prints."""
+    options = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}"]
+    command = [str(CHROMIUM), *options, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False).stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here to lay the page out")
+@pytest.mark.parametrize("width", [NARROW, 1280])
+def test_the_first_gait_curve_is_on_the_first_screen(text: str, width: int, tmp_path: pathlib.Path) -> None:
+    assert (
+        measured(text, width, "querySelector('.panels svg').getBoundingClientRect().bottom", tmp_path) < 1000
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here to print the page")
+def test_a_comparison_prints_on_four_pages(folders: dict[str, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    shown = tmp_path / "page.html"
+    shown.write_text(page(read_runs([folders["bare"], folders["worn"]])), encoding="utf-8")
+    chromium(tmp_path, f"--print-to-pdf={tmp_path / 'page.pdf'}", shown.as_uri())
+    assert 1 <= len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "page.pdf").read_bytes())) <= 4
