@@ -297,12 +297,18 @@ def _blocks(least: list[int], room: int) -> list[list[int]]:
 
 
 def _widths(block: list[int], least: list[int], whole: list[int], room: int) -> list[int]:
-    """Widths of a block's columns: the least ones, and of what is left a share of what each lacks."""
-    spare = room - sum(least[k] + _GAP for k in block) + _GAP
-    lacks = sum(whole[k] - least[k] for k in block)
-    share = min(1.0, max(spare, 0) / lacks) if lacks else 0.0
-    widths = [least[k] + int(share * (whole[k] - least[k])) for k in block]
-    return [min(width, room) for width in widths]
+    """Widths of a block's columns: the least ones, and what is left in equal parts."""
+    widths = {k: least[k] for k in block}
+    spare = room - sum(widths.values()) - _GAP * (len(block) - 1)
+    if spare < 0:  # a word that is longer than the terminal is wide is folded
+        widest = max(block, key=lambda k: widths[k])
+        widths[widest] = max(widths[widest] + spare, 1)
+    lacking = sorted(block, key=lambda k: whole[k] - least[k])
+    for number, k in enumerate(lacking):
+        more = min(whole[k] - least[k], max(spare, 0) // (len(block) - number))
+        widths[k] += more
+        spare -= more
+    return [widths[k] for k in block]
 
 
 def _longest_word(cell: str) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from afo_sim.common import assets
 
 Make = Callable[[pathlib.Path], object]
-IMPORT = ("gait", "import")
+IMPORT = ("gait", "import", "--force")
 _LABORATORY = {"seconds": 2.4, "rate": 50.0, "plate_rate": 100.0}
 _LENGTHS = ("--thigh", "41 cm", "--shank", "40 cm", "--ankle-height", "8 cm")
 _SET = "opensim c3d"
