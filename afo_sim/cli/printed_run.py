@@ -18,6 +18,7 @@ _LINES = 12  # that a run prints, of which nobody asked for every number
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _SPELLED = str.maketrans(  # for a terminal that does not know them
     {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
+    | {"…": "...", "→": "->"}
 )
 
 
