@@ -280,7 +280,7 @@ def test_documents_three_commands_go_from_opensims_files_to_a_report(
         assert code == 0, complaint
     report = (tmp_path / "runs" / "mine" / "report.html").read_text(encoding="utf-8")
     assert "my_walk.csv" in report
-    assert "Over the gait cycle" in report
+    assert "More over the gait cycle" in report
     run, walk = read_recording(tmp_path / "runs" / "mine"), known_walk()
     rows = run["gait/stride"] == 2.0
     # the stride is cut where the ground force passes 20 N, a little off the known walk's own phase 0
