@@ -2,6 +2,8 @@
 
     python scripts/readme_film.py [--out docs/drop_foot.gif]
 
+The first wears the shoe that the verdict compares with, the second the device's own outsole. There is no
+floor: a toe that trips passes through.
 Foot, shank and toe height are the simulation's. Thigh and other leg are the recorded walk's, which has one
 leg: the other one is drawn half a stride later. Trunk and head are signs.
 """
@@ -25,15 +27,12 @@ from afo_sim.gait.file import read
 from afo_sim.metrics import Stride
 from afo_sim.model import ANKLE, Foot, foot_of
 from afo_sim.show import STYLE, RunView
+from afo_sim.simulation import reference_of
 
-SCENARIOS = {"walk-dropfoot": "without the device", "walk-dropfoot-afo": "with S1's device"}
+TITLES = {"in a trainer, without the device": True, "with S1's device": False}  # whether nothing else is worn
 FRAMES, LASTS = 96, 8.0  # of the film, and its length [s]
-SHANK, THIGH, TRUNK, HEAD = (
-    0.246,
-    0.245,
-    0.288,
-    0.09,
-)  # of the body height: Winter 2009, figure 4.1
+# Of the body height: Winter 2009, figure 4.1; the head is a sign.
+SHANK, THIGH, TRUNK, HEAD = 0.246, 0.245, 0.288, 0.09
 FAR, NEAR, BELOW, GOOD, DEVICE = "0.8", "0.3", "#b3261e", "#1b7a4b", "#1054da"
 COLOURS_OF_ALL = 32
 TICKS = 0.25  # between marks on the floor [m]
@@ -52,8 +51,9 @@ class Walk:
     height: float
 
     @classmethod
-    def of(cls, scenario: str, title: str) -> "Walk":
-        run = afo_sim.run(scenario)
+    def of(cls, title: str, *, bare: bool) -> "Walk":
+        described = afo_sim.load("scenario", "walk-dropfoot-afo")
+        run = afo_sim.run(reference_of(described) if bare else described)
         model, leg = mujoco.MjModel.from_xml_string(run.model_xml), afo_sim.load("leg", run.scenario["leg"])
         cycle = read(find_gait(run.scenario["gait"]["cycle"]))
         height = cycle.body_height or leg.body_height
@@ -156,7 +156,7 @@ def main() -> None:
     parser.add_argument("--out", type=pathlib.Path, default=place)
     out = parser.parse_args().out
     with matplotlib.rc_context(STYLE):
-        walks = [Walk.of(*each) for each in SCENARIOS.items()]
+        walks = [Walk.of(title, bare=bare) for title, bare in TITLES.items()]
         frames = [frame(walks, phase) for phase in np.linspace(0.0, 1.0, FRAMES, endpoint=False)]
     palette = frames[int(0.86 * FRAMES)].quantize(COLOURS_OF_ALL)
     first, *others = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in frames)

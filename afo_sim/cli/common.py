@@ -68,7 +68,6 @@ Threads = Annotated[int, Option(help="threads; all of this machine's by default"
 Workers = Annotated[int, Option(help="processes from the first case on, instead")]
 Scheduler = Annotated[str, Option(help="address of a running Dask cluster")]
 Plain = Annotated[bool, Option("--plain", help="walk to the settled stride instead of solving for it")]
-PROGRESS = "progress"  # name of the thread that reports where no terminal is
 _EVERY = 10.0  # between two lines of progress where no terminal is [s]
 _MOST_WORKERS = 4096
 _MOST_SHORT = 9  # characters of a cell that is not broken in a table of whole names
@@ -225,7 +224,7 @@ def _plain_progress(title: str) -> Iterator[Callable[..., None]]:
         while not over.wait(_EVERY):
             print(f"afo-sim: {state[0]} ({duration(time.monotonic() - began)})", file=sys.stderr, flush=True)
 
-    thread = threading.Thread(target=say, name=PROGRESS, daemon=True)
+    thread = threading.Thread(target=say, daemon=True)
     thread.start()
     try:
         yield report

@@ -7,6 +7,7 @@ from typing import Annotated
 from typer import Argument, Option
 
 from afo_sim.cli.common import SIDES_HEADER, gait_app, one_group, print_table, progress
+from afo_sim.cli.overwriting import check_files
 from afo_sim.common import InputError
 
 
@@ -107,8 +108,11 @@ def gait_import_command(trial: Trial) -> None:
         asked = {k: v for k, v in vars(trial).items() if k not in ("files", "out", "write_map", "force")}
         choices = read_options(asked)
         check_writable(trial.out.parent)
-        sides_of = [f"{trial.out.stem}_{side}" for side in ("right", "left")]
-        _check_there([trial.out.with_stem(s) for s in sides_of] if choices.each else [trial.out], trial.force)
+        stems = (
+            [f"{trial.out.stem}_{side}" for side in ("right", "left")] if choices.each else [trial.out.stem]
+        )
+        written = [trial.out.with_stem(stem).with_suffix(end) for stem in stems for end in (".csv", ".png")]
+        check_files(written, force=trial.force)
         try:
             if choices.each:
                 sides = import_sides(trial.files, choices)
@@ -133,14 +137,6 @@ def gait_import_command(trial: Trial) -> None:
     if choices.each:
         beside = asymmetry(sides["right"].cycle, sides["left"].cycle)
         print_table("one side beside the other", SIDES_HEADER, [row.cells for row in beside])
-
-
-def _check_there(files: list[Path], force: bool) -> None:
-    """Refuse to replace a gait cycle or its picture that nobody said to replace."""
-    for file in (found for each in files for found in (each, each.with_suffix(".png"))):
-        if file.exists() and not force:
-            allowed = "--force, which replaces it, or another name"
-            raise InputError("is there already", field="out", value=str(file), allowed=allowed)
 
 
 def _write_map(files: list[Path], path: Path) -> None:

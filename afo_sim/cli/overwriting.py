@@ -1,7 +1,7 @@
 """Refusals to write over another run, or into a folder of another kind of output."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,18 @@ def _check_kind(folder: Path, kind: str) -> None:
                 problem = f"holds a {found} ({file})"
                 raise InputError(problem, field="out", value=str(folder), allowed=_OTHER)
             return
+
+
+def check_files(files: Iterable[Path], *, force: bool) -> None:
+    """Refuse to replace files that nobody said to replace."""
+    for file in files:
+        if file.exists() and not force:
+            raise InputError(
+                "is there already",
+                field="out",
+                value=str(file),
+                allowed="--force, which replaces it, or another name",
+            )
 
 
 def check_run_folder(folder: Path, scenario: Mapping[str, Any], *, force: bool = False) -> None:

@@ -15,6 +15,7 @@ from afo_sim.common import installed
 _QUANTITY = re.compile(r"(?<=\d) (?=[^\W\d]{1,3}\b)")  # between a number and its unit
 _STYLES = {"✓": "bold green", "!": "bold yellow", "✗": "bold red", "?": "bold"}
 _LINES = 12  # that a run prints, of which nobody asked for every number
+_WARNING = "warning: "
 _Line = tuple[str, int]  # a text, and by how much its further lines are indented
 _SPELLED = str.maketrans(  # for a terminal that does not know them
     {"✓": "+", "✗": "x", "−": "-", "–": "-", "·": "*", "°": " deg", "≥": ">=", "≤": "<=", "×": "x", "²": "^2"}
@@ -27,7 +28,9 @@ def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
     from afo_sim.metrics import seated_answers
     from afo_sim.simulation import limits_of
 
-    answers = recording.verdict or seated_answers(recording.metrics, limits_of(recording))
+    answers = recording.verdict
+    if recording.ok and not answers:
+        answers = seated_answers(recording.metrics, limits_of(recording))
     look = f"; look: afo-sim view {folder}" if installed("rerun") else ""
     written = f"written to {folder}{look}"
     if numbers:
@@ -40,36 +43,42 @@ def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
 def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> None:
     """The answers, then as many warnings, changes and notes as a dozen lines hold."""
     from afo_sim.metrics import NO_DEVICE
-    from afo_sim.show import bands, effects
+    from afo_sim.show import bands, effects, in_brief
     from afo_sim.show import verdict_texts as verdict
 
-    head = [(_title(recording), 0), *((line, verdict.INDENT) for line in verdict.brief(answers))]
-    changes = effects.lines(recording)
-    first = [(f"change first: {changes[1].strip()}", 2)] if len(changes) > 1 else [(c, 2) for c in changes]
-    remarks = [*_warnings(recording, bool(answers)), *first, *_notes(recording)]
+    answered = [(line, verdict.INDENT) for line in verdict.brief(recording, answers, _width())]
+    notes = [(f"note: {in_brief(_notes(recording))}", 6)] if _notes(recording) else []
+    step = effects.first_step(recording)
+    remarks = [*_warnings(recording, bool(answers)), *notes, *([(step, 2)] if step else [])]
     if not answers:
         remarks += [(f"{name} {value}", 2) for name, value in _numbers(recording)]
-    tail = [(NO_DEVICE, 0)] if answers else []
-    print_line(head[0][0], style="bold")
-    for line, hang in head[1:]:
+    tail = [(NO_DEVICE, 0), (written, 2)] if answers else [(written, 2)]
+    print_line(_title(recording), style="bold")
+    for line, hang in answered:
         print_line(line, hang=hang, badge=hang)
     for line in bands.lines(recording):
         print_line(line, hang=2)
-    room = _LINES - sum(len(list(_wrapped(line, hang))) for line, hang in (*head, *tail, (written, 2)))
-    for line, hang in (*_fitting(remarks, room), *tail, (written, 2)):
+    for line, hang in (*_fitting(remarks, _LINES - 1 - _rows([*answered, *tail])), *tail):
         print_line(line, hang=hang)
 
 
+def _rows(lines: Sequence[_Line]) -> int:
+    """How many lines of the terminal they take."""
+    return sum(len(list(_wrapped(line, hang))) for line, hang in lines)
+
+
 def _fitting(remarks: list[_Line], room: int) -> list[_Line]:
-    """The first remarks that fit into some lines; the last line says how many are left out."""
+    """The first remarks that fit into some lines; the last line says how many and which are left out."""
     kept: list[_Line] = []
-    for line, hang in remarks:
-        room -= len(list(_wrapped(line, hang)))
+    for line in remarks:
+        room -= _rows([line])
         if room < 1:
             break
-        kept.append((line, hang))
-    left = len(remarks) - len(kept)
-    more = f"{left} more line{'s' if left > 1 else ''} and " if left else ""
+        kept.append(line)
+    left = remarks[len(kept) :]
+    warnings = sum(line.startswith(_WARNING) for line, _ in left)
+    more = f"{len(left)} more line{'s' if len(left) > 1 else ''}" if left else ""
+    more += f" ({warnings} of warnings) and " if warnings else " and " if left else ""
     return [*kept, (f"… {more}every number: --numbers", 2)]
 
 
@@ -98,8 +107,10 @@ def _print_all(recording: Any) -> None:
     for line in (*effects.lines(recording), *bands.lines(recording)):
         print_line(line, hang=len(line) - len(line.lstrip()) + 2)
     _print_numbers(recording)
-    for line, hang in (*_warnings(recording, bool(recording.verdict)), *_notes(recording)):
+    for line, hang in _warnings(recording, bool(recording.verdict)):
         print_line(line, hang=hang)
+    for note in _notes(recording):
+        print_line(f"note: {note}", hang=6)
     timing = recording.timing
     steps, speed = timing["steps"], timing["steps_per_second"] / 1000
     print_line(f"{steps} steps in {timing['wall_seconds']:.2f} s ({speed:.0f} thousand a second)")
@@ -131,23 +142,24 @@ def _warnings(recording: Any, has_answers: bool) -> list[_Line]:
         code = getattr(warning, "code", "")
         if not (has_answers and code == "skin-pressure"):  # the answer about the skin says it
             kinds.setdefault(code or str(warning), []).append(warning)
-    return [(f"warning: {first}{_also(first, others)}", 9) for first, *others in kinds.values()]
+    return [(f"{_WARNING}{first}{_also(first, others)}", 9) for first, *others in kinds.values()]
 
 
 def _also(first: Any, others: list[Any]) -> str:
-    """Whom else a warning concerns."""
+    """Whom else a warning concerns, and how often the same one does."""
     subjects = dict.fromkeys(str(each.subject) for each in others if each.subject != first.subject)
-    return f" (also: {', '.join(subjects)})" if subjects else ""
+    if subjects:
+        return f" (also: {', '.join(subjects)})"
+    return f" (and {len(others)} more of this kind)" if others else ""
 
 
-def _notes(recording: Any) -> list[_Line]:
+def _notes(recording: Any) -> list[Any]:
     """What of the numbers is not to be believed."""
     from afo_sim.show import cautions, decisive, of_walker
 
     of_run = recording.scenario, recording.metrics, recording.strides
     walks = bool(recording.verdict)
-    notes = decisive(*of_run) if walks else [*cautions(*of_run), *of_walker(recording.scenario)]
-    return [(f"note: {note}", 6) for note in notes]
+    return decisive(*of_run) if walks else [*cautions(*of_run), *of_walker(recording.scenario)]
 
 
 def print_line(text: str, *, hang: int = 0, badge: int = 0, style: str = "") -> None:

@@ -79,6 +79,7 @@ from .reader import PROBLEMS as PROBLEMS
 from .reader import USUAL_LIMITS as USUAL_LIMITS
 from .reader import expand as expand
 from .reader import load as load
+from .reader import unchanged as unchanged
 from .rest_curves import at_rest as at_rest
 from .scenario import MAX_STEPS as MAX_STEPS
 from .scenario import Scenario as Scenario

@@ -323,6 +323,13 @@ def _say_what_is_set(table: Any, key: str, value: Any) -> None:
         table = child_of(table, name)
 
 
+def unchanged(description: str) -> tuple[str, int]:
+    """A description without what `_say_what_is_set` has put before it, and how many values that were."""
+    parts = description.split("; ")
+    kept = [part for part in parts if not part.startswith("set ")]
+    return "; ".join(kept), len(parts) - len(kept)
+
+
 def _say_who_set(table: Any, *path: str) -> None:
     """Name the user as the source of a number that is about to be set, if it names one."""
     for name in path[:-1]:

@@ -1,5 +1,8 @@
 from .ankle import ankle_metrics as ankle_metrics
 from .ankle import rise_time as rise_time
+from .answer import Answer as Answer
+from .answer import Feed as Feed
+from .answer import Status as Status
 from .beside_strides import COMPARED as COMPARED
 from .beside_strides import TOUCHES as TOUCHES
 from .beside_strides import energy_metrics as energy_metrics
@@ -77,12 +80,9 @@ from .verdict import NO_DEVICE as NO_DEVICE
 from .verdict import PUSH_OFF as PUSH_OFF
 from .verdict import QUESTIONS as QUESTIONS
 from .verdict import SKIN as SKIN
-from .verdict import Answer as Answer
-from .verdict import Feed as Feed
-from .verdict import Status as Status
+from .verdict import seated_answers as seated_answers
 from .verdict import status_of as status_of
 from .verdict import undecided as undecided
-from .verdict_seated import seated_answers as seated_answers
 from .walking import FOREFOOT_PITCH as FOREFOOT_PITCH
 from .walking import HEEL_PITCH as HEEL_PITCH
 from .walking import LOADING as LOADING

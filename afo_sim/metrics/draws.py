@@ -4,7 +4,8 @@ import dataclasses
 from bisect import bisect_left
 from collections.abc import Sequence
 
-from afo_sim.metrics.verdict import ENOUGH, HELP, LIFT, UNSURE, Answer, Status, at_most, worst
+from afo_sim.metrics.answer import Answer, Status, at_most, worst
+from afo_sim.metrics.verdict import ENOUGH, HELP, LIFT, UNSURE
 
 SURE = 0.95  # confidence in a bound on a share of draws, one-sided [-]
 MOST_DRAWS = 100_000  # that anybody would make
@@ -31,9 +32,11 @@ def with_draws(
         status = worst([answer.status, drawn])
         if answer.name == LIFT:
             text, wide = f"{answer.text} {stated}", answer.limit + against
-            return dataclasses.replace(answer, status=status, text=text, limit=wide)
+            brief = f"{answer.brief}; drawn, {percent(trips)} trip" if answer.brief else ""
+            return dataclasses.replace(answer, status=status, text=text, limit=wide, brief=brief)
         if answer.name == HELP and status != answer.status:
-            return dataclasses.replace(answer, status=status, text=answer.text.replace(ENOUGH, UNSURE))
+            text = answer.text.replace(ENOUGH, UNSURE)
+            return dataclasses.replace(answer, status=status, text=text, brief="")
         return answer
 
     return tuple(map(judged, answers))

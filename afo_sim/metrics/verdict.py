@@ -8,23 +8,27 @@ by a colour.
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal, Protocol
 
-from afo_sim.metrics.metric import Metric
-from afo_sim.metrics.verdict_words import (
+from afo_sim.metrics.answer import (
+    Answer,
+    Feed,
+    Limits,
+    Numbers,
+    Status,
+    at_least,
+    at_most,
     capital,
     clean,
+    has,
     in_digits,
     lasting,
     listed,
     millimetres,
     numbered,
     three,
+    worst,
 )
 
-Status = Literal["good", "doubtful", "bad", "unknown"]
-WORST: tuple[Status, ...] = ("good", "doubtful", "bad")  # the later, the worse
 HELP, LIFT, HEEL, PUSH_OFF, AIR, SKIN = "help", "lift", "heel", "push_off", "air", "skin"
 QUESTIONS = {
     HELP: "Does it help?",
@@ -50,6 +54,9 @@ AGAINST = {
     "work_against_push_off": "work_against_push_off",
 }
 _UNITS = dict(zip(AGAINST, ("N·m/kg", "J/kg"), strict=True))
+MOVE = "move"
+_NEUTRAL = 0.0  # dorsiflexion of a foot in mid-swing: Perry & Burnfield 2010, Gait analysis [deg]
+_SWING = 0.4  # a swing's length, 0.4 of a stride of a good second: the same [s]
 SAG = 10.0  # of the set pressure, by which the supply may fall below it [percent]
 FIRST = "toe_clearance_stride_1"
 HEIGHTS = (
@@ -60,61 +67,6 @@ HEIGHTS = (
     "toe_clearance_stride_2",
     "toe_clearance_stride_3",
 )
-
-Numbers = Mapping[str, Metric]
-
-
-class Limits(Protocol):
-    """What a verdict needs of the scenario's limits; `description.limits.Limits` has it [SI]."""
-
-    @property
-    def toe_clearance(self) -> tuple[float, float]: ...
-    @property
-    def contact_pitch(self) -> tuple[float, float]: ...
-    @property
-    def torque_against_push_off(self) -> tuple[float, float]: ...
-    @property
-    def work_against_push_off(self) -> tuple[float, float]: ...
-    @property
-    def strides_per_bottle(self) -> tuple[float, float]: ...
-    @property
-    def bottle_volume(self) -> float: ...
-    @property
-    def bottle_pressure(self) -> float: ...
-    @property
-    def skin_pressure(self) -> tuple[float, float]: ...
-    @property
-    def blood_flow_pressure(self) -> float: ...
-
-
-@dataclass(frozen=True)
-class Feed:
-    """The source that a scenario names, in words.
-
-    words : "a bottle of 0.5 l at 300 bar"
-    runs : whether it is a compressor, which does not run empty
-    """
-
-    words: str
-    runs: bool = False
-
-
-@dataclass(frozen=True)
-class Answer:
-    """One line of a verdict: the question, its answer, the numbers in words, what they are held against.
-
-    `brief` says text and limit for one line of a terminal; "" where the text is as short.
-    """
-
-    name: str
-    question: str
-    status: Status
-    text: str
-    limit: str
-    brief: str = ""
-
-    def __str__(self) -> str:
-        return f"{self.status.upper()}: {self.question} {self.text} Limit: {self.limit}."
 
 
 def verdict(
@@ -144,7 +96,7 @@ def verdict(
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
         _air(metrics, worn, limits, feed),
-        skin_answer(metrics, worn, limits),
+        _skin(metrics, worn, limits),
     )
     return tuple(map(_on_empty, found)) if has(metrics, "strides_without_air") else found
 
@@ -152,8 +104,7 @@ def verdict(
 def _on_empty(answer: Answer) -> Answer:
     """An answer by numbers of strides on an empty source: nothing that is good is known from them."""
     text = f"{answer.text} This is of strides on an empty source."
-    brief = f"{answer.brief or answer.text} on an empty source"
-    return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief=brief)
+    return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief="")
 
 
 def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
@@ -163,7 +114,7 @@ def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
         _heel({}, {}, limits.contact_pitch),
         _push_off({}, True, limits),
         _air({}, True, limits, None),
-        skin_answer({}, True, limits),
+        _skin({}, True, limits),
     )
     return tuple(dataclasses.replace(answer, text=f"Not known: {why}.", brief="") for answer in found)
 
@@ -171,25 +122,6 @@ def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
 def status_of(name: str, value: float, limits: Limits) -> Status | None:
     """The status of a metric of push-off [the registry's unit]; None of other metrics."""
     return at_most(value, getattr(limits, AGAINST[name])) if name in AGAINST else None
-
-
-def at_least(value: float, limit: tuple[float, float]) -> Status:
-    """Good from the first limit on, bad below the second."""
-    if not math.isfinite(value):
-        return "unknown"
-    return "good" if value >= limit[0] else "bad" if value < limit[1] else "doubtful"
-
-
-def at_most(value: float, limit: tuple[float, float]) -> Status:
-    """Good up to the first limit, bad beyond the second."""
-    return at_least(-value, (-limit[0], -limit[1]))
-
-
-def worst(statuses: Sequence[Status]) -> Status:
-    """The worst of some; what is unknown hides what is good, and nothing hides what is bad."""
-    if "bad" in statuses or "unknown" not in statuses:
-        return max((each for each in statuses if each != "unknown"), key=WORST.index, default="unknown")
-    return "unknown"
 
 
 # --- help
@@ -273,11 +205,14 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         statuses.append("doubtful")
     status = worst(statuses)
     settled = metrics["toe_clearance"].value
-    both = f"clearance {millimetres(settled)}, {millimetres(lowest)} at the lowest"
-    brief = f"{both} (wanted {in_digits(wanted)})"
+    brief = ""  # what takes a further sentence is not told in short
+    if len(parts) == 1:
+        extended = f", toes less extended {in_digits(less, '.1f')}" if math.isfinite(less) else ""
+        low = in_digits(lowest, ".1f")
+        brief = f"{millimetres(settled)}, lowest {low}{extended} (wanted {in_digits(wanted)})"
     if status == "bad":
         parts.insert(0, _trips(metrics, short, settled < trips))
-        brief = f"{parts[0][:-1].removeprefix('It ')}; {brief}"
+        brief = f"{parts[0]} {brief}" if brief else ""
     return Answer(LIFT, QUESTIONS[LIFT], status, " ".join(parts), limit, brief)
 
 
@@ -364,7 +299,7 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     if len(set(each.values())) > 1 and status != "unknown":
         text += f" The {'torque' if each['torque_against_push_off_per_mass'] == status else 'work'} decides."
     short = [f"{metrics[name].value:.3g} {unit}" for name, unit in _UNITS.items() if has(metrics, name)]
-    brief = f"{listed(short)} against it (good to {torque[0]:g}, {work[0]:g})"
+    brief = f"{', '.join(short)} (good to {torque[0]:g}, {work[0]:g})"
     return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], status, text, limit, brief)
 
 
@@ -398,8 +333,11 @@ def _air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Ans
     if _sags(metrics):
         status = "bad"
         found.append(_sag(metrics))
-    stated, strides, _ = " ".join(found[1:])[:-1].partition(" strides")
-    brief = f"{stated.removeprefix('A ')}{strides}" + (f" (wanted {wanted:g})" if strides else "")
+    lasts = metrics.get("strides_per_bottle", math.nan)
+    plain = lasts > 0.0 and not _sags(metrics) and not (feed is not None and feed.runs)
+    brief = (
+        f"{words if feed is None else feed.words}: {lasts:.0f} strides (wanted {wanted:g})" if plain else ""
+    )
     return Answer(AIR, QUESTIONS[AIR], status, " ".join(found), limit, brief)
 
 
@@ -454,7 +392,7 @@ def _sag(metrics: Numbers) -> str:
 # --- skin
 
 
-def skin_answer(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
+def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     """Peak and sustained pressure of cuff and strap; the worst one decides.
 
     Beyond the pressure that hinders the flow of blood all the time nothing is good.
@@ -477,13 +415,41 @@ def skin_answer(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
         peak, always = (f"{value:.3g} kPa" for value in (most, lasting))
         beside = f"{peak} at the most and " if peak != always else ""
         parts.append(f"the {name} presses with {beside}{always} all the time")
-        short.append(f"{name} {peak}, {always} all the time" if beside else f"{name} {always} all the time")
+        short.append(f"{name} {peak}" + (f", always {always}" if beside else ""))
     if not statuses:
         return _unknown(SKIN, "no cuff and no strap is described", limit)
     text = f"To hold by an assumed friction {listed(parts)}." if parts else "Nothing presses on it."
-    against = f"(discomfort {1e-3 * discomfort:.3g}, blood flow {1e-3 * flow:.3g})"
-    brief = f"{listed(short)} {against}" if short else ""
+    against = f"(discomfort {1e-3 * discomfort:.3g}, always {1e-3 * flow:.3g})"
+    brief = f"{', '.join(short)}, friction assumed {against}" if short else ""
     return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit, brief)
+
+
+# --- seated
+
+
+def seated_answers(metrics: Numbers, limits: Limits) -> tuple[Answer, ...]:
+    """The answers of a run that does not walk; none where no ankle moves, or no orthosis pulls at it.
+
+    What takes longer than a swing is not good: seated, it is not known whether it lifts a walker's foot.
+
+    Parameters
+    ----------
+    metrics : of the run
+    limits : of the scenario [SI]
+    """
+    names = ("peak_plantarflexion_angle", "peak_dorsiflexion_angle", "peak_dorsiflexion_torque")
+    if not all(has(metrics, name) for name in names):
+        return ()
+    down, up, torque = (metrics[name].value for name in names)
+    rise = metrics.get("rise_time", math.nan)
+    brief = f"{in_digits(down, '.1f')}° to {in_digits(up, '.1f')}° of dorsiflexion, up to {torque:.3g} N·m"
+    brief += f", in {three(rise)} s" if math.isfinite(rise) else ""
+    statuses: list[Status] = [at_least(up, (_NEUTRAL, _NEUTRAL)), "good" if rise <= _SWING else "doubtful"]
+    limit = f"wanted {_NEUTRAL:g}° in {_SWING:g} s, as in swing; assumed"
+    moves = Answer(MOVE, "Does it lift the foot?", worst(statuses), f"The foot moves from {brief}.", limit)
+    skin = _skin(metrics, True, limits)
+    moves = dataclasses.replace(moves, brief=f"{brief} ({limit})")
+    return (moves, skin) if skin.status != "unknown" else (moves,)
 
 
 # --- words
@@ -496,7 +462,3 @@ def _unknown(name: str, reason: str, limit: str) -> Answer:
 def _worn(metrics: Numbers) -> bool:
     """Whether the leg wears an orthosis with muscles: then its torque and air are reported."""
     return any(name.startswith(("orthosis_", "air_per_stride", "torque_against_")) for name in metrics)
-
-
-def has(metrics: Numbers, name: str) -> bool:
-    return name in metrics and math.isfinite(metrics[name].value)

@@ -49,6 +49,7 @@ from .path_words import own as own
 from .path_words import peak as peak
 from .path_words import pressure as pressure
 from .path_words import rows as rows
+from .path_words import slack_everywhere as slack_everywhere
 from .path_words import taut as taut
 from .path_words import torques as torques
 from .paths import add_tendons as add_tendons

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from afo_sim.common import Notice
 from afo_sim.model.path_facts import NAMED, PathFacts, Span
 
 Row = tuple[str, str]  # what, and its words
@@ -23,11 +24,6 @@ def rows(facts: PathFacts) -> list[Row]:
         (f"{name}, moment arm", arm(facts)),
         (f"{name}, torque at {bar}", f"{torques(facts)}; at most {peak(facts)}"),
     ]
-    hangs = (facts.chain_length[:, 0] - facts.length)[facts.inside]
-    if facts.group.pulley is None and float(hangs.min()) > _SLACK:
-        least, most = (f"{1e3 * by:.0f}" for by in (hangs.min(), hangs.max()))
-        text = f"by {least} to {most} mm: a link_length shorter by {least} mm pulls it taut"
-        found.append((f"{name}, slack without air at every angle", text))
     found += [
         (f"{name}, {what}", f"{in_words(spans, facts.angles)} ({why})")
         for what, spans, why in (
@@ -38,6 +34,23 @@ def rows(facts: PathFacts) -> list[Row]:
         if spans
     ]
     return found
+
+
+def slack_everywhere(facts: PathFacts) -> Notice | None:
+    """A notice where muscles without air hang through at every angle of the range of motion.
+
+    Units of its data: least and most slack [mm].
+    """
+    hangs = (facts.chain_length[:, 0] - facts.length)[facts.inside]
+    if facts.group.pulley is not None or hangs.min() < _SLACK:
+        return None
+    words = (
+        "{subject} muscles without air are slack at every angle, by {least:.0f} to {most:.0f} mm: they "
+        "shorten by as much before they pull; a link_length shorter by {least:.0f} mm makes them taut at one "
+        "angle"
+    )
+    least, most = (1e3 * float(by) for by in (hangs.min(), hangs.max()))
+    return Notice("slack-everywhere", words, subject=facts.name, least=least, most=most)
 
 
 def pressure(facts: PathFacts) -> str:

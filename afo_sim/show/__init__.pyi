@@ -16,6 +16,7 @@ from .gait_figure import draw_gait as draw_gait
 from .leg_picture import draw_leg as draw_leg
 from .numbers import cautions as cautions
 from .numbers import decisive as decisive
+from .numbers import in_brief as in_brief
 from .numbers import of_walker as of_walker
 from .numbers import printed as printed
 from .numbers import undefined as undefined

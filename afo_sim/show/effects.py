@@ -98,6 +98,15 @@ def lines(recording: Recording) -> list[str]:
     return told if found.helping else [*told, f"  {_NONE}"]
 
 
+def first_step(recording: Recording) -> str:
+    """The step that helps most and what it is for, in a line; "" where there is nothing to report."""
+    found, left_out = effects_of(recording), _left_out(recording)
+    if found is None:
+        return f"what to change first is left out: {left_out}" if left_out else ""
+    aim = found.aim.replace("_", "-")
+    return f"change first, for {aim}: {next(iter(_sentences(found, 1)), _NONE)}"
+
+
 def _sentences(found: Effects, most: int) -> list[str]:
     """The steps that help most, the best first."""
     return [f"{change(effect)}: {_in_short(effect, found)}" for effect in found.helping[:most]]

@@ -1,7 +1,7 @@
 """Metrics as people read them: digits, units, and the reason where a number is undefined."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from afo_sim.common import InputError, Notice, parse_quantity, with_code
@@ -25,6 +25,11 @@ FIRST = 8  # strides of a run whose toe clearance is told
 _SAME_MASS, _SAME_HEIGHT = 0.05, 0.01
 _IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without a bladder
 _SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
+_BRIEF = {
+    "no-floor": "no floor: landing not known",
+    "cuff-assumed": "the assumed cuff compliance decides",
+    "ankle-derived": "clearance good to some 8 mm",
+}
 _STILL = 1e-6  # range of motion below which a joint does not move [deg]
 
 
@@ -48,6 +53,11 @@ def printed(name: str, metric: Metric) -> str:
     if (reason := undefined(name, metric)) is not None:
         return f"– ({reason})"
     return f"{metric.value:.4g}" if abs(metric.value) >= ROUND_OFF else number(0.0, metric.unit)
+
+
+def in_brief(notes: Iterable[str]) -> str:
+    """Notes in a line: some by the few words that stand for their code."""
+    return "; ".join(_BRIEF.get(getattr(note, "code", ""), note) for note in notes)
 
 
 def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:

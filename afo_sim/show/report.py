@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.common import InputError, assets, check_writable, read_json, write_text
-from afo_sim.description import facts, worn
+from afo_sim.description import facts, unchanged, worn
 from afo_sim.description.scenario_text import reference
 from afo_sim.gait import TwoSides
 from afo_sim.gait import file as gait
@@ -389,7 +389,10 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    title = (len(runs) == 1 and runs[0].recording.scenario.get("description")) or runs[0].label
+    words, changed = unchanged(runs[0].recording.scenario.get("description") or "")
+    title = words + (f" ({changed} set otherwise)" if changed else "")
+    if len(runs) > 1 or not words:
+        title = runs[0].label
     if len(runs) > 1:
         title += f"{' compared with' if both is None else ' and'} {', '.join(run.label for run in runs[1:])}"
     judged = runs[:1] if both and both.get("affected") else runs
@@ -404,7 +407,7 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     )
     return environment.get_template(_TEMPLATE).render(
         title=_begun(title) if both or len(runs) == 1 else title,
-        leads=[(run, run.recording.verdict[0].text) for run in judged if run.recording.verdict],
+        leads=[(run, verdict.lead(run.recording)) for run in judged if run.recording.verdict],
         runs=runs,
         judged=judged,
         cells=lambda row: TwoSides(**row).cells,

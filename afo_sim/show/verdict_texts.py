@@ -55,11 +55,30 @@ def lines(recording: Recording) -> list[str]:
     return [*found, " " * INDENT + NO_DEVICE] if found else []
 
 
-def brief(answers: Sequence[Answer]) -> list[str]:
-    """For a terminal: a line each behind its badge and name."""
-    named = {answer.name.replace("_", "-"): answer for answer in answers}
+def lead(recording: Recording) -> str:
+    """The first answer, and which of the others are not good: a good one hides no bad one."""
+    first, *others = recording.verdict
+    found = [first.text]
+    for status in ("bad", "doubtful", "unknown"):
+        if names := [_shown(answer) for answer in others if answer.status == status]:
+            found.append(f"{status.upper()}: {', '.join(names)}.")
+    return " ".join(found)
+
+
+def _shown(answer: Answer) -> str:
+    return answer.name.replace("_", "-")
+
+
+def brief(recording: Recording, answers: Sequence[Answer], room: int | None) -> list[str]:
+    """For a terminal of `room` columns: a line each, with the kind of its limit where it fits."""
+    named = {_shown(answer): answer for answer in answers}
     width = max(map(len, named), default=0) + 2
-    return [f"{badge(a):<{INDENT}}{name:<{width}}{a.brief or a.text}" for name, a in named.items()]
+    found = []
+    for name, answer in named.items():
+        line = f"{badge(answer):<{INDENT}}{name:<{width}}{answer.brief or answer.text}"
+        kinds = f" [{_kinds(recording, answer)}]" if answer.brief and answer.name in _LIMITS_OF else ""
+        found.append(line + (kinds if room is None or len(line + kinds) <= room else ""))
+    return found
 
 
 def markdown(recording: Recording) -> str:
@@ -97,8 +116,11 @@ def _without(name: str) -> Answer:
 
 def limit(recording: Recording, answer: Answer) -> str:
     """An answer's limit and of what kind it is: none is shown as published that is not."""
+    return f"{answer.limit}; {_kinds(recording, answer)}"
+
+
+def _kinds(recording: Recording, answer: Answer) -> str:
+    """Whether an answer's limits are published, derived or assumed."""
     sources = limits_of(recording).provenance
-    kinds = dict.fromkeys(
-        sources[name].kind if name in sources else "user" for name in _LIMITS_OF[answer.name]
-    )
-    return f"{answer.limit}; {', '.join(kinds)}"
+    named = _LIMITS_OF[answer.name]
+    return ", ".join(dict.fromkeys(sources[name].kind if name in sources else "user" for name in named))

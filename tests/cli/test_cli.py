@@ -31,7 +31,7 @@ def test_run_without_arguments_writes_the_seated_run(
     assert summary["status"] == "ok"
     assert 10.0 < summary["metrics"]["range_of_motion"]["value"] < 45.0
     angle = f"{summary['metrics']['peak_dorsiflexion_angle']['value']:.1f}° of dorsiflexion"
-    assert any(line.startswith("✓ GOOD      move") and angle in line for line in printed.splitlines())
+    assert any(line.startswith("! DOUBTFUL  move") and angle in line for line in printed.splitlines())
 
 
 def test_a_foot_that_is_not_lifted_to_neutral_is_bad(
@@ -47,15 +47,14 @@ def test_a_run_in_a_pipe_reports_while_it_takes_time(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(common, "_EVERY", 1e-3)
-    said = ""
+    said, before = "", threading.active_count()
     with common.progress("reading") as report:
         while "afo-sim: reading" not in said:
             said += capsys.readouterr().err
         report(1, 4, "simulating")
         while "afo-sim: simulating, 25%" not in said:
             said += capsys.readouterr().err
-    capsys.readouterr()
-    assert not [each for each in threading.enumerate() if each.name == common.PROGRESS]
+    assert threading.active_count() == before
 
 
 def test_a_table_folds_by_column_and_not_within_words(

@@ -440,7 +440,9 @@ def test_the_command_writes_beside_the_first_run(
     code, out, _ = call(capsys, "report", copy)
     assert code == 0
     assert str(copy / "report.html") in out
-    words = "<title>Set record_rate=100 Hz; set duration=2 s; seated, foot free in the air"
+    words = (
+        "<title>Seated, foot free in the air: dorsiflexors filled for 4 s, vented for 4 s (S1, Fig. 6) (2 set"
+    )
     assert words in (copy / "report.html").read_text(encoding="utf-8")
 
 

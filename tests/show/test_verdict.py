@@ -14,11 +14,14 @@ from command import call
 
 import afo_sim
 from afo_sim import simulation, study
+from afo_sim.cli.printed_run import print_run
+from afo_sim.common import Notice
+from afo_sim.metrics import Metric, seated_answers
 from afo_sim.show import RUNS, RunView
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.notebook import recording_html
 from afo_sim.show.report import page
-from afo_sim.simulation import Recording
+from afo_sim.simulation import Recording, limits_of
 
 
 @pytest.fixture(scope="module")
@@ -175,6 +178,61 @@ def test_a_walk_is_told_on_one_screen(
     assert lines[0].startswith("walk-dropfoot-afo")
     assert [line[:1] for line in lines[1:] if line[:1] in "✓!✗?"] == ["✓", "✓", "✓", "!", "!", "!"]
     assert "air_per_stride" not in "\n".join(lines) and lines[-1].startswith("written to run")
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"source_empty_after": Metric(7.0, "s")}, "It is empty after 7.0 s."),
+        ({"swings_with_toe_contact": Metric(1.0, "")}, "The forefoot touches the floor earlier in swing."),
+        ({"strides_without_air": Metric(1.0, "")}, "This is of strides on an empty source."),
+        ({"toe_clearance": Metric(-3.0, "mm")}, "It trips when settled."),
+    ],
+)
+def test_a_short_line_hides_nothing_that_is_bad(
+    shipped: Recording, changed: dict[str, Metric], said: str
+) -> None:
+    run = dataclasses.replace(shipped, metrics={**shipped.metrics, **changed})
+    assert any(said in line for line in verdict.brief(run, run.verdict, None))
+    assert not any(said in line for line in verdict.brief(shipped, shipped.verdict, None))
+
+
+def test_the_sentence_of_a_report_names_what_is_bad(short_links: Recording) -> None:
+    answers = {answer.name: answer for answer in short_links.verdict}
+    assert answers["help"].status == "good" and answers["push_off"].status == "bad"
+    assert verdict.lead(short_links).startswith(answers["help"].text)
+    assert "BAD: push-off." in verdict.lead(short_links)
+
+
+@pytest.mark.parametrize(("rise", "status"), [(0.3, "good"), (1.5, "doubtful"), (float("nan"), "doubtful")])
+def test_seated_what_is_slower_than_a_swing_is_not_good(sitting: Recording, rise: float, status: str) -> None:
+    numbers = {
+        **sitting.metrics,
+        "rise_time": Metric(rise, "s"),
+        "peak_dorsiflexion_angle": Metric(2.0, "deg"),
+    }
+    assert seated_answers(numbers, limits_of(sitting))[0].status == status
+
+
+def test_what_stopped_early_has_no_answer_when_seated_and_is_said_before_its_curves(
+    sitting: Recording, capsys: pytest.CaptureFixture[str]
+) -> None:
+    failed = dataclasses.replace(sitting, status="failed: it fell")
+    print_run(failed, pathlib.Path("run"))
+    assert not any(word in capsys.readouterr().out for word in ("GOOD", "DOUBTFUL", "BAD"))
+    shown = page(views(failed))
+    assert shown.index("the simulation failed: it fell") < shown.index('class="panels"')
+
+
+def test_warnings_that_do_not_fit_are_counted(
+    sitting: Recording, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    many = tuple(Notice(f"kind-{k}", "number {k} is wrong", k=k) for k in range(20))
+    print_run(dataclasses.replace(sitting, warnings=many), pathlib.Path("run"))
+    lines = capsys.readouterr().out.splitlines()
+    shown = sum(line.startswith("warning: ") for line in lines)
+    assert len(lines) <= 12 and f"({20 - shown} of warnings)" in "".join(lines)
 
 
 @pytest.mark.slow

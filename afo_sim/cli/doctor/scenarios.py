@@ -7,7 +7,7 @@ import numpy as np
 from afo_sim.cli.doctor.kinds import Findings
 from afo_sim.description import Described, Leg, Orthosis, Scenario
 from afo_sim.description.scenario_text import reference
-from afo_sim.model import design_of, stability, sweep_ankle
+from afo_sim.model import design_of, slack_everywhere, stability, sweep_ankle
 from afo_sim.model import rows as path_rows
 from afo_sim.model.build import build
 from afo_sim.simulation import described_policy, reference_of
@@ -30,7 +30,8 @@ def scenario(scenario: Scenario) -> Findings:
     if built.index.muscles:
         design = design_of(built)
         findings += [row for entry in design.facts for row in path_rows(entry)]
-        warnings = list(dict.fromkeys([*design.warnings, *warnings]))
+        slack = [notice for entry in design.facts if (notice := slack_everywhere(entry)) is not None]
+        warnings = list(dict.fromkeys([*design.warnings, *slack, *warnings]))
     if scenario.controller is not None:
         described_policy(built)  # refuses a rate or columns that do not fit
         rate = f"{scenario.controller.rate:g} commands a second"

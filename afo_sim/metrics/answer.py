@@ -1,0 +1,140 @@
+"""One answer of a verdict: its question, status and words, and how a number becomes one of these.
+
+Each answer has a number, what it is held against, and a status that is stated by a word and a mark as well as
+by a colour.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+from afo_sim.metrics.metric import Metric
+
+Status = Literal["good", "doubtful", "bad", "unknown"]
+WORST: tuple[Status, ...] = ("good", "doubtful", "bad")  # the later, the worse
+
+Numbers = Mapping[str, Metric]
+
+
+class Limits(Protocol):
+    """What a verdict needs of the scenario's limits; `description.limits.Limits` has it [SI]."""
+
+    @property
+    def toe_clearance(self) -> tuple[float, float]: ...
+    @property
+    def contact_pitch(self) -> tuple[float, float]: ...
+    @property
+    def torque_against_push_off(self) -> tuple[float, float]: ...
+    @property
+    def work_against_push_off(self) -> tuple[float, float]: ...
+    @property
+    def strides_per_bottle(self) -> tuple[float, float]: ...
+    @property
+    def bottle_volume(self) -> float: ...
+    @property
+    def bottle_pressure(self) -> float: ...
+    @property
+    def skin_pressure(self) -> tuple[float, float]: ...
+    @property
+    def blood_flow_pressure(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Feed:
+    """The source that a scenario names, in words.
+
+    words : "a bottle of 0.5 l at 300 bar"
+    runs : whether it is a compressor, which does not run empty
+    """
+
+    words: str
+    runs: bool = False
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One line of a verdict: the question, its answer, the numbers in words, what they are held against.
+
+    `brief` says them for one line of a terminal; "" where only the whole text says what decides.
+    """
+
+    name: str
+    question: str
+    status: Status
+    text: str
+    limit: str
+    brief: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.status.upper()}: {self.question} {self.text} Limit: {self.limit}."
+
+
+def at_least(value: float, limit: tuple[float, float]) -> Status:
+    """Good from the first limit on, bad below the second."""
+    if not math.isfinite(value):
+        return "unknown"
+    return "good" if value >= limit[0] else "bad" if value < limit[1] else "doubtful"
+
+
+def at_most(value: float, limit: tuple[float, float]) -> Status:
+    """Good up to the first limit, bad beyond the second."""
+    return at_least(-value, (-limit[0], -limit[1]))
+
+
+def worst(statuses: Sequence[Status]) -> Status:
+    """The worst of some; what is unknown hides what is good, and nothing hides what is bad."""
+    if "bad" in statuses or "unknown" not in statuses:
+        return max((each for each in statuses if each != "unknown"), key=WORST.index, default="unknown")
+    return "unknown"
+
+
+def has(metrics: Numbers, name: str) -> bool:
+    return name in metrics and math.isfinite(metrics[name].value)
+
+
+def lasting(seconds: float) -> str:
+    if seconds < 60.0:
+        return f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.1f} s"
+    if seconds >= 6000.0:
+        return f"{seconds / 3600.0:.1f} h"
+    return f"{seconds / 60.0:.0f} min" if seconds >= 600.0 else f"{seconds / 60.0:.1f} min"
+
+
+def three(value: float) -> str:
+    """Whole from 100 on, three digits below."""
+    return f"{value:.0f}" if value >= 99.95 else f"{value:.3g}"
+
+
+def numbered(keys: Sequence[int]) -> str:
+    """Strides counted from the start: "stride 3", "strides 1 to 3 and 7"; key 0 is the first."""
+    numbers = sorted(k + 1 for k in keys)
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][1] + 1:
+            runs[-1][1] = number
+        else:
+            runs.append([number, number])
+    stated = [f"{a}" if a == b else f"{a} {'and' if b == a + 1 else 'to'} {b}" for a, b in runs]
+    return f"stride{'s' if len(numbers) > 1 else ''} {listed(stated)}"
+
+
+def listed(parts: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))
+
+
+def capital(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def millimetres(height: float) -> str:
+    return f"{in_digits(round(height, 1) + 0.0, '.1f')} mm"
+
+
+def in_digits(value: float, form: str = "g") -> str:
+    return f"{value:{form}}".replace("-", "−")
+
+
+def clean(value: float) -> float:
+    """A limit without the last digits of its conversion."""
+    return round(value, 9) + 0.0
