@@ -407,7 +407,9 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     )
     return environment.get_template(_TEMPLATE).render(
         title=_begun(title) if both or len(runs) == 1 else title,
-        leads=[(run, verdict.lead(run.recording)) for run in judged if run.recording.verdict],
+        leads=[
+            (run, verdict.lead(run.recording, short=len(runs) > 1)) for run in judged if run.recording.verdict
+        ],
         runs=runs,
         judged=judged,
         cells=lambda row: TwoSides(**row).cells,

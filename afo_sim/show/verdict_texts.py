@@ -55,10 +55,13 @@ def lines(recording: Recording) -> list[str]:
     return [*found, " " * INDENT + NO_DEVICE] if found else []
 
 
-def lead(recording: Recording) -> str:
-    """The first answer, and which of the others are not good: a good one hides no bad one."""
+def lead(recording: Recording, *, short: bool = False) -> str:
+    """The first answer, and which of the others are not good: a good one hides no bad one.
+
+    short : for one of several runs
+    """
     first, *others = recording.verdict
-    found = [first.text]
+    found = [f"{first.status.upper()}: {first.brief}." if short and first.brief else first.text]
     for status in ("bad", "doubtful", "unknown"):
         if names := [_shown(answer) for answer in others if answer.status == status]:
             found.append(f"{status.upper()}: {', '.join(names)}.")

@@ -534,3 +534,7 @@ def test_a_recording_of_another_making_is_refused(
     (tmp_path / "recording.parquet").write_bytes(b"not a table")
     with pytest.raises(InputError, match="not a valid Parquet file"):
         write_report([tmp_path])
+
+
+def test_what_the_runs_wear_differently_is_said_before_their_curves(compared: str) -> None:
+    assert 0 < compared.index("wear different things") < compared.index('class="panels"')
