@@ -148,7 +148,20 @@ def new(new_one: _New) -> None:
 
         for fact, value in new_braid_facts(load("muscle", file)):
             print(f"{fact}: {value}")
+    if new_one.kind == "orthosis" and "muscle" in uses:
+        _print_links(file)
     print(f"next: {_next(new_one.kind, new_one.name, file)}")
+
+
+def _print_links(file: Path) -> None:
+    """The links that were fitted to another muscle."""
+    from afo_sim.description import load
+
+    for name, group in load("orthosis", file).muscle.items():
+        if group.link_length:
+            print(f"link of {name}: {1e3 * group.link_length:.4g} mm, as long as the muscle leaves it")
+        elif group.link_length is not None:
+            print(f"warning: no link is left for {name}: the muscle is too long; move its anchors apart")
 
 
 @app.command()

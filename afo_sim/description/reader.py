@@ -324,7 +324,16 @@ def _say_what_is_set(table: Any, key: str, value: Any) -> None:
 
 
 def unchanged(description: str) -> tuple[str, int]:
-    """A description without what `_say_what_is_set` has put before it, and how many values that were."""
+    """A description without what `_say_what_is_set` has put before it.
+
+    Parameters
+    ----------
+    description : of a scenario or product, as a recording holds it
+
+    Returns
+    -------
+    its words, and how many values were set for the run [-]
+    """
     parts = description.split("; ")
     kept = [part for part in parts if not part.startswith("set ")]
     return "; ".join(kept), len(parts) - len(kept)

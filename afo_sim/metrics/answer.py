@@ -90,10 +90,12 @@ def worst(statuses: Sequence[Status]) -> Status:
 
 
 def has(metrics: Numbers, name: str) -> bool:
+    """Whether a metric is there and finite."""
     return name in metrics and math.isfinite(metrics[name].value)
 
 
 def lasting(seconds: float) -> str:
+    """A time [s] in seconds, minutes or hours."""
     if seconds < 60.0:
         return f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.1f} s"
     if seconds >= 6000.0:
@@ -120,18 +122,22 @@ def numbered(keys: Sequence[int]) -> str:
 
 
 def listed(parts: Sequence[str]) -> str:
+    """Parts with commas, and "and" before the last."""
     return " and ".join(filter(None, [", ".join(parts[:-1]), *parts[-1:]]))
 
 
 def capital(text: str) -> str:
+    """A text that begins with a capital letter; it may not be empty."""
     return text[0].upper() + text[1:]
 
 
 def millimetres(height: float) -> str:
+    """A height [mm] to a tenth, with its unit and a true minus sign."""
     return f"{in_digits(round(height, 1) + 0.0, '.1f')} mm"
 
 
 def in_digits(value: float, form: str = "g") -> str:
+    """A number in a format, with a true minus sign."""
     return f"{value:{form}}".replace("-", "−")
 
 

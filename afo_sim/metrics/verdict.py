@@ -436,6 +436,14 @@ def seated_answers(metrics: Numbers, limits: Limits) -> tuple[Answer, ...]:
     ----------
     metrics : of the run
     limits : of the scenario [SI]
+
+    Returns
+    -------
+    whether the foot is lifted, and where a cuff or strap is described, whether the skin bears it
+
+    Source
+    ------
+    Perry & Burnfield 2010, Gait Analysis: the ankle is neutral in mid-swing, and swing is 0.4 of a stride.
     """
     names = ("peak_plantarflexion_angle", "peak_dorsiflexion_angle", "peak_dorsiflexion_torque")
     if not all(has(metrics, name) for name in names):

@@ -102,6 +102,19 @@ def test_the_link_fits_another_muscle(length: str, tmp_path: pathlib.Path) -> No
         assert after == pytest.approx(before, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("length", "said"), [("24 cm", "link of dorsiflexor: 87 mm"), ("60 cm", "no link is left")]
+)
+def test_the_fitted_link_is_said(
+    length: str, said: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    """S1's muscle is 21.5 cm long between its ends, its link 11.2 cm; one of 24 cm leaves 2.5 cm less."""
+    monkeypatch.chdir(tmp_path)
+    new("muscle", "mine", tmp_path, braid={"bore": "10 mm", "braid_angle": "25 deg", "length": length})
+    code, printed, _ = call(capsys, "new", "orthosis", "brace", "--muscle", "mine")
+    assert code == 0 and said in printed
+
+
 def test_a_slack_design_is_checked_as_slack_with_its_number(tmp_path: pathlib.Path) -> None:
     """A link that is longer by 10 mm hangs through by 10 mm more, and one that is shorter by that is taut."""
     file = new("orthosis", "brace", tmp_path)
