@@ -42,23 +42,43 @@ def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
 
 def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> None:
     """The answers, then as many warnings, changes and notes as a dozen lines hold."""
-    from afo_sim.metrics import NO_DEVICE
     from afo_sim.show import bands, effects, in_brief
-    from afo_sim.show import verdict_texts as verdict
 
-    answered = [(line, verdict.INDENT) for line in verdict.brief(recording, answers, _width())]
-    notes = [(f"note: {in_brief(_notes(recording))}", 6)] if _notes(recording) else []
+    notes = [(f"note: {in_brief(note_lines(recording))}", 6)] if note_lines(recording) else []
     step = effects.first_step(recording)
-    remarks = [*_warnings(recording, bool(answers)), *notes, *([(step, 2)] if step else [])]
+    remarks = [*warning_lines(recording, bool(answers)), *notes, *([(step, 2)] if step else [])]
     if not answers:
         remarks += [(f"{name} {value}", 2) for name, value in _numbers(recording)]
-    tail = [(NO_DEVICE, 0), (written, 2)] if answers else [(written, 2)]
     print_line(_title(recording), style="bold")
+    drawn = [(line, 2) for line in bands.brief(recording)]
+    print_answers(recording, answers, remarks, [(written, 2)], first=drawn)
+
+
+def print_answers(
+    recording: Any,
+    answers: Sequence[Any],
+    remarks: list[_Line],
+    tail: list[_Line],
+    *,
+    first: Sequence[_Line] = (),
+    whole: bool = False,
+) -> None:
+    """Answers, what stands first behind them, and as many remarks as a dozen lines hold.
+
+    recording : whose limits the answers are held against
+    tail : lines that end it
+    whole : the answers in full and every remark
+    """
+    from afo_sim.metrics import NO_DEVICE
+    from afo_sim.show import verdict_texts as verdict
+
+    shown = verdict.full(recording, answers) if whole else verdict.brief(recording, answers, _width())
+    answered = [(line, verdict.INDENT) for line in shown]
+    ends = [*([(NO_DEVICE, 0)] if answers else []), *tail]
     for line, hang in answered:
         print_line(line, hang=hang, badge=hang)
-    for line in bands.lines(recording):
-        print_line(line, hang=2)
-    for line, hang in (*_fitting(remarks, _LINES - 1 - _rows([*answered, *tail])), *tail):
+    room = _LINES - 1 - _rows([*answered, *first, *ends])
+    for line, hang in (*first, *(remarks if whole else _fitting(remarks, room)), *ends):
         print_line(line, hang=hang)
 
 
@@ -107,9 +127,9 @@ def _print_all(recording: Any) -> None:
     for line in (*effects.lines(recording), *bands.lines(recording)):
         print_line(line, hang=len(line) - len(line.lstrip()) + 2)
     _print_numbers(recording)
-    for line, hang in _warnings(recording, bool(recording.verdict)):
+    for line, hang in warning_lines(recording, bool(recording.verdict)):
         print_line(line, hang=hang)
-    for note in _notes(recording):
+    for note in note_lines(recording):
         print_line(f"note: {note}", hang=6)
     timing = recording.timing
     steps, speed = timing["steps"], timing["steps_per_second"] / 1000
@@ -135,7 +155,7 @@ def _print_numbers(recording: Any) -> None:
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 
 
-def _warnings(recording: Any, has_answers: bool) -> list[_Line]:
+def warning_lines(recording: Any, has_answers: bool) -> list[_Line]:
     """Each warning once; of several of a kind the first, and whom else it concerns."""
     kinds: dict[str, list[Any]] = {}
     for warning in dict.fromkeys(recording.warnings):
@@ -153,7 +173,7 @@ def _also(first: Any, others: list[Any]) -> str:
     return f" (and {len(others)} more of this kind)" if others else ""
 
 
-def _notes(recording: Any) -> list[Any]:
+def note_lines(recording: Any) -> list[Any]:
     """What of the numbers is not to be believed."""
     from afo_sim.show import cautions, decisive, of_walker
 

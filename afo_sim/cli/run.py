@@ -1,5 +1,6 @@
 """Commands that simulate: run, compare, torque-map, both."""
 
+import dataclasses
 import functools
 import sys
 from pathlib import Path
@@ -27,7 +28,7 @@ from afo_sim.cli.common import (
     watching,
 )
 from afo_sim.cli.overwriting import check_folder, check_run_folder, check_same
-from afo_sim.cli.printed_run import print_line, print_run
+from afo_sim.cli.printed_run import note_lines, print_answers, print_line, print_run, warning_lines
 from afo_sim.common import InputError
 
 
@@ -269,34 +270,38 @@ def _check_folder(folder: Path, pair: list[dict[str, Any]], apart: float, *, for
     check_same(folder, "run of both legs", "both.json", {"apart": apart}, problem, force=force, whom="them")
 
 
-def _print_both(legs: Any, folder: Path, *, numbers: bool = False) -> None:
-    """Print two legs' runs."""
-    from afo_sim.show import printed
+def _print_both(legs: Any, folder: Path, *, numbers: bool) -> None:
+    """Print two legs' runs: on a dozen lines what decides, or with `numbers` all that is known."""
+    from afo_sim.show import in_brief
 
     names = {side: leg.scenario["name"] for side, leg in legs.legs.items()}
-    print(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")
+    tail = [(f"written to {folder}; compare the legs with: afo-sim report {folder}", 2)]
+    print_line(f"right: {names['right']}; left: {names['left']}, {legs.apart:g} of a stride behind")
     if legs.affected:
-        print(f"affected side: {legs.affected}; the other side wears nothing and walks as recorded")
+        print_line(f"affected side: {legs.affected}; the other side wears nothing and walks as recorded")
+    if numbers or not legs.verdict:
+        _print_tables(legs, whole=numbers)
+    answers = [_answer(legs, worse) for worse in legs.verdict]
+    warnings = warning_lines(legs, bool(answers) and not numbers)
+    doubts = note_lines(legs.right) if not numbers else []
+    notes = [*warnings, *_peak(legs), *((f"note: {note}", 6) for note in legs.notes)]
+    first = [(f"note: {in_brief(doubts)}", 6)] if doubts else []
+    print_answers(legs.right, answers, notes, tail, first=first, whole=numbers)
+
+
+def _print_tables(legs: Any, *, whole: bool) -> None:
+    """The air of both; as a `whole` also one side beside the other, and every number of either leg."""
+    from afo_sim.show import printed
+
+    air = [_air_row(legs.numbers, *row) for row in ROWS if _has(legs, row[0])]
+    print_table("air on one supply", ["", "right", "left", "both"], air)
+    if not whole:
+        return
     for kind, each in legs.asymmetry.items():
         print_table(f"one side beside the other, {kind}", SIDES_HEADER, [row.cells for row in each])
-    header = ["", "right", "left", "both"]
-    print_table(
-        "air on one supply", header, [_air_row(legs.numbers, *row) for row in ROWS if _has(legs, row[0])]
-    )
-    if numbers:
-        shared = [n for n in legs.right.metrics if n in legs.left.metrics]
-        rows = [
-            [_named(legs, n), *(printed(n, leg.metrics[n]) for leg in legs.legs.values())] for n in shared
-        ]
-        print_table("either leg", ["", "right", "left"], rows)
-    _print_peak(legs)
-    for worse in legs.verdict:
-        _print_worse(legs, worse)
-    for warning in legs.warnings:
-        print_line(f"warning: {warning}", hang=9)
-    for note in legs.notes:
-        print_line(f"note: {note}", hang=6)
-    print(f"written to {folder}; compare the legs with: afo-sim report {folder}")
+    shared = [n for n in legs.right.metrics if n in legs.left.metrics]
+    rows = [[_named(legs, n), *(printed(n, leg.metrics[n]) for leg in legs.legs.values())] for n in shared]
+    print_table("either leg", ["", "right", "left"], rows)
 
 
 def _has(legs: Any, name: str) -> bool:
@@ -315,34 +320,30 @@ def _named(legs: Any, name: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _print_peak(legs: Any) -> None:
+def _peak(legs: Any) -> list[tuple[str, int]]:
     """What the source must give at once, against one leg's need."""
-    if "peak_flow_both" not in legs.numbers:
-        return
-    peaks = [legs.numbers[f"peak_flow_{who}"].value for who in ("right", "left", "both")]
-    highest = max(peaks[:2])
-    if highest > 0.0:
-        print(
-            f"the source must give {peaks[2]:.3g} l/min (ANR) at once, "
-            f"{peaks[2] / highest:.2f} times one leg's"
-        )
+    found = [legs.numbers.get(f"peak_flow_{who}") for who in ("right", "left", "both")]
+    peaks = [peak.value for peak in found if peak is not None]
+    if len(peaks) < 3 or max(peaks[:2]) <= 0.0:
+        return []
+    times = peaks[2] / max(peaks[:2])
+    return [(f"the source must give {peaks[2]:.3g} l/min (ANR) at once, {times:.2f} times one leg's", 2)]
 
 
-def _print_worse(legs: Any, worse: Any) -> None:
+def _answer(legs: Any, worse: Any) -> Any:
     """One question of the verdict: the worse leg's answer; where they are alike but for numbers, both."""
-    from afo_sim.show import INDENT, badge, limit
-
     answers = worse.answers
     if len(answers) == 1:
-        key, text = worse.leg, f"affected side: {answers[worse.leg].text}"
+        who = {worse.leg: ("affected side: ", "")}
     elif "both" in answers:
-        key, text = "both", f"both legs together: {answers['both'].text}"
+        who = {"both": ("both legs together: ", "together: ")}
     elif worse.leg != "both":
-        key, text = worse.leg, f"the {worse.leg} leg, the worse one: {answers[worse.leg].text}"
+        who = {worse.leg: (f"the {worse.leg} leg, the worse one: ", f"{worse.leg}: ")}
     elif answers["right"].text == answers["left"].text:
-        key, text = "right", f"both legs: {answers['right'].text}"
+        who = {"right": ("both legs: ", "")}
     else:
-        key, text = "right", f"right: {answers['right'].text} Left: {answers['left'].text}"
-    answer = answers[key]
-    against = limit(legs.left if key == "left" else legs.right, answer)
-    print_line(f"{badge(answer):<{INDENT}}{worse.question} {text} ({against})", hang=INDENT, badge=INDENT)
+        who = {side: (f"{side}: ", f"{side}: ") for side in ("right", "left")}
+    text = " ".join(f"{name}{answers[key].text}" for key, (name, _) in who.items())
+    short = [f"{name}{answers[key].brief}" for key, (_, name) in who.items() if answers[key].brief]
+    brief = "; ".join(short) if len(short) == len(who) else ""
+    return dataclasses.replace(answers[next(iter(who))], text=text, brief=brief)

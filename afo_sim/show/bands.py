@@ -62,6 +62,21 @@ def lines(recording: Recording) -> list[str]:
     return [*heading, *(f"  {line}" for line in (*_sentences(study), *_short_notes(study)))]
 
 
+def brief(recording: Recording) -> list[str]:
+    """For a dozen lines of a terminal: what stands first, the bands, what to measure next."""
+    study = _study(recording)
+    if study is None:
+        return []
+    found, left = [], study["draws"] - study["failed"]["count"]
+    for name in [name for name in _OF_METRICS if name in study["metrics"]]:
+        _, (low, _, high), of = _told(name, study["metrics"][name])
+        found.append(f"{_OF_METRICS[name]} {low} to {high} {of}")
+    if study["trips"]:
+        found.append(of_draws(study["trips"]["touch"]["share"], left, "trips", "trip"))
+    bands = [f"5 to 95 % of {left} draws: {'; '.join(found)}"] if found else []
+    return [*_warnings(study), *bands, *_measure_next(study)]
+
+
 def markdown(recording: Recording) -> str:
     """For the viewer; "" where there is nothing to report."""
     study = _study(recording)
@@ -125,13 +140,14 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
     others = [f"{_OF_METRICS[name]} {_band(name, metrics)}" for name in (_TORQUE, _AIR) if name in metrics]
     if others:
         found.append("; ".join(others))
+    return [*found, *_measure_next(study)]
+
+
+def _measure_next(study: Mapping[str, Any]) -> list[str]:
+    """What explains the clearance's band, the largest share first; none of too few draws."""
     named = {group["name"]: group for group in study["groups"]}
-    if study["measure_next"]:
-        each = [
-            f"{_plain(name)} ({_percent(named[name], _CLEARANCE):.0f} %)" for name in study["measure_next"]
-        ]
-        found.append(f"measure next, by share of the clearance's variance: {', '.join(each)}")
-    return found
+    each = [f"{_plain(name)} ({_percent(named[name], _CLEARANCE):.0f} %)" for name in study["measure_next"]]
+    return [f"measure next, by share of the clearance's variance: {', '.join(each)}"] if each else []
 
 
 def _band(name: str, metrics: Mapping[str, Any]) -> str:

@@ -48,11 +48,16 @@ def badge(answer: Answer) -> str:
 
 def lines(recording: Recording) -> list[str]:
     """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to report."""
-    found = [
-        f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({limit(recording, answer)})"
-        for answer in recording.verdict
-    ]
+    found = full(recording, recording.verdict)
     return [*found, " " * INDENT + NO_DEVICE] if found else []
+
+
+def full(recording: Recording, answers: Sequence[Answer]) -> list[str]:
+    """Whole answers for a terminal, each behind its badge, with its limit in brackets."""
+    return [
+        f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({limit(recording, answer)})"
+        for answer in answers
+    ]
 
 
 def lead(recording: Recording, *, short: bool = False) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from afo_sim.common import InputError, unknown
 from afo_sim.description import Scenario, load
+from afo_sim.metrics import number, unit
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.run import run_scenario
 
@@ -89,8 +90,8 @@ def tables(runs: Mapping[str, Recording]) -> list[tuple[str, list[str], list[lis
     metrics = []
     for name in names:
         found = [run.metrics.get(name) for run in runs.values()]
-        unit = next(m.unit for m in found if m is not None)
-        metrics.append([name, unit, *("" if m is None else _text(m.value) for m in found)])
+        known = next(m for m in found if m is not None)
+        metrics.append([name, unit(known), *("" if m is None else number(m.value, m.unit) for m in found)])
     apart = angle_differences(runs)
     pairs = [[a, *(f"{np.degrees(_of(apart, a, b)):.3f}" for b in runs)] for a in runs]
     return [
@@ -101,7 +102,3 @@ def tables(runs: Mapping[str, Recording]) -> list[tuple[str, list[str], list[lis
 
 def _of(apart: Mapping[tuple[str, str], float], a: str, b: str) -> float:
     return apart.get((a, b), apart.get((b, a), 0.0))
-
-
-def _text(value: float) -> str:
-    return f"{value:.4g}" if np.isfinite(value) else "–"

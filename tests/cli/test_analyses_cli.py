@@ -167,6 +167,21 @@ def test_both_legs_on_the_terminal_and_on_disk(
     assert sorted(p.name for p in (tmp_path / "a").iterdir()) == ["both.json", "both.png", "left", "right"]
 
 
+def test_two_walking_legs_answer_on_a_dozen_lines_and_hide_no_bad_answer(
+    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.chdir(tmp_path)
+    words = ("both", "walk-dropfoot-afo", "--no-rrd", "--force", "--out", "a")
+    code, short, _ = call(capsys, *words)
+    assert code == 0 and len(short.splitlines()) <= 13
+    assert "air       together:" in short and "note: no floor" in short
+    _, whole, _ = call(capsys, *words, "--numbers")
+    mark = re.compile("^[✓!✗?] (GOOD|DOUBTFUL|BAD|UNKNOWN) ", re.M)
+    assert mark.findall(short) == mark.findall(whole) and "BAD" in mark.findall(short)
+    assert "one side beside the other" in whole and "air on one supply" in whole
+
+
 def test_other_legs_are_not_replaced(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
     assert both(capsys, tmp_path / "a")[0] == 0
     assert both(capsys, tmp_path / "a")[0] == 0  # the very same

@@ -18,9 +18,10 @@ SHORT = ("--set", "timestep=4 ms", "--set", "duration=4 s", "--no-rrd", "--no-ch
 
 
 def test_a_run_prints_its_bands(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
-    code, out, _ = call(
-        capsys, "run", "walk-dropfoot-afo", *SHORT, "--uncertainty", 20, "--out", tmp_path / "run"
-    )
+    words = ("run", "walk-dropfoot-afo", *SHORT, "--uncertainty", 20, "--out", tmp_path / "run", "--force")
+    code, out, _ = call(capsys, *words)
+    assert code == 0 and "5 to 95 % of 20 draws: toe clearance" in out
+    code, out, _ = call(capsys, *words, "--numbers")
     assert code == 0 and "What is not known, drawn together (20 draws)" in out
     assert "too few to show what explains the bands" in " ".join(out.split())
 

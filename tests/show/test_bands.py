@@ -48,6 +48,17 @@ def test_the_terminal_has_clearance_trips_and_what_to_measure(walk: Recording) -
     assert [name.replace("_", " ") in measure for name in study["measure_next"]] == [True] * 3
 
 
+def test_in_short_the_bands_are_those_of_the_whole(walk: Recording) -> None:
+    study = walk.studies["uncertainty"]
+    bands_line, measure = bands.brief(walk)
+    assert numbers(bands_line)[:2] == [5.0, 95.0] and measure in [line.strip() for line in bands.lines(walk)]
+    for name, words in (("toe_clearance", "toe clearance"), ("air_per_stride", "air")):
+        low, _, high = study["metrics"][name]["quantiles"]
+        (part,) = [each for each in re.split(r"[:;] ", bands_line) if each.startswith(words)]
+        assert numbers(part) == pytest.approx([low, high], abs=0.5 if words != "air" else 5e-4)
+    assert "trip" in bands_line
+
+
 def test_no_trip_among_few_draws_is_not_told_as_none_at_all(walk: Recording) -> None:
     trips = walk.studies["uncertainty"]["trips"]
     dry = trips | {"touch": trips["touch"] | {"share": 0.0}}

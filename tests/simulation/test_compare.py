@@ -88,7 +88,7 @@ def test_files_of_a_comparison(long: dict[str, Recording], tmp_path: pathlib.Pat
 def test_tables_hold_metrics_and_pairs(long: dict[str, Recording]) -> None:
     (_, header, metrics), (_, _, pairs) = tables(long)
     assert header[2:] == list(LAWS)
-    assert any(row[0] == "peak_flexion_angle" and row[1] == "deg" for row in metrics)
+    assert any(row[0] == "peak_flexion_angle" and row[1] == "°" for row in metrics)
     matrix = np.array([[float(x) for x in row[1:]] for row in pairs])
     assert np.array_equal(matrix, matrix.T)
     assert (np.diag(matrix) == 0.0).all()
