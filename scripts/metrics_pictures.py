@@ -1,7 +1,6 @@
-"""The pictures of docs/metrics.md: each group of metrics drawn on a stride; and its table.
+"""The pictures of docs/metrics.md: each group of metrics drawn on a stride.
 
 python scripts/metrics_pictures.py [--out models/scenarios/pictures]
-python scripts/metrics_pictures.py --table   (writes the table into the page, draws nothing)
 """
 
 import argparse
@@ -15,12 +14,10 @@ from PIL import Image
 
 import afo_sim
 from afo_sim.metrics import FOREFOOT_PITCH, HEEL_PITCH, HEEL_RISE, LOADING, Stride
-from afo_sim.metrics import metric_words as page
 from afo_sim.model import NEEDS
 from afo_sim.show import BLUE, COLOURS, GREEN, ORANGE, PINK, RED, RunView, write_figure
 from afo_sim.simulation import limits_of
 
-PAGE = pathlib.Path(__file__).resolve().parents[1] / "docs" / "metrics.md"
 SCENARIO, BARE = "walk-dropfoot-afo", "walk-dropfoot"
 DURATION = "3.7 s"
 WIDTH = 7.0  # [inch]
@@ -228,14 +225,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     place = pathlib.Path(__file__).resolve().parents[1] / "models" / "scenarios" / "pictures"
     parser.add_argument("--out", type=pathlib.Path, default=place)
-    parser.add_argument("--table", action="store_true")
     given = parser.parse_args()
-    if given.table:
-        text = PAGE.read_text(encoding="utf-8")
-        before, _, rest = text.partition(page.BEGIN)
-        after = rest.partition(page.END)[2]
-        PAGE.write_text(f"{before}{page.BEGIN}{page.markdown()}{page.END}{after}", encoding="utf-8")
-        return
     worn, bare = Drawn(SCENARIO), Drawn(BARE)
     both = {"drop foot": bare, "with the orthosis": worn}
     pictures: dict[str, tuple[float, Callable[[Any], None]]] = {

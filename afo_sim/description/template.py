@@ -124,7 +124,7 @@ def _is_reference(kind: Any, value: Any) -> bool:
 
 def _facts(leaf: Leaf) -> str:
     unit = unit_of(leaf.annotation)
-    default = "; needed" if leaf.required else f"; default {_shown_default(leaf)}"
+    default = "; needed" if leaf.required else f"; default {shown_default(leaf)}"
     return f"{f'[{unit}] ' if unit else ''}{allowed(leaf.annotation)}{default}"
 
 
@@ -134,7 +134,7 @@ def _plain_value(value: Any) -> Any:
     return "" if value is None else value
 
 
-def _shown_default(leaf: Leaf) -> str:
+def shown_default(leaf: Leaf) -> str:
     if leaf.default is None or leaf.default in ("", ()):
         return "none"
     text = shown(leaf.default, leaf.annotation)

@@ -42,14 +42,11 @@ from .metric import instead as instead
 from .metric import made_of as made_of
 from .metric import of_strides as of_strides
 from .metric import told as told
-from .metric_words import BEGIN as BEGIN
-from .metric_words import END as END
 from .metric_words import ROUND_OFF as ROUND_OFF
 from .metric_words import UNITS as UNITS
 from .metric_words import WORDS as WORDS
 from .metric_words import in_short as in_short
 from .metric_words import lift as lift
-from .metric_words import markdown as markdown
 from .metric_words import number as number
 from .metric_words import unit as unit
 from .metric_words import words as words

@@ -1,8 +1,10 @@
-"""docs/metrics.md and the registry say the same."""
+"""What docs/metrics.md and the reference say of metrics is what the registry says."""
 
+import importlib
 import math
 import pathlib
 import re
+from typing import Any
 
 import pytest
 from documents import PAGES
@@ -13,25 +15,28 @@ from afo_sim.metrics import metric_words as page
 from afo_sim.metrics.metric import RENAMED
 from afo_sim.metrics.metric_words import METRICS
 
+ROOT = pathlib.Path(__file__).parents[2]
 PAGE = PAGES["metrics"]
 
 
-def test_the_page_shows_the_registry() -> None:
-    shown = PAGE.partition(page.BEGIN)[2].partition(page.END)[0]
-    rows, registered = (sorted(text.split("\n")) for text in (shown.strip(), page.markdown().strip()))
-    assert rows == registered, "python scripts/metrics_pictures.py --table"  # in whatever order of imports
+@pytest.fixture
+def reference(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The module that makes the reference pages."""
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    return importlib.import_module("docs_reference")
 
 
-def test_every_metric_and_every_old_name_stands_once_in_the_table() -> None:
-    shown = PAGE.partition(page.BEGIN)[2].partition(page.END)[0]
-    rows = re.findall(r"^\| `([^`]+)` \|", shown, flags=re.M)
-    assert sorted(rows) == sorted(name.replace("{}", "…") for name in METRICS)
+def test_every_metric_and_every_old_name_stands_once_in_the_reference(reference: Any) -> None:
+    shown = reference.metrics()
+    rows = re.findall(r"^\| `([^`]+)` \| (.+?) \|", shown, flags=re.M)
+    units = {row.name.replace("{}", "…"): page.UNITS.get(row.unit, row.unit) for row in METRICS.values()}
+    assert sorted(rows) == sorted((name, unit or "–") for name, unit in units.items())
     assert all(shown.count(f"`{old}`") == 1 for old in RENAMED)
 
 
-def test_sources_and_earlier_meanings_are_of_metrics_that_there_are() -> None:
-    assert set(page.BEFORE) <= set(METRICS)
-    assert all(any(name.startswith(start) for name in METRICS) for start in page.SOURCES)
+def test_sources_and_earlier_meanings_are_of_metrics_that_there_are(reference: Any) -> None:
+    assert set(reference.BEFORE) <= set(METRICS)
+    assert all(any(name.startswith(start) for name in METRICS) for start in reference.SOURCES)
 
 
 def test_the_verdicts_page_tells_the_usual_limits() -> None:
@@ -71,5 +76,4 @@ def test_times_of_all_sizes_have_three_digits_and_round_off_is_zero() -> None:
 
 def test_the_pictures_are_there() -> None:
     pictures = re.findall(r"\]\(\.\./(models/scenarios/pictures/metrics-[\w-]+\.png)\)", PAGE)
-    root = pathlib.Path(__file__).parents[2]
-    assert len(pictures) == 5 and all((root / picture).is_file() for picture in pictures)
+    assert len(pictures) == 5 and all((ROOT / picture).is_file() for picture in pictures)

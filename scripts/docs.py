@@ -1,0 +1,287 @@
+"""The documentation as a site that needs no network: pages of docs/, tutorials with their output, reference.
+
+    python scripts/docs.py [--out site]
+
+Pages and pictures are copied beside pages that are made from the code (`docs_reference.py`). Zensical makes
+the site of them. A warning, a broken link or a request to an outside address fails the build.
+"""
+
+import argparse
+import ast
+import contextlib
+import io
+import os
+import pathlib
+import posixpath
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import textwrap
+import urllib.parse
+from collections.abc import Callable, Iterator
+from html.parser import HTMLParser
+from typing import Any
+
+import docs_reference
+import tomli_w
+from PIL import Image
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+LINK = re.compile(r"(\]\()([^)\s#:]+)(#[^)\s]*)?(\))")
+FENCED = re.compile(r"^( *```.*?^ *```)$", re.S | re.M)
+BLOCK = re.compile(r"^```python\n(.*?)^```$", re.S | re.M)
+TERM = re.compile(r"^- \*\*([^*]+)\*\*(.*)$", re.M)
+TABLE = re.compile(r"^(?!\|)(.*\S.*)\n(?=\|.*\|\n\|[-|: ]+\|$)", re.M)
+FETCHED = {"img": "src", "script": "src", "link": "href", "iframe": "src", "source": "src", "video": "src"}
+STYLE = """.md-typeset table:not([class]) { font-size: 0.65rem; }
+.md-typeset table:not([class]) :is(td, th) { min-width: 0; padding: 0.5em 0.8em; }
+.md-typeset table:not([class]) td:first-child { min-width: 6em; overflow-wrap: anywhere; }
+.md-typeset table:not([class]) td:first-child:has(code) { min-width: 9em; }
+.md-typeset thead:not(:has(th:not(:empty))) { display: none; }
+.md-typeset img { background: white; }
+@media (min-width: 60em) { .md-typeset td:first-child code { white-space: nowrap; } }
+"""
+# A page that is opened from a folder may start no worker: the search then runs in a frame of the page.
+SEARCH = """if (location.protocol === "file:") window.Worker = class {
+  constructor(url) {
+    const frame = document.createElement("iframe");
+    frame.hidden = true;
+    document.body.append(frame);
+    const inside = frame.contentWindow, script = inside.document.createElement("script");
+    inside.postMessage = data => this.onmessage?.({ data: structuredClone(data) });
+    const ready = new Promise(loaded => script.onload = loaded);
+    this.postMessage = data => ready.then(() => inside.onmessage({ data: inside.structuredClone(data) }));
+    this.terminate = () => frame.remove();
+    script.src = url;
+    inside.document.body.append(script);
+  }
+};
+"""
+# Words that a question has and a page that answers it may lack: the search wants every word of a question.
+FILLERS = (
+    "a am an and are can do does for from have how i in is it me much my of on should the to what which with"
+)
+SEPARATOR = r"""[\s\-_,:;!?=\[\]()\\"`/]+|\.(?!\d)|\b(?:{})\b""".format(
+    "|".join(f"[{word[0]}{word[0].upper()}]{word[1:]}" for word in FILLERS.split())
+)
+Nav = list[dict[str, Any]]
+
+
+def place(file: pathlib.Path) -> str:
+    """Where a file of the tree stands in the site: pages of docs/ at its top, all else by its path."""
+    return (file.relative_to(DOCS) if file.is_relative_to(DOCS) else file.relative_to(ROOT)).as_posix()
+
+
+def copy(source: pathlib.Path) -> None:
+    """All pages of docs/, and what they link to, also out of docs/."""
+    waiting = sorted(DOCS.rglob("*.md"))
+    done = set(waiting)
+    while waiting:
+        file = waiting.pop()
+        target = source / place(file)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if file.suffix != ".md":
+            shutil.copyfile(file, target)
+            continue
+        text = file.read_text(encoding="utf-8")
+        links = {link: (file.parent / link).resolve() for _, link, _, _ in LINK.findall(_prose(text))}
+        linked = {path for path in links.values() if path.is_file() and path.is_relative_to(ROOT)}
+        waiting += sorted(linked - done)
+        done |= linked
+        text = page(text, file, links)
+        if file.stem == "glossary":  # a term is a heading, so that the search leads to it
+            text = TERM.sub(lambda term: f"### {term[1]}\n\n{term[2].lstrip(': ')}\n", text)
+        target.write_text(text, encoding="utf-8")
+
+
+def page(text: str, file: pathlib.Path, links: dict[str, pathlib.Path]) -> str:
+    """A page's Markdown for the site: its links follow what moved, and tables stand apart from text."""
+
+    def moved(found: re.Match[str]) -> str:
+        begin, link, anchor, end = found.groups()
+        path = links[link]
+        if path.is_file() and path.is_relative_to(ROOT):
+            link = posixpath.relpath(place(path), posixpath.dirname(place(file)) or ".")
+        return f"{begin}{link}{anchor or ''}{end}"
+
+    parts = FENCED.split(text)
+    parts[::2] = [TABLE.sub(r"\1\n\n", LINK.sub(moved, part)) for part in parts[::2]]
+    return "".join(parts)
+
+
+def _prose(text: str) -> str:
+    return "".join(FENCED.split(text)[::2])
+
+
+def title(file: pathlib.Path) -> str:
+    """A page's first heading."""
+    found = re.search(r"^# (.+)$", file.read_text(encoding="utf-8"), re.M)
+    return found[1] if found else file.stem
+
+
+def navigation(source: pathlib.Path) -> Nav:
+    """The ways in as docs/index.md has them, then tutorials, reference and glossary."""
+    nav: Nav = [{"Home": "index.md"}]
+    sections = re.split(r"^## ", (source / "index.md").read_text(encoding="utf-8"), flags=re.M)[1:]
+    for section in sections:
+        pages = re.findall(r"^- \[([^\]]+)\]\((\w+\.md)\)", section, re.M)
+        if pages:
+            nav.append({re.split(r"[:\n]", section)[0]: [{name: file} for name, file in pages]})
+    for name in ("tutorials", "reference"):
+        files = sorted((source / name).glob("*.md"))
+        nav.append({name.capitalize(): [{title(file): f"{name}/{file.name}"} for file in files]})
+    return [*nav, {"Glossary": "glossary.md"}]
+
+
+def execute(file: pathlib.Path) -> None:
+    """Run a tutorial's blocks one after another; print, last value and new pictures stand below each."""
+    names: dict[str, Any] = {"__name__": "__main__"}
+    pictures = file.parent / file.stem
+    pictures.mkdir()
+
+    def run(found: re.Match[str]) -> str:
+        before = set(pictures.iterdir())
+        shown = textwrap.indent(output(found[1], names).rstrip(), "    ")
+        new = [path for path in sorted(pictures.iterdir()) if path.suffix == ".png" and path not in before]
+        return "\n\n".join([found[0], shown, *(picture(path) for path in new)])
+
+    with contextlib.chdir(pictures):
+        text = BLOCK.sub(run, file.read_text(encoding="utf-8"))
+    file.write_text(text, encoding="utf-8")
+
+
+def picture(path: pathlib.Path) -> str:
+    """A picture beside the page of its folder's name, at half of its pixels."""
+    address = f"{path.parent.name}/{path.name}"
+    return f'<img alt="{path.stem}" src="{address}" width="{Image.open(path).width // 2}">'
+
+
+def output(code: str, names: dict[str, Any]) -> str:
+    """What a block prints, and the value of its last line where that is an expression."""
+    tree = ast.parse(code)
+    last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(compile(tree, "<tutorial>", "exec"), names)
+        value = eval(compile(ast.Expression(last.value), "<tutorial>", "eval"), names) if last else None  # type: ignore[attr-defined]
+    return printed.getvalue() + ("" if value is None else repr(value))
+
+
+def configuration(nav: Nav) -> dict[str, Any]:
+    """What Zensical reads. Fonts are the reader's own, so that none is fetched."""
+    palette = [
+        {"media": f"(prefers-color-scheme: {name})", "scheme": scheme, "primary": "indigo", "toggle": toggle}
+        for name, scheme, toggle in (
+            ("light", "default", {"icon": "lucide/sun", "name": "Dark colours"}),
+            ("dark", "slate", {"icon": "lucide/moon", "name": "Light colours"}),
+        )
+    ]
+    features = ["navigation.tabs", "navigation.top", "navigation.footer", "search.highlight"]
+    slugs = {"object": "pymdownx.slugs.slugify", "kwds": {"case": "lower"}}
+    project = {
+        "site_name": "afo-sim",
+        "site_description": "Simulator of ankle-foot orthoses driven by pneumatic artificial muscles",
+        "docs_dir": "source",
+        "use_directory_urls": False,  # so that it opens from a folder, too
+        "nav": nav,
+        "extra_css": ["style.css"],
+        "extra": {"generator": False, "polyfills": [{"path": "iframe-worker.js", "type": "text/javascript"}]},
+        "plugins": {"search": {"separator": SEPARATOR}, "offline": {}},
+        "theme": {"font": False, "features": [*features, "content.code.copy"], "palette": palette},
+        "markdown_extensions": {
+            "tables": {},
+            "sane_lists": {},
+            "toc": {"permalink": True, "slugify": slugs},
+            "pymdownx": {"superfences": {}, "highlight": {}, "betterem": {}},
+        },
+    }
+    return {"project": project}
+
+
+class Page(HTMLParser):
+    """Anchors of a page, where it links to, and what it fetches."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.anchors: set[str] = set()
+        self.links: list[str] = []
+        self.fetched: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = {name: value or "" for name, value in attrs}
+        self.anchors |= {found[name] for name in ("id", "name") if name in found}
+        if tag in FETCHED and FETCHED[tag] in found:
+            self.fetched.append(found[FETCHED[tag]])
+        elif tag == "a" and "href" in found:
+            self.links.append(found["href"])
+
+
+def faults(site: pathlib.Path) -> Iterator[str]:
+    """Broken links and anchors, and what a page or style sheet would fetch from outside."""
+    pages = {path: Page(path.read_text(encoding="utf-8")) for path in sorted(site.rglob("*.html"))}
+    for path, read in pages.items():
+        for link in {*read.links, *read.fetched}:
+            url = urllib.parse.urlsplit(link)
+            if url.scheme or url.netloc:
+                if link in read.fetched and url.scheme != "data":
+                    yield f"{path.name}: fetches {link}"
+                continue
+            target = (path.parent / urllib.parse.unquote(url.path)).resolve() if url.path else path
+            anchor = urllib.parse.unquote(url.fragment)
+            if not target.is_file():
+                yield f"{path.name}: {link} leads nowhere"
+            elif anchor and target in pages and anchor not in pages[target].anchors:
+                yield f"{path.name}: {link} has no such anchor"
+    for style in site.rglob("*.css"):
+        for address in re.findall(r"(?:url\(|@import)\s*[\"']?(https?:[^)\"']+)", style.read_text()):
+            yield f"{style.name}: fetches {address}"
+
+
+def build(out: pathlib.Path, tell: Callable[[str], None] = print) -> int:
+    """Build the site; the number of its pages. SystemExit with what is wrong, and no site is written."""
+    if out.exists() and not (out / "search.json").is_file():
+        raise SystemExit(f"--out: {out} is there and is not a site; allowed: a new folder, or a site")
+    with tempfile.TemporaryDirectory() as scratch:
+        root = pathlib.Path(scratch).resolve()
+        source = root / "source"
+        copy(source)
+        (source / "style.css").write_text(STYLE)
+        (source / "iframe-worker.js").write_text(SEARCH)  # of this name, or Zensical fetches one
+        for file in sorted((source / "tutorials").glob("*.md")):
+            tell(f"runs {place(DOCS / 'tutorials' / file.name)}")
+            execute(file)
+        for name, text in docs_reference.pages(tell):
+            target = source / "reference" / f"{name}.md"
+            target.parent.mkdir(exist_ok=True)
+            target.write_text(text, encoding="utf-8")
+        (root / "zensical.toml").write_text(tomli_w.dumps(configuration(navigation(source))))
+        done = subprocess.run(
+            [sys.executable, "-m", "zensical", "build", "--strict"],
+            cwd=root,
+            env=os.environ | {"NO_COLOR": "1"},
+            capture_output=True,
+            text=True,
+        )
+        said = done.stdout + done.stderr
+        if done.returncode or "warning" in said.lower():
+            raise SystemExit(said)
+        (root / "site" / "404.html").unlink()  # it would have to know the site's address
+        if found := list(faults(root / "site")):
+            raise SystemExit("\n".join(found))
+        shutil.rmtree(out, ignore_errors=True)
+        shutil.move(root / "site", out)
+    return sum(1 for _ in out.rglob("*.html"))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("site"))
+    out = parser.parse_args().out.resolve()
+    print(f"{build(out)} pages in {out}: open {out / 'index.html'}")
+
+
+if __name__ == "__main__":
+    main()

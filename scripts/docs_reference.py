@@ -1,0 +1,250 @@
+"""Reference pages of the documentation, made from the code."""
+
+import inspect
+import itertools
+import re
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from typer.main import get_command
+
+import afo_sim
+from afo_sim.cli import app
+from afo_sim.description import SETS, fields_of, of_chambers, schema, tables
+from afo_sim.description.schema import KINDS
+from afo_sim.description.template import shown_default
+from afo_sim.lab import validation
+from afo_sim.metrics import GROUPS, UNITS
+from afo_sim.metrics.metric import METRICS, RENAMED, MetricEntry, load_all
+from afo_sim.simulation.columns import DESCRIBED
+
+TABLES = {"named": "tables by name: below", "list": "a list of tables: below"}
+WIDTH = 80  # of a signature on one line
+SCHULZ = "Schulz 2011"
+PERRY = "phases: Perry & Burnfield 2010"
+BAKER = "Baker et al. 2009"
+STRIKE = "bounds: Altman & Davis 2012"
+# Of the metrics whose definition was taken from elsewhere, by the beginning of their name.
+SOURCES = {
+    "toe_clearance": SCHULZ,
+    "lowest_toe_clearance": SCHULZ,
+    "ball_clearance": f"as {SCHULZ}",
+    "lowest_ball_clearance": f"as {SCHULZ}",
+    "swings_without_": SCHULZ,
+    "contacts_with_": STRIKE,
+    "gvs_": BAKER,
+    "needed_swing_torque": PERRY,
+    "needed_terminal_swing_torque": PERRY,
+    "orthosis_swing_torque": PERRY,
+    "free_air_": "ISO 8778",
+    "normal_litres_": "DIN 1343",
+}
+# Of the metrics that kept their name and changed their meaning, what they were before.
+BEFORE = {
+    "toe_clearance": "minimum between two peaks of a rigid toe",
+    "ball_clearance": "minimum between two peaks",
+    "swings_with_toe_contact": "clearance below zero",
+    "swings_with_ball_contact": "clearance below zero",
+    "needed_swing_torque": "to heel strike, with the tight calf",
+    "needed_swing_torque_10ms": "to heel strike, with the tight calf",
+    "free_air_per_stride": "called normal litres",
+}
+ENTRY = re.compile(r"(?P<name>[\w*, ]+)(?: : |\n +)(?P<meaning>.+)", re.S)
+SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.M)
+
+
+def pages(tell: Callable[[str], None] = print) -> Iterator[tuple[str, str]]:
+    """(name, Markdown) of each page."""
+    for make in (commands, keys, metrics, columns, validated, names):
+        tell(f"makes reference/{make.__name__}.md")
+        yield make.__name__, make()
+
+
+def table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A Markdown table."""
+    lines = [list(header), *([cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows)]
+    lines.insert(1, ["---"] * len(lines[0]))
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def plain(text: str) -> str:
+    """Text whose stars and angle brackets mean themselves, outside of code."""
+    parts = text.split("`")
+    parts[::2] = [re.sub(r"([*<])", r"\\\1", part) for part in parts[::2]]
+    return "`".join(parts)
+
+
+def code(text: str) -> str:
+    """Text as code, "" of none."""
+    return f"`{text}`" if text else ""
+
+
+def commands() -> str:
+    """Every command with its arguments and options."""
+    lines = ["# Commands and options", "What `afo-sim COMMAND -h` says."]
+    return "\n\n".join([*lines, *_commands(get_command(app), "afo-sim")]) + "\n"
+
+
+def _commands(command: Any, name: str) -> Iterator[str]:
+    for inner, below in sorted(getattr(command, "commands", {}).items()):
+        yield from _commands(below, f"{name} {inner}")
+    if hasattr(command, "commands"):
+        return
+    yield f"## {name}"
+    yield plain(inspect.cleandoc(command.help or ""))
+    rows = [_option(one) for one in command.params if not one.hidden and one.name != "help"]
+    if rows:
+        yield table(("argument or option", "default", "meaning"), rows)
+
+
+def _option(one: Any) -> tuple[str, str, str]:
+    option = one.opts[0].startswith("-")
+    words = ", ".join((*one.opts, *one.secondary_opts)) if option else one.metavar or one.name.upper()
+    value = "" if not option or one.is_flag else one.metavar or one.name.upper()
+    default = "" if one.default in (None, False, (), "") or callable(one.default) else str(one.default)
+    default = "needed" if one.required else plain(default)
+    return code(f"{words} {value}".strip()), default, plain(one.help or "")
+
+
+def keys() -> str:
+    """Every key of every description."""
+    lines = [
+        "# Keys of descriptions",
+        "The tables of every file that you may write, with their keys. A quantity is a text with any unit "
+        "of its SI unit's dimension. `afo-sim new` writes such a file with all of this as comments. NAME is "
+        "a name of your own, CHAMBER the name of a chamber of the orthosis.",
+    ]
+    for kind, spec in schema.SPECS.items():
+        lines += [f"## {kind} file", *_tables(spec, (), set())]
+    return "\n\n".join(lines) + "\n"
+
+
+def _tables(kind: Any, path: tuple[str, ...], seen: set[Any], law: str = "") -> Iterator[str]:
+    """A table with its keys, then the tables in it; each class is explained once."""
+    if path:
+        yield f"### `[{'.'.join(path)}]`"
+    yield plain(inspect.cleandoc(kind.__doc__ or "").partition("\n\n")[0])
+    if (kind, law) in seen:
+        yield "Its keys stand above."
+        return
+    seen.add((kind, law))
+    fields = fields_of(kind, law)
+    rows = [_key(key, leaf) for key, leaf in fields.items() if tables(leaf.annotation)[1] != "one"]
+    rows += [_key(key, leaf) for key, leaf in fields.items() if tables(leaf.annotation)[0] in KINDS]
+    chamber = of_chambers(kind)
+    if chamber is not None and not schema.is_table(chamber):
+        rows.append(_key("CHAMBER", schema.Leaf((), chamber, False, about="Of this chamber.")))
+    if rows:
+        yield table(("key", "SI unit", "allowed", "default", "meaning"), rows)
+    for key, leaf in fields.items():
+        below, many = tables(leaf.annotation)
+        if many and below in SETS:
+            for name in SETS[below]:
+                yield from _tables(below, (*path, key, name), seen, name)
+        elif many and below not in KINDS:
+            entry = "|".join(schema.table_names(leaf.annotation, ["NAME"])) if many == "named" else ""
+            yield from _tables(below, tuple(filter(None, (*path, key, entry))), seen)
+    if schema.is_table(chamber):
+        yield from _tables(chamber, (*path, "CHAMBER"), seen)
+
+
+def _key(key: str, leaf: schema.Leaf) -> tuple[str, ...]:
+    """A row of a table of keys."""
+    below, many = tables(leaf.annotation)
+    kind = KINDS.get(below)
+    default = "needed" if leaf.required else plain(shown_default(leaf))
+    if many in TABLES:
+        return code(key), "", TABLES[many], "needed" if leaf.required else "none", plain(leaf.meaning)
+    may = f"a [{kind}](#{kind}-file), by name or path" if kind else plain(schema.allowed(leaf.annotation))
+    return code(key), plain(schema.unit_of(leaf.annotation)), may, default, plain(leaf.meaning)
+
+
+def metrics() -> str:
+    """The registered metrics, one table for each group."""
+    lines = [
+        "# Every metric",
+        "`run.metrics` and a run's `summary.json` have them by these names, and so do sweeps, searches and "
+        "checks. … stands for the name of a chamber, muscle or valve. Where no definition is named it is "
+        "this project's own.",
+    ]
+    load_all()
+    for group in GROUPS:
+        rows = sorted((row for row in METRICS.values() if row.group == group), key=lambda row: row.name)
+        if rows:
+            header = ("metric", "unit", "what it is")
+            lines += [f"## {group}", table(header, map(_metric, rows))]
+    return "\n\n".join(lines) + "\n"
+
+
+def _metric(row: MetricEntry) -> tuple[str, ...]:
+    name, label = (text.replace("{}", "…") for text in (row.name, row.label))
+    sentence = f"{label}: {row.meaning}." if row.meaning else f"{label}."
+    source = next((source for start, source in SOURCES.items() if row.name.startswith(start)), "")
+    before = [f"`{old}`" for old, (new, _) in RENAMED.items() if new == row.name]
+    before += filter(None, [BEFORE.get(row.name)])
+    notes = {"Definition": source, "Before": "; ".join(before)}
+    text = " ".join([sentence, *(f"{about}: {note}." for about, note in notes.items() if note)])
+    return code(name), UNITS.get(row.unit, row.unit) or "–", plain(text)
+
+
+def columns() -> str:
+    """Every column of a recording."""
+    lines = [
+        "# Columns of a recording",
+        '`run["ankle/angle"]` is one of them, in SI units. A star stands for the name of a muscle, chamber, '
+        "valve or joint. A run has those that its scenario calls for. The reading of a sensor is "
+        "`sensor/NAME`, in the unit of what it reads.",
+    ]
+    described = sorted(DESCRIBED.items(), key=lambda item: item[0].split("/")[0])
+    for group, found in itertools.groupby(described, lambda item: item[0].split("/")[0]):
+        rows = [(code(name), plain(unit) or "–", plain(sign)) for name, (unit, sign) in found]
+        lines += [f"## {group}", table(("column", "unit", "sign and meaning"), rows)]
+    return "\n\n".join(lines) + "\n"
+
+
+def validated() -> str:
+    """Every published number beside the simulated one."""
+    rows = validation.validate()
+    body = table(validation.HEADER, ([plain(cell) for cell in row] for row in validation.table(rows)))
+    remarks = "\n".join(f"- {remark}" for remark in validation.remarks(rows))
+    below = [plain(text) for text in (validation.verdict(rows), validation.LEGEND, remarks)]
+    title = ["# Published and simulated numbers", "What `afo-sim validate` prints."]
+    return "\n\n".join([*title, body, *below]) + "\n"
+
+
+def names() -> str:
+    """The Python names: signature and docstring of each."""
+    lines = ["# Python names", "All of them stand in `afo_sim`. `help(afo_sim.run)` says the same."]
+    for name in sorted(vars(afo_sim)["__all__"], key=str.lower):
+        one = getattr(afo_sim, name)
+        lines += [f"## {name}", *_described(one, name)]
+        bases = one.__mro__ if inspect.isclass(one) else ()
+        own = {key for base in bases if base.__module__.startswith("afo_sim") for key in vars(base)}
+        for method in sorted(key for key in own if not key.startswith(("_", "model_"))):
+            inner = getattr(one, method)
+            if (inspect.isroutine(inner) or isinstance(inner, property)) and inspect.getdoc(inner):
+                lines += [f"### {name}.{method}", *_described(inner, f"{name.lower()}.{method}")]
+    return "\n\n".join(lines) + "\n"
+
+
+def _described(one: Any, name: str) -> Iterator[str]:
+    if callable(one) and not (inspect.isclass(one) and issubclass(one, Exception)):
+        parameters = inspect.signature(one).parameters.values()
+        bare = [each.replace(annotation=each.empty) for each in parameters if each.name != "self"]
+        call = f"{name}{inspect.Signature(bare)}"
+        if len(call) > WIDTH:
+            call = call.replace("(", "(\n    ", 1).replace(", ", ",\n    ").removesuffix(")") + ",\n)"
+        yield f"```python\n{call}\n```"
+    first, *sections = SECTION.split(inspect.getdoc(one) or "")
+    yield plain(first.strip())
+    for title, text in zip(sections[::2], sections[1::2], strict=True):
+        yield f"**{title}**"
+        yield f"```pycon\n{text.strip()}\n```" if title == "Examples" else plain(_entries(text.strip()))
+
+
+def _entries(text: str) -> str:
+    """The entries of a section as a list: "name : meaning", or the meaning indented below; else the text."""
+    found = [ENTRY.fullmatch(entry) for entry in re.split(r"\n(?=\S)", text)]
+    if not all(found):
+        return text
+    return "\n".join(f"- `{each['name']}`: {' '.join(each['meaning'].split())}" for each in found if each)

@@ -1,0 +1,136 @@
+"""The documentation's site: no warning, no broken link, and questions find their page."""
+
+import importlib
+import json
+import pathlib
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+from browser import CHROMIUM, Browser
+from documents import PAGES
+
+ROOT = pathlib.Path(__file__).parents[1]
+# What a user would ask, and the page that answers it.
+QUESTIONS = {
+    "how stiff is the cuff?": "mounting.html",
+    "own gait trial C3D": "gait_data.html",
+    "valve data sheet": "valves.html",
+    "bottle strides": "supply.html",
+    "drop foot weak patient": "patients.html",
+    "strap pressure on the skin": "safety.html",
+    "what should I change first": "effects.html",
+    "toe clearance": "metrics.html",
+    "How do I fit my own muscle": "fit.html",
+    "noise of a sensor": "sensors.html",
+    "Gymnasium environment": "environments.html",
+    "fit-torque --hold-out": "reference/commands.html",
+    "moment arm": "glossary.html",
+}
+# Types a question into the search box of the page, as a person would; the addresses of the hits.
+ASK = """(async question => {
+  const wait = time => new Promise(done => setTimeout(done, time));
+  const inside = what => [...document.querySelectorAll("*")].flatMap(
+    one => one.shadowRoot ? [...one.shadowRoot.querySelectorAll(what)] : []);
+  const until = async (what, some) => {
+    for (let k = 0; k < 200 && inside(what).length > 0 !== some; k++) await wait(20);
+    return inside(what);
+  };
+  const type = (box, text) => {
+    box.value = text;
+    box.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  document.querySelector(".md-search__button").click();
+  const [box] = await until("input[aria-label=Search]", true);
+  type(box, "");
+  await until("[role=option]", false);
+  type(box, question);
+  return (await until("[role=option]", true)).map(hit => hit.href);
+})"""
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    pytest.importorskip("zensical", reason="the site is built with zensical, of the extra docs")
+    out = tmp_path_factory.mktemp("docs") / "site"
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "scripts" / "docs.py"), "--out", str(out)], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert not done.stderr
+    return out
+
+
+@pytest.mark.slow
+def test_the_site_has_every_page_and_what_tutorials_draw(site: pathlib.Path) -> None:
+    assert all((site / f"{page}.html").is_file() for page in PAGES)
+    text = (site / "tutorials" / "1_first_walk.html").read_text(encoding="utf-8")
+    assert "Does it lift the toe?" in text and 'src="1_first_walk/clearance.png"' in text
+    shown = {
+        "commands": "--check-step",
+        "keys": "bladder_force",
+        "columns": "ankle/angle",
+        "names": "fit_torque",
+    }
+    for page, name in shown.items():
+        text = (site / "reference" / f"{page}.html").read_text(encoding="utf-8")
+        assert name in text and "Undefined" not in text
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium, which would run the site's search")
+def test_questions_find_their_page_and_no_page_asks_for_anything_outside(
+    site: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    browser = Browser(tmp_path)
+    try:
+        for page in ("walking", "reference/keys", "tutorials/1_first_walk", "index"):
+            browser.open((site / f"{page}.html").as_uri())
+        hits = {question: browser.run(f"{ASK}({json.dumps(question)})") for question in QUESTIONS}
+    finally:
+        browser.close()
+    first = {
+        question: [link.partition("?")[0].removeprefix(f"{site.as_uri()}/") for link in links[:3]]
+        for question, links in hits.items()
+    }
+    missed = [question for question, page in QUESTIONS.items() if page not in first[question]]
+    assert not missed, first
+    assert len(browser.requests) > 10
+    assert not [address for address in browser.requests if not address.startswith(site.as_uri())]
+
+
+@pytest.fixture
+def docs(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The script that builds the site."""
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    return importlib.import_module("docs")
+
+
+def test_a_block_shows_what_it_prints_and_its_last_value(docs: Any) -> None:
+    names: dict[str, Any] = {}
+    assert docs.output("x = 2\nprint(x)\nx + 1\n", names) == "2\n3"
+    assert docs.output("y = x\n", names) == "" and names["y"] == 2
+
+
+def test_a_folder_that_is_not_a_site_is_not_replaced(docs: Any, tmp_path: pathlib.Path) -> None:
+    (tmp_path / "own.txt").write_text("mine")
+    with pytest.raises(SystemExit, match="is not a site"):
+        docs.build(tmp_path)
+    assert (tmp_path / "own.txt").read_text() == "mine"
+
+
+def test_broken_links_and_outside_addresses_are_found(docs: Any, tmp_path: pathlib.Path) -> None:
+    (tmp_path / "a.html").write_text(
+        '<h1 id="here"></h1><a href="#here"></a><a href="b.html#there"></a><a href="https://a.org"></a>'
+        '<a href="#gone"></a><a href="b.html#gone"></a><img src="gone.png"><script src="https://a.org/x.js">'
+    )
+    (tmp_path / "b.html").write_text('<h1 id="there"></h1><link rel="stylesheet" href="s.css">')
+    (tmp_path / "s.css").write_text("@font-face { src: url(https://a.org/font.woff) }")
+    assert sorted(docs.faults(tmp_path)) == [
+        "a.html: #gone has no such anchor",
+        "a.html: b.html#gone has no such anchor",
+        "a.html: fetches https://a.org/x.js",
+        "a.html: gone.png leads nowhere",
+        "s.css: fetches https://a.org/font.woff",
+    ]
