@@ -1,17 +1,18 @@
 """The catalogue of valves as docs/valves.md shows it: `python scripts/valves_table.py` prints it."""
 
-from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, assets
+import re
+
+from afo_sim.common import STANDARD_DENSITY, assets
 from afo_sim.description import Rated, Valve, load
 from afo_sim.physics import nominal_flow
 
 HEADER = (
     "name",
-    "what it is",
-    "ports",
-    "C in, out [dm³/(s·bar)]",
+    "product",
+    "C in, out",
     "b in, out",
-    "l/min ANR, DIN 1343",
-    "on, off, or bandwidth",
+    "l/min",
+    "on, off",
     "assumed",
 )
 SHORT = {"critical_ratio": "b", "conductance": "C", "opening_delay": "on", "closing_delay": "off"}
@@ -25,24 +26,20 @@ def markdown() -> str:
 
 
 def row(valve: Valve) -> tuple[str, ...]:
-    """The cells of one valve; flows are from 6 to 5 bar gauge."""
+    """The cells of one valve; its product stands in brackets, its flow is from 6 to 5 bar gauge."""
     paths: list[Rated] = [valve] if valve.exhaust is None else [valve, valve.exhaust]
-    ports = "proportional, 3/2" if valve.proportional else ("3/2" if valve.three_way else "2/2")
-    flows = [
-        LITRES * nominal_flow(valve.conductance, valve.critical_ratio, 6e5, 5e5, density)
-        for density in (STANDARD_DENSITY, NORMAL_DENSITY)
-    ]
+    flow = LITRES * nominal_flow(valve.conductance, valve.critical_ratio, 6e5, 5e5, STANDARD_DENSITY)
+    (product,) = re.findall(r"\((.+)\)$", valve.description)
     if valve.bandwidth is not None:
         speed = f"{valve.bandwidth:g} Hz"
     else:
-        speed = ", ".join(f"{1e3 * delay:g}" for delay in (valve.opening_delay, valve.closing_delay)) + " ms"
+        speed = _alike([f"{1e3 * delay:g}" for delay in (valve.opening_delay, valve.closing_delay)]) + " ms"
     return (
         f"`{valve.name}`",
-        valve.description,
-        ports,
+        product,
         _alike([f"{path.conductance * 1e8:.3g}" for path in paths]),
         _alike([f"{path.critical_ratio:g}" for path in paths]),
-        ", ".join(f"{flow:.0f}" if flow >= 100.0 else f"{flow:.3g}" for flow in flows),
+        f"{flow:.0f}" if flow >= 100.0 else f"{flow:.3g}",
         speed,
         ", ".join(assumed(valve)),
     )
