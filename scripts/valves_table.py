@@ -1,14 +1,11 @@
 """The catalogue of valves as docs/valves.md shows it: `python scripts/valves_table.py` prints it."""
 
-import re
-
 from afo_sim.common import STANDARD_DENSITY, assets
 from afo_sim.description import Rated, Valve, load
 from afo_sim.physics import nominal_flow
 
 HEADER = (
     "name",
-    "product",
     "C in, out",
     "b in, out",
     "l/min",
@@ -26,17 +23,15 @@ def markdown() -> str:
 
 
 def row(valve: Valve) -> tuple[str, ...]:
-    """The cells of one valve; its product stands in brackets, its flow is from 6 to 5 bar gauge."""
+    """The cells of one valve; its flow is from 6 to 5 bar gauge."""
     paths: list[Rated] = [valve] if valve.exhaust is None else [valve, valve.exhaust]
     flow = LITRES * nominal_flow(valve.conductance, valve.critical_ratio, 6e5, 5e5, STANDARD_DENSITY)
-    (product,) = re.findall(r"\((.+)\)$", valve.description)
     if valve.bandwidth is not None:
         speed = f"{valve.bandwidth:g} Hz"
     else:
         speed = _alike([f"{1e3 * delay:g}" for delay in (valve.opening_delay, valve.closing_delay)]) + " ms"
     return (
         f"`{valve.name}`",
-        product,
         _alike([f"{path.conductance * 1e8:.3g}" for path in paths]),
         _alike([f"{path.critical_ratio:g}" for path in paths]),
         f"{flow:.0f}" if flow >= 100.0 else f"{flow:.3g}",

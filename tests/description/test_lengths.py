@@ -270,10 +270,6 @@ WRITTEN: dict[str, Callable[[Any], float]] = {
     "length of the braid": lambda m: 1e3 * m.lengths.shortest,
     "gauge pressure": lambda m: 1e-5 * m.limits.pressure,
     "force": lambda m: m.limits.force,
-    "contraction": lambda m: 100.0 * m.limits.contraction_max,
-    "stretch": lambda m: -100.0 * m.limits.contraction_min,
-    "braid by the metre": lambda m: 1e3 * m.lengths.mass_per_length,
-    "two fittings²": lambda m: 1e3 * (m.mass - m.lengths.mass_per_length * m.lengths.reference),
 }
 
 
