@@ -182,8 +182,8 @@ def test_page_shows_the_shipped_sources_tubes_and_regulators() -> None:
         assert found[name] == [f"{number:.3g}" for number in told], name
     for name in assets.names("tube"):
         tube = load("tube", name)
-        numbers = [f"{1e8 * tube.conductance(length):.3g}" for length in (0.5, 2.0)]
-        assert found[name] == [f"{1e3 * tube.bore:g}", *numbers, f"{1e6 * tube.volume(1.0):.3g}"], name
+        numbers = [f"{1e3 * tube.bore:g}", f"{1e8 * tube.conductance(2.0):.3g}", f"{1e6 * tube.volume(1.0):.3g}"]
+        assert found[name] == numbers, name
     for name in assets.names("regulator"):
         regulator = load("regulator", name)
         numbers = [1e-5 * regulator.droop, 6e4 * regulator.rated_flow, 1e8 * regulator.conductance]
@@ -195,7 +195,7 @@ def test_page_tells_how_long_a_cartridge_lasts() -> None:
     source = load("source", "co2_16g")
     constant, _, *virial, liquefies = row = source.real_gas.row
     lines = re.findall(r"^\| (\d+) l/min \| (.*?) min \| (.*?) min \| (.*?) °C \|$", PAGES["supply"], re.M)
-    assert len(lines) == 4
+    assert len(lines) == 2
     for litres, warm, lasts, coldest in lines:
         flow = float(litres) * 1e-3 / 60.0 / source.real_gas.litres_per_gram
 

@@ -298,8 +298,8 @@ def test_examples_of_the_page_are_read_and_have_nothing_unusual() -> None:
     text = pathlib.Path(__file__).parents[2].joinpath("docs", "air.md").read_text()
     blocks = re.findall(r"```toml\n(.*?)```", text.partition("## Examples")[2], re.DOTALL)
     tables = [tomllib.loads(block) for block in blocks]
-    quick, throttle, recovery, share, times = tables
-    for found in (quick, throttle, recovery, share):
+    quick, share, times = tables
+    for found in (quick, share):
         sets = {f"orthosis.{kind}.{name}": each for kind in found for name, each in found[kind].items()}
         if found is share:
             sets["timer.share"] = times["timer"]["share"]
