@@ -182,7 +182,11 @@ def test_page_shows_the_shipped_sources_tubes_and_regulators() -> None:
         assert found[name] == [f"{number:.3g}" for number in told], name
     for name in assets.names("tube"):
         tube = load("tube", name)
-        numbers = [f"{1e3 * tube.bore:g}", f"{1e8 * tube.conductance(2.0):.3g}", f"{1e6 * tube.volume(1.0):.3g}"]
+        numbers = [
+            f"{1e3 * tube.bore:g}",
+            f"{1e8 * tube.conductance(2.0):.3g}",
+            f"{1e6 * tube.volume(1.0):.3g}",
+        ]
         assert found[name] == numbers, name
     for name in assets.names("regulator"):
         regulator = load("regulator", name)

@@ -298,13 +298,11 @@ def test_examples_of_the_page_are_read_and_have_nothing_unusual() -> None:
     text = pathlib.Path(__file__).parents[2].joinpath("docs", "air.md").read_text()
     blocks = re.findall(r"```toml\n(.*?)```", text.partition("## Examples")[2], re.DOTALL)
     tables = [tomllib.loads(block) for block in blocks]
-    quick, share, times = tables
-    for found in (quick, share):
-        sets = {f"orthosis.{kind}.{name}": each for kind in found for name, each in found[kind].items()}
-        if found is share:
-            sets["timer.share"] = times["timer"]["share"]
-        scenario = load("scenario", "seated-antagonist", sets)
-        assert check_air_path(scenario) == []
+    (quick,) = tables
+    share = {"kind": "valve", "valve": "mh1", "upstream": "dorsiflexor", "downstream": "plantarflexor"}
+    recovery = {"orthosis.restriction.share": share, "timer.share": {"open": [["4 s", "5 s"]]}}
+    for sets in ({f"orthosis.chamber.{name}": each for name, each in quick["chamber"].items()}, recovery):
+        assert check_air_path(load("scenario", "seated-antagonist", sets)) == []
 
 
 def test_room_is_that_of_compiled_code() -> None:
