@@ -198,8 +198,8 @@ def test_page_tells_how_long_a_cartridge_lasts() -> None:
     """16 g of carbon dioxide at a steady flow, down to 4 bar gauge, with the shipped shell and walls."""
     source = load("source", "co2_16g")
     constant, _, *virial, liquefies = row = source.real_gas.row
-    found = re.findall(r"([\d.]+) min at (\d+) l/min ANR \(([\d.]+) if warm\)", PAGES["supply"])
-    (coldest,) = re.findall(r"as cold as (\S+) °C", PAGES["supply"])
+    found = re.findall(r"([\d.]+)\smin\sat\s(\d+)\sl/min\sANR\s\(([\d.]+)\sif\swarm\)", PAGES["supply"])
+    (coldest,) = re.findall(r"the\scoldest\sis\s(\S+)\s°C", PAGES["supply"])
     assert len(found) == 2
     for lasts, litres, warm in found:
         flow = float(litres) * 1e-3 / 60.0 / source.real_gas.litres_per_gram
