@@ -28,8 +28,9 @@ def row(valve: Valve) -> tuple[str, ...]:
 
 
 def _star(path: Rated, key: str) -> str:
-    told = path.provenance[key]
-    return "*" if told.kind == "assumed" or "assumed:" in told.source else ""
+    told, ratio = path.provenance[key], path.provenance["critical_ratio"]
+    follows = told.kind == "derived" and (ratio.kind == "assumed" or "assumed:" in told.source)
+    return "*" if told.kind == "assumed" or follows else ""
 
 
 def _alike(texts: list[str]) -> str:
