@@ -262,6 +262,10 @@ def test_page_states_the_limits_of_the_files() -> None:
     muscles = [load("muscle", name) for name in FLUIDIC]
     for row, value in WRITTEN.items():
         assert page[row] == pytest.approx([value(muscle) for muscle in muscles], abs=0.6), row
+    shares = re.findall(r"Beyond\s(\d+)\s%\sof\scontraction\sand\s(\d+)\s%¹\sof\sstretch", PAGES["device"])
+    for muscle in muscles:
+        written = (100.0 * muscle.limits.contraction_max, -100.0 * muscle.limits.contraction_min)
+        assert [tuple(map(float, share)) for share in shares] == [pytest.approx(written)]
 
 
 WRITTEN: dict[str, Callable[[Any], float]] = {

@@ -3,7 +3,7 @@
 import pathlib
 import re
 import tomllib
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 
@@ -294,15 +294,46 @@ def test_shipped_scenarios_have_nothing_unusual_in_their_air() -> None:
         assert check_air_path(load("scenario", name)) == []
 
 
-def test_examples_of_the_page_are_read_and_have_nothing_unusual() -> None:
+def test_example_of_the_page_is_read_and_has_nothing_unusual() -> None:
     text = pathlib.Path(__file__).parents[2].joinpath("docs", "air.md").read_text()
-    blocks = re.findall(r"```toml\n(.*?)```", text.partition("## Examples")[2], re.DOTALL)
-    tables = [tomllib.loads(block) for block in blocks]
-    (quick,) = tables
-    share = {"kind": "valve", "valve": "mh1", "upstream": "dorsiflexor", "downstream": "plantarflexor"}
-    recovery = {"orthosis.restriction.share": share, "timer.share": {"open": [["4 s", "5 s"]]}}
-    for sets in ({f"orthosis.chamber.{name}": each for name, each in quick["chamber"].items()}, recovery):
-        assert check_air_path(load("scenario", "seated-antagonist", sets)) == []
+    (block,) = re.findall(r"```toml\n(.*?)```", text.partition("## Examples")[2], re.DOTALL)
+    sets = {f"orthosis.chamber.{name}": each for name, each in tomllib.loads(block)["chamber"].items()}
+    assert check_air_path(load("scenario", "seated-antagonist", sets)) == []
+
+
+SHORT = {"inlet": "mh1", "outlet": "mh1", "tube_volume": "4 ml", "wall_conductance": "0.5 W/K"}
+THROTTLE = {
+    "kind": "throttle",
+    "conductance": "0.05 dm^3/(s*bar)",
+    "check_conductance": "0.5 dm^3/(s*bar)",
+    "critical_ratio": 0.3,
+    "upstream": "supply",
+    "downstream": "manifold",
+}
+USUAL: dict[str, dict[str, Any]] = {
+    "a throttle before a manifold": {
+        "orthosis.volume.manifold": {"volume": "10 ml"},
+        "orthosis.restriction.feed": THROTTLE,
+        "orthosis.chamber.dorsiflexor": SHORT | {"feed": "manifold"},
+    },
+    "an outlet into another chamber": {
+        "orthosis.chamber.dorsiflexor": SHORT | {"exhaust": "plantarflexor"},
+    },
+    "a valve between two chambers": {
+        "orthosis.restriction.share": {
+            "kind": "valve",
+            "valve": "mh1",
+            "upstream": "dorsiflexor",
+            "downstream": "plantarflexor",
+        },
+        "timer.share": {"open": [["4 s", "5 s"]]},
+    },
+}
+
+
+@pytest.mark.parametrize("case", USUAL)
+def test_usual_networks_are_read_and_have_nothing_unusual(case: str) -> None:
+    assert check_air_path(load("scenario", "seated-antagonist", USUAL[case])) == []
 
 
 def test_room_is_that_of_compiled_code() -> None:
