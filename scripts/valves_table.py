@@ -7,7 +7,7 @@ HEADER = ("name", "C in, out", "b in, out", "on, off")
 
 
 def markdown() -> str:
-    """The table, one row a valve; a star marks what is assumed, or follows from an assumption."""
+    """The table, one row a valve; a star marks what is not published."""
     rows = [HEADER, ("---",) * len(HEADER), *(row(load("valve", name)) for name in assets.names("valve"))]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in rows) + "\n"
 
@@ -28,9 +28,7 @@ def row(valve: Valve) -> tuple[str, ...]:
 
 
 def _star(path: Rated, key: str) -> str:
-    told, ratio = path.provenance[key], path.provenance["critical_ratio"]
-    follows = told.kind == "derived" and (ratio.kind == "assumed" or "assumed:" in told.source)
-    return "*" if told.kind == "assumed" or follows else ""
+    return "" if path.provenance[key].kind == "published" else "*"
 
 
 def _alike(texts: list[str]) -> str:
