@@ -19,12 +19,44 @@ PARTS = (
     *validation_air.VALVE_PARTS,
 )
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")
+SUMMARY_HEADER = ("source", "what", "within", "worst: published → simulated (tolerance)")
+OUTSIDE = "What is not within a tolerance, with the reason; numbers are published → simulated:"
+# What a source's values are.
+ABOUT = {
+    "S1 table I": "bench, 21.5 cm muscle",
+    "S1 table II": "bench, 12 cm muscle",
+    "S1 tables I, II": "one fit to both",
+    "S1 table III": "S1's simulation, 21.5 cm",
+    "S1 table IV": "S1's simulation, 12 cm",
+    "S1 eq. 1, 2": "geometric and Hill model agree",
+    "S1 eq. 1": "sentence: force falls with pressure",
+    "S1": "largest contraction",
+    "S2 figure 4": "force at −3 %, 600 kPa",
+    "S2 eq. 3–7": "`kerscher_2006`, maker's curves",
+    "S2 eq. 8–9": "`maximum_force`, maker's curves",
+    "S2 eq. 10": "`sarosi_2012`, maker's curves",
+    "S2 eq. 11": "`polynomial`, maker's curves",
+    "S2 figure 6": "angles of the arm",
+    "S3 eq. 5": "a and n of the law",
+    "S3 figure 10": "force curves",
+    "Sárosi 2012": "forces, maker's curves",
+    "Reynolds 2003": "coefficients",
+    "Serres 2009": "coefficients",
+    "Bolen 2026": "forces, maker's curves",
+    "Martens & Boblan 2017": "maker's curves",
+    "Abed 2025, doi 10.1109/IC2AI62984.2025.10932214": "C and b of a tube",
+    "Bolen, pin knee": "torques measured on a joint",
+    "SMC EUS11-83B-UK": "flows of valves",
+    "SMC": "worked example of a flow",
+    "Festo MPYE 2025/03": "flow of a valve",
+    "Festo 8035170": "flow of a valve",
+}
 SOURCING = HEADER.index("how well sourced")
 LEGEND = (
-    "In brackets: what the printed numbers imply, or a separate computation from them gives, where it is not "
-    "printed or printed wrongly. Held out: the error on what a fit did not see. Second-hand: read in public "
-    "code or as quoted by others. Maker's: a theoretical curve, not measured. Compared: no agreement can be "
-    "demanded. Every tolerance has its reason in `--json`, where the cells of the tables stand too."
+    "In brackets: what printed numbers imply, or a separate computation gives; it is not printed. Held out: "
+    "the error on what a fit did not see. Second-hand: read in public code or as quoted by others. Maker's: "
+    "a theoretical curve, not measured. Compared: no agreement can be demanded. `--json` has the cells of "
+    "the tables and the reason of every tolerance."
 )
 
 
@@ -97,16 +129,65 @@ def verdict(rows: Sequence[Row]) -> str:
 
 
 def markdown(rows: Sequence[Row]) -> str:
-    """Table, legend and remarks as Markdown, as they stand in the README."""
+    """Every row as Markdown: the table that `afo-sim validate` prints, its legend and remarks."""
     lines = [HEADER, ["---"] * len(HEADER), *table(rows)]
     text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     return "\n\n".join([text, LEGEND, "\n".join(f"- {remark}" for remark in remarks(rows))]) + "\n"
 
 
+def summary(rows: Sequence[Row]) -> str:
+    """A line for each published table or figure, then every value that is not within a tolerance."""
+    sources: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.outcome != "lost":
+            sources.setdefault(row.source, []).append(row)
+    lines = [SUMMARY_HEADER, ["---"] * len(SUMMARY_HEADER)]
+    for source, of in sources.items():
+        within = f"{sum(row.outcome == 'good' for row in of)} of {len(of)}"
+        lines.append([source, ABOUT[source], within, _numbers(max(of, key=_badness), unit=True)])
+    text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return "\n\n".join([text, LEGEND, OUTSIDE, _outside(rows)]) + "\n"
+
+
+def _outside(rows: Sequence[Row]) -> str:
+    """Every row that is not good, with both numbers, below its reason."""
+    reasons: dict[tuple[str, ...], list[str]] = {}
+    for row in rows:
+        if row.outcome != "good":
+            key = (row.source, row.outcome, row.sourcing, row.why)
+            text = _quantity(row) if row.outcome == "lost" else f"{_quantity(row)}: {_numbers(row)}"
+            reasons.setdefault(key, []).append(text)
+    return "\n".join(
+        f"- **{source}**, {outcome}{'' if outcome == 'lost' else f' ({sourcing})'}: {why}."
+        + "".join(f"\n  - {text}" for text in texts)
+        for (source, outcome, sourcing, why), texts in reasons.items()
+    )
+
+
+def _numbers(row: Row, *, unit: bool = False) -> str:
+    """Both numbers, or the error of a curve; with the tolerance, and what a fit did not see."""
+    both = row.simulated is not None
+    text = f"{_published(row)} → {row.simulated:.4g}" if both else f"{row.error:.3g}"
+    text += f" {row.unit}" if unit and row.unit else ""
+    text += "" if both else f" over {row.points} points"
+    text += "" if row.tolerance is None else f" (±{row.tolerance:.3g})"
+    return f"{text}; held out: {_held_out(row)}" if unit and row.held_out else text
+
+
+def _badness(row: Row) -> tuple[bool, bool, float]:
+    """Order of what is worst: not good, with both numbers, by its share of the tolerance or of the number."""
+    reference = row.published if row.published is not None else row.expected
+    share = abs(row.error or 0.0) / (row.tolerance or abs(reference or 1.0))
+    return row.outcome != "good", reference is not None, share
+
+
 def _quantity(row: Row) -> str:
     text = f"{row.quantity} [{row.unit}]" if row.unit else row.quantity
-    unseen = ", ".join(f"{error:.3g} by {kind}" for kind, error in row.held_out.items())
-    return f"{text}; held out: {unseen}" if unseen else text
+    return f"{text}; held out: {_held_out(row)}" if row.held_out else text
+
+
+def _held_out(row: Row) -> str:
+    return ", ".join(f"{error:.3g} by {kind}" for kind, error in row.held_out.items())
 
 
 def _published(row: Row) -> str:

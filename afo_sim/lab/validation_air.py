@@ -48,8 +48,8 @@ WHY_EXAMPLE = "0.1 %: a worked example"
 # By hand: 60·4.4·7·√(1 − ((6/7 − 0.4)/0.6)²)·1.185/1.293
 VUVS, VUVS_IMPLIED = 1000.0, 1096.95
 WHY_VUVS = (
-    "its own C and b give 10 % more than the flow beside them, which is rounded or guaranteed: a conductance "
-    "from a nominal flow of this maker is good to ±10 %"
+    "its own C and b give 10 % more than the flow beside them, which is rounded or guaranteed: this maker's "
+    "nominal flow gives a conductance to ±10 %"
 )
 
 

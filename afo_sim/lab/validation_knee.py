@@ -63,17 +63,15 @@ WHY_BOUND = (
     "at one angle this test's ways up and down lie up to 2.55 N·m apart; 0.05 more for the computation"
 )
 WHY_BRAID = (
-    "where the path is longer than the muscle, at 31 points, the simulator keeps the law's force at rest and "
-    "lets the braid carry the rest; the rows above continue the printed formula there; with one stiffness no "
-    "such point is left"
+    "at 31 points the path is longer than the muscle: there the simulator keeps the law's force at rest and "
+    "the braid carries the rest, and the judged rows continue the printed formula"
 )
 WHY_MAKERS = (
-    "fitted to the maker's curve, which ends at a contraction of 25 %; these muscles end at 16 to 18 %, and "
-    "this law has no number for it"
+    "fitted to the maker's curve, which ends at a contraction of 25 %; these muscles end at 16 to 18 %"
 )
 WHY_BOLEN = (
-    "the author's brackets bend and take the moment arm with them, by three numbers; one spring along the "
-    "path keeps the arm, and its error is on a test that it did not see"
+    "the author's brackets have three numbers and move the moment arm; one spring keeps it, and did not see "
+    "the test"
 )
 
 
@@ -303,7 +301,7 @@ def _beside_bolen(errors: dict[str, np.ndarray]) -> list[Row]:
     return [
         compared(
             SOURCE,
-            f"test {name}: RMS of the author's bending brackets, and of one stiffness that did not see it",
+            f"test {name}, RMS: bending brackets, one stiffness held out",
             BOLEN[name],
             rms(of_test),
             "N·m",

@@ -317,8 +317,8 @@ def _short_period() -> list[Row]:
     """The angles between which the arm swings at the short period, beside the axis of S2's figure 6."""
     angle = np.degrees(run("arm-short")["ankle/angle"])
     why = (
-        "S2 prints neither filling times nor pulley nor inertia; those of `arm-short` are assumed here, so "
-        "its angle is not S2's, and only the differences between laws can be compared"
+        "S2 prints neither filling times nor pulley nor inertia; those of `arm-short` are assumed, so its "
+        "angle is not S2's: only differences between laws can be compared"
     )
     return [
         compared(
@@ -340,7 +340,7 @@ def _chart_corner() -> list[Row]:
     stretched = np.isclose(data.contraction, -0.03)  # type: ignore[arg-type]
     line = np.polyfit(data.pressure[stretched], data.force[stretched], 1)
     braid = braid_force(-0.03, muscle.braid_stiffness)
-    what = "20 mm at −3 %, 600 kPa"
+    what = "20 mm, −3 %, 600 kPa"
     found = [
         number(
             "S2 figure 4",
@@ -365,16 +365,13 @@ def _chart_corner() -> list[Row]:
             ),
         )
     ]
-    why = (
-        "laws are fitted to κ ≥ 0 and only continued here; the simulator never asks them below zero, where "
-        "the braid carries"
-    )
+    why = "laws are fitted to κ ≥ 0; the simulator never asks them below zero, where the braid carries"
     for law in S2_LAWS:
         force = _one_force(muscle, law, -0.03, 6.0 * BAR)
         found.append(
             compared(
                 "S2 figure 4",
-                f"{what}: `{law}` continued below κ = 0",
+                f"{what}: `{law}` continued",
                 2000.0,
                 force,
                 "N",

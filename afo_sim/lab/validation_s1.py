@@ -188,8 +188,8 @@ def _misprint(tables: dict[int, Measured], simulated: float) -> Row:
         ROUNDED,
         "cm",
         sourcing="printed, a misprint",
-        why="4.3 cm is table III's number for the 21.5 cm muscle at the same load and pressure; within "
-        "0.1 cm every other cell of table IV is table III × 12/21.5, which gives 2.4 cm here",
+        why="4.3 cm is table III's number at this load and pressure; every other cell of table IV is within "
+        "0.1 cm of table III × 12/21.5, here 2.4 cm",
     )
 
 
@@ -227,8 +227,7 @@ def _models() -> list[Row]:
             0.005,
             "N/bar",
             sourcing="printed, a sentence",
-            why="eq. 1 is proportional to pressure and positive up to 54.7°: at rest it gains "
-            "π r0² (a − b) = 19.81 N/bar at 37° and 5 mm, and no force that falls as pressure rises",
+            why="eq. 1 rises with pressure up to 54.7°, at rest by π r0² (a − b) = 19.81 N/bar at 37°, 5 mm",
         ),
     ]
 

@@ -127,10 +127,41 @@ def test_numbers_that_are_known_otherwise(rows: list[Row]) -> None:
     assert held_out["the 21.5 cm muscle"] == pytest.approx(0.46, abs=5e-3)
 
 
-def test_document_shows_this_table(rows: list[Row]) -> None:
+def test_document_shows_this_summary(rows: list[Row]) -> None:
     shown = PAGES["validation"].partition(BEGIN)[2].partition(END)[0]
-    how = 'python -c "from afo_sim.lab.validation import *; print(markdown(validate()))"'
-    assert shown.strip() == validation.markdown(rows).strip(), f"put this into its page: {how}"
+    how = 'python -c "from afo_sim.lab.validation import *; print(summary(validate()))"'
+    assert shown.strip() == validation.summary(rows).strip(), f"put this into its page: {how}"
+
+
+def test_the_summary_shows_every_value_that_is_not_good_with_both_numbers(rows: list[Row]) -> None:
+    k, wrong = next((k, row) for k, row in enumerate(rows) if row.source == "S1 table I" and row.cell)
+    wrong = dataclasses.replace(wrong, outcome="FAILED", simulated=9.875, error=9.875 - wrong.published)  # type: ignore[operator]
+    table, _, outside = validation.summary([*rows[:k], wrong, *rows[k + 1 :]]).partition(validation.OUTSIDE)
+    assert "| 12 of 13 | 1.7 → 9.875 cm (±0.45) |" in table and "**S1 table I**, FAILED" in outside
+    lines = outside.splitlines()
+    for row in [wrong, *(row for row in rows if row.outcome != "good")]:
+        (line,) = {line for line in lines if f"- {row.quantity}" in line and _numbers(row) in line}
+        assert row.source in next(x for x in lines[lines.index(line) :: -1] if x.startswith("- **"))
+    counted = [line.split(" | ")[2].split(" of ") for line in table.splitlines() if " of " in line[:120]]
+    assert [sum(map(int, pair)) for pair in zip(*counted, strict=True)] == [
+        sum(row.outcome == "good" for row in rows) - 1,
+        sum(row.outcome != "lost" for row in rows),
+    ]
+
+
+def _numbers(row: Row) -> str:
+    if row.simulated is None:
+        return "" if row.error is None else f": {row.error:.3g} over {row.points} points"
+    printed = "" if row.published is None else f"{row.published:g} "
+    implied = "" if row.expected is None else f"({row.expected:.4g}) "
+    return f": {printed}{implied}→ {row.simulated:.4g}"
+
+
+def test_the_full_table_has_every_row_but_good_cells(rows: list[Row]) -> None:
+    lines = validation.markdown(rows).splitlines()
+    for row in rows:
+        told = [line for line in lines if line.startswith(f"| {row.source} | {row.quantity}")]
+        assert told or (row.cell and row.outcome == "good")
 
 
 def test_json_holds_every_row_as_plain_values(
