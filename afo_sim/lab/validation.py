@@ -19,8 +19,8 @@ PARTS = (
     *validation_air.VALVE_PARTS,
 )
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")
-SUMMARY_HEADER = ("source", "what", "within", "worst: published → simulated (tolerance)")
-OUTSIDE = "What is not within a tolerance, with the reason; numbers are published → simulated:"
+SUMMARY_HEADER = ("source", "within", "worst: published → simulated (tolerance)")
+OUTSIDE = "What is not within a tolerance, with the reason, published → simulated:"
 # What a source's values are.
 ABOUT = {
     "S1 table I": "bench, 21.5 cm muscle",
@@ -144,24 +144,32 @@ def summary(rows: Sequence[Row]) -> str:
     lines = [SUMMARY_HEADER, ["---"] * len(SUMMARY_HEADER)]
     for source, of in sources.items():
         within = f"{sum(row.outcome == 'good' for row in of)} of {len(of)}"
-        lines.append([source, ABOUT[source], within, _numbers(max(of, key=_badness), unit=True)])
+        lines.append([f"{source}: {ABOUT[source]}", within, _numbers(max(of, key=_badness), unit=True)])
     text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-    return "\n\n".join([text, LEGEND, OUTSIDE, _outside(rows)]) + "\n"
+    return "\n\n".join([text, OUTSIDE, _outside(rows)]) + "\n"
 
 
 def _outside(rows: Sequence[Row]) -> str:
     """Every row that is not good, with both numbers, below its reason."""
-    reasons: dict[tuple[str, ...], list[str]] = {}
+    reasons: dict[tuple[str, ...], list[Row]] = {}
     for row in rows:
         if row.outcome != "good":
-            key = (row.source, row.outcome, row.sourcing, row.why)
-            text = _quantity(row) if row.outcome == "lost" else f"{_quantity(row)}: {_numbers(row)}"
-            reasons.setdefault(key, []).append(text)
+            reasons.setdefault((row.source, row.outcome, row.sourcing, row.why), []).append(row)
     return "\n".join(
-        f"- **{source}**, {outcome}{'' if outcome == 'lost' else f' ({sourcing})'}: {why}."
-        + "".join(f"\n  - {text}" for text in texts)
-        for (source, outcome, sourcing, why), texts in reasons.items()
+        f"- **{source}**, {outcome}{'' if outcome == 'lost' else f' ({sourcing})'}: {why}.\n"
+        f"  - {'; '.join(_brief(row, of[0]) for row in of)}"
+        for (source, outcome, sourcing, why), of in reasons.items()
     )
+
+
+def _brief(row: Row, first: Row) -> str:
+    """Quantity and numbers; of the quantity only the word or two by which it differs from the first one's."""
+    if row.outcome == "lost":
+        return _quantity(row)
+    words, others = _quantity(row).split(), _quantity(first).split()
+    differ = [word for word, other in zip(words, others, strict=False) if word != other]
+    alike = row is not first and len(words) == len(others) and len(differ) < 3
+    return f"{' '.join(differ if alike else words).strip(',')}: {_numbers(row)}"
 
 
 def _numbers(row: Row, *, unit: bool = False) -> str:

@@ -138,11 +138,14 @@ def test_the_summary_shows_every_value_that_is_not_good_with_both_numbers(rows: 
     wrong = dataclasses.replace(wrong, outcome="FAILED", simulated=9.875, error=9.875 - wrong.published)  # type: ignore[operator]
     table, _, outside = validation.summary([*rows[:k], wrong, *rows[k + 1 :]]).partition(validation.OUTSIDE)
     assert "| 12 of 13 | 1.7 → 9.875 cm (±0.45) |" in table and "**S1 table I**, FAILED" in outside
-    lines = outside.splitlines()
+    groups = outside.split("\n- ")[1:]
     for row in [wrong, *(row for row in rows if row.outcome != "good")]:
-        (line,) = {line for line in lines if f"- {row.quantity}" in line and _numbers(row) in line}
-        assert row.source in next(x for x in lines[lines.index(line) :: -1] if x.startswith("- **"))
-    counted = [line.split(" | ")[2].split(" of ") for line in table.splitlines() if " of " in line[:120]]
+        (group,) = (
+            group for group in groups if f"**{row.source}**, {row.outcome}" in group and row.why in group
+        )
+        assert _numbers(row) in group
+        assert all(word.strip(",") in group for word in row.quantity.split())
+    counted = [line.split(" | ")[1].split(" of ") for line in table.splitlines() if " of " in line[:120]]
     assert [sum(map(int, pair)) for pair in zip(*counted, strict=True)] == [
         sum(row.outcome == "good" for row in rows) - 1,
         sum(row.outcome != "lost" for row in rows),
