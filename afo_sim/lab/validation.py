@@ -156,8 +156,8 @@ def _outside(rows: Sequence[Row]) -> str:
         if row.outcome != "good":
             reasons.setdefault((row.source, row.outcome, row.sourcing, row.why), []).append(row)
     return "\n".join(
-        f"- **{source}**, {outcome}{'' if outcome == 'lost' else f' ({sourcing})'}: {why}.\n"
-        f"  - {'; '.join(_brief(row, of[0]) for row in of)}"
+        f"- **{source}**, {sourcing if outcome == 'lost' else f'{outcome} ({sourcing})'}: "
+        f"{'; '.join(_brief(row, of[0]) for row in of)}. {why[0].upper()}{why[1:]}."
         for (source, outcome, sourcing, why), of in reasons.items()
     )
 

@@ -22,7 +22,7 @@ SECOND_HAND = "printed, read second-hand"
 MANUSCRIPT = "printed in the manuscript"
 WHY_MAKER = "the maker states ±10 % of its curves"
 WHY_TENTH = "by hand from the printed numbers, to 1 N"
-WHY_OTHERS = "other people's muscle of this type: how far two sources differ, not how well either is computed"
+WHY_OTHERS = "another muscle of this type: how far two sources differ; neither is judged"
 S3_A, S3_B = 17.0, 8.0
 S3_N = {6.0: 3.2, 5.0: 3.5}  # pressure [bar] → n; printed "3.2/35" and not assigned to pressures
 # Sárosi's coefficients of a 10 mm muscle, for which no length is known: N, bar and per cent.
