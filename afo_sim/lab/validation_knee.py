@@ -63,10 +63,12 @@ WHY_BOUND = (
     "at one angle this test's ways up and down lie up to 2.55 N·m apart; 0.05 more for the computation"
 )
 WHY_BRAID = (
-    "at 31 points the path is longer than the muscle: there the simulator keeps the law's force at rest and "
-    "the braid carries the rest, and the judged rows continue the printed formula"
+    "the path is longer than the muscle at 31 points: there the simulator's braid carries what exceeds the "
+    "law's force at rest, while the judged rows continue the printed formula"
 )
-WHY_MAKERS = "the law is fitted to the maker's curve, which ends at a contraction of 25 %; these muscles end at 16 to 18 %"
+WHY_MAKERS = (
+    "the law is fitted to the maker's curve, which ends at a contraction of 25 %, these muscles at 16 to 18 %"
+)
 WHY_BOLEN = (
     "the author's brackets have three numbers and move the moment arm; one spring keeps it, and did not see "
     "the test"

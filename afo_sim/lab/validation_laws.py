@@ -291,8 +291,8 @@ def _others(source: str, law: str, sourcing: str) -> list[Row]:
 PARTS = (_s3, _kerscher, _sarosi, _reynolds, _serres, _bolen, _martens)
 WHY_BOUND = "bound on the fit's RMS"
 WHY_TOO_MANY = (
-    "21 coefficients on 33 points: the shipped set is fitted to a grid of `sarosi_2012` instead, and only "
-    "the error on unseen pressures says anything"
+    "21 coefficients on 33 points: the shipped set is fitted to a grid of `sarosi_2012`; only the error on "
+    "unseen pressures counts"
 )
 # S2's four approximations → bound on the RMS over the maker's curve at 10 and 20 mm [N].
 S2_LAWS = {
