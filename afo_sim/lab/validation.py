@@ -19,44 +19,13 @@ PARTS = (
     *validation_air.VALVE_PARTS,
 )
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")
-SUMMARY_HEADER = ("source", "within", "worst: published → simulated (tolerance)")
-OUTSIDE = "What is not within a tolerance, with the reason, published → simulated:"
-# What a source's values are.
-ABOUT = {
-    "S1 table I": "bench, 21.5 cm muscle",
-    "S1 table II": "bench, 12 cm muscle",
-    "S1 tables I, II": "one fit to both",
-    "S1 table III": "S1's simulation, 21.5 cm",
-    "S1 table IV": "S1's simulation, 12 cm",
-    "S1 eq. 1, 2": "geometric and Hill model agree",
-    "S1 eq. 1": "sentence: force falls with pressure",
-    "S1": "largest contraction",
-    "S2 figure 4": "force at −3 %, 600 kPa",
-    "S2 eq. 3–7": "`kerscher_2006`, maker's curves",
-    "S2 eq. 8–9": "`maximum_force`, maker's curves",
-    "S2 eq. 10": "`sarosi_2012`, maker's curves",
-    "S2 eq. 11": "`polynomial`, maker's curves",
-    "S2 figure 6": "angles of the arm",
-    "S3 eq. 5": "a and n of the law",
-    "S3 figure 10": "force curves",
-    "Sárosi 2012": "forces, maker's curves",
-    "Reynolds 2003": "coefficients",
-    "Serres 2009": "coefficients",
-    "Bolen 2026": "forces, maker's curves",
-    "Martens & Boblan 2017": "maker's curves",
-    "Abed 2025, doi 10.1109/IC2AI62984.2025.10932214": "C and b of a tube",
-    "Bolen, pin knee": "torques measured on a joint",
-    "SMC EUS11-83B-UK": "flows of valves",
-    "SMC": "worked example of a flow",
-    "Festo MPYE 2025/03": "flow of a valve",
-    "Festo 8035170": "flow of a valve",
-}
+OTHERS = "What is not good, and why:"
 SOURCING = HEADER.index("how well sourced")
 LEGEND = (
-    "In brackets: what printed numbers imply, or a separate computation gives; it is not printed. Held out: "
-    "the error on what a fit did not see. Second-hand: read in public code or as quoted by others. Maker's: "
-    "a theoretical curve, not measured. Compared: no agreement can be demanded. `--json` has the cells of "
-    "the tables and the reason of every tolerance."
+    "In brackets: what printed numbers imply, or a separate computation gives, where the number is not "
+    "printed or printed wrongly. Held out: the error on what a fit did not see. Second-hand: read in public "
+    "code or as quoted by others. Maker's: a theoretical curve, not measured. Compared: no agreement can be "
+    "demanded. `--json` has the cells of the tables and the reason of every tolerance."
 )
 
 
@@ -128,65 +97,41 @@ def verdict(rows: Sequence[Row]) -> str:
     return f"{parts}; of {len(cells)} cells of tables {good} good"
 
 
-def markdown(rows: Sequence[Row]) -> str:
-    """Every row as Markdown: the table that `afo-sim validate` prints, its legend and remarks."""
-    lines = [HEADER, ["---"] * len(HEADER), *table(rows)]
-    text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-    return "\n\n".join([text, LEGEND, "\n".join(f"- {remark}" for remark in remarks(rows))]) + "\n"
-
-
 def summary(rows: Sequence[Row]) -> str:
-    """A line for each published table or figure, then every value that is not within a tolerance."""
-    sources: dict[str, list[Row]] = {}
+    """The verdict, of each source the value nearest to its tolerance, and every row that is not good."""
+    counted = Counter(row.source for row in rows if row.outcome != "lost")
+    good: dict[str, list[Row]] = {}
+    others: dict[tuple[str, ...], list[Row]] = {}
     for row in rows:
-        if row.outcome != "lost":
-            sources.setdefault(row.source, []).append(row)
-    lines = [SUMMARY_HEADER, ["---"] * len(SUMMARY_HEADER)]
-    for source, of in sources.items():
-        within = f"{sum(row.outcome == 'good' for row in of)} of {len(of)}"
-        lines.append([f"{source}: {ABOUT[source]}", within, _numbers(max(of, key=_badness), unit=True)])
-    text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
-    return "\n\n".join([text, OUTSIDE, _outside(rows)]) + "\n"
-
-
-def _outside(rows: Sequence[Row]) -> str:
-    """Every row that is not good, with both numbers, below its reason."""
-    reasons: dict[tuple[str, ...], list[Row]] = {}
-    for row in rows:
-        if row.outcome != "good":
-            reasons.setdefault((row.source, row.outcome, row.sourcing, row.why), []).append(row)
-    return "\n".join(
-        f"- **{source}**, {sourcing if outcome == 'lost' else f'{outcome} ({sourcing})'}: "
-        f"{'; '.join(_brief(row, of[0]) for row in of)}. {why[0].upper()}{why[1:]}."
-        for (source, outcome, sourcing, why), of in reasons.items()
-    )
+        if row.outcome == "good":
+            good.setdefault(row.source, []).append(row)
+        else:
+            others.setdefault((row.source, row.outcome, row.sourcing, row.why), []).append(row)
+    lines = [f"{verdict(rows)}.", ""]
+    for source, of in good.items():
+        nearest = max(of, key=lambda row: round(abs(row.error or 0.0) / (row.tolerance or 1.0), 2))
+        count = f"{len(of)} of {counted[source]}"
+        lines.append(f"- **{source}**, {count} ({nearest.sourcing}): {_brief(nearest, nearest)}")
+    lines += ["", OTHERS, ""]
+    for (source, outcome, sourcing, why), of in others.items():
+        values = "; ".join(_brief(row, of[0]) for row in of)
+        lines.append(f"- **{source}**, {outcome} ({sourcing}): {values}. {why[0].upper()}{why[1:]}.")
+    return "\n".join(lines) + "\n"
 
 
 def _brief(row: Row, first: Row) -> str:
     """Quantity and numbers; of the quantity only the word or two by which it differs from the first one's."""
-    if row.outcome == "lost":
-        return _quantity(row)
-    words, others = _quantity(row).split(), _quantity(first).split()
+    if row.error is None:
+        return row.quantity
+    words, others = row.quantity.split(), first.quantity.split()
     differ = [word for word, other in zip(words, others, strict=False) if word != other]
     alike = row is not first and len(words) == len(others) and len(differ) < 3
-    return f"{' '.join(differ if alike else words).strip(',')}: {_numbers(row)}"
-
-
-def _numbers(row: Row, *, unit: bool = False) -> str:
-    """Both numbers, or the error of a curve; with the tolerance, and what a fit did not see."""
-    both = row.simulated is not None
-    text = f"{_published(row)} → {row.simulated:.4g}" if both else f"{row.error:.3g}"
-    text += f" {row.unit}" if unit and row.unit else ""
-    text += "" if both else f" over {row.points} points"
-    text += "" if row.tolerance is None else f" (±{row.tolerance:.3g})"
-    return f"{text}; held out: {_held_out(row)}" if unit and row.held_out else text
-
-
-def _badness(row: Row) -> tuple[bool, bool, float]:
-    """Order of what is worst: not good, with both numbers, by its share of the tolerance or of the number."""
-    reference = row.published if row.published is not None else row.expected
-    share = abs(row.error or 0.0) / (row.tolerance or abs(reference or 1.0))
-    return row.outcome != "good", reference is not None, share
+    quantity = " ".join(differ if alike else words).strip(",")
+    numbers = _error(row) if row.simulated is None else f"{_published(row)} → {row.simulated:.4g}"
+    notes = [f"{row.points} points"] if row.points > 1 else []
+    notes += [] if row.tolerance is None else [f"±{row.tolerance:.3g}"]
+    notes += [f"held out: {_held_out(row)}"] if row.held_out else []
+    return f"{quantity}: {numbers} {row.unit}".strip() + (f" ({'; '.join(notes)})" if notes else "")
 
 
 def _quantity(row: Row) -> str:

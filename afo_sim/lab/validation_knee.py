@@ -57,14 +57,14 @@ BOUND = 2.6  # on the torques of test 47 [N·m]
 ALIKE = 0.05  # between the two computations [N·m], [kN/m]
 MEASURED = "torques measured by the author"
 DERIVED = "measured torques; derived here in a separate computation, not printed"
-WHY_ALIKE = "two computations on the same points; pressures are told to 1 kPa, which is worth 0.02 N·m"
-WHY_PER_CENT = "the other computation is told to 1 %"
+WHY_ALIKE = "two computations on the same points; pressures are given to 1 kPa, which is worth 0.02 N·m"
+WHY_PER_CENT = "the other computation is given to 1 %"
 WHY_BOUND = (
     "at one angle this test's ways up and down lie up to 2.55 N·m apart; 0.05 more for the computation"
 )
 WHY_BRAID = (
     "the path is longer than the muscle at 31 points: there the simulator's braid carries what exceeds the "
-    "law's force at rest, while the judged rows continue the printed formula"
+    "law's force at rest, the judged rows continue the printed formula; one stiffness leaves no such point"
 )
 WHY_MAKERS = (
     "the law is fitted to the maker's curve, which ends at a contraction of 25 %, these muscles at 16 to 18 %"
@@ -262,7 +262,7 @@ def _one_stiffness() -> list[Row]:
         ),
         curve(
             SOURCE,
-            f"test {PREDICTED}, predicted with it: RMS",
+            f"test {PREDICTED}, which the fit did not see: RMS",
             errors[PREDICTED],
             BOUND,
             "N·m",

@@ -22,7 +22,7 @@ SECOND_HAND = "printed, read second-hand"
 MANUSCRIPT = "printed in the manuscript"
 WHY_MAKER = "the maker states ±10 % of its curves"
 WHY_TENTH = "by hand from the printed numbers, to 1 N"
-WHY_OTHERS = "another muscle of this type: how far two sources differ; neither is judged"
+WHY_OTHERS = "two sources on two muscles of this type; neither is judged"
 S3_A, S3_B = 17.0, 8.0
 S3_N = {6.0: 3.2, 5.0: 3.5}  # pressure [bar] → n; printed "3.2/35" and not assigned to pressures
 # Sárosi's coefficients of a 10 mm muscle, for which no length is known: N, bar and per cent.
@@ -117,7 +117,7 @@ def _s3() -> list[Row]:
                 why=f"{WHY_MAKER}: of its largest force here",
             )
         )
-    why = "the formulas and the table are pictures in the text that there is"
+    why = "the formulas and the table are pictures in the available text"
     return [
         *found,
         lost("S3", "n(p), a(p) (eq. 6–9); table 2; points of figures 7 to 9", why),

@@ -136,35 +136,42 @@ def test_document_shows_this_summary(rows: list[Row]) -> None:
 def test_the_summary_shows_every_value_that_is_not_good_with_both_numbers(rows: list[Row]) -> None:
     k, wrong = next((k, row) for k, row in enumerate(rows) if row.source == "S1 table I" and row.cell)
     wrong = dataclasses.replace(wrong, outcome="FAILED", simulated=9.875, error=9.875 - wrong.published)  # type: ignore[operator]
-    table, _, outside = validation.summary([*rows[:k], wrong, *rows[k + 1 :]]).partition(validation.OUTSIDE)
-    assert "| 12 of 13 | 1.7 → 9.875 cm (±0.45) |" in table and "**S1 table I**, FAILED" in outside
+    inside, _, outside = validation.summary([*rows[:k], wrong, *rows[k + 1 :]]).partition(validation.OTHERS)
+    assert "of 47 cells of tables 46 good" in inside and "**S1 table I**, 12 of 13 (" in inside
+    assert "**S1 table I**, FAILED" in outside and "1.7 → 9.875 cm (±0.45)" in outside
     groups = outside.split("\n- ")[1:]
     for row in [wrong, *(row for row in rows if row.outcome != "good")]:
-        (group,) = (
-            group for group in groups if group.startswith(f"**{row.source}**, ") and row.why[1:] in group
-        )
-        assert (row.sourcing if row.outcome == "lost" else row.outcome) in group and _numbers(row) in group
+        start = f"**{row.source}**, {row.outcome} ({row.sourcing}): "
+        (group,) = (group for group in groups if group.startswith(start) and row.why[1:] in group)
+        assert _numbers(row) in group
         assert all(word.strip(",") in group for word in row.quantity.split())
-    counted = [line.split(" | ")[1].split(" of ") for line in table.splitlines() if " of " in line[:120]]
-    assert [sum(map(int, pair)) for pair in zip(*counted, strict=True)] == [
-        sum(row.outcome == "good" for row in rows) - 1,
-        sum(row.outcome != "lost" for row in rows),
-    ]
+
+
+def test_the_summary_shows_what_is_nearest_to_its_tolerance(rows: list[Row]) -> None:
+    lines = validation.summary(rows).partition(validation.OTHERS)[0].splitlines()[2:-1]
+    shares: dict[str, list[tuple[float, Row]]] = {}
+    for row in rows:
+        if row.error is not None and row.tolerance is not None:
+            shares.setdefault(row.source, []).append((abs(row.error) / row.tolerance, row))
+    for (source, of), line in zip(shares.items(), lines, strict=True):
+        assert line.startswith(f"- **{source}**, {len(of)} of ")
+        shown = [share for share, row in of if f"): {row.quantity}: " in line]
+        assert max(shown) > max(share for share, _ in of) - 0.01
 
 
 def _numbers(row: Row) -> str:
     if row.simulated is None:
-        return "" if row.error is None else f": {row.error:.3g} over {row.points} points"
+        return "" if row.error is None else f": {row.error:.3g} {row.unit} ({row.points} points"
     printed = "" if row.published is None else f"{row.published:g} "
     implied = "" if row.expected is None else f"({row.expected:.4g}) "
     return f": {printed}{implied}→ {row.simulated:.4g}"
 
 
 def test_the_full_table_has_every_row_but_good_cells(rows: list[Row]) -> None:
-    lines = validation.markdown(rows).splitlines()
+    shown = [tuple(line[:2]) for line in validation.table(rows)]
     for row in rows:
-        told = [line for line in lines if line.startswith(f"| {row.source} | {row.quantity}")]
-        assert told or (row.cell and row.outcome == "good")
+        in_table = any(source == row.source and text.startswith(row.quantity) for source, text in shown)
+        assert in_table or (row.cell and row.outcome == "good")
 
 
 def test_json_holds_every_row_as_plain_values(
