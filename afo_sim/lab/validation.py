@@ -128,8 +128,7 @@ def _brief(row: Row, first: Row) -> str:
     alike = row is not first and len(words) == len(others) and len(differ) < 3
     quantity = " ".join(differ if alike else words).strip(",")
     numbers = _error(row) if row.simulated is None else f"{_published(row)} → {row.simulated:.4g}"
-    notes = [f"{row.points} points"] if row.points > 1 else []
-    notes += [] if row.tolerance is None else [f"±{row.tolerance:.3g}"]
+    notes = [] if row.tolerance is None else [f"±{row.tolerance:.3g}"]
     notes += [f"held out: {_held_out(row)}"] if row.held_out else []
     return f"{quantity}: {numbers} {row.unit}".strip() + (f" ({'; '.join(notes)})" if notes else "")
 

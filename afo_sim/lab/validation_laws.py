@@ -317,8 +317,8 @@ def _short_period() -> list[Row]:
     """The angles between which the arm swings at the short period, beside the axis of S2's figure 6."""
     angle = np.degrees(run("arm-short")["ankle/angle"])
     why = (
-        "S2 prints neither filling times nor pulley nor inertia; those of `arm-short` are assumed, so its "
-        "angle is not S2's: only differences between laws can be compared"
+        "S2 prints no filling times, pulley or inertia; those of `arm-short` are assumed, so only "
+        "differences between laws can be compared"
     )
     return [
         compared(

@@ -161,7 +161,7 @@ def test_the_summary_shows_what_is_nearest_to_its_tolerance(rows: list[Row]) -> 
 
 def _numbers(row: Row) -> str:
     if row.simulated is None:
-        return "" if row.error is None else f": {row.error:.3g} {row.unit} ({row.points} points"
+        return "" if row.error is None else f": {row.error:.3g} {row.unit}"
     printed = "" if row.published is None else f"{row.published:g} "
     implied = "" if row.expected is None else f"({row.expected:.4g}) "
     return f": {printed}{implied}→ {row.simulated:.4g}"
