@@ -237,7 +237,6 @@ def optimise(
     check_changed(if_changed, dry_run)
     check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common import replacing
         from afo_sim.show import draw_search, unseen
         from afo_sim.study import processors, statement, tables
         from afo_sim.study.pool import pool
@@ -259,8 +258,7 @@ def optimise(
             )
         figure = folder / store.FIGURE
         if not opened.finished or not figure.is_file():
-            with replacing(figure) as path:
-                draw_search(opened.problem, opened.units, store.read_designs(folder), path)
+            draw_search(opened.problem, opened.units, store.read_designs(folder), figure)
     print_tables(tables(best), statement(best))
     for line in unseen(opened.scenario, opened.problem.aim.metrics):
         print(line)

@@ -1,13 +1,13 @@
 """Figure of a static fit: the best law over the points, its residuals, the laws' errors."""
 
 import dataclasses
+import functools
 import pathlib
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from afo_sim.common import replacing
 from afo_sim.lab import (
     Channel,
     FitRun,
@@ -21,7 +21,8 @@ from afo_sim.lab import (
     take,
 )
 from afo_sim.lab.law_problem import predict
-from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, plain, styled
+from afo_sim.show.panels import legend
+from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_pair
 
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -32,24 +33,15 @@ def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Pat
     found : from `fit`
     folder : made if need be
     """
-
-    written = []
-    with styled():
-        figure = _figure(found.fits)
-        for suffix in ("png", "pdf"):
-            written.append(folder / f"fit.{suffix}")
-            with replacing(written[-1]) as path:
-                figure.savefig(path, dpi=RESOLUTION, format=suffix)
-    return written
+    count = len(found.best.problem.data) + 1 + (len(found.fits) > 1)
+    return write_pair(
+        folder / "fit", (3.6 * count, 3.3), functools.partial(_fill, fits=found.fits, count=count)
+    )
 
 
-def _figure(fits: Sequence[LawFit]) -> Any:
+def _fill(figure: Any, fits: Sequence[LawFit], count: int) -> None:
     """A panel for each data set, one of the residuals, and one of the laws where there are several."""
-    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
-
     best = fits[0]
-    count = len(best.problem.data) + 1 + (len(fits) > 1)
-    figure = Figure(figsize=(3.6 * count, 3.3), layout="constrained")
     axes = figure.subplots(1, count)
     for axis, data in zip(axes, best.problem.data, strict=False):
         _draw_curves(axis, best, data)
@@ -57,7 +49,6 @@ def _figure(fits: Sequence[LawFit]) -> Any:
     if len(fits) > 1:
         _draw_ranking(axes[-1], fits)
     figure.suptitle(f"{best.problem.law.name}: {best.problem.law.formula}")
-    return figure
 
 
 def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
@@ -153,29 +144,23 @@ def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
     fit : from `fit_run`
     folder : made if need be
     """
-    from matplotlib.figure import Figure
+    size = (7.1, 0.9 + 1.7 * len(fit.problem.log.channels))
+    return write_pair(folder / "fit_run", size, functools.partial(_rows, fit=fit))
 
-    channels, written = fit.problem.log.channels, list[pathlib.Path]()
-    with styled():
-        figure = Figure(figsize=(7.1, 0.9 + 1.7 * len(channels)), layout="constrained")
-        axes = figure.subplots(len(channels), 2, sharex=True, squeeze=False, width_ratios=(1.35, 1.0))
-        for (left, right), channel in zip(axes, channels, strict=True):
-            _overlay(left, fit, channel)
-            _rest(right, fit, channel)
-        axes[0, 0].set_title("log and runs", loc="left")
-        axes[0, 1].set_title("run − log", loc="left")
-        for axis in axes[-1]:
-            axis.set_xlabel("time of the log [s]")
-        figure.align_ylabels(axes[:, 0])
-        figure.align_ylabels(axes[:, 1])
-        found = [axis.get_legend_handles_labels() for axis in axes[0]]
-        handles = {label: handle for pair in found for handle, label in zip(*pair, strict=True)}
-        figure.legend(handles.values(), handles.keys(), loc="outside upper left", ncols=len(handles))
-        for suffix in ("png", "pdf"):
-            written.append(folder / f"fit_run.{suffix}")
-            with replacing(written[-1]) as path:
-                figure.savefig(path, dpi=RESOLUTION, format=suffix)
-    return written
+
+def _rows(figure: Any, fit: FitRun) -> None:
+    channels = fit.problem.log.channels
+    axes = figure.subplots(len(channels), 2, sharex=True, squeeze=False, width_ratios=(1.35, 1.0))
+    for (left, right), channel in zip(axes, channels, strict=True):
+        _overlay(left, fit, channel)
+        _rest(right, fit, channel)
+    axes[0, 0].set_title("log and runs", loc="left")
+    axes[0, 1].set_title("run − log", loc="left")
+    for axis in axes[-1]:
+        axis.set_xlabel("time of the log [s]")
+    figure.align_ylabels(axes[:, 0])
+    figure.align_ylabels(axes[:, 1])
+    legend(figure, axes[0], columns=4)
 
 
 def _overlay(axis: Any, fit: FitRun, channel: Channel) -> None:

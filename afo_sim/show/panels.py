@@ -288,11 +288,11 @@ def share_scale(axes: Sequence[Any]) -> None:
         axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
 
 
-def legend(figure: Any, axes: Iterable[Any]) -> None:
+def legend(figure: Any, axes: Iterable[Any], columns: int = 3) -> None:
     """One legend above all panels, each name once."""
     found = keys(axes)
     if found:
-        figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=3)
+        figure.legend(list(found.values()), list(found), loc="outside upper left", ncols=columns)
 
 
 # The air before and behind the chambers: volumes, flow of the supply, the source.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.metrics import metric_words
-from afo_sim.show.style import COLOURS, RESOLUTION, plain, styled
+from afo_sim.show.style import COLOURS, plain, write_figure
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, human_scale
 
 _LABEL = 24  # characters of a line beside an axis
@@ -30,15 +30,11 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
     columns : of all designs, in the order in which they were tried
     path : PNG to write
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     aim = problem.aim
     count = 1 + len(aim.limits) + len(problem.parameters)
     rows, across = -(-count // _ACROSS), min(count, _ACROSS)
-    with styled():
-        figure = Figure((_PANEL[0] * across, _PANEL[1] * rows + 0.5), layout="constrained")
-        FigureCanvasAgg(figure)
+
+    def fill(figure: Any) -> None:
         axes = figure.subplots(rows, across, sharex=True, squeeze=False).ravel()
         so_far = _best_so_far(problem, columns)
         _objective(axes[0], problem, units, columns, so_far)
@@ -53,7 +49,8 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
             axis.tick_params(labelbottom=True)
         handles, labels = axes[-1 if count == len(axes) else count - 1].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper left", ncols=4)
-        figure.savefig(path, format="png", dpi=RESOLUTION)
+
+    write_figure(path, (_PANEL[0] * across, _PANEL[1] * rows + 0.5), fill)
 
 
 def _best_so_far(problem: Problem, columns: Columns) -> np.ndarray:

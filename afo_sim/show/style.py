@@ -132,6 +132,16 @@ def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[
             figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
 
 
+def write_pair(
+    stem: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]
+) -> list[pathlib.Path]:
+    """Draw a figure as PNG and as PDF: the files. Other parameters and errors as in `write_figure`."""
+    files = [stem.with_suffix(f".{suffix}") for suffix in FORMATS[:2]]
+    for file in files:
+        write_figure(file, size, fill)
+    return files
+
+
 _TEXT, _MARK = 4.5, 3.0  # least contrast ratios: of text (level AA, 1.4.3), of lines and marks (1.4.11)
 STEP = 0.97  # by which a colour is darkened at a time
 

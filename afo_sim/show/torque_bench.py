@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.lab import Group, Profile, Readings, TorqueFit, levels, profile, refused
 from afo_sim.lab.torque_problem import TorqueParameter, predict
-from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_figure
+from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_pair
 
 _MOST_GROUPS = 6  # panels of measured torque
 _GRID = 61  # angles of a line
@@ -28,13 +28,8 @@ def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.
     count = shown + 1 + (profiled is not None) + bool(found.laws)
     columns = min(count, 4)
     rows = -(-count // columns)
-    written = []
-    for suffix in ("png", "pdf"):
-        written.append(folder / f"fit_torque.{suffix}")
-        write_figure(
-            written[-1], (3.5 * columns, 3.1 * rows + 0.3), lambda f: _fill(f, found, profiled, columns, rows)
-        )
-    return written
+    size = (3.5 * columns, 3.1 * rows + 0.3)
+    return write_pair(folder / "fit_torque", size, lambda f: _fill(f, found, profiled, columns, rows))
 
 
 def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:

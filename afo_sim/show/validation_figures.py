@@ -27,7 +27,7 @@ from afo_sim.lab import (
 )
 from afo_sim.lab.validation_s1 import table
 from afo_sim.physics import LAWS, contractions
-from afo_sim.show.style import COLOURS, RESOLUTION, SCALE, SCALE_END, styled
+from afo_sim.show.style import COLOURS, SCALE, SCALE_END, write_pair
 
 _S1_OWN, _OURS = COLOURS[0], COLOURS[1]
 _ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
@@ -48,18 +48,12 @@ def write_figures(folder: pathlib.Path) -> list[pathlib.Path]:
     InputError
         The folder cannot be written to.
     """
-    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
-
     check_writable(folder, "folder")
-    written = []
-    with styled(), together(folder) as scratch:
-        for name, (size, fill) in FIGURES.items():
-            figure = Figure(figsize=size, layout="constrained")
-            fill(figure)
-            for suffix in ("png", "pdf"):
-                written.append(folder / f"{name}.{suffix}")
-                figure.savefig(scratch / written[-1].name, format=suffix, dpi=RESOLUTION)
-    return written
+    with together(folder) as scratch:
+        files = [
+            file for name, (size, fill) in FIGURES.items() for file in write_pair(scratch / name, size, fill)
+        ]
+    return [folder / file.name for file in files]
 
 
 def _s1(figure: Any, bench: int, first: int, masses: tuple[float, ...], shape: tuple[int, int]) -> None:
