@@ -19,8 +19,7 @@ from typing import Any
 
 import lazy_loader
 
-from afo_sim.common import missing_extra
-from afo_sim.simulation import show_with
+from afo_sim.common import missing_extra, show_with
 
 # A name is imported when it is first asked for: MuJoCo and numba take a second, `afo-sim --help` must not.
 _resolve, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
@@ -54,7 +53,7 @@ def _room(module: str) -> Any:
 
 
 class _Show:
-    """Shows and exports recordings; what it takes is imported when it is first asked for."""
+    """Shows and exports results, and draws bands; what it takes is imported when it is first asked for."""
 
     def write(self, recording: Any, path: Any, rate: float | None = None) -> None:
         _room("show.rerun").write_rrd(recording, path, rate=rate)
@@ -62,8 +61,8 @@ class _Show:
     def open(self, paths: Any) -> None:
         _room("show.rerun").open_recordings(paths)
 
-    def html(self, recording: Any) -> str:
-        return str(_room("show.notebook").html(recording))
+    def html(self, result: Any) -> Any:
+        return _room("show.notebook").html(result)
 
     def both(self, legs: Any, path: Any) -> None:
         _room("show.compared_figures").draw_both(legs, path)
@@ -75,6 +74,12 @@ class _Show:
         for note in exported.notes:
             warnings.warn(note, stacklevel=3)
         return exported.files
+
+    def bands(self, scenario: Any, draws: int, progress: Any) -> Any:
+        studies = _room("study.run_studies")
+        studies.check_studies(scenario, draws=draws)  # before anything is walked
+        report = None if progress is None else lambda done, count, _: progress(done, count)
+        return lambda recording: studies.with_studies(recording, scenario, draws=draws, report=report)
 
 
 show_with(_Show())

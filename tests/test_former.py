@@ -64,7 +64,7 @@ def test_results_of_a_sweep_open_and_are_shown(
     folder: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     results = study.read(folder / "sweep")
-    assert [row["pressure"] for row in results.to_pandas().to_dict("records")] == [2e5, 3e5]
+    assert [row["pressure [Pa]"] for row in results.to_pandas().to_dict("records")] == [2e5, 3e5]
     shutil.copytree(folder / "sweep", tmp_path / "sweep")
     code, said, wrong = call(capsys, "sweep", "--show", tmp_path / "sweep")
     assert code == 0 and "pressure" in said, wrong

@@ -1,6 +1,5 @@
 """The library as a notebook's user meets it: names, examples, what a recording and a report take and show."""
 
-import base64
 import doctest
 import functools
 import html
@@ -142,8 +141,9 @@ def test_columns_complete_and_a_wrong_one_is_told(short: Recording) -> None:
 
 def test_pandas_and_xarray_carry_units(short: Recording) -> None:
     frame, dataset = short.to_pandas(), short.to_xarray()
-    assert list(frame.columns) == list(short.columns) and len(frame) == 500
-    assert frame.attrs["units"]["muscle/dorsiflexor_1/force"] == "N"
+    assert len(frame) == 500 and frame.attrs["units"]["muscle/dorsiflexor_1/force"] == "N"
+    titles = [f"{name} [{short.describe(name)[0] or '-'}]" for name in short.columns]
+    assert list(frame.columns) == titles and "ankle/angle [rad]" in titles
     assert set(dataset.data_vars) | {"time"} == set(short.columns)
     assert np.array_equal(dataset["time"], short["time"])
     angle = dataset["ankle/angle"]
@@ -154,30 +154,26 @@ def test_pandas_and_xarray_carry_units(short: Recording) -> None:
     assert np.isclose(dataset.sel(time=0.5, method="nearest")["ankle/angle"], short["ankle/angle"][250])
 
 
-@pytest.mark.slow
-def test_a_notebook_shows_status_warnings_numbers_and_figures(short: Recording, walked: Recording) -> None:
-    pages = [run._repr_html_() for run in (short, walked)]
-    for run, page in zip((short, walked), pages, strict=True):
-        assert run.scenario["name"] in page and f"{len(run['time'])} rows" in page
-        assert page.count("⚠") == len(run.warnings)
-        for name in run.metrics:
-            assert f"<code>{name}</code>" in page
-        pictures = [base64.b64decode(data) for data in re.findall(r'base64,([^"]+)"', page)]
-        assert len(pictures) == 2 and all(picture.startswith(b"\x89PNG") for picture in pictures)
-        assert len(page) < 400_000 and "http" not in page
-    for answer in walked.verdict:
-        assert answer.question in pages[1] and answer.question not in pages[0]
-    assert "a clearance is good to some 8 mm" in pages[1]  # what the answers hang on
-    assert len(walked.verdict) == 5 and short.verdict == ()
-    assert "<details open>" in pages[0] and "<details>" in pages[1]
+def test_strides_take_slices(walked: Recording) -> None:
+    strides = walked.strides
+    first = strides[:2]
+    assert list(first) == list(strides)[:2] and all(first[k] is strides[k] for k in first)
+    assert list(strides[-1:]) == [max(strides)] and type(strides[1:][:1]) is type(strides)
+    assert strides[0]["toe_clearance"].unit == "mm" and strides == dict(strides)
+    with pytest.raises(KeyError):
+        strides[-1]  # no stride has this number
 
 
-def test_a_run_that_never_began_is_shown_too(short: Recording) -> None:
-    import dataclasses
-
-    nothing = {name: values[:0] for name, values in short.columns.items()}
-    failed = dataclasses.replace(short, columns=nothing, metrics={}, status="failed: <why>")
-    assert "failed: &lt;why&gt;, 0 rows" in failed._repr_html_() and "<img" not in failed._repr_html_()
+@pytest.mark.parametrize(
+    ("scenario", "more", "says"),
+    [
+        ("seated", {}, "nobody walks"),
+        ("walk-dropfoot", {"controller": lambda seen: {}}, "the draws would run without it"),
+    ],
+)
+def test_bands_that_cannot_be_drawn_are_refused(scenario: str, more: dict[str, Any], says: str) -> None:
+    with pytest.raises(afo.InputError, match=says):
+        afo.run(scenario, uncertainty=200, **more)
 
 
 # --- pictures

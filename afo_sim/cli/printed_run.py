@@ -42,13 +42,13 @@ def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
 
 def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> None:
     """The answers, then as many warnings, changes and notes as a dozen lines hold."""
-    from afo_sim.show import bands, effects, in_brief
+    from afo_sim.show import bands, effects, in_brief, known
 
     notes = [(f"note: {in_brief(note_lines(recording))}", 6)] if note_lines(recording) else []
     step = effects.first_step(recording)
     remarks = [*warning_lines(recording, bool(answers)), *notes, *([(step, 2)] if step else [])]
     if not answers:
-        remarks += [(f"{name} {value}", 2) for name, value in _numbers(recording)]
+        remarks += [(f"{name} {value}", 2) for name, value in known(recording.metrics)]
     print_line(_title(recording), style="bold")
     drawn = [(line, 2) for line in bands.brief(recording)]
     print_answers(recording, answers, remarks, [(written, 2)], first=drawn)
@@ -106,14 +106,6 @@ def _title(recording: Any) -> str:
     name, what = recording.scenario["name"], recording.scenario.get("description") or ""
     title = f"{name}: {what}" if what else name
     return title if _width() is None else textwrap.shorten(title, _width() or 80, placeholder=" …")
-
-
-def _numbers(recording: Any) -> list[tuple[str, str]]:
-    """Each metric that says something, with its unit."""
-    from afo_sim.show import printed, undefined
-
-    found = recording.metrics.items()
-    return [(name, f"{printed(name, m)} {m.unit}".rstrip()) for name, m in found if not undefined(name, m)]
 
 
 def _print_all(recording: Any) -> None:

@@ -23,6 +23,13 @@ from .csv_table import read_table as read_table
 from .csv_table import scale_of as scale_of
 from .csv_table import split_title as split_title
 from .csv_table import table_of as table_of
+from .csv_table import titles as titles
+from .display_hooks import ROOM as ROOM
+from .display_hooks import Brief as Brief
+from .display_hooks import Shown as Shown
+from .display_hooks import called as called
+from .display_hooks import show_with as show_with
+from .display_hooks import shown as shown
 from .errors import AfoSimError as AfoSimError
 from .errors import CallbackError as CallbackError
 from .errors import ControllerError as ControllerError

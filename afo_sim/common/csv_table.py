@@ -6,6 +6,7 @@ import math
 import os
 import pathlib
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -119,6 +120,11 @@ def table_of(data: Any, example: str, name: str) -> Table:
         raise InputError(problem, file=name, value=lengths or None, allowed=example)
     rows = tuple(enumerate(zip(*values.values(), strict=True), 1))
     return Table(pathlib.Path(name), tuple(values), rows, facts)
+
+
+def titles(units: Mapping[str, str]) -> dict[str, str]:
+    """Titles of columns by their names, such as "pressure [Pa]"; of what has no unit "phase [-]"."""
+    return {name: f"{name} [{unit or '-'}]" for name, unit in units.items()}
 
 
 def split_title(title: str) -> tuple[str, str]:

@@ -13,6 +13,8 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 from afo_sim.common import (
     EXAMPLES,
     InputError,
+    Shown,
+    called,
     format_quantity,
     in_unit,
     magnitudes,
@@ -153,7 +155,7 @@ class FrozenDict(dict[Any, Any]):
         return type(self), (dict(self),)
 
 
-class Described(BaseModel):
+class Described(Shown, BaseModel):
     """A frozen description whose numbers may be written { value = …, source = …, kind = … }."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
@@ -200,7 +202,7 @@ class Described(BaseModel):
     def __repr__(self) -> str:
         name, about = getattr(self, "name", ""), getattr(self, "description", "")
         if not name:  # a part of a description
-            return super().__repr__()
+            return called(self, {k: v for k, v in self if v is not None and k != "provenance"})
         return f"<{type(self).__name__} {name!r}{': ' if about else ''}{about}>"
 
     def __str__(self) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, nearest_name
+from afo_sim.common import InputError, nearest_name, titles
 from afo_sim.simulation import Recording
 
 TIME = "time"
@@ -127,11 +127,6 @@ def finite(rows: Rows, *, failed: bool) -> Rows:
     return dataclasses.replace(rows, columns=kept, notes=tuple(notes))
 
 
-def _titles(rows: Rows) -> list[str]:
-    """Names with units: "ankle/angle [rad]", "gait/phase [-]"."""
-    return [f"{name} [{rows.units[name] or '-'}]" for name in rows.columns]
-
-
 def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
     """Write rows as CSV; a number that is not finite stands there as nan, inf or -inf.
 
@@ -139,7 +134,7 @@ def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)  # CR LF after each line
-        writer.writerow(_titles(rows))
+        writer.writerow(titles({name: rows.units[name] for name in rows.columns}).values())
         write_numbers(writer.writerows, list(rows.columns.values()), report)
 
 

@@ -48,6 +48,7 @@ from .validation import HEADER as HEADER
 from .validation import LEGEND as LEGEND
 from .validation import SOURCING as SOURCING
 from .validation import record as record
+from .validation import table as table
 from .validation import validate as validate
 from .validation import verdict as verdict
 from .validation_knee import FEMUR_ANCHOR as FEMUR_ANCHOR

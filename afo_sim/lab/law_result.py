@@ -16,6 +16,7 @@ import numpy as np
 from afo_sim.common import (
     InputError,
     Notice,
+    Shown,
     assets,
     parse_quantity,
     sealed_text,
@@ -41,13 +42,12 @@ from afo_sim.lab.law_muscle import (
 from afo_sim.lab.law_problem import GEOMETRY, LawProblem, Loss, pose, select
 from afo_sim.lab.measured import HEADER, Measured, check_facts, read_measured
 from afo_sim.physics import LAWS
-from afo_sim.simulation import shown
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
 
 
 @dataclass(frozen=True, repr=False)
-class StaticFit:
+class StaticFit(Shown):
     """Laws fitted to a characteristic, best first; laws that could not be fitted, and why.
 
     `left_out` counts the points that no static law is about; `like` is the muscle from which comes what the
@@ -70,9 +70,6 @@ class StaticFit:
     def _parameter_text(self, name: str) -> str:
         value, unit = usual(self.parameters[name], self.best.problem.describe(name).unit)
         return f"{name} = {value:.4g} {unit}".rstrip()
-
-    def _repr_html_(self) -> str:  # asked for by Jupyter
-        return shown().html(self)
 
     @property
     def best(self) -> LawFit:

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim.common import InputError, Notice, SimulationError
+from afo_sim.common import InputError, Notice, Shown, SimulationError
 from afo_sim.description import Scenario, load
 from afo_sim.lab.identifiability import Estimate, intervals, refusal_of, refused, rms, unidentified, verdict
 from afo_sim.lab.run_problem import HELD_OUT, RunParameter, RunProblem, differences, pose, run_at
-from afo_sim.simulation import Recording, shown
+from afo_sim.simulation import Recording
 
 Progress = Callable[[str], None]
 MISFIT = 1.15  # times the noise: above it, and above what chance does to so few samples, something is missing
@@ -83,7 +83,7 @@ class Errors:
 
 
 @dataclass(frozen=True, repr=False)
-class FitRun:
+class FitRun(Shown):
     """Dynamic parameters from a log, and how far they can be believed. SI.
 
     `interval` is of 95 %, None where it is refused; `verdict` says why. `memory` is the correlation of
@@ -113,9 +113,6 @@ class FitRun:
     def _value_text(self, parameter: RunParameter) -> str:
         value = f"{parameter.shown(self.values[parameter.name]):.4g} {parameter.kind.shown}"
         return f"{value} ({self.belief(parameter)})"
-
-    def _repr_html_(self) -> str:  # asked for by Jupyter
-        return shown().html(self)
 
     @property
     def identifiable(self) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, InputError, parse_quantity, unknown
+from afo_sim.common import GRAVITY, InputError, Shown, parse_quantity, unknown
 from afo_sim.description import Muscle, load
 from afo_sim.lab import stand_trial
 from afo_sim.lab.measured import Measured, read_measured
@@ -36,8 +36,8 @@ UNITS = {"pressure": "Pa", "load": "N", "contraction": "", "length": "m", "suppl
 POINTS = {"isobaric": "pressure", "isotonic": "load", "isometric": "contraction"}  # that tell curves apart
 
 
-@dataclass(frozen=True)
-class Stand:
+@dataclass(frozen=True, repr=False)
+class Stand(Shown):
     """Finished tests, and their distance from measured points where some were given.
 
     trials : in the order of tests, muscles, laws, frictions

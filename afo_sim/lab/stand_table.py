@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, parquet_writer, replacing, write_json
+from afo_sim.common import InputError, parquet_writer, replacing, titles, write_json
 from afo_sim.common.versions import versions
 from afo_sim.description import Muscle
 from afo_sim.lab.measured import Measured
@@ -124,7 +124,7 @@ def _thinned(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 def write_csv(trials: Sequence[Trial], path: pathlib.Path) -> None:
     """Write one row per sample, SI, with the units in the titles; whole or not at all."""
     table = table_of(trials)
-    units = [f"{name} [{unit or '-'}]" for name, (unit, _) in COLUMNS.items()]
+    units = titles({name: unit for name, (unit, _) in COLUMNS.items()}).values()
     texts = [table[name] for name in LABELS]
     numbers = [table[name] for name in COLUMNS]
     with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:

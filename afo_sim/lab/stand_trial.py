@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, InputError, Notice
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, InputError, Notice, Shown
 from afo_sim.description import Muscle, provenance_note
 from afo_sim.description import load as load_description
 from afo_sim.lab.stand_plan import (
@@ -63,8 +63,8 @@ AXES = {
 PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no line
 
 
-@dataclass(frozen=True)
-class Trial:
+@dataclass(frozen=True, repr=False)
+class Trial(Shown):
     """A finished test of one muscle.
 
     plan : what was set

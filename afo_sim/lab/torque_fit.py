@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, nearest_name, parse_quantity, unknown
+from afo_sim.common import InputError, Notice, Shown, nearest_name, parse_quantity, unknown
 from afo_sim.description import Orthosis, reader
 from afo_sim.lab.identifiability import refusal_of, refused
 from afo_sim.lab.torque_belief import (
@@ -52,7 +52,6 @@ from afo_sim.lab.torque_solution import (
     root_mean_square,
     solve,
 )
-from afo_sim.simulation import shown
 
 USUAL_FIT = ("series_stiffness", "offset")
 HOLD_OUT = ("all", "none", *KINDS)
@@ -63,7 +62,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class TorqueFit:
+class TorqueFit(Shown):
     """Parameters of a mounted device, and how far they can be believed. SI.
 
     `verdict` says which parameters the readings do not identify, and why; `held_out` are the torque errors of
@@ -89,9 +88,6 @@ class TorqueFit:
         lacking = len(refused(self.verdict))
         told = f"; {lacking} not identifiable" if lacking else ""
         return f"<TorqueFit: {', '.join(map(self._in_short, self.problem.free))}; {self._error}{told}>"
-
-    def _repr_html_(self) -> str:  # asked for by Jupyter
-        return shown().html(self)
 
     @property
     def _error(self) -> str:

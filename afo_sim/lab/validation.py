@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from afo_sim.common import Shown
 from afo_sim.lab import validation_air, validation_knee, validation_laws, validation_s1
 from afo_sim.lab.validation_row import Row
 
@@ -29,7 +30,14 @@ LEGEND = (
 )
 
 
-def validate(report: Callable[[int, int], None] | None = None) -> list[Row]:
+class Validation(Shown, list[Row]):
+    """Rows of a validation, which show how they came out."""
+
+    def __repr__(self) -> str:
+        return f"<Validation: {verdict(self)}>"
+
+
+def validate(report: Callable[[int, int], None] | None = None) -> Validation:
     """Compare what was published with what is simulated.
 
     Parameters
@@ -47,7 +55,7 @@ def validate(report: Callable[[int, int], None] | None = None) -> list[Row]:
     >>> [row.quantity for row in validate() if row.outcome == "FAILED"]  # doctest: +SKIP
     []
     """
-    found: list[Row] = []
+    found = Validation()
     for done, part in enumerate(PARTS, 1):
         found += part()
         if report is not None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, assets, nearest_name
+from afo_sim.common import InputError, Notice, Shown, assets, nearest_name
 from afo_sim.description import Scenario, load
 from afo_sim.legs.leg_numbers import Segment
 from afo_sim.legs.mjcf import tree_of
@@ -18,8 +18,8 @@ from afo_sim.model import ANKLE, Size, leg_spec
 from afo_sim.model.build import build
 
 
-@dataclass(frozen=True, eq=False)
-class Exported:
+@dataclass(frozen=True, eq=False, repr=False)
+class Exported(Shown):
     """What was written: its tree, files, a table, and what the format does not hold."""
 
     tree: Tree

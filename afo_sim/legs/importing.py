@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from afo_sim.common import InputError, Notice, check_writable, sealed_text, together
+from afo_sim.common import InputError, Notice, Shown, check_writable, sealed_text, together
 from afo_sim.description import Side, load
 from afo_sim.legs.cutting import cut, left_behind, with_sole
 from afo_sim.legs.finding import Found, find
@@ -28,8 +28,8 @@ SOLE_NOTE = Notice(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Imported:
+@dataclass(frozen=True, eq=False, repr=False)
+class Imported(Shown):
     """A leg, cut out of a file and turned.
 
     name : of the leg

@@ -10,7 +10,7 @@ from enum import StrEnum
 from typing import Any, NoReturn, Self, TypeVar
 
 from afo_sim import metrics
-from afo_sim.common import InputError, in_unit, nearest_name, parse_quantity
+from afo_sim.common import Brief, InputError, in_unit, nearest_name, parse_quantity
 
 CLEARANCE, CONTACT, ANKLE = "Clearance in swing", "Initial contact and loading", "Angle"
 PUSH_OFF = "Push-off"
@@ -310,7 +310,7 @@ def told(problem: str, name: str) -> str:
     return f"{problem} any more ({RENAMED[name][1]})" if name in RENAMED else problem
 
 
-class Metrics(dict[str, Metric]):
+class Metrics(Brief[str, Metric]):
     """Metrics by name; one that is not there is refused, an old one with its new name."""
 
     def __missing__(self, name: str) -> Metric:

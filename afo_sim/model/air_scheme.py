@@ -7,7 +7,7 @@ import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Shown
 from afo_sim.description import (
     AMBIENT,
     SUPPLY,
@@ -111,8 +111,8 @@ class AirWay:
         return (self.conductance / min(each for _, each in self.edges)) ** 2 if self.edges else 0.0
 
 
-@dataclass(frozen=True)
-class AirScheme:
+@dataclass(frozen=True, repr=False)
+class AirScheme(Shown):
     """The air path of an orthosis on its supply.
 
     nodes, edges : by name, in the order of the description

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import Notice
+from afo_sim.common import Notice, Shown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.gait import STANCE_FORCE
 from afo_sim.model import stability
@@ -34,8 +34,8 @@ from afo_sim.model.walk_bodies import fill_walking
 from afo_sim.physics import KNEE_LIMIT
 
 
-@dataclass(frozen=True)
-class Built:
+@dataclass(frozen=True, repr=False)
+class Built(Shown):
     """A compiled scenario: the model that runs, and the warnings of building it.
 
     `model` is without what only pictures need; `full_model` has all, the same parameters, and moves alike.

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from afo_sim.common import LEAST_NUMBER, InputError, assets, parse_quantity, unique, unknown
+from afo_sim.common import LEAST_NUMBER, InputError, Shown, assets, parse_quantity, unique, unknown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.model.build import Built, build, check_description
 from afo_sim.model.leg_shapes import ThroughLeg, through_leg
@@ -17,8 +17,8 @@ Source = str | os.PathLike[str] | Orthosis | Scenario
 SITTING = "seated"  # scenario into which an orthosis is put that is given alone
 
 
-@dataclass(frozen=True, eq=False)
-class Design:
+@dataclass(frozen=True, eq=False, repr=False)
+class Design(Shown):
     """An orthosis on a leg.
 
     built : the compiled scenario

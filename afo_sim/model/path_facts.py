@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError
+from afo_sim.common import InputError, Shown
 from afo_sim.description import Muscle, MuscleGroup
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import (
@@ -30,8 +30,8 @@ PRESSURE_SHARES = (0.0, 0.5, 1.0)  # of the pressure, at which force and torque 
 NAMED = np.radians([-20.0, 0.0, 20.0])  # angles at which the text gives them [rad]
 
 
-@dataclass(frozen=True, eq=False)
-class PathFacts:
+@dataclass(frozen=True, eq=False, repr=False)
+class PathFacts(Shown):
     """The alike muscles of one group, over the ankle's angle, at rest and without friction.
 
     muscles : their names

@@ -4,6 +4,7 @@ from .air_drawing import write_air as write_air
 from .analysis_figures import bode_panels as bode_panels
 from .analysis_figures import draw_bode as draw_bode
 from .analysis_figures import draw_size as draw_size
+from .compared_figures import draw_both as draw_both
 from .compared_figures import write as write
 from .drawing import AIR as AIR
 from .drawing import VIEWS as VIEWS
@@ -17,6 +18,7 @@ from .leg_picture import draw_leg as draw_leg
 from .numbers import cautions as cautions
 from .numbers import decisive as decisive
 from .numbers import in_brief as in_brief
+from .numbers import known as known
 from .numbers import of_walker as of_walker
 from .numbers import printed as printed
 from .numbers import undefined as undefined
@@ -30,7 +32,7 @@ from .rerun.viewer import live_viewer as live_viewer
 from .run_figure import draw_run as draw_run
 from .run_view import RunView as RunView
 from .search_figure import draw_search as draw_search
-from .stand_figure import draw_study as draw_study
+from .stand_figure import draw_trials as draw_trials
 from .stand_files import target as target
 from .stand_files import write_stand_files as write_stand_files
 from .style import BLUE as BLUE
@@ -46,6 +48,7 @@ from .style import RUNS as RUNS
 from .style import STYLE as STYLE
 from .style import write_figure as write_figure
 from .sweep_figures import FIGURES as FIGURES
+from .sweep_figures import drawings as drawings
 from .sweep_figures import show as show
 from .sweep_tables import tables as tables
 from .torque_bench import write_torque_figure as write_torque_figure

@@ -120,13 +120,18 @@ def markdown(recording: Recording) -> str:
     told = [f"Since {_WHY[found.aim]}. Each step alone, from a run of its own.", ""]
     if not found.helping:
         return "\n".join([*told, f"**{_NONE[0].upper()}{_NONE[1:]}.**"])
+    _, head, rows = table(found)
+    ruled = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+    return "\n".join([*told, *(f"| {' | '.join(row)} |" for row in ruled)])
+
+
+def table(found: Effects) -> tuple[str, list[str], list[list[str]]]:
+    """Title, header and rows: the steps that help most, with the differences that they make."""
     names = [name for name in _SHORT if name in found.base]
-    told.append("| step | " + " | ".join(f"{_SHORT[n]} [{_unit(found, n)}]" for n in names) + " |")
-    told.append("|---|" + "---:|" * len(names))
-    for effect in found.helping[:_TOP]:
-        numbers = (_number(effect, found, name) for name in names)
-        told.append(f"| {change(effect)} | {' | '.join(numbers)} |")
-    return "\n".join(told)
+    head = ["step", *(f"{_SHORT[n]} [{_unit(found, n)}]" for n in names)]
+    best = found.helping[:_TOP]
+    rows = [[change(effect), *(_number(effect, found, n) for n in names)] for effect in best]
+    return f"since {_WHY[found.aim]}", head, rows
 
 
 def of_report(runs: Sequence[RunView]) -> list[_EffectsTable]:

@@ -1,121 +1,213 @@
-"""Results as a notebook shows them: runs with two small figures; sweeps, searches and fits as tables."""
+"""Results as a notebook shows them: on one short page the answer, a picture, tables and remarks."""
 
 import base64
 import pathlib
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from html import escape
 from typing import Any
 
+from afo_sim import lab, show, study
+from afo_sim.common import ROOM, InputError
+from afo_sim.description import amount, facts
 from afo_sim.description.scenario_text import reference
-from afo_sim.metrics import Metric, in_short, number, unit, words
-from afo_sim.show import bands, effects
+from afo_sim.metrics import in_short, seated_answers
+from afo_sim.show import bands, drawing, effects
 from afo_sim.show import verdict_texts as verdict
-from afo_sim.show.numbers import decisive
-from afo_sim.show.run_figure import draw_angle, draw_torque
-from afo_sim.simulation import Recording
+from afo_sim.show.numbers import decisive, known
+from afo_sim.show.run_figure import draw_in_short
+from afo_sim.simulation import limits_of
 
-_WIDTH = 380  # of a figure [px]
-_RIGHT, _LEFT = "text-align: right", "text-align: left"
-_EDGES = {"good": "#1b7a4b", "doubtful": "#b57900", "bad": "#a52a1a", "unknown": "#777"}  # of an answer
+_EDGES = {"GOOD": "#1b7a4b", "DOUBTFUL": "#b57900", "BAD": "#a52a1a", "UNKNOWN": "#777"}  # of an answer
+_STYLE = "<style>.afo td,.afo th,.afo caption{text-align:left}</style>"
 _BEST_CASES = 3  # of a sweep, for each metric
+_NUMBERS = 24  # of a run that does not walk
 
-_Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
-
-
-def html(result: Any) -> str:
-    """A run, a study's or a fit's result as one HTML element that needs nothing outside itself."""
-    if isinstance(result, Recording):
-        return recording_html(result)
-    of_study = type(result).__module__.startswith("afo_sim.study.")
-    return _element(repr(result), *(_study_tables(result) if of_study else _fit_tables(result)))
+_Table = tuple[str, Sequence[str], Iterable[Sequence[str]]]  # title, header, rows
+_Draw = Callable[[pathlib.Path], object]  # writes a PNG at a path, or beside it
+_Parts = Iterable[str | _Table | _Draw]  # of a page: lines, tables, pictures
 
 
-def _study_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
-    """Tables and remarks of a sweep, a search or a sizing."""
-    from afo_sim.show import sweep_tables
-    from afo_sim.study import BestDesign, Results, chosen
-    from afo_sim.study.findings import findings
-    from afo_sim.study.search import best as search_words
+def html(result: Any) -> str | None:
+    """A result as one HTML element that needs nothing outside itself; None where its text says all.
 
-    if isinstance(result, Results):
-        found = findings(result, chosen(result, []))
-        return sweep_tables.tables(found, _BEST_CASES), found.remarks
-    if isinstance(result, BestDesign):
-        return search_words.tables(result.summary), search_words.statement(result.summary)
-    return [result.table], result.remarks
-
-
-def _fit_tables(result: Any) -> tuple[Sequence[_Table], Sequence[str]]:
-    """Tables and remarks of a fit to points, torques or a log."""
-    from afo_sim.lab import StaticFit, TorqueFit, law_result, run_report, torque_report
-
-    if isinstance(result, StaticFit):
-        return law_result.tables(result), law_result.remarks(result)
-    if isinstance(result, TorqueFit):
-        return torque_report.tables(result), torque_report.remarks(result)
-    return run_report.tables(result), run_report.remarks(result)
+    Its words, and its plain text, are at most `ROOM` bytes: what has no room is left out, and it says so.
+    """
+    parts = next((_PAGES[kind.__name__] for kind in type(result).__mro__ if kind.__name__ in _PAGES), None)
+    if parts is None:
+        return None
+    head = f"<b>{escape(repr(result).strip('<>'))}</b>"
+    found, left, room = [_STYLE, head], 0, ROOM - 2 * len(head.encode())
+    for text in (text for part in parts(result) for text in _texts(part)):
+        size = 0 if text.startswith(("<img", "</")) else len(text.encode())
+        kept = size <= room
+        found, left, room = [*found, text] if kept else found, left + (not kept), room - kept * size
+    more = f"<div>… and {left} more lines than have room here</div>" if left else ""
+    return f'<div class="afo">{"".join(found)}{more}</div>'
 
 
-def recording_html(recording: Recording) -> str:
-    """Status, verdict, warnings, notes, numbers and two figures of a run; without rows no figures."""
-    rows = len(recording["time"]) if "time" in recording.columns else 0
-    parts = [f"<b>{escape(str(recording.scenario['name']))}</b>: {escape(recording.status)}, {rows} rows"]
-    parts += [_verdict(recording)] if recording.verdict else []
-    parts += [f"<div>⚠ {escape(warning)}</div>" for warning in recording.warnings]
-    told = [*bands.lines(recording), *effects.lines(recording)]
-    if recording.verdict:
-        told += decisive(recording.scenario, recording.metrics, recording.strides)
-    parts += [f"<div>{escape(line)}</div>" for line in told]
-    parts += [
-        f"<div>{escape(sentence)}</div>"
-        for sentence in in_short(recording.metrics, reference(recording.scenario))
-    ]
-    if rows > 1:
-        parts += [_picture(draw, recording) for draw in (draw_angle, draw_torque)]
-    if recording.metrics:
-        parts.append(_numbers(recording.metrics, unfolded=not recording.scenario.get("gait")))
-    return f"<div>{''.join(parts)}</div>"
+def _texts(part: str | _Table | _Draw) -> Iterator[str]:
+    """The pieces of a part, each of which may be left out."""
+    if callable(part):
+        yield _picture(part)
+    elif isinstance(part, str):
+        yield f"<div>{escape(part)}</div>"
+    else:
+        title, header, rows = part
+        head = "".join(f"<th>{escape(name)}</th>" for name in header)
+        yield f"<table><caption>{escape(title)}</caption><tr>{head}</tr>"
+        for row in rows:
+            yield f"<tr>{''.join(f'<td{_edge(cell)}>{escape(cell)}</td>' for cell in row)}</tr>"
+        yield "</table>"
 
 
-def _verdict(recording: Recording) -> str:
-    """The four answers, a line each."""
-    rows = "".join(
-        f'<tr><td style="{_LEFT}; white-space: nowrap; border-left: 6px solid {_EDGES[answer.status]}"><b>'
-        f'{escape(verdict.badge(answer))}</b></td><td style="{_LEFT}"><b>{escape(answer.question)}</b> '
-        f"{escape(answer.text)} <small>Limit: {escape(verdict.limit(recording, answer))}.</small></td></tr>"
-        for answer in recording.verdict
-    )
-    return f"<table>{rows}</table>"
+def _edge(cell: str) -> str:
+    """The colour of an answer's badge."""
+    colour = _EDGES.get(cell.rpartition(" ")[2])
+    return f' style="border-left:6px solid {colour};white-space:nowrap"' if colour else ""
 
 
-def _element(head: str, tables: Sequence[_Table], lines: Sequence[str]) -> str:
-    """Tables with their titles, the remarks below."""
-    parts = [f"<b>{escape(head.strip('<>'))}</b>"]
-    for title, header, rows in tables:
-        cells = "".join(f'<th style="{_LEFT}">{escape(name)}</th>' for name in header)
-        lines_of = ("".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in row) for row in rows)
-        body = "".join(f"<tr>{line}</tr>" for line in lines_of)
-        parts.append(f"<table><caption>{escape(title)}</caption><tr>{cells}</tr>{body}</table>")
-    parts += [f"<div>{escape(line)}</div>" for line in lines]
-    return f"<div>{''.join(parts)}</div>"
-
-
-def _picture(draw: Callable[[Recording, pathlib.Path], None], recording: Recording) -> str:
+def _picture(draw: _Draw) -> str:
+    """A picture half as wide as it has pixels; nothing where there is nothing to draw."""
     with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(folder) / "figure.png"
-        draw(recording, path)
-        data = base64.b64encode(path.read_bytes()).decode()
-    return f'<img width="{_WIDTH}" style="background: white" src="data:image/png;base64,{data}">'
+        try:
+            draw(pathlib.Path(folder) / "figure.png")
+        except InputError:
+            return ""
+        data = next(pathlib.Path(folder).glob("*.png")).read_bytes()
+    width, text = int.from_bytes(data[16:20]) // 2, base64.b64encode(data).decode()  # of a PNG's header
+    return f'<img style="display:block;background:white;width:{width}px" src="data:image/png;base64,{text}">'
 
 
-def _numbers(metrics: dict[str, Metric], *, unfolded: bool) -> str:
-    """A table of all numbers; of a walk, which opens with its verdict, folded."""
-    rows = "".join(
-        f'<tr title="{escape(words(name).meaning)}"><td style="text-align: left">{escape(words(name).label)}'
-        f'</td><td style="{_RIGHT}">{number(metric.value, metric.unit)}</td><td>{escape(unit(metric))}</td>'
-        f'<td style="text-align: left"><code>{escape(name)}</code></td></tr>'
-        for name, metric in metrics.items()
-    )
-    begin = "<details open>" if unfolded else "<details>"
-    return f"{begin}<summary>{len(metrics)} numbers</summary><table>{rows}</table></details>"
+def _recording(run: Any) -> _Parts:
+    """Verdict, figure, bands, warnings, changes and notes; of a run that does not walk its first numbers."""
+    if run.verdict:
+        said = ((each, f"{each.question} {each.text}") for each in run.verdict)
+        yield "", (), ((verdict.badge(a), f"{text} Limit: {verdict.limit(run, a)}.") for a, text in said)
+    elif run.ok:
+        yield from verdict.brief(run, seated_answers(run.metrics, limits_of(run)), None)
+    yield partial(draw_in_short, run)
+    yield from (*bands.lines(run), *_marked(run.warnings), *effects.lines(run))
+    if run.verdict:
+        yield from decisive(run.scenario, run.metrics, run.strides)
+    yield from in_short(run.metrics, reference(run.scenario))
+    if not run.verdict:
+        yield _numbers(run.metrics)
+
+
+def _marked(warnings: Iterable[str]) -> Iterator[str]:
+    return (f"⚠ {warning}" for warning in warnings)
+
+
+def _numbers(metrics: Any) -> _Table:
+    found = known(metrics)[:_NUMBERS]
+    return f"{len(found)} of {len(metrics)} numbers", (), found
+
+
+def _both(legs: Any) -> _Parts:
+    worse = ((each, each.answers.get(each.leg) or [*each.answers.values()][-1]) for each in legs.verdict)
+    yield "", (), ((verdict.badge(w), w.leg, f"{w.question} {answer.text}") for w, answer in worse)
+    if legs.ok:
+        yield partial(show.draw_both, legs)
+    yield from _marked(legs.warnings)
+    yield _numbers(legs.numbers)
+    yield from legs.notes
+
+
+def _sweep(results: Any) -> _Parts:
+    from afo_sim.study.findings import findings
+
+    found = findings(results, study.chosen(results, []))
+    for name, size, fill in show.drawings(found):
+        if name == "main_effects":
+            yield partial(show.write_figure, size=size, fill=fill)
+    yield from found.remarks
+    yield from show.tables(found, _BEST_CASES)
+
+
+def _fit(found: Any) -> _Parts:
+    """Of points, torques or a log."""
+    from afo_sim.lab import law_result, run_report, torque_report
+
+    made: dict[str, tuple[Any, Any]] = {
+        "StaticFit": (law_result, show.write_fit_figure),
+        "TorqueFit": (torque_report, show.write_torque_figure),
+        "FitRun": (run_report, show.write_log_figure),
+    }
+    words, draw = made[type(found).__name__]
+    yield lambda path: draw(found, path.parent)
+    yield from words.tables(found)
+    yield from words.remarks(found)
+
+
+def _stand(tests: Any) -> _Parts:
+    for own in map(tests.of, tests.kinds):
+        yield partial(show.draw_trials, own.trials, own.compared)
+    for trial in tests.trials:
+        yield from _marked(trial.warnings)
+        yield lab.printed(trial)
+
+
+def _described(what: Any) -> _Parts:
+    """A description: a muscle's force, an orthosis' drawing, and the keys that are not as by default."""
+    kind = type(what).__name__
+    if kind == "Muscle":
+        from afo_sim.lab.stand import stand
+
+        yield partial(show.draw_trials, stand("isobaric", what, static=True).trials, ())
+    elif kind == "Orthosis":
+        yield partial(drawing.draw, what)
+    own = what.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
+    yield "", (), facts(what.resolved()) if kind == "Scenario" else _keys(own)
+
+
+def _keys(table: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
+    """Dotted key, value in the unit of people, kind of source; a product within another is its name."""
+    for key, value in table.items():
+        name, source = f"{path}{key}", table.get("provenance", {}).get(key, {}).get("kind", "")
+        if key in ("provenance", "description", *([] if path else ["name"])):
+            continue
+        if not isinstance(value, dict):
+            yield name, _usual(value), source
+        elif value.get("name") or key in ("laws", "frictions"):
+            yield name, value.get("name") or ", ".join(value), source
+        else:
+            yield from _keys(value, f"{name}.")
+
+
+def _usual(value: Any) -> str:
+    """A value as a file may write it, an SI number in the unit that people use."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_usual, value))}]"
+    number, _, unit = str(value).partition(" ")
+    try:
+        return amount(float(number), unit, 4)
+    except (ValueError, TypeError):
+        return str(value)
+
+
+_PAGES: dict[str, Callable[[Any], _Parts]] = {
+    "Recording": _recording,
+    "Both": _both,
+    "Results": _sweep,
+    "BestDesign": lambda it: (*study.statement(it.summary), *study.tables(it.summary)),
+    "Sizing": lambda it: (partial(show.draw_size, it), it.table, *it.remarks),
+    "FrequencyResponse": lambda it: (partial(show.draw_bode, it),),
+    "Effects": lambda it: (effects.table(it),),
+    "StaticFit": _fit,
+    "TorqueFit": _fit,
+    "FitRun": _fit,
+    "Stand": _stand,
+    "Trial": lambda it: _stand(lab.Stand((it,))),
+    "Design": lambda it: (
+        partial(show.write_drawing, it),
+        *_marked(it.warnings),
+        ("", *drawing.table(it)),
+    ),
+    "AirScheme": lambda it: (partial(show.write_air, it), *show.ways(it)),
+    "Imported": lambda it: (partial(show.draw_leg, it.leg, it.name), *it.notes, ("", (), it.rows)),
+    "Exported": lambda it: (*it.notes, ("", (), it.rows)),
+    "Validation": lambda it: (("not good", lab.HEADER, lab.table([r for r in it if r.outcome != "good"])),),
+    "Described": _described,
+}  # by the name of the class: showing one imports no other

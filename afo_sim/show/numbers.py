@@ -55,6 +55,11 @@ def printed(name: str, metric: Metric) -> str:
     return f"{metric.value:.4g}" if abs(metric.value) >= ROUND_OFF else number(0.0, metric.unit)
 
 
+def known(metrics: Mapping[str, Metric]) -> list[tuple[str, str]]:
+    """Each metric that says something, with its unit."""
+    return [(n, f"{printed(n, m)} {m.unit}".rstrip()) for n, m in metrics.items() if not undefined(n, m)]
+
+
 def in_brief(notes: Iterable[str]) -> str:
     """Notes in a line: some by the few words that stand for their code."""
     return "; ".join(_BRIEF.get(getattr(note, "code", ""), note) for note in notes)

@@ -1,5 +1,6 @@
 """Recording → figures for print: a run over time, and force over contraction."""
 
+import dataclasses
 import functools
 import itertools
 import pathlib
@@ -10,7 +11,7 @@ import numpy as np
 
 from afo_sim.common import InputError, together
 from afo_sim.control import TOLD
-from afo_sim.show import panels
+from afo_sim.show import panels, walk_panels
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView, alone
 from afo_sim.show.style import (
@@ -86,19 +87,32 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
     _draw(functools.partial(_stack, rows=tuple(rows), title=True), size, run, path)
 
 
-def draw_angle(recording: Recording, path: pathlib.Path) -> None:
-    """Draw the ankle angle over time; parameters and errors as in `draw_run`."""
-    _draw(functools.partial(_stack, rows=(panels.angle,)), _SMALL, alone(recording), path)
+def _draw_panels(recording: Recording, path: pathlib.Path, *rows: _Panel) -> None:
+    """Draw panels over time; other parameters and errors as in `draw_run`."""
+    size = (_SMALL[0], 0.9 + (_SMALL[1] - 0.9) * len(rows))
+    _draw(functools.partial(_stack, rows=rows), size, alone(recording), path)
 
 
-def draw_torque(recording: Recording, path: pathlib.Path) -> None:
-    """Draw the moments about the ankle over time; parameters and errors as in `draw_run`."""
-    _draw(functools.partial(_stack, rows=(panels.moments,)), _SMALL, alone(recording), path)
+def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
+    """Draw angle and clearance of a walk over one gait cycle, angle and moments of another run over time.
+
+    Parameters and errors as in `draw_run`.
+    """
+    run = alone(recording)
+    _refuse_empty(recording)
+    if run.walks and run.strides:
+        _draw(_cycle, (7.1, 3.2), dataclasses.replace(run, label=str(recording.scenario["name"])), path)
+    else:
+        _draw_panels(recording, path, panels.angle, panels.moments)
 
 
-def draw_clearance(recording: Recording, path: pathlib.Path) -> None:
-    """Draw the heights of toe and ball in walking; parameters and errors as in `draw_run`."""
-    _draw(functools.partial(_stack, rows=(panels.sole,)), _SMALL, alone(recording), path)
+def _cycle(figure: Any, run: RunView) -> None:
+    angle, toe = figure.subplots(1, 2)
+    panels.angle(angle, [run], "cycle")
+    walk_panels.over_cycle(angle, run.toe_off, angle.get_ylabel())
+    walk_panels.clearance(toe, [run], "toe")
+    walk_panels.share_floor([toe], run.toe_off)
+    panels.legend(figure, [angle, toe], columns=2)
 
 
 def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
@@ -137,9 +151,9 @@ def _air_flow(axis: Any, runs: list[RunView]) -> None:
 
 FIGURES: dict[str, Callable[[Recording, pathlib.Path], None]] = {
     "overview": draw_run,
-    "angle": draw_angle,
-    "torque": draw_torque,
-    "clearance": draw_clearance,
+    "angle": lambda recording, path: _draw_panels(recording, path, panels.angle),
+    "torque": lambda recording, path: _draw_panels(recording, path, panels.moments),
+    "clearance": lambda recording, path: _draw_panels(recording, path, panels.sole),
     "pressure": draw_pressure,
     "muscles": draw_muscles,
     "force_contraction": draw_force_contraction,

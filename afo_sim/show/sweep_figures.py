@@ -55,7 +55,7 @@ def write_figures(
     check_writable(folder)
     names = []
     with together(folder) as scratch:
-        for name, size, fill in [*_of_metrics(found), *_of_fronts(found.results, objectives)]:
+        for name, size, fill in [*drawings(found), *_of_fronts(found.results, objectives)]:
             names.append(f"{name}.png")
             write_figure(scratch / names[-1], size, fill)
     return [folder / name for name in names]
@@ -64,7 +64,8 @@ def write_figures(
 _Drawing = tuple[str, tuple[float, float], Callable[[Any], None]]  # name, size [inch], what draws it
 
 
-def _of_metrics(found: Findings) -> Iterator[_Drawing]:
+def drawings(found: Findings) -> Iterator[_Drawing]:
+    """The figures of metrics: name, size [inch], what draws it."""
     results, count = found.results, len(varied(found.results))
     across = min(count, _MOST_PARAMETERS)
     for suffix, names in _batches(list(found.effects)):

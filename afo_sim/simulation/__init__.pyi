@@ -15,8 +15,6 @@ from .compare import ANGLE as ANGLE
 from .compare import angle_differences as angle_differences
 from .compare import compare_laws as compare_laws
 from .compare import tables as tables
-from .display_hooks import show_with as show_with
-from .display_hooks import shown as shown
 from .energy_balance import Energy as Energy
 from .energy_balance import balance as balance
 from .examine import EVERYTHING as EVERYTHING

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, check_writable, together, unknown, write_json
+from afo_sim.common import InputError, Notice, Shown, check_writable, shown, together, unknown, write_json
 from afo_sim.description import Scenario, Side, load
 from afo_sim.gait import TwoSides
 from afo_sim.metrics import Metric
 from afo_sim.model import person_of, persons_stride, stride_time_of, why_walked
 from afo_sim.simulation.bilateral_air import SIDES, Cycle, Worse, cycle_of, flow_of, numbers_of, worse_of
 from afo_sim.simulation.bilateral_sides import at_one_pace, copied, other_side, paced, sides_of
-from afo_sim.simulation.display_hooks import shown
 from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
 from afo_sim.simulation.recording import Recording
@@ -46,7 +45,7 @@ Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Both:
+class Both(Shown):
     """Runs of both legs of one person on one supply, and the air that they draw from it together.
 
     right, left : recordings, each from its own heel strike

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, as_stored, installed, nearest_name
+from afo_sim.common import Brief, InputError, Notice, Shown, as_stored, installed, nearest_name, shown, titles
 from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, undecided, with_draws
 from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
-from afo_sim.simulation.display_hooks import shown
 from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, read_undamaged, write_run
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-class Columns(dict[str, np.ndarray]):
+class Columns(Brief[str, np.ndarray]):
     """Columns by name. One that an older or newer recording lacks is an `InputError`, not a KeyError."""
 
     def __missing__(self, column: str) -> np.ndarray:
@@ -31,14 +30,23 @@ class Columns(dict[str, np.ndarray]):
         raise InputError(problem, field="column", value=column, nearest=nearest)
 
 
+class Strides(Brief[int, dict[str, Metric]]):
+    """Metrics of each stride by its number; a slice is of the strides in their order, by their numbers."""
+
+    def __getitem__(self, which: Any) -> Any:
+        if isinstance(which, slice):
+            return Strides(list(self.items())[which])
+        return super().__getitem__(which)
+
+
 @dataclass(frozen=True, repr=False, eq=False)  # two runs are two, whatever they hold
-class Recording:
+class Recording(Shown):
     """One simulation's result. Indexing gives a column: `run["ankle/angle"]` [SI] (n,).
 
     Angles are dorsiflexion positive, pressures gauge. `metrics` are numbers that know their unit; `strides`
-    holds those of each whole stride of walking, by the stride's number; `studies` what was found out beside
-    the run: what to change first, bands. `status` is "ok" or says why the
-    simulation stopped; `warnings` tell what to mind. A notebook shows a recording with figures.
+    holds those of each whole stride of walking, by the stride's number or a slice; `studies` what was found
+    out beside the run: what to change first, bands. `status` is "ok" or says why the simulation stopped;
+    `warnings` tell what to mind. A notebook shows a recording with figures.
 
     Raises
     ------
@@ -70,17 +78,15 @@ class Recording:
     studies: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "metrics", Metrics(self.metrics))
-        object.__setattr__(self, "columns", Columns(self.columns))
+        kinds = {"columns": Columns, "metrics": Metrics, "scenario": Brief, "strides": Strides}
+        for name, kind in (kinds | {"parameters": Brief}).items():
+            object.__setattr__(self, name, kind(getattr(self, name)))
 
     def __repr__(self) -> str:
         rows, warned = len(self.columns.get("time", ())), len(self.warnings)
         counted = f"{rows} rows × {len(self.columns)} columns, {len(self.metrics)} metrics"
         more = f", {warned} warning{'s' if warned > 1 else ''}" if warned else ""
         return f"<Recording of {self.scenario['name']!r}: {self.status}, {counted}{more}>"
-
-    def _repr_html_(self) -> str:  # asked for by Jupyter
-        return shown().html(self)
 
     def _ipython_key_completions_(self) -> list[str]:  # of run["…
         return list(self.columns)
@@ -103,11 +109,15 @@ class Recording:
         return verdict_of(self)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """The columns [SI] as a pandas DataFrame, their units in `attrs["units"]` (needs pandas)."""
+        """The columns [SI] as a pandas DataFrame, each with its unit: "ankle/angle [rad]" (needs pandas).
+
+        `attrs["units"]` holds the units by the columns' names in the recording.
+        """
         import pandas
 
-        made = pandas.DataFrame(self.columns)
-        made.attrs = {"units": {name: self.describe(name)[0] for name in self.columns}}
+        units = {name: self.describe(name)[0] for name in self.columns}
+        made = pandas.DataFrame(self.columns).rename(columns=titles(units))
+        made.attrs = {"units": units}
         return made
 
     def to_xarray(self) -> "xarray.Dataset":

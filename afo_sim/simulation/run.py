@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import Notice, unique
+from afo_sim.common import InputError, Notice, shown, unique
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
@@ -56,6 +56,7 @@ def run(
     policy: Policy | None = None,
     progress: Progress | None = None,
     check_step: bool = False,
+    uncertainty: int = 0,
 ) -> Recording:
     """Simulate a scenario from static equilibrium.
 
@@ -71,6 +72,8 @@ def run(
     progress : called with (steps done, steps in all)
     check_step : run again at a quarter of the time step: `studies["time_step"]` holds each metric's numerical
         error, and a warning names those beyond their bounds (docs/accuracy.md)
+    uncertainty : draws of what is not known, at least 20, for bands of a walk's numbers and curves:
+        `studies["uncertainty"]`, those of `afo-sim run --uncertainty`; 0 for none (docs/uncertainty.md)
 
     Returns
     -------
@@ -83,7 +86,8 @@ def run(
     ------
     InputError
         The description is wrong; `check_step` is asked of a policy, of a controller that may remember its
-        first run, or of a step that has no quarter.
+        first run, or of a step that has no quarter; bands are asked of a controller in Python, of a
+        policy, where nobody walks, or of too few draws.
     CallbackError
         The muscle callbacks cannot be installed or are not in force.
 
@@ -103,13 +107,17 @@ def run(
     if check_step:
         check_forgets(controller, policy)
     finer = quarter_step(description) if check_step else None  # refused before anything is simulated
+    if uncertainty and not (controller is None and policy is None):
+        problem = "does not go with a controller in Python or a policy: the draws would run without it"
+        raise InputError(problem, field="uncertainty", value=uncertainty, allowed="0")
+    with_bands = shown().bands(description, uncertainty, progress) if uncertainty else None
     simulated: Callable[..., Recording] = functools.partial(run_scenario, policy=policy)
     if controller is not None:
         simulated = functools.partial(run_controlled, controller=controller, rate=rate, time_limit=time_limit)
     recording = simulated(description, progress=progress)
-    if finer is None or not recording.ok:
-        return recording
-    return with_step_errors(recording, simulated(finer, progress=progress), finer.timestep)
+    if finer is not None and recording.ok:
+        recording = with_step_errors(recording, simulated(finer, progress=progress), finer.timestep)
+    return recording if with_bands is None else with_bands(recording)
 
 
 def run_controlled(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from afo_sim.common import InputError, Notice, SimulationError, in_unit
+from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, titles
 from afo_sim.description import Limits, Scenario, load
 from afo_sim.metrics import Metric, Status
 from afo_sim.model import as_run, with_person
@@ -237,7 +237,7 @@ def _class(effect: Effect) -> int:
 
 
 @dataclass(frozen=True, repr=False)
-class Effects:
+class Effects(Shown):
     """The effects of one step of each parameter, what helps most first.
 
     aim : what the ranking is for: "lift", "heel", "push_off", "air", or "spare" where all is good
@@ -289,16 +289,17 @@ class Effects:
         )
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """A row for each step, ranked; columns of differences in the metrics' units (needs pandas).
+        """A row for each step, ranked; columns of differences such as "toe_clearance [mm]" (needs pandas).
 
-        The units stand in `attrs["units"]`.
+        `attrs["units"]` holds the units by metric.
         """
         import pandas
 
         plain = ("name", "before", "after", "status", "reason", "helps")
         rows = [{key: getattr(e, key) for key in plain} | e.differences for e in self.ranked]
-        found = pandas.DataFrame(rows, columns=[*plain, *self.base])
-        found.attrs["units"] = {name: metric.unit for name, metric in self.base.items()}
+        units = {name: metric.unit for name, metric in self.base.items()}
+        found = pandas.DataFrame(rows, columns=[*plain, *units]).rename(columns=titles(units))
+        found.attrs["units"] = units
         return found
 
     def __repr__(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, parse_quantity, unknown
+from afo_sim.common import InputError, Shown, parse_quantity, unknown
 from afo_sim.description import MAX_STEPS, Scenario, load
 from afo_sim.simulation import column_at, describe
 from afo_sim.simulation.simulate import simulate
@@ -29,7 +29,7 @@ Quantity = float | str | None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrequencyResponse:
+class FrequencyResponse(Shown):
     """Responses of a device to one excitation over frequency.
 
     what : "reference", "pressure" or "valves"

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from afo_sim.common import InputError, optional, read_parquet
+from afo_sim.common import InputError, Shown, optional, read_parquet, titles
 from afo_sim.metrics import instead, told
-from afo_sim.simulation import shown
 
 if TYPE_CHECKING:
     import pandas
@@ -25,7 +24,7 @@ NOTICES = "notices"  # … nor this: what each of these lines is about, code and
 
 
 @dataclass(frozen=True, repr=False)
-class Results:
+class Results(Shown):
     """The cases of a sweep. Indexing gives a column: `results["toe_clearance"]` (n,).
 
     `table` is the pyarrow Table; `parameters` and `metrics` are {name: unit}, `keys` {parameter: its key in
@@ -48,9 +47,6 @@ class Results:
         many = f"{len(self.metrics)} metric{'' if len(self.metrics) == 1 else 's'}"
         over = f"{', '.join(self.parameters)}; {many}"
         return f"<Results: {self.design} of {cases} over {over}>"
-
-    def _repr_html_(self) -> str:  # asked for by Jupyter
-        return shown().html(self)
 
     def _ipython_key_completions_(self) -> list[str]:  # of results["…
         return list(self.table.column_names)
@@ -109,10 +105,15 @@ class Results:
         return levels if len(np.unique(rows, axis=0)) == len(rows) else None
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """The cases as a pandas DataFrame, units in `attrs["units"]` (needs pandas)."""
+        """The cases as a pandas DataFrame, each number with its unit: "pressure [Pa]" (needs pandas).
+
+        `attrs["units"]` holds the units by the columns' names in the results.
+        """
         optional("pandas")
-        frame = self.table.to_pandas()
-        frame.attrs = {"units": self.parameters | self.metrics, "sweep": self.sweep}
+        units = self.parameters | self.metrics
+        numbers = {name: unit for name, unit in units.items() if self[name].dtype.kind not in "US"}
+        frame = self.table.to_pandas().rename(columns=titles(numbers))
+        frame.attrs = {"units": units, "sweep": self.sweep}
         return frame
 
     def to_xarray(self) -> Any:

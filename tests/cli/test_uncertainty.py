@@ -1,5 +1,6 @@
 """Bands on the command line: what is printed, and what is refused before anything is walked."""
 
+import json
 import pathlib
 import re
 import signal
@@ -12,6 +13,7 @@ import pytest
 from campaign import size
 from command import call
 
+from afo_sim import read_recording, run
 from afo_sim.description import toml_text
 
 SHORT = ("--set", "timestep=4 ms", "--set", "duration=4 s", "--no-rrd", "--no-change")
@@ -24,6 +26,9 @@ def test_a_run_prints_its_bands(capsys: pytest.CaptureFixture[str], tmp_path: pa
     code, out, _ = call(capsys, *words, "--numbers")
     assert code == 0 and "What is not known, drawn together (20 draws)" in out
     assert "too few to show what explains the bands" in " ".join(out.split())
+    told = read_recording(tmp_path / "run").studies["uncertainty"]
+    called = run("walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"}, uncertainty=20)
+    assert json.dumps(told) == json.dumps(called.studies["uncertainty"])
 
 
 @pytest.mark.parametrize(

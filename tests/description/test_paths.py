@@ -154,10 +154,10 @@ def test_a_sweep_varies_a_radius() -> None:
         load("scenario", "seated", sets), {f"{PATH}[0].surface.radius": ["1.5 cm", "2 cm"]}
     ).to_pandas()
     for k, run in enumerate(radii.values()):
-        assert told["range_of_motion"].iloc[k] == pytest.approx(
+        assert told["range_of_motion [deg]"].iloc[k] == pytest.approx(
             run.metrics["range_of_motion"].value, rel=1e-12
         )
-    assert told["range_of_motion"].nunique() == 2
+    assert told["range_of_motion [deg]"].nunique() == 2
 
 
 def test_new_begins_from_a_path_and_shows_one(tmp_path: pathlib.Path) -> None:

@@ -191,7 +191,7 @@ def test_failure_leaves_the_old_file_and_no_half_of_a_new_one(
 
     monkeypatch.setattr(Figure, "savefig", full)
     with pytest.raises(InputError, match="no space"):
-        run_figure.draw_angle(seated, old)
+        run_figure.FIGURES["angle"](seated, old)
     assert [path.name for path in tmp_path.iterdir()] == ["a.pdf"]
     assert old.read_text() == "old"
 
@@ -204,7 +204,7 @@ def test_unknown_format_names_the_known_ones(seated: Recording, tmp_path: pathli
 def test_global_style_of_matplotlib_stays(seated: Recording, tmp_path: pathlib.Path) -> None:
     names = sorted(matplotlib.rcParams.keys() - {"backend"})  # which is found out by asking for it
     before = [matplotlib.rcParams[name] for name in names]
-    run_figure.draw_angle(seated, tmp_path / "a.svg")
+    run_figure.FIGURES["angle"](seated, tmp_path / "a.svg")
     assert [matplotlib.rcParams[name] for name in names] == before
 
 

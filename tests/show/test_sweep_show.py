@@ -70,8 +70,8 @@ def test_one_line_gives_a_frame_with_units(tmp_path: pathlib.Path) -> None:
     write_sweep(tmp_path, "random", x, walk_metrics(x), failed={4: ("unstable", "NaN at 0.3 s")})
     frame = read(tmp_path).to_pandas()
     assert list(frame["case"]) == list(range(9))
-    assert np.array_equal(frame["pressure"], x["pressure"][0])
-    assert frame["toe_clearance"].isna().tolist() == [k == 4 for k in range(9)]
+    assert np.array_equal(frame["pressure [Pa]"], x["pressure"][0])
+    assert frame["toe_clearance [mm]"].isna().tolist() == [k == 4 for k in range(9)]
     assert frame.attrs["units"]["pressure"] == "Pa" and frame.attrs["units"]["toe_clearance"] == "mm"
 
 

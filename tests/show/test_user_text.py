@@ -23,7 +23,7 @@ from afo_sim.show import (
     RunView,
     compared_figures,
     draw_search,
-    draw_study,
+    draw_trials,
     gait_figure,
     printed,
     report_figures,
@@ -34,7 +34,6 @@ from afo_sim.show import (
     write_log_figure,
 )
 from afo_sim.show.numbers import readable
-from afo_sim.show.stand_figure import draw_trials
 from afo_sim.show.style import plain
 from afo_sim.simulation import Recording
 from afo_sim.study import OBJECTIVE, Limit, Problem, read
@@ -82,7 +81,7 @@ def test_the_helper_keeps_every_letter_that_the_font_has() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("draw", [run_figure.draw_run, run_figure.draw_angle, run_figure.draw_torque])
+@pytest.mark.parametrize("draw", [run_figure.FIGURES[name] for name in ("overview", "angle", "torque")])
 def test_figure_of_a_run(
     draw: Callable[..., None], short: Recording, tmp_path: pathlib.Path, drawn: list[Figure]
 ) -> None:
@@ -123,14 +122,6 @@ def test_figure_of_the_stand(tmp_path: pathlib.Path, drawn: list[Figure]) -> Non
     draw_trials(named(tests), compared, tmp_path / "a.png")
     assert_plain(drawn[0], NAME)
     assert_plain(drawn[0], NAME + "data")
-
-
-@pytest.mark.slow
-def test_figure_of_the_static_load(tmp_path: pathlib.Path, drawn: list[Figure]) -> None:
-    tests = [named(stand(test, "reynolds_2003", static=True)) for test in ("isobaric", "isotonic")]
-    step = named(stand("step", "reynolds_2003", pressure="4 bar", time="2 s"))
-    draw_study(*tests, step, tmp_path / "a.png")
-    assert_plain(drawn[0])
 
 
 @pytest.mark.slow
@@ -218,7 +209,7 @@ def test_a_joint_that_does_not_move_says_so_on_a_scale_that_means_something(
     run = afo_sim.run("seated", {"duration": "0.02 s"})
     still = 0.1 + 1e-17 * np.arange(len(run["time"]))
     columns = run.columns | {"ankle/angle": still}
-    run_figure.draw_angle(dataclasses.replace(run, columns=columns), tmp_path / "a.png")
+    run_figure.FIGURES["angle"](dataclasses.replace(run, columns=columns), tmp_path / "a.png")
     axis = drawn[0].axes[0]
     assert "does not move" in [text.get_text() for text in axis.texts]
     assert np.ptp(axis.get_ylim()) >= 0.1

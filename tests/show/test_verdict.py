@@ -19,7 +19,6 @@ from afo_sim.common import Notice
 from afo_sim.metrics import Metric, seated_answers
 from afo_sim.show import RUNS, RunView
 from afo_sim.show import verdict_texts as verdict
-from afo_sim.show.notebook import recording_html
 from afo_sim.show.report import page
 from afo_sim.simulation import Recording, limits_of
 
@@ -58,7 +57,7 @@ def test_each_place_opens_with_the_answers(shipped: Recording) -> None:
     assert text.index("Does it work?") < text.index("In short")
     for place in (
         text,
-        recording_html(shipped),
+        str(shipped._repr_html_()),
         verdict.markdown(shipped),
         "\n".join(verdict.lines(shipped)),
     ):

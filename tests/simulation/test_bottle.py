@@ -70,7 +70,7 @@ def test_a_sweep_and_its_cases_know_them() -> None:
         {"supply.pressure": ["3 bar", "4 bar"]},
         metrics=["strides_per_bottle", "free_air_per_minute"],
     )
-    weak, strong = cases.to_pandas()["strides_per_bottle"]
+    weak, strong = cases["strides_per_bottle"]
     whole = afo_sim.run("walk-dropfoot-afo", short | {"supply.pressure": "3 bar"})
     assert weak == pytest.approx(whole.metrics["strides_per_bottle"].value, rel=1e-6)
     assert weak > strong

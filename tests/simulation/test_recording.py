@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from afo_sim.common import InputError, Notice, replacing
+from afo_sim.common import display_hooks as shown
 from afo_sim.description import as_found
 from afo_sim.simulation import Recording, read_recording
-from afo_sim.simulation import display_hooks as shown
 
 
 @pytest.fixture(scope="module")

@@ -169,7 +169,7 @@ def test_json_gives_back_all_of_it(found: Effects) -> None:
 def test_a_table_of_all_steps(found: Effects) -> None:
     table = found.to_pandas()
     assert len(table) == len(found.ranked)
-    assert table.attrs["units"]["toe_clearance"] == "mm"
+    assert table.attrs["units"]["toe_clearance"] == "mm" and "toe_clearance [mm]" in table
     assert "steps run" in repr(found)
 
 

@@ -248,7 +248,7 @@ def test_a_sweep_without_a_file_is_its_file_s(tmp_path: pathlib.Path, base: str)
     for name in results.metrics:
         assert np.array_equal(results[name], same[name], equal_nan=True)
     assert results.to_xarray()["air_per_cycle"].shape == (3, 2)
-    assert list(results.to_pandas()["count"]) == [1, 2] * 3
+    assert list(results.to_pandas()["count [-]"]) == [1, 2] * 3
 
 
 def test_columns_are_named_by_the_end_of_their_key() -> None:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.common import Shown
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import Metric, metric_words
-from afo_sim.simulation import shown
 from afo_sim.study.scales import human_scale
 from afo_sim.study.search.plan import SearchPlan
 
@@ -145,7 +145,7 @@ def _percent(share: float | None) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class BestDesign:
+class BestDesign(Shown):
     """The best design of a search, and how sure that is.
 
     parameters : {name: value with its unit}
@@ -178,9 +178,6 @@ class BestDesign:
         open_ended = "" if self.converged else "; not converged"
         best = f"{self.goal} {self.objective} = {self.metrics[self.objective]}"
         return f"<BestDesign: {best} with {values}{limits}{open_ended}>"
-
-    def _repr_html_(self) -> str:  # asked for by Jupyter
-        return shown().html(self)
 
 
 def best_design(search: SearchPlan, summary: Mapping[str, Any]) -> BestDesign:

@@ -9,9 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from afo_sim.common import Notice
+from afo_sim.common import Notice, Shown
 from afo_sim.metrics import UNITS, words
-from afo_sim.simulation import shown as pictures
 from afo_sim.study.folder import write_answer
 from afo_sim.study.sizing.requirement import Requirement, Tried, as_number, closeness
 from afo_sim.study.sizing.trial import Trials, sentence_of
@@ -136,7 +135,7 @@ def larger_is_worse(tried: Sequence[Tried], what: str) -> list[str]:
 
 
 @dataclass(frozen=True, repr=False)
-class Sizing:
+class Sizing(Shown):
     """Candidates of one kind against limits, and the smallest that meets them.
 
     kind : "valve", "tube", "supply", "muscle" or "pressure"
@@ -290,9 +289,6 @@ class Sizing:
     def __repr__(self) -> str:
         ran = sum(each.status == "run" for each in self.tried)
         return f"<Sizing of a {self.kind} for {self.scenario!r}, {ran} run: {self.answer}>"
-
-    def _repr_html_(self) -> str:  # asked for by Jupyter
-        return pictures().html(self)
 
 
 def _plain(value: float) -> float | str | None:

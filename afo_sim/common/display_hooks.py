@@ -1,0 +1,74 @@
+"""What results look like, in a terminal and in a notebook, and the registration of what the rooms above draw.
+
+A computed result does not know how it is drawn, nor how it is written for another program.
+"""
+
+import itertools
+import math
+import reprlib
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+ROOM = 4500  # bytes of the texts that show one result
+K = TypeVar("K")
+V = TypeVar("V")
+_shows: list[Any] = []
+
+
+def show_with(show: Any) -> None:
+    """Register what draws and writes results from now on: an object with the methods of `afo_sim._Show`."""
+    _shows[:] = [show]
+
+
+def shown() -> Any:
+    """What is registered to draw and write results; the package registers its own when it is imported."""
+    return _shows[0]
+
+
+class Shown:
+    """A result with a short text, which a notebook shows with its picture; a dataclass has repr=False."""
+
+    def __repr__(self) -> str:
+        return called(self, vars(self))
+
+    def _repr_html_(self) -> str | None:  # asked for by Jupyter
+        found: str | None = shown().html(self)
+        return found
+
+
+class Brief(dict[K, V]):
+    """A dict that shows a line for each of its first items; `dict(it)` shows all."""
+
+    def __repr__(self) -> str:
+        lines = [f"{key}: {_SHORT.repr(value)}" for key, value in self.items()]
+        kept = sum(size < ROOM for size in itertools.accumulate(len(line.encode()) + 1 for line in lines))
+        left = [f"… and {len(lines) - kept} more of {len(lines)}"] if kept < len(lines) else []
+        return "\n".join([*lines[:kept], *left]) or "{}"
+
+
+class _Short(reprlib.Repr):
+    """Values in a few words: of an array shape and range, of a collection the first items."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel, self.maxdict, self.maxlist, self.maxtuple = 2, 4, 4, 4
+        self.maxstring = self.maxother = 90
+
+    def repr1(self, value: Any, level: int) -> str:
+        if isinstance(value, dict):
+            return self.repr_dict(value, level)
+        return super().repr1(value, level)
+
+    def repr_ndarray(self, value: Any, level: int) -> str:
+        known = value[abs(value) < math.inf] if value.dtype.kind in "fiu" else value[:0]  # no NaN
+        span = f" from {known.min():.3g} to {known.max():.3g}" if known.size else ""
+        return f"<{' × '.join(map(str, value.shape))}{span}>"
+
+
+_SHORT = _Short()
+
+
+def called(thing: object, parts: Mapping[str, Any]) -> str:
+    """A thing's class with its public parts, each in a few words."""
+    named = (f"{name}={_SHORT.repr(value)}" for name, value in parts.items() if name[0] != "_")
+    return f"{type(thing).__name__}({', '.join(named)})"
