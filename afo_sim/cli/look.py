@@ -1,5 +1,6 @@
 """Commands on finished runs and designs: view, figure, report, video, recover, check-run, draw, export."""
 
+import functools
 import sys
 import tempfile
 from collections.abc import Callable
@@ -116,23 +117,37 @@ def report_command(
 
 @app.command("video")
 def video_command(
-    folder: Annotated[Path, Argument(help="a run's folder")],
+    folders: Annotated[list[Path], Argument(help="a run's folder, or those of two or three walks")],
     out: Annotated[Path, Argument(help="MP4 file to write")],
-    rate: Annotated[str, Option(help="pictures a second")] = "30 Hz",
+    rate: Annotated[str, Option(help="pictures a second")] = "25 Hz",
+    stride: Annotated[str, Option(help="of a walk: its number, or settled")] = "settled",
+    slow: Annotated[
+        float | None, Option(help="times as long as in life; by default 4 for a walk, 1 for a seated run")
+    ] = None,
+    beside: Annotated[
+        str, Option(help="beside a single walk: reference|none; the reference is without the device")
+    ] = "reference",
 ) -> None:
-    """A film of a run through MuJoCo's own renderer (needs an OpenGL backend and ffmpeg)."""
+    """A film of one stride of walks side by side, or of a seated run (needs an OpenGL backend and ffmpeg)."""
     hertz = hertz_of(rate)
     if out.suffix.lower() != ".mp4":
         raise InputError("is not an MP4 file", field="OUT", value=str(out), allowed="a name ending in .mp4")
+    if stride != "settled" and not stride.isdecimal():
+        raise InputError(
+            "is not a stride", field="--stride", value=stride, allowed="a number from 1, or settled"
+        )
     with progress("filming") as report:
         from afo_sim.common import check_writable
         from afo_sim.show import write_video
         from afo_sim.simulation import read_recording
 
-        recording = read_recording(folder)
+        runs = {folder.resolve().name: read_recording(folder) for folder in folders}
         check_writable(out.parent)
-        write_video(recording, out, rate=hertz, progress=report)
-    print(f"written to {out}")
+        number = None if stride == "settled" else int(stride)
+        one = next(iter(runs.values())) if len(folders) == 1 else None
+        chosen = functools.partial(write_video, stride=number, slow=slow, beside=beside, rate=hertz)
+        titles = chosen(one or runs, out, progress=report)
+    print(f"written to {out}" + (f": {' | '.join(titles)}" if titles else ""))
 
 
 @app.command("recover")

@@ -73,13 +73,16 @@ class RunView:
         return float(body_mass(self.recording.scenario))
 
     @cached_property
-    def strides(self) -> list[Stride]:
-        """The strides that count; if there are none, whatever is whole."""
-        columns = self.recording.columns
+    def whole_strides(self) -> list[Stride]:
+        """Every stride from heel strike to heel strike."""
         time = self.recording["time"]
         step = float(time[1] - time[0]) if len(time) > 1 else 1.0
-        whole = strides(columns, step, self.body_mass)
-        return settled(columns, whole) or whole
+        return strides(self.recording.columns, step, self.body_mass)
+
+    @property
+    def strides(self) -> list[Stride]:
+        """The strides that count; if there are none, whatever is whole."""
+        return settled(self.recording.columns, self.whole_strides) or self.whole_strides
 
     @property
     def stands(self) -> np.ndarray:

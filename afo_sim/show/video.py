@@ -1,4 +1,7 @@
-"""Recording → MP4: the run replayed in MuJoCo, in real time, encoded by ffmpeg."""
+"""Recordings → MP4: a seated run in real time, a stride of walks side by side in slow motion.
+
+MuJoCo draws them, ffmpeg encodes. In software a picture of 1280 × 720 takes about 0.06 s of one core.
+"""
 
 import importlib
 import os
@@ -7,22 +10,27 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from typing import IO, Any, Self
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import GRAVITY, InputError, child_environment, replacing
-from afo_sim.description import body_mass, load
-from afo_sim.metrics import loaded
+from afo_sim.common import InputError, child_environment, replacing
+from afo_sim.description import load
+from afo_sim.description.scenario_text import worn
 from afo_sim.model import muscle_names
-from afo_sim.show.moving_parts import Carriage, Mountings
+from afo_sim.show.film_figure import FilmFigure
+from afo_sim.show.ground_force import EDGE
+from afo_sim.show.moving_parts import Mountings
+from afo_sim.show.run_view import alone
+from afo_sim.show.walking_figure import WalkingFigure, reference_view
 from afo_sim.simulation import Recording
 
 _LOOK_AT, _DISTANCE, _AZIMUTH, _ELEVATION = (0.03, 0.0, 0.43), 1.1, 120.0, -12.0  # [m], [deg]
-_EDGE, _FAR, _MARGIN = -0.06, 1.2, 3.0  # sides of the walkway, and its length beyond both ends [m]
+_FAR, _MARGIN = 1.2, 3.0  # far side of the walkway, and its length beyond both ends [m]
 _DRAWN = "_drawn"  # suffix of a tendon that is there for the picture only
 _PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
 
@@ -39,6 +47,7 @@ def scenery(
     """
     spec = mujoco.MjSpec.from_string(xml)
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
+    spec.visual.quality.shadowsize = 1024  # in software a shadow of 4096 takes as long as the picture
     spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.5] * 3, [0.25] * 3
     spec.visual.headlight.specular = [0.1] * 3
     spec.stat.center, spec.stat.extent = _LOOK_AT, 1.0
@@ -77,8 +86,8 @@ def _add_walkway(spec: mujoco.MjSpec, start: float, end: float) -> None:
     spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[0.5 * (start + end), 0.5 * (_EDGE + _FAR), 0.0],
-        size=[0.5 * (end - start) + _MARGIN, 0.5 * (_FAR - _EDGE), 0.1],
+        pos=[0.5 * (start + end), 0.5 * (EDGE + _FAR), 0.0],
+        size=[0.5 * (end - start) + _MARGIN, 0.5 * (_FAR - EDGE), 0.1],
         material="squares",
     )
 
@@ -118,28 +127,34 @@ def opengl_context(model: mujoco.MjModel, width: int, height: int) -> tuple[Any,
     return opengl, context
 
 
+_LINE = 40  # height of the title [pixel]
 _FORCE_SCALE = 50.0  # tension at which a muscle is fully coloured [N]
 _SLACK, _PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05, 1.0])  # RGBA
-# Beside somebody walking, from the carriage.
-_WALK_LOOK_AT, _WALK_DISTANCE, _WALK_AZIMUTH, _WALK_ELEVATION = (0.02, 0.0, 0.24), 1.25, 99.0, -9.0
-_ARROW = 0.5  # length of a ground force of one body weight [m]
-_ARROW_COLOUR, _SIDE = [0.1, 0.6, 0.2, 1.0], -0.065  # drawn beside the foot, towards the camera [m]
 
 
 class Painter:
-    """Pictures of a recording's rows. A context manager: OpenGL's memory is given back at its end."""
+    """Pictures of a run. A context manager: OpenGL's memory is given back at its end.
 
-    def __init__(self, recording: Recording, width: int, height: int):
-        self.recording = recording
-        self.walk = _WalkView(recording) if "gait/phase" in recording.columns else None
+    figure : of a walk, whose stride is drawn; None where somebody sits
+    title : above the pictures
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        width: int,
+        height: int,
+        figure: WalkingFigure | None = None,
+        title: str = "",
+    ):
+        self.recording, self.title = recording, title
+        self.walk = None if figure is None else FilmFigure(figure)
         ends = None if self.walk is None else self.walk.carriage.ends
         self.model = model = scenery(recording.model_xml, width, height, ends)
         self.data = mujoco.MjData(model)
-        self.coordinates = [
-            (model.jnt_qposadr[j], recording[f"qpos/{model.joint(j).name}"]) for j in range(model.njnt)
-        ]
+        self.coordinates = [(model.jnt_qposadr[j], f"qpos/{model.joint(j).name}") for j in range(model.njnt)]
         names = [model.tendon(t).name.removesuffix(_DRAWN) for t in range(model.ntendon)]
-        self.forces = [recording[f"muscle/{name}/force"] for name in names]
+        self.forces = [f"muscle/{name}/force" for name in names]
         groups = muscle_names(load("orthosis", recording.scenario["orthosis"]))
         self.mountings = Mountings(model, groups, recording.columns)
         self.scene = mujoco.MjvScene(model, maxgeom=1000)
@@ -148,8 +163,7 @@ class Painter:
         self.camera.lookat, self.camera.distance = _LOOK_AT, _DISTANCE
         self.camera.azimuth, self.camera.elevation = _AZIMUTH, _ELEVATION
         if self.walk is not None:
-            self.camera.distance = _WALK_DISTANCE
-            self.camera.azimuth, self.camera.elevation = _WALK_AZIMUTH, _WALK_ELEVATION
+            self.walk.set_up(model, self.scene, self.camera, height / width)
         self.viewport = mujoco.MjrRect(0, 0, width, height)
         self.pixels = np.empty((height, width, 3), np.uint8)
         self.opengl, self.context = opengl_context(model, width, height)
@@ -158,142 +172,195 @@ class Painter:
         return self
 
     def __exit__(self, *error: object) -> None:
+        self.opengl.make_current()
         self.context.free()
         self.opengl.free()
 
-    def picture(self, row: int) -> np.ndarray:
-        """The leg, its muscles coloured by force, and the time and angle of a row (height, width, 3)."""
-        for address, values in self.coordinates:
-            self.data.qpos[address] = values[row]
-        for tendon, force in enumerate(self.forces):
-            share = np.clip(force[row] / _FORCE_SCALE, 0.0, 1.0) ** 0.5
+    def picture(self, moment: float) -> np.ndarray:
+        """The run at a phase of the stride [-], or a time of sitting [s], with numbers (height, width, 3)."""
+        self.opengl.make_current()
+        at = self._values(moment)
+        for address, name in self.coordinates:
+            self.data.qpos[address] = at(name)
+        for tendon, name in enumerate(self.forces):
+            share = np.clip(at(name) / _FORCE_SCALE, 0.0, 1.0) ** 0.5
             self.model.tendon_rgba[tendon] = _SLACK + share * (_PULLING - _SLACK)
-        given = {a: float(self.recording[column][row]) for a, column in self.mountings.columns.items()}
-        self.mountings.place(given)
+        self.mountings.place({anchor: at(name) for anchor, name in self.mountings.columns.items()})
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
         mujoco.mj_tendon(self.model, self.data)
         if self.walk is not None:
-            self.camera.lookat = self.walk.look_at(row)
+            self.camera.lookat = self.walk.look_at(moment)
         mujoco.mjv_updateScene(
             self.model, self.data, self.options, None, self.camera, mujoco.mjtCatBit.mjCAT_ALL, self.scene
         )
-        if self.walk is not None:
-            self.walk.add_force(self.scene, row)
+        below = "" if self.walk is None else self.walk.add(self.scene, moment)
         mujoco.mjr_render(self.viewport, self.scene, self.context)
-        caption = self._caption(row)
-        mujoco.mjr_overlay(
-            mujoco.mjtFont.mjFONT_NORMAL,
-            mujoco.mjtGridPos.mjGRID_TOPLEFT,
-            self.viewport,
-            *caption,
-            self.context,
-        )
+        places, caption = mujoco.mjtGridPos, self._caption(moment, at)
+        self._write(places.mjGRID_TOPLEFT, self.title)
+        self._write(places.mjGRID_BOTTOM, below)
+        lower = mujoco.MjrRect(0, 0, self.viewport.width, self.viewport.height - (_LINE if self.title else 0))
+        self._write(places.mjGRID_TOPLEFT, "\n".join(caption), "\n".join(caption.values()), lower)
         mujoco.mjr_readPixels(self.pixels, None, self.viewport, self.context)
         return self.pixels[::-1]  # OpenGL counts rows from below
 
-    def _caption(self, row: int) -> tuple[str, str]:
-        recording = self.recording
-        joint = recording.scenario["leg"]["ankle"]
-        lines = {
-            "time": f"{recording['time'][row]:.2f} s",
-            f"{joint} angle": f"{np.degrees(recording['ankle/angle'][row]):+.1f} deg",
-        }
+    def _values(self, moment: float) -> Callable[[str], float]:
+        """The value of each column at a moment."""
         if self.walk is not None:
-            stride, phase = (recording[f"gait/{name}"][row] for name in ("stride", "phase"))
-            lines["stride"] = f"{stride + 1:.0f}, {100.0 * phase:.0f} %"
-        for chamber in recording.scenario["orthosis"]["chamber"]:
-            lines[f"{chamber} pressure"] = f"{recording[f'chamber/{chamber}/pressure'][row] * 1e-5:.2f} bar"
-        return "\n".join(lines), "\n".join(lines.values())
+            stride = self.walk.figure.stride
+            return lambda name: float(stride.at(name, moment))
+        time = self.recording["time"]
+        row = min(int(np.searchsorted(time, moment - 1e-9)), len(time) - 1)
+        return lambda name: float(self.recording[name][row])
 
+    def _write(self, place: int, text: str, values: str = "", where: mujoco.MjrRect | None = None) -> None:
+        """Words over the picture or a part of it, in the letters that MuJoCo has."""
+        if text:
+            shown = (part.encode("ascii", "replace").decode() for part in (text, values))
+            font = mujoco.mjtFont.mjFONT_NORMAL
+            mujoco.mjr_overlay(font, place, where or self.viewport, *shown, self.context)
 
-class _WalkView:
-    """Additions of walking to the pictures: a camera that keeps up, and the ground's force."""
-
-    def __init__(self, recording: Recording):
-        self.recording = recording
-        self.walked = recording["gait/stride"] + recording["gait/phase"]
-        self.carriage = Carriage.beside(recording["time"], self.walked, recording["ankle/position/x"])
-        self.body_mass = body_mass(recording.scenario)  # [kg]
-
-    def look_at(self, row: int) -> tuple[float, float, float]:
-        """The camera's aim [m]."""
-        x, y, z = _WALK_LOOK_AT
-        return x + float(self.carriage.at(self.walked[row])), y, z
-
-    def add_force(self, scene: mujoco.MjvScene, row: int) -> None:
-        """An arrow at the centre of pressure, where the foot stands."""
-        place, forward, upward = (
-            self.recording[f"ground/{name}"][row] for name in ("position/x", "force/x", "force/z")
+    def _caption(self, moment: float, at: Callable[[str], float]) -> dict[str, str]:
+        lines = {"time": f"{moment:.2f} s"}
+        if self.walk is not None:
+            lines = {f"stride {self.walk.number + 1}": f"{100.0 * moment:.0f} %"}
+        lines[f"{self.recording.scenario['leg']['ankle']} angle"] = (
+            f"{np.degrees(at('ankle/angle')):+.1f} deg"
         )
-        if not loaded(upward, self.body_mass):
-            return
-        start = np.array([place, _SIDE, 0.0])
-        # MuJoCo draws an arrow at half its stated length.
-        end = start + 2.0 * np.array([forward, 0.0, upward]) * _ARROW / (self.body_mass * GRAVITY)
-        kind, geom = mujoco.mjtGeom.mjGEOM_ARROW, scene.geoms[scene.ngeom]
-        colour = np.array(_ARROW_COLOUR, np.float32)
-        mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), colour)
-        mujoco.mjv_connector(geom, kind, 0.014, start, end)
-        scene.ngeom += 1
+        for chamber in self.recording.scenario["orthosis"]["chamber"]:
+            lines[f"{chamber} pressure"] = f"{1e-5 * at(f'chamber/{chamber}/pressure') + 0.0:z.2f} bar"
+        return lines
 
 
 _Progress = Callable[[int, int], None]
+_Shot = tuple[str, Recording, WalkingFigure | None]  # title, run, and who walks
+_MOST = 3  # walks beside one another
+_SLOW = 4.0  # slow motion of a walk [-]
+BESIDE = ("reference", "none")
 
 
 def write_video(
-    recording: Recording,
+    runs: Recording | Mapping[str, Recording],
     path: pathlib.Path,
     *,
-    rate: float = 30.0,
+    stride: int | None = None,
+    slow: float | None = None,
+    beside: str = BESIDE[0],
+    rate: float = 25.0,
     width: int = 1280,
     height: int = 720,
     progress: _Progress | None = None,
-) -> None:
-    """Replay a run as an MP4 video, in real time.
+) -> tuple[str, ...]:
+    """Film one stride of a walk in slow motion, or a seated run from its beginning to its end, as MP4.
 
     Parameters
     ----------
-    recording : a finished recording
+    runs : a finished recording; or two or three of walks by their titles, which stand side by side at the
+        same gait phase
     path : file to write, whole or not at all
+    stride : its number from 1; by default the settled one
+    slow : times as long as in life [-]; by default 4 of a walk, 1 of a seated run
+    beside : what stands beside one walk: its "reference", the patient's walk without the device, or "none"
     rate : frames per second [1/s]
     width, height : of the picture, even numbers [pixel]
     progress : called with (frames done, frames in all)
 
+    Returns
+    -------
+    titles from left to right; none of a seated run
+
     Raises
     ------
     InputError
-        The recording has no rows, a number is out of range, ffmpeg is missing or refuses, or there
-        is no OpenGL to draw with.
+        A recording has no rows or no such stride, runs do not go beside one another, a number is out of
+        range, ffmpeg is missing or refuses, or there is no OpenGL to draw with.
     """
-    rows = _rows(recording, rate)
+    given = {"": runs} if isinstance(runs, Recording) else runs
+    shots = _shots(given, stride, beside)
+    moments = _moments(shots[-1], slow, rate)
+    wide = width // len(shots)
+    widths = [width - wide * (len(shots) - 1), *[wide] * (len(shots) - 1)]
     for field, pixels in (("width", width), ("height", height)):
         if pixels < 2 or pixels % 2:
             raise InputError(
                 "is not a valid size of a picture", field=field, value=pixels, allowed="even, at least 2"
             )
     program = _ffmpeg()
-    with (
-        Painter(recording, width, height) as painter,
-        replacing(path) as temporary,
-        _encoder(program, temporary, rate, width, height) as frames,
-    ):
-        for done, row in enumerate(rows, start=1):
-            frames.write(painter.picture(int(row)).tobytes())
+    with ExitStack() as stack:
+        painters = [
+            stack.enter_context(Painter(run, pixels, height, figure, title))
+            for (title, run, figure), pixels in zip(shots, widths, strict=True)
+        ]
+        temporary = stack.enter_context(replacing(path))
+        frames = stack.enter_context(_encoder(program, temporary, rate, width, height))
+        for done, moment in enumerate(moments.tolist(), start=1):
+            frames.write(np.hstack([painter.picture(moment) for painter in painters]).tobytes())
             if progress is not None:
-                progress(done, len(rows))
+                progress(done, len(moments))
+    return tuple(title for title, _, figure in shots if figure)
 
 
-def _rows(recording: Recording, rate: float) -> np.ndarray:
-    """Row of the recording in each frame."""
-    time = recording["time"]
-    if not len(time):
-        raise InputError(f"there is nothing to draw: the recording has no rows ({recording.status})")
-    if not 0.0 < rate <= 1000.0:
-        raise InputError("is not a valid frame rate", field="rate", value=rate, allowed="above 0 to 1000")
-    count = int((time[-1] - time[0]) * rate + 1e-6) + 1
-    return np.minimum(np.searchsorted(time, time[0] + np.arange(count) / rate - 1e-9), len(time) - 1)
+def _shots(given: Mapping[str, Recording], stride: int | None, beside: str) -> list[_Shot]:
+    """What is filmed, from left to right."""
+    if not 1 <= len(given) <= _MOST:
+        raise InputError("is not a valid number of runs", value=len(given), allowed=f"1 to {_MOST}")
+    if beside not in BESIDE:
+        raise InputError("is not a valid choice", field="beside", value=beside, allowed=", ".join(BESIDE))
+    for run in given.values():
+        if not len(run["time"]):
+            raise InputError(f"there is nothing to draw: the recording has no rows ({run.status})")
+    views = {title: alone(run) for title, run in given.items()}
+    if not all(view.walks for view in views.values()):
+        if len(views) > 1:
+            raise InputError(
+                "only walks are filmed beside one another", field="runs", allowed="one seated run"
+            )
+        if stride is not None:
+            raise InputError("is of a walk; this run has no strides", field="stride", value=stride)
+        return [(title, run, None) for title, run in given.items()]
+    shots: list[_Shot] = [
+        (title or _title(view.recording), view.recording, _walker(WalkingFigure.of(view), stride))
+        for title, view in views.items()
+    ]
+    other = reference_view(shots[0][1], "", "") if len(shots) == 1 and beside == BESIDE[0] else None
+    if other is None:
+        return shots
+    off = ", no air" if shots[0][1].scenario["reference"] == "orthosis-off" else ""
+    return [(_title(other.recording) + off, other.recording, WalkingFigure.of(other)), *shots]
+
+
+def _title(run: Recording) -> str:
+    """What a walker wears."""
+    orthosis = run.scenario["orthosis"]
+    if orthosis.get("muscle"):
+        return f"with {orthosis.get('name') or 'the device'}"
+    return f"without the device, {worn(run.scenario)}"
+
+
+def _walker(figure: WalkingFigure, number: int | None) -> WalkingFigure:
+    """The same walker in the stride of a number from 1."""
+    if number is None:
+        return figure
+    strides = {stride.number + 1: stride for stride in figure.view.whole_strides}
+    if number not in strides:
+        allowed = f"{min(strides)} to {max(strides)}; by default {figure.stride.number + 1}, the settled one"
+        raise InputError("is not a stride of the run", field="stride", value=number, allowed=allowed)
+    return replace(figure, stride=strides[number])
+
+
+def _moments(shot: _Shot, slow: float | None, rate: float) -> np.ndarray:
+    """Gait phase, or time [s] where nobody walks, of each frame."""
+    _, run, figure = shot
+    slow = slow if slow is not None else _SLOW if figure else 1.0
+    for field, value, most in (("rate", rate, 1000.0), ("slow", slow, 100.0)):
+        if not 0.0 < value <= most:
+            raise InputError("is not in range", field=field, value=value, allowed=f"above 0 to {most:g}")
+    if figure is not None:
+        count = max(1, round(figure.stride.duration * slow * rate))
+        return np.arange(count) / count
+    start, end = run["time"][[0, -1]]
+    return start + np.arange(int((end - start) * slow * rate + 1e-6) + 1) / (slow * rate)
 
 
 def _ffmpeg() -> str:
@@ -311,7 +378,18 @@ def _encoder(program: str, path: pathlib.Path, rate: float, width: int, height: 
     """A stream that takes raw RGB frames, of which ffmpeg makes an MP4."""
     command = [program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]
     command += ["-s", f"{width}x{height}", "-r", repr(rate), "-i", "-"]
-    command += ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]
+    command += [
+        "-c:v",
+        "libx264",
+        "-pix_fmt",
+        "yuv420p",
+        "-preset",
+        "veryfast",
+        "-crf",
+        "20",
+        "-movflags",
+        "+faststart",
+    ]
     command += ["-f", "mp4", f"file:{path}"]
     quiet = {"stdout": subprocess.DEVNULL, "env": child_environment()}
     with (

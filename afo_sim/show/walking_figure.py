@@ -1,8 +1,9 @@
 """The whole walker from the side: shank, foot and device as simulated, all else as recorded or as a sign.
 
 Thigh and other leg are the recorded walk's. A recording has one leg, so the other one is drawn half a stride
-later. Lengths of thigh, shank and trunk are shares of the body height (Winter 2009, figure 4.1). The lean of
-the trunk and the head are signs. They are assumed, and no number depends on them.
+later. Its knee bends until its sole is not below the floor. Lengths of thigh, shank and trunk are shares of
+the body height (Winter 2009, figure 4.1). The lean of the trunk and the head are signs. They are assumed, and
+no number depends on them.
 """
 
 from dataclasses import dataclass
@@ -12,19 +13,26 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.common import InputError, find_gait
+from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.gait import GaitCycle
-from afo_sim.gait.file import read
 from afo_sim.metrics import Stride
-from afo_sim.model import ANKLE, Foot, foot_of, muscle_names
+from afo_sim.model import ANKLE, Foot, foot_of, muscle_names, person_of, persons_stride
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording, reference_of, run_scenario
 
 SHANK, THIGH, TRUNK, HEAD = 0.246, 0.245, 0.288, 0.09  # of the body height [-]; the head: to its centre
 LEAN = 0.03  # of the trunk, forward; assumed [rad]
+APART = 0.16  # of the legs in space [m]
+LIMBS = (  # in space beside the simulated leg: lower and upper end, radius, how far beyond that leg [m]
+    ("knee", "hip", 0.06, 0.0),
+    ("other_knee", "hip", 0.06, APART),
+    ("other_ankle", "other_knee", 0.045, APART),
+    ("hip", "neck", 0.1, 0.5 * APART),
+)
 FAR, NEAR, BELOW, ABOVE, DEVICE, MOUNT = "0.8", "0.3", "#b3261e", "#1b7a4b", "#1054da", "0.55"
+COLUMNS = ("ankle/position/x", "ankle/position/z", "shank/angle", "ankle/angle")  # that limbs are drawn from
 _TICKS = 0.25  # between marks on the floor [m]
 _SAME = 1e-4  # toe clearance by which a reference that is walked again may differ [m]
 
@@ -50,17 +58,81 @@ class Pose:
 
 
 @dataclass(frozen=True, eq=False)
+class Limbs:
+    """What is drawn of a walker above the simulated shank, and of the other leg.
+
+    cycle : the walk that drives the run
+    height : of the body [m]
+    foot : with the outsole that is worn
+    """
+
+    cycle: GaitCycle
+    height: float
+    foot: Foot
+
+    @classmethod
+    def of(cls, recording: Recording, model: mujoco.MjModel) -> "Limbs":
+        """Those of the person that walks in a run.
+
+        Raises
+        ------
+        InputError
+            The file of the recorded walk is not there any more.
+        """
+        scenario = load("scenario", recording.scenario)
+        return cls(
+            persons_stride(scenario), person_of(scenario).body_height, foot_of(model, scenario.leg, ANKLE)
+        )
+
+    def points(self, ankle: np.ndarray, shank: np.ndarray, phase: np.ndarray) -> dict[str, np.ndarray]:
+        """Joints (n, 2) and the other sole (n, 4, 2) by their names in `Pose` [m].
+
+        Units: ankle, x and z [m] (n, 2), shank, leaning forward [rad] (n,), phase [-] (n,).
+        """
+        knee = _along(ankle, SHANK * self.height, shank)
+        hip = _along(knee, THIGH * self.height, shank - self._recorded("knee_angle", phase))
+        neck = _along(hip, TRUNK * self.height, LEAN)
+        found = {"knee": knee, "hip": hip, "neck": neck, "head": _along(neck, HEAD * self.height, LEAN)}
+        return found | self._other_leg(hip, phase + 0.5)
+
+    def sole(self, ankle: np.ndarray, pitch: np.ndarray, extension: np.ndarray | float) -> np.ndarray:
+        """Heel, ball, pulp and tip of the outsole (n, 4, 2) [m]."""
+        points = self.foot.outsole(pitch, extension).values()
+        return ankle[..., None, :] + np.stack([np.stack(point, axis=-1) for point in points], axis=-2)
+
+    def _other_leg(self, hip: np.ndarray, phase: np.ndarray) -> dict[str, np.ndarray]:
+        """It hangs from the hip as recorded; its knee bends until its sole is not below the floor."""
+        shank, length = self._recorded("shank_angle", phase), SHANK * self.height
+        knee = _along(hip, -THIGH * self.height, shank - self._recorded("knee_angle", phase))
+        ankle = _along(knee, -length, shank)
+        sole = self.sole(ankle, self._recorded("ankle_angle", phase) - shank, 0.0)
+        sunk = np.minimum(sole[..., 1].min(axis=-1), 0.0)[..., None] * np.array([0.0, 1.0])
+        ankle, sole = ankle - sunk, sole - sunk[..., None, :]
+        down = ankle - hip
+        far = np.linalg.norm(down, axis=-1, keepdims=True)
+        along = 0.5 * (far + (THIGH**2 - SHANK**2) * self.height**2 / far)
+        ahead = np.sqrt(np.maximum((THIGH * self.height) ** 2 - along**2, 0.0))
+        forward = down[..., ::-1] * np.array([-1.0, 1.0])
+        return {
+            "other_knee": hip + (along * down + ahead * forward) / far,
+            "other_ankle": ankle,
+            "other_sole": sole,
+        }
+
+    def _recorded(self, name: str, phase: np.ndarray) -> np.ndarray:
+        return np.interp(phase % 1.0, self.cycle.phase, getattr(self.cycle, name), period=1.0)
+
+
+@dataclass(frozen=True, eq=False)
 class WalkingFigure:
     """The walker in one stride of a run.
 
     view : the run; it walks
     stride : whose poses are drawn
-    cycle : the recorded walk that drives the run
     """
 
     view: RunView
     stride: Stride
-    cycle: GaitCycle
 
     @classmethod
     def of(cls, view: RunView, stride: int = -1) -> "WalkingFigure":
@@ -69,19 +141,18 @@ class WalkingFigure:
         Raises
         ------
         InputError
-            The file of the recorded walk is not there any more.
+            The run has no whole stride, or the file of the recorded walk is not there any more.
         """
-        return cls(view, view.strides[stride], read(find_gait(str(view.recording.scenario["gait"]["cycle"]))))
+        if not view.strides:
+            raise InputError("has no whole stride to draw", field=view.label or "the run")
+        figure = cls(view, view.strides[stride])
+        _ = figure.limbs
+        return figure
 
     @cached_property
-    def height(self) -> float:
-        """Of the body: the recorded walker's, or else the leg's [m]."""
-        return float(self.cycle.body_height or load("leg", self.view.recording.scenario["leg"]).body_height)
-
-    @cached_property
-    def foot(self) -> Foot:
-        """The foot with the outsole that is worn."""
-        return foot_of(self._model, load("leg", self.view.recording.scenario["leg"]), ANKLE)
+    def limbs(self) -> Limbs:
+        """Of its walker."""
+        return Limbs.of(self.view.recording, self._model)
 
     @cached_property
     def _model(self) -> mujoco.MjModel:
@@ -94,35 +165,17 @@ class WalkingFigure:
 
     def pose(self, phase: float) -> Pose:
         """The walker at a gait phase from 0 to 1 [-]."""
-        names = ("ankle/position/x", "ankle/position/z", "shank/angle", "ankle/angle")
-        x, z, shank, angle = (float(self.stride.at(name, phase)) for name in names)
+        x, z, shank, angle = (self.stride.at(name, phase) for name in COLUMNS)
         bent = "toe/extension" in self.view.recording.columns
-        extension = float(self.stride.at("toe/extension", phase)) if bent else 0.0
+        extension = self.stride.at("toe/extension", phase) if bent else 0.0
         ankle = np.array([x, z])
-        knee = _along(ankle, SHANK * self.height, shank)
-        hip = _along(knee, THIGH * self.height, shank - self._recorded("knee_angle", phase))
-        neck = _along(hip, TRUNK * self.height, LEAN)
-        other = self._other_leg(hip, phase + 0.5)
-        head, sole = _along(neck, HEAD * self.height, LEAN), self._sole(ankle, angle - shank, extension)
-        return Pose(neck, head, hip, knee, ankle, sole, *other, self._paths(phase, ankle))
+        points = self.limbs.points(ankle, shank, np.array(phase))
+        sole = self.limbs.sole(ankle, angle - shank, extension)
+        return Pose(ankle=ankle, sole=sole, muscles=self._paths(phase, ankle), **points)
 
     def lowest(self, phase: float) -> float:
         """Height of the toes or the ball, whichever is lower [m]."""
         return min(float(self.stride.at(name, phase)) for name in ("toe/height", "ball/height"))
-
-    def _other_leg(self, hip: np.ndarray, phase: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Knee, ankle and sole of the other leg, which hangs from the hip as recorded at a phase."""
-        shank = self._recorded("shank_angle", phase)
-        knee = _along(hip, -THIGH * self.height, shank - self._recorded("knee_angle", phase))
-        ankle = _along(knee, -SHANK * self.height, shank)
-        return knee, ankle, self._sole(ankle, self._recorded("ankle_angle", phase) - shank, 0.0)
-
-    def _recorded(self, name: str, phase: float) -> float:
-        return float(np.interp(phase % 1.0, self.cycle.phase, getattr(self.cycle, name), period=1.0))
-
-    def _sole(self, ankle: np.ndarray, pitch: float, extension: float) -> np.ndarray:
-        points = self.foot.outsole(np.array(pitch), extension).values()
-        return np.array([ankle + np.array([float(x), float(z)]) for x, z in points])
 
     def _paths(self, phase: float, ankle: np.ndarray) -> tuple[np.ndarray, ...]:
         """Each muscle's path beside the drawn ankle, with cuff and plate where they are."""
@@ -140,9 +193,9 @@ class WalkingFigure:
         return tuple(points[start : start + count] + shift for start, count in spans if count > 1)
 
 
-def _along(start: np.ndarray, length: float, angle: float) -> np.ndarray:
-    """The upper end of a segment that leans forward by `angle` [rad]."""
-    end: np.ndarray = start + length * np.array([np.sin(angle), np.cos(angle)])
+def _along(start: np.ndarray, length: float, angle: np.ndarray | float) -> np.ndarray:
+    """The upper ends (n, 2) of segments that lean forward by `angle` [rad] (n,)."""
+    end: np.ndarray = start + length * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
     return end
 
 

@@ -11,6 +11,8 @@ import rerun as rr
 from afo_sim.description import MuscleGroup
 from afo_sim.metrics import stance_force
 from afo_sim.model import ANKLE, muscle_names, path_points
+from afo_sim.show.ground_force import COLUMNS as FORCE
+from afo_sim.show.ground_force import LOWEST
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun.muscle_shapes import DrawnMuscle
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
@@ -50,7 +52,7 @@ _WALKING = (  # columns that walking is shown by, beside the model's coordinates
     "gait/ankle_angle",
     "shank/angle",
     *(f"ankle/position/{x}" for x in "xz"),
-    *(f"ground/{x}" for x in ("force/x", "force/z", "position/x")),
+    *FORCE,
 )
 
 
@@ -88,9 +90,18 @@ def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: 
     except ValueError:  # meshes stand in the kept model alone
         model = source.header.model()
     toes = ("gait/toe_extension",) if "gait/toe_extension" in source.columns else ()
-    walking = tuple(dict.fromkeys((*_WALKING, *toes, stance_force(source.columns)))) if source.walks else ()
+    lowest = (LOWEST,) if LOWEST in source.columns else ()
+    walking = (*_WALKING, *toes, *lowest, stance_force(source.columns)) if source.walks else ()
     groups = muscle_names(source.scenario.orthosis)
-    return Stage(model, groups, root, opacity, colour_by, Mountings(model, groups, source.columns), walking)
+    return Stage(
+        model,
+        groups,
+        root,
+        opacity,
+        colour_by,
+        Mountings(model, groups, source.columns),
+        tuple(dict.fromkeys(walking)),
+    )
 
 
 def log_axes(stream: rr.RecordingStream) -> None:

@@ -1,4 +1,4 @@
-"""Walking in space: floor, ground force, trails of the sole, and the recorded foot as a ghost.
+"""Walking in space: floor, ground force, trails of the sole, the whole figure, the recorded foot as a ghost.
 
 The camera rides beside the walker on a carriage of even speed: the floor passes by and the leg swings to and
 fro, as a person who walks along sees it. One run keeps its true place on the floor. Several runs are shown
@@ -7,28 +7,31 @@ the outsole of each run stands on it, and the toes bend.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import rerun as rr
 
-from afo_sim.common import GRAVITY, assets
+from afo_sim.common import InputError, assets
 from afo_sim.gait import file as gait
 from afo_sim.metrics import loaded, stance_force
 from afo_sim.model import ANKLE, TOE_POINTS, foot_of, phase_at
+from afo_sim.show.ground_force import EDGE, SIDE, GroundForce
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.rerun.colours import SOLE
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides
 from afo_sim.show.rerun.scene import Stage, log_body, replay
+from afo_sim.show.walking_figure import APART, HEAD, LIMBS, TRUNK, Limbs
 
 CARRIAGE = "world/carriage"
 _TRAILS = {point: own for point, (own, _) in SOLE.items()}  # points of the sole, in their plot's colours
 SUNK = [255, 40, 40]  # where a point is below the floor in swing
-ARROW = 0.5  # length of a force of one body weight [m]
-_ARROW_COLOUR = [110, 235, 120]
+_BORNE, _RECORDED = [110, 235, 120], [75, 125, 85]  # of a force at the drawn sole, and of one that is not
 _GHOST_COLOUR = [150, 205, 255, 90]
-SIDE = -0.065  # arrow and trails are drawn beside the foot, towards the camera [m]
-_EDGE, _FAR = -0.06, 0.4  # sides of the walkway [m]
+_LIMB_COLOUR = [160, 165, 175, 110]
+_HEAD, _SOLE = 0.1, 0.016  # radii of the head, and of the lines of the other foot [m]
+_FAR = 0.4  # far side of the walkway [m]
 _PHASES = (  # from which gait phase on; after Perry & Burnfield, Gait Analysis, 2010
     (0.0, "loading response"),
     (0.12, "mid-stance"),
@@ -64,7 +67,7 @@ def _log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
     It is cut along the foot's side, as in a section: what sinks below the floor is seen.
     """
     left, right = np.floor(way.ends[0]) - 2.0, np.ceil(way.ends[1]) + 2.0
-    size, centre = (np.array([right, _FAR]) - s * np.array([left, _EDGE]) for s in (1.0, -1.0))
+    size, centre = (np.array([right, _FAR]) - s * np.array([left, EDGE]) for s in (1.0, -1.0))
     floor = rr.Boxes3D(
         half_sizes=[[*(0.5 * size), 0.002]],
         centers=[[*(0.5 * centre), -0.002]],
@@ -73,7 +76,7 @@ def _log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
     )
     stream.log("world/floor", floor, static=True)
     places = np.arange(round(10 * left), round(10 * right) + 1)
-    ends = np.array([[0.0, side, 0.0005] for side in (_EDGE, _FAR)])
+    ends = np.array([[0.0, side, 0.0005] for side in (EDGE, _FAR)])
     strips = ends + 0.1 * places[:, None, None] * np.array([1.0, 0.0, 0.0])
     metre = places % 10 == 0
     lines = rr.LineStrips3D(
@@ -117,6 +120,14 @@ class Walker:
         """The entities of its trails; among several runs only the toe leaves one."""
         return [f"/{self.view.root}/trail/{name}" for name in _TRAILS if name == "toe" or not self.colour]
 
+    @cached_property
+    def limbs(self) -> Limbs | None:
+        """Of the whole figure; None where the file of the recorded walk is gone."""
+        try:
+            return Limbs.of(self.source.header, self.view.model)
+        except InputError:
+            return None
+
     @property
     def stride_time(self) -> float:
         """Mean duration of its strides [s]."""
@@ -133,6 +144,7 @@ class Walker:
             self._log_marks(stream, block, x)
             self._log_force(stream, block)
             self._log_ghost(stream, block)
+            self._log_figure(stream, block)
         if self.view.root.startswith(CARRIAGE):
             moved = rr.Transform3D.columns(translation=-places.astype(np.float32))
             send(stream, self.view.root, block, moved)
@@ -154,7 +166,7 @@ class Walker:
         new = np.r_[True, np.diff(nearest) != 0.0]
         rows = {name: block[name][new] for name in ("time", *GAIT)}
         metres = (nearest[new, None] + np.arange(-1.0, 2.0)).ravel()
-        places = np.column_stack([metres, np.full_like(metres, _EDGE - 0.06), np.zeros_like(metres)])
+        places = np.column_stack([metres, np.full_like(metres, EDGE - 0.06), np.zeros_like(metres)])
         counts = np.full(len(rows["time"]), 3)
         marks = rr.Points3D.columns(
             positions=places.astype(np.float32),
@@ -164,15 +176,31 @@ class Walker:
 
     def _log_force(self, stream: rr.RecordingStream, block: Columns) -> None:
         """The ground's force at the centre of pressure; nothing in swing."""
-        stands = loaded(block["ground/force/z"], self.source.body_mass)
-        force = np.column_stack([block["ground/force/x"], 0.0 * stands, block["ground/force/z"]])
-        vectors = force * (ARROW / (GRAVITY * self.source.body_mass))
-        level = np.full((len(force), 2), (SIDE, 0.0))
-        origins = np.column_stack([block["ground/position/x"], level])
+        force = GroundForce.of(block.__getitem__, self.source.columns, self.source.body_mass)
+        stands = force.stands
+        borne = force.borne[stands, None]
         arrow = rr.Arrows3D.columns(
-            vectors=vectors[stands].astype(np.float32), origins=origins[stands].astype(np.float32)
+            vectors=force.vector[stands].astype(np.float32),
+            origins=force.start[stands].astype(np.float32),
+            colors=np.where(borne, [_BORNE], [_RECORDED]).astype(np.uint8),
+            labels=["" if at_sole else "recorded" for at_sole in borne[:, 0]],
         )
         send(stream, f"{self.view.root}/ground_force", block, arrow.partition(stands.astype(int)))
+
+    def _log_figure(self, stream: rr.RecordingStream, block: Columns) -> None:
+        """Thigh, trunk and other leg, as recorded."""
+        if self.limbs is None:
+            return
+        ankle = np.column_stack([block[f"ankle/position/{x}"] for x in "xz"])
+        points = self.limbs.points(ankle, block["shank/angle"], block["gait/phase"])
+        for name, (low, along, aside) in _segments(points).items():
+            half = 0.5 * np.arctan2(along[:, 0], along[:, 1])
+            still = np.zeros_like(half)
+            pose = rr.Transform3D.columns(
+                translation=np.column_stack([low[:, 0], still + aside, low[:, 1]]).astype(np.float32),
+                quaternion=np.column_stack([still, np.sin(half), still, np.cos(half)]).astype(np.float32),
+            )
+            send(stream, f"{self.view.root}/figure/{name}", block, pose)
 
     def _log_ghost(self, stream: rr.RecordingStream, block: Columns) -> None:
         """The foot at the recorded ankle angle on the same shank, its toes at rest."""
@@ -210,6 +238,33 @@ class Walker:
             send(stream, entity, block, trail)
 
 
+def _segments(points: dict[str, np.ndarray]) -> dict[str, tuple[np.ndarray, np.ndarray, float]]:
+    """{part of the figure: its origin and axis (n, 2), and how far beyond the leg it is}; units: [m]."""
+    sole = points["other_sole"]
+    foot = points["other_ankle"], sole[:, 1] - sole[:, 0], APART
+    limbs = {low: (points[low], points[up] - points[low], aside) for low, up, _, aside in LIMBS}
+    return limbs | {"foot": foot}
+
+
+def _log_figure_shapes(stream: rr.RecordingStream, root: str, limbs: Limbs) -> None:
+    """The figure's parts along their own axes, once."""
+    look: dict[str, Any] = {"colors": [_LIMB_COLOUR], "fill_mode": "solid"}
+    points = limbs.points(np.zeros((1, 2)), np.zeros(1), np.zeros(1))
+    for low, up, radius, _ in LIMBS:
+        length = float(np.linalg.norm(points[up] - points[low]))
+        stream.log(f"{root}/{low}", rr.Capsules3D(lengths=[length], radii=[radius], **look), static=True)
+    centre = [0.0, 0.0, (TRUNK + HEAD) * limbs.height]
+    stream.log(
+        f"{root}/hip/head", rr.Ellipsoids3D(centers=[centre], half_sizes=[[_HEAD] * 3], **look), static=True
+    )
+    ankle, along, _ = _segments(points)["foot"]
+    axes = np.array([along[0, ::-1] * [1.0, -1.0], along[0]]) / np.linalg.norm(along)
+    outline = [axes @ (point - ankle[0]) for point in points["other_sole"][0, [0, 1, 3]]]
+    strip = [[x, 0.0, z] for x, z in [(0.0, 0.0), *outline]]
+    lines = rr.LineStrips3D([[*strip, strip[0]]], radii=[_SOLE], colors=[_LIMB_COLOUR])
+    stream.log(f"{root}/foot", lines, static=True)
+
+
 def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
     """Log once all that does not change over a walk."""
     root = walker.view.root
@@ -219,8 +274,10 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
         return
     _log_walkway(stream, walker.way)
     _log_ghost_shapes(stream, walker.view, walker.source)
+    if walker.limbs is not None:
+        _log_figure_shapes(stream, f"{root}/figure", walker.limbs)
     look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
     stream.log(f"{CARRIAGE}/caption", rr.Points3D([[0.0, 0.0, 0.62]], **look), static=True)
     stream.log("world/floor/metres", rr.Points3D.from_fields(**look), static=True)
-    arrow = rr.Arrows3D.from_fields(radii=[0.007], colors=[_ARROW_COLOUR])
+    arrow = rr.Arrows3D.from_fields(radii=[0.007], show_labels=True)
     stream.log(f"{root}/ground_force", arrow, static=True)

@@ -1,0 +1,46 @@
+"""The ground's force beside a drawn foot, and whether the drawn sole is where the force acts.
+
+The recorded force acts whatever the simulated foot does. So the sole can be above the floor, where the
+ankle's path was derived or the ankle is bent otherwise than in the recorded walk, or below it, where the foot
+slaps. Such an arrow is drawn pale and called recorded. A force of contact always acts at the sole.
+"""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common import GRAVITY
+from afo_sim.metrics import loaded, stance_force
+
+ARROW = 0.5  # length of a force of one body weight [m]
+SIDE = -0.055  # arrow and trails are drawn beside the foot, towards the camera [m]
+EDGE = -0.05  # side of the floor, cut along the foot's as in a section: what sinks below it is seen [m]
+AT_FLOOR = 0.008  # of the sole from the floor: to some 8 mm a derived ankle path is known [m]
+COLUMNS = ("ground/force/x", "ground/force/z", "ground/position/x")
+LOWEST = "sole/height"  # of the outsole; former recordings lack it
+
+
+@dataclass(frozen=True)
+class GroundForce:
+    """Arrows from the centre of pressure [m] (n, 3).
+
+    stands, borne : where a foot bears a force, and where the drawn sole is at the floor (n,)
+    """
+
+    start: np.ndarray
+    vector: np.ndarray
+    stands: np.ndarray
+    borne: np.ndarray
+
+    @classmethod
+    def of(cls, at: Callable[[str], Any], columns: Collection[str], body_mass: float) -> "GroundForce":
+        """Of rows or of one instant, whose values of a column `at` gives; body_mass [kg]."""
+        forward, upward, place = (np.asarray(at(name)) for name in COLUMNS)
+        simulated = stance_force(columns) not in COLUMNS
+        sole = 0.0 if simulated or LOWEST not in columns else at(LOWEST)
+        start = np.stack([place, np.full_like(place, SIDE), np.zeros_like(place)], axis=-1)
+        vector = np.stack([forward, np.zeros_like(place), upward], axis=-1) * ARROW / (body_mass * GRAVITY)
+        borne = np.broadcast_to(np.abs(sole) <= AT_FLOOR, place.shape)
+        return cls(start, vector, loaded(upward, body_mass), borne)
