@@ -141,12 +141,20 @@ def video_command(
         from afo_sim.show import write_video
         from afo_sim.simulation import read_recording
 
-        runs = {folder.resolve().name: read_recording(folder) for folder in folders}
+        names = [folder.resolve().name for folder in folders]
+        names = [name if names.count(name) == 1 else f"{name} ({k + 1})" for k, name in enumerate(names)]
+        runs = dict(zip(names, map(read_recording, folders), strict=True))
         check_writable(out.parent)
         number = None if stride == "settled" else int(stride)
-        one = next(iter(runs.values())) if len(folders) == 1 else None
-        chosen = functools.partial(write_video, stride=number, slow=slow, beside=beside, rate=hertz)
-        titles = chosen(one or runs, out, progress=report)
+        titles = write_video(
+            runs if len(runs) > 1 else runs[names[0]],
+            out,
+            stride=number,
+            slow=slow,
+            beside=beside,
+            rate=hertz,
+            progress=functools.partial(report, what="filming"),
+        )
     print(f"written to {out}" + (f": {' | '.join(titles)}" if titles else ""))
 
 

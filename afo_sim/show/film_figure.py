@@ -44,13 +44,11 @@ class FilmFigure:
         """Add all to a scene, and return what is to be read below it."""
         pose, stride = self.figure.pose(phase), self.figure.stride
         self._add_limbs(scene, pose)
-        low = self.figure.lowest(phase)
-        words = f"{abs(1e3 * low):.0f} mm {'below' if low < 0.0 else 'above'} the floor"
         if phase > stride.toe_off:
             x, z = min(pose.sole[1:], key=lambda point: float(point[1]))
-            ends = np.array([[x, SIDE, 0.0], [x, SIDE, z]])
+            ends, low = np.array([[x, SIDE, 0.0], [x, SIDE, z]]), self.figure.lowest(phase)
             _add(scene, _CAPSULE, _MARK, ends, _BELOW if low < 0.0 else _ABOVE)
-            return f"toe {words}"
+            return f"toe {_height(low)}"
         view = self.figure.view
         force = GroundForce.of(lambda name: stride.at(name, phase), view.recording.columns, view.body_mass)
         if not force.stands:
@@ -58,7 +56,7 @@ class FilmFigure:
         # MuJoCo draws an arrow at half its stated length.
         ends = np.array([force.start, force.start + 2.0 * force.vector])
         _add(scene, mujoco.mjtGeom.mjGEOM_ARROW, _ARROW, ends, _GREEN if force.borne else _PALE)
-        return "" if force.borne else f"recorded force; sole {words}"
+        return "" if force.borne else f"recorded force; sole {_height(float(force.sole))}"
 
     def _add_limbs(self, scene: mujoco.MjvScene, pose: Pose) -> None:
         """Trunk between the legs, the other leg beyond it."""
@@ -71,6 +69,10 @@ class FilmFigure:
         ankle = _at(pose.other_ankle, APART)
         for start, end in ((heel, ball), (ball, tip), (ankle, heel), (ankle, ball)):
             _add(scene, _CAPSULE, _SOLE, np.array([start, end]), _GREY)
+
+
+def _height(height: float) -> str:
+    return f"{abs(1e3 * height):.0f} mm {'below' if height < 0.0 else 'above'} the floor"
 
 
 def _at(point: np.ndarray, aside: float) -> np.ndarray:

@@ -26,21 +26,26 @@ LOWEST = "sole/height"  # of the outsole; former recordings lack it
 class GroundForce:
     """Arrows from the centre of pressure [m] (n, 3).
 
-    stands, borne : where a foot bears a force, and where the drawn sole is at the floor (n,)
+    stands : where a foot bears a force (n,)
+    sole : height above the floor of the drawn sole [m] (n,); 0 of a force of contact
     """
 
     start: np.ndarray
     vector: np.ndarray
     stands: np.ndarray
-    borne: np.ndarray
+    sole: np.ndarray
 
     @classmethod
     def of(cls, at: Callable[[str], Any], columns: Collection[str], body_mass: float) -> "GroundForce":
         """Of rows or of one instant, whose values of a column `at` gives; body_mass [kg]."""
         forward, upward, place = (np.asarray(at(name)) for name in COLUMNS)
         simulated = stance_force(columns) not in COLUMNS
-        sole = 0.0 if simulated or LOWEST not in columns else at(LOWEST)
+        sole = np.zeros_like(place) if simulated or LOWEST not in columns else np.asarray(at(LOWEST))
         start = np.stack([place, np.full_like(place, SIDE), np.zeros_like(place)], axis=-1)
         vector = np.stack([forward, np.zeros_like(place), upward], axis=-1) * ARROW / (body_mass * GRAVITY)
-        borne = np.broadcast_to(np.abs(sole) <= AT_FLOOR, place.shape)
-        return cls(start, vector, loaded(upward, body_mass), borne)
+        return cls(start, vector, loaded(upward, body_mass), sole)
+
+    @property
+    def borne(self) -> np.ndarray:
+        """Where the drawn sole is at the floor (n,)."""
+        return np.abs(self.sole) <= AT_FLOOR

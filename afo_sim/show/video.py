@@ -19,8 +19,7 @@ import mujoco
 import numpy as np
 
 from afo_sim.common import InputError, child_environment, replacing
-from afo_sim.description import load
-from afo_sim.description.scenario_text import worn
+from afo_sim.description import load, worn
 from afo_sim.model import muscle_names
 from afo_sim.show.film_figure import FilmFigure
 from afo_sim.show.ground_force import EDGE
@@ -229,7 +228,7 @@ class Painter:
             f"{np.degrees(at('ankle/angle')):+.1f} deg"
         )
         for chamber in self.recording.scenario["orthosis"]["chamber"]:
-            lines[f"{chamber} pressure"] = f"{1e-5 * at(f'chamber/{chamber}/pressure') + 0.0:z.2f} bar"
+            lines[chamber] = f"{1e-5 * at(f'chamber/{chamber}/pressure') + 0.0:z.2f} bar"
         return lines
 
 

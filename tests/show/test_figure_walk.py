@@ -2,6 +2,9 @@
 
 import dataclasses
 import pathlib
+import re
+import shutil
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +13,12 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import afo_sim
+from afo_sim.common import InputError
 from afo_sim.show import panels, run_figure, video
+from afo_sim.show.ground_force import ARROW, GroundForce
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.run_view import alone
+from afo_sim.show.walking_figure import WalkingFigure
 from afo_sim.simulation import Recording
 
 STANDING = 0.05 * 75.0 * 9.80665  # 5 % of the body weight [N]
@@ -114,40 +120,105 @@ def test_carriage_has_no_part_in_strides_of_varied_duration() -> None:
     assert ride.stride_time == pytest.approx(6.0 / np.ptp(walked))
 
 
+def greenness(picture: np.ndarray) -> np.ndarray:
+    return picture[..., 1].astype(int) - picture[..., [0, 2]].max(axis=2)
+
+
 def green(picture: np.ndarray) -> np.ndarray:
-    return picture[..., 1].astype(int) - picture[..., [0, 2]].max(axis=2) > 40
+    return greenness(picture) > 40
 
 
 def skin(picture: np.ndarray) -> np.ndarray:
     return (picture[..., 0].astype(int) - picture[..., 2] > 50) & (picture[..., 0] > 150)
 
 
+def rows_of(mask: np.ndarray) -> np.ndarray:
+    return np.flatnonzero(mask.any(axis=1))
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_film_keeps_up_with_the_leg_and_shows_the_ground_force(bare: Recording, helped: Recording) -> None:
+    """The arrow is pale at the end of push-off, where the sole is above the floor, and away in swing."""
     if reason := opengl_missing():
         pytest.skip(reason)
     for run in (bare, helped):
-        with video.Painter(run, 640, 480) as painter:
-            later = run["gait/stride"] + run["gait/phase"]
-            rows = (100, *np.searchsorted(later, [1.3, 1.8]))
-            first, stance, swing = (painter.picture(int(row)).copy() for row in rows)
-        assert green(stance).sum() > 200 > 10 > green(swing).sum()
-        for picture in (first, stance, swing):
-            assert skin(picture).sum() > 3000
+        with video.Painter(run, 640, 480, WalkingFigure.of(alone(run)), "who") as painter:
+            stance, late, swing = (painter.picture(phase)[60:-60].copy() for phase in (0.4, 0.61, 0.8))
+        assert green(stance).sum() > 200
+        assert 20 < greenness(late).max() < 0.7 * greenness(stance).max()
+        assert green(swing).sum() < green(stance).sum() / 4  # the line of the toes' height
+        for picture in (stance, late, swing):
+            assert skin(picture).sum() > 1000
             assert 160 < np.flatnonzero(skin(picture).any(axis=0)).mean() < 480
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_films_arrow_is_half_a_metre_for_a_body_weight(bare: Recording) -> None:
-    """Held against the leg beside it, which is 0.55 m tall with its knee."""
+def test_films_arrow_is_to_scale_and_stands_where_the_sole_does(bare: Recording) -> None:
     if reason := opengl_missing():
         pytest.skip(reason)
-    stance = np.flatnonzero((bare["gait/stride"] == 1.0) & (bare["gait/phase"] < 0.5))
-    row = int(stance[np.argmin(np.abs(bare["shank/angle"][stance]))])  # upright
-    with video.Painter(bare, 640, 480) as painter:
-        picture = painter.picture(row)
-    arrow, leg = (np.ptp(np.flatnonzero(mask(picture).any(axis=1))) for mask in (green, skin))
-    length = 0.5 * bare["ground/force/z"][row] / (68.5 * 9.80665)
-    assert arrow / leg == pytest.approx(length / 0.55, rel=0.1)
+    figure = WalkingFigure.of(alone(bare))
+    with video.Painter(bare, 640, 960, figure) as painter:
+        picture, metre = painter.picture(0.3), 960.0 / painter.model.vis.global_.fovy
+    arrow, foot = rows_of(green(picture)), rows_of(skin(picture))
+    length = ARROW * float(figure.stride.at("ground/force/z", 0.3)) / (68.5 * 9.80665)
+    assert np.ptp(arrow) / metre == pytest.approx(length, rel=0.03)
+    assert abs(arrow[-1] - foot[-1]) / metre < 0.005
+
+
+def test_force_is_borne_where_the_sole_is_at_the_floor(bare: Recording) -> None:
+    """The recorded ankle path lifts the sole before the recorded force ends, and a slap sinks it."""
+    view = alone(bare)
+    stride = view.strides[-1]
+    force = GroundForce.of(stride.__getitem__, bare.columns, view.body_mass)
+    assert np.array_equal(force.borne, np.abs(stride["sole/height"]) <= 0.008)
+    assert np.array_equal(force.start[:, 2], np.zeros(len(stride.phase)))
+    flat = (stride.phase > 0.2) & (stride.phase < 0.58)
+    assert force.borne[flat].all()
+    assert force.stands[flat].all()
+    late = force.stands & (stride.phase > 0.6)
+    assert late.any()
+    assert not force.borne[late].any()
+    contact = GroundForce.of(
+        stride.__getitem__, {**bare.columns, "gait/ground_force_z": None}, view.body_mass
+    )
+    assert contact.borne.all()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_film_of_a_walk_is_one_stride_beside_the_reference(
+    walks: dict[str, Recording], tmp_path: pathlib.Path
+) -> None:
+    if shutil.which("ffmpeg") is None:
+        pytest.skip("ffmpeg is not installed")
+    if reason := opengl_missing():
+        pytest.skip(reason)
+    done: list[tuple[int, int]] = []
+    run, small = walks["worn"], {"width": 64, "height": 48, "rate": 10.0}
+    titles = video.write_video(run, tmp_path / "a.mp4", slow=2.0, progress=lambda *n: done.append(n), **small)
+    assert titles == ("without the device, shoe trainer", "with s1")
+    frames = round(2.0 * 10.0 * alone(run).strides[-1].duration)
+    assert done == [(k + 1, frames) for k in range(frames)]
+    both = {"short": run, "bare": walks["bare"]}
+    assert video.write_video(both, tmp_path / "b.mp4", stride=2, slow=0.5, **small) == ("short", "bare")
+
+
+@pytest.mark.parametrize(
+    ("names", "options", "said"),
+    [
+        ("worn", {"stride": 99}, "stride = 99: is not a stride of the run; allowed: 1 to"),
+        ("worn", {"slow": 0.0}, "slow = 0.0: is not in range; allowed: above 0 to 100"),
+        ("worn", {"beside": "shoe"}, "beside = 'shoe': is not a valid choice; allowed: reference, none"),
+        ("sitting", {"stride": 1}, "stride = 1: is of a walk; this run has no strides"),
+        ("sitting worn", {}, "only walks are filmed beside one another"),
+        ("bare worn bare worn", {}, "4: is not a valid number of runs; allowed: 1 to 3"),
+    ],
+)
+def test_film_says_what_it_cannot_show(
+    walks: dict[str, Recording], tmp_path: pathlib.Path, names: str, options: dict[str, Any], said: str
+) -> None:
+    runs = {f"{k}": walks[name] for k, name in enumerate(names.split())}
+    with pytest.raises(InputError, match=re.escape(said)):
+        video.write_video(runs, tmp_path / "a.mp4", **options)
+    assert not list(tmp_path.iterdir())

@@ -12,9 +12,12 @@ from rerun_files import needs_vulkan, read, rerun
 import afo_sim
 from afo_sim.description import load
 from afo_sim.model.build import build
+from afo_sim.show.ground_force import ARROW, SIDE
 from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
 from afo_sim.show.rerun.run_rows import from_recording
-from afo_sim.show.rerun.walk_scene import ARROW, SIDE, SUNK
+from afo_sim.show.rerun.walk_scene import SUNK
+from afo_sim.show.run_view import alone
+from afo_sim.show.walking_figure import WalkingFigure
 from afo_sim.simulation import Recording, read_recording, run_built
 
 BODY = {"patient.body_mass": "75 kg", "patient.body_height": "1.75 m"}  # the leg's own
@@ -118,6 +121,27 @@ def test_arrow_is_the_ground_force_at_the_centre_of_pressure(file: pathlib.Path,
         force = np.array([rows["ground/force/x"][k], 0.0, rows["ground/force/z"][k]])
         assert vectors[k][0] == pytest.approx(force * ARROW / BODY_WEIGHT, abs=1e-6)
         assert origins[k][0] == pytest.approx([rows["ground/position/x"][k], SIDE, 0.0], abs=1e-6)
+
+
+def test_force_is_called_recorded_where_the_sole_is_not_at_the_floor(
+    file: pathlib.Path, bare: Recording
+) -> None:
+    time, labels = lists(file, "/world/ground_force", "Arrows3D:labels")
+    rows = rows_of(bare, time)
+    away = (np.abs(rows["sole/height"]) > 0.008) & (rows["ground/force/z"] > STANDING)
+    assert [label == ["recorded"] for label in labels] == away.tolist()
+    assert 0.1 < away.mean() < 0.3  # the slap, and the end of push-off
+
+
+def test_whole_figure_is_the_one_that_films_draw(file: pathlib.Path, bare: Recording) -> None:
+    figure = WalkingFigure.of(alone(bare))
+    for name in ("knee", "hip", "other_knee", "other_ankle"):
+        time, moved = read(file, f"/world/figure/{name}", "Transform3D:translation")
+        rows = rows_of(bare, time)
+        last = np.flatnonzero(rows["gait/stride"] == figure.stride.number)[5::20]
+        for k in last:
+            expected = getattr(figure.pose(float(rows["gait/phase"][k])), name)
+            assert moved[k, [0, 2]] == pytest.approx(expected, abs=1e-5)
 
 
 def test_trails_end_at_the_points_and_are_red_below_the_floor(file: pathlib.Path, bare: Recording) -> None:

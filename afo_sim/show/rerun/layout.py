@@ -11,7 +11,7 @@ from afo_sim.show.rerun.run_rows import STRIDES, TIMELINE
 
 Row = tuple[Any, float]  # a view; its share of a column, or its height as a negative number [pixel]
 CAMERA = ((0.46, -0.72, 0.56), (0.03, 0.0, 0.43))  # beside a seated leg: where it is, where it looks [m]
-_CARRIAGE_CAMERA = ((0.15, -0.95, 0.38), (0.02, 0.0, 0.23))  # beside a walking one, from the carriage [m]
+_CARRIAGE_CAMERA = ((0.12, -1.3, 0.53), (0.05, 0.0, 0.46))  # beside a walking one, from the carriage [m]
 
 
 HEIGHT = 650.0  # that the views share in the smallest usual window, 1280 × 720 [pixel]

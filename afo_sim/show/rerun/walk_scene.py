@@ -277,7 +277,7 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
     if walker.limbs is not None:
         _log_figure_shapes(stream, f"{root}/figure", walker.limbs)
     look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
-    stream.log(f"{CARRIAGE}/caption", rr.Points3D([[0.0, 0.0, 0.62]], **look), static=True)
+    stream.log(f"{CARRIAGE}/caption", rr.Points3D([[-0.5, 0.0, 0.8]], **look), static=True)
     stream.log("world/floor/metres", rr.Points3D.from_fields(**look), static=True)
-    arrow = rr.Arrows3D.from_fields(radii=[0.007], show_labels=True)
+    arrow = rr.Arrows3D.from_fields(radii=[0.01], show_labels=True)
     stream.log(f"{root}/ground_force", arrow, static=True)
