@@ -120,22 +120,18 @@ def video_command(
     folders: Annotated[list[Path], Argument(help="a run's folder, or those of two or three walks")],
     out: Annotated[Path, Argument(help="MP4 file to write")],
     rate: Annotated[str, Option(help="pictures a second")] = "25 Hz",
-    stride: Annotated[str, Option(help="of a walk: its number, or settled")] = "settled",
-    slow: Annotated[
-        float | None, Option(help="times as long as in life; by default 4 for a walk, 1 for a seated run")
+    stride: Annotated[
+        int | None, Option(help="number of a walk's stride; the settled one by default")
     ] = None,
-    beside: Annotated[
-        str, Option(help="beside a single walk: reference|none; the reference is without the device")
-    ] = "reference",
+    slow: Annotated[
+        float | None, Option(help="times as long as in life; 4 for a walk, 1 for a seated run by default")
+    ] = None,
+    reference: Annotated[bool, Option(help="beside one walk, the walk without the device")] = True,
 ) -> None:
     """A film of one stride of walks side by side, or of a seated run (needs an OpenGL backend and ffmpeg)."""
     hertz = hertz_of(rate)
     if out.suffix.lower() != ".mp4":
         raise InputError("is not an MP4 file", field="OUT", value=str(out), allowed="a name ending in .mp4")
-    if stride != "settled" and not stride.isdecimal():
-        raise InputError(
-            "is not a stride", field="--stride", value=stride, allowed="a number from 1, or settled"
-        )
     with progress("filming") as report:
         from afo_sim.common import check_writable
         from afo_sim.show import write_video
@@ -145,16 +141,10 @@ def video_command(
         names = [name if names.count(name) == 1 else f"{name} ({k + 1})" for k, name in enumerate(names)]
         runs = dict(zip(names, map(read_recording, folders), strict=True))
         check_writable(out.parent)
-        number = None if stride == "settled" else int(stride)
-        titles = write_video(
-            runs if len(runs) > 1 else runs[names[0]],
-            out,
-            stride=number,
-            slow=slow,
-            beside=beside,
-            rate=hertz,
-            progress=functools.partial(report, what="filming"),
-        )
+        told = functools.partial(report, what="filming")
+        shown = runs if len(runs) > 1 else runs[names[0]]
+        chosen = functools.partial(write_video, stride=stride, slow=slow, reference=reference, rate=hertz)
+        titles = chosen(shown, out, progress=told)
     print(f"written to {out}" + (f": {' | '.join(titles)}" if titles else ""))
 
 

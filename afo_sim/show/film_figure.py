@@ -7,15 +7,14 @@ import numpy as np
 
 from afo_sim.show.ground_force import SIDE, GroundForce
 from afo_sim.show.moving_parts import Carriage
-from afo_sim.show.walking_figure import APART, LIMBS, Pose, WalkingFigure
+from afo_sim.show.walking_figure import RADII, WalkingFigure, capsules
 
 _AZIMUTH, _ELEVATION = 93.0, -4.0  # of the camera, from the side [deg]
 _TALL, _WIDE, _MIDDLE = 1.24, 0.8, 0.46  # what is seen, and its middle's height, in body heights [-]
 _GREY, _GREEN, _PALE = (0.55, 0.57, 0.6, 0.5), (0.1, 0.6, 0.2, 1.0), (0.1, 0.6, 0.2, 0.3)  # RGBA
 _ABOVE, _BELOW = (0.1, 0.5, 0.3, 1.0), (0.75, 0.1, 0.1, 1.0)
-_HEAD = 0.1  # radius [m]
-_SOLE, _ARROW, _MARK = 0.016, 0.014, 0.006  # radii: of the other foot, the arrow, the toes' height [m]
-_CAPSULE, _ROUND = mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_SPHERE
+_ARROW, _MARK = 0.014, 0.006  # radii: of the arrow, of the toes' height [m]
+_CAPSULE = mujoco.mjtGeom.mjGEOM_CAPSULE
 
 
 class FilmFigure:
@@ -43,7 +42,8 @@ class FilmFigure:
     def add(self, scene: mujoco.MjvScene, phase: float) -> str:
         """Add all to a scene, and return what is to be read below it."""
         pose, stride = self.figure.pose(phase), self.figure.stride
-        self._add_limbs(scene, pose)
+        for radius, ends in zip(RADII, capsules(vars(pose)), strict=True):
+            _add(scene, _CAPSULE, radius, ends, _GREY)
         if phase > stride.toe_off:
             x, z = min(pose.sole[1:], key=lambda point: float(point[1]))
             ends, low = np.array([[x, SIDE, 0.0], [x, SIDE, z]]), self.figure.lowest(phase)
@@ -58,32 +58,15 @@ class FilmFigure:
         _add(scene, mujoco.mjtGeom.mjGEOM_ARROW, _ARROW, ends, _GREEN if force.borne else _PALE)
         return "" if force.borne else f"recorded force; sole {_height(float(force.sole))}"
 
-    def _add_limbs(self, scene: mujoco.MjvScene, pose: Pose) -> None:
-        """Trunk between the legs, the other leg beyond it."""
-        for lower, upper, radius, aside in LIMBS:
-            ends = [_at(getattr(pose, end), aside) for end in (lower, upper)]
-            _add(scene, _CAPSULE, radius, np.array(ends), _GREY)
-        _add(scene, _ROUND, _HEAD, np.array([_at(pose.head, 0.5 * APART)]), _GREY)
-        above = np.array([0.0, 0.0, _SOLE])
-        heel, ball, _, tip = (_at(point, APART) + above for point in pose.other_sole)
-        ankle = _at(pose.other_ankle, APART)
-        for start, end in ((heel, ball), (ball, tip), (ankle, heel), (ankle, ball)):
-            _add(scene, _CAPSULE, _SOLE, np.array([start, end]), _GREY)
-
 
 def _height(height: float) -> str:
     return f"{abs(1e3 * height):.0f} mm {'below' if height < 0.0 else 'above'} the floor"
 
 
-def _at(point: np.ndarray, aside: float) -> np.ndarray:
-    """A point of the sagittal plane in space, so far from the camera's side [m] (3,)."""
-    return np.array([point[0], aside, point[1]])
-
-
 def _add(scene: mujoco.MjvScene, kind: Any, radius: float, ends: np.ndarray, colour: Any) -> None:
-    """A shape from one end to the other; a sphere at the first."""
-    geom, size = scene.geoms[scene.ngeom], np.full(3, radius)
-    mujoco.mjv_initGeom(geom, kind, size, ends[0], np.eye(3).ravel(), np.array(colour, np.float32))
-    if kind != _ROUND:
-        mujoco.mjv_connector(geom, kind, radius, *ends)
+    """A shape from one end to the other."""
+    geom = scene.geoms[scene.ngeom]
+    still = np.zeros(3), np.zeros(3), np.zeros(9)
+    mujoco.mjv_initGeom(geom, kind, *still, np.array(colour, np.float32))
+    mujoco.mjv_connector(geom, kind, radius, ends[0], ends[1] + 1e-6)  # without a length nothing is drawn
     scene.ngeom += 1

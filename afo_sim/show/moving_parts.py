@@ -1,6 +1,6 @@
 """Cuff and plate in space: as they give, they move along their segments towards the pull of the muscles."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Self
 
@@ -55,6 +55,7 @@ class Mountings:
         self.columns = {a: f"cuff/{a}/displacement" for a in _PARTS if f"cuff/{a}/displacement" in columns}
         self._bodies = {anchor: _carried(model, anchor) for anchor in self.columns}
         self._home = model.body_pos.copy()
+        self._address, self._joints = model.jnt_qposadr, joint_columns(model)
         self._towards = {anchor: _pull(model, groups, anchor) for anchor in self.columns}
 
     def place(self, given: Mapping[str, float]) -> None:
@@ -62,6 +63,19 @@ class Mountings:
         for anchor, bodies in self._bodies.items():
             self.model.body_pos[bodies] = self._home[bodies]
             self.model.body_pos[bodies, 2] += self._towards[anchor] * given.get(anchor, 0.0)
+
+    def pose(self, data: mujoco.MjData, at: Callable[[str], float]) -> None:
+        """Put joints, anchors and tendons where the values of the columns have them."""
+        data.qpos[self._address] = [at(name) for name in self._joints]
+        self.place({anchor: at(name) for anchor, name in self.columns.items()})
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_comPos(self.model, data)
+        mujoco.mj_tendon(self.model, data)
+
+
+def joint_columns(model: mujoco.MjModel) -> list[str]:
+    """The columns of a recording that have its joints' coordinates."""
+    return [f"qpos/{model.joint(j).name}" for j in range(model.njnt)]
 
 
 def _carried(model: mujoco.MjModel, anchor: str) -> list[int]:

@@ -50,45 +50,25 @@ def scenery(
     spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.5] * 3, [0.25] * 3
     spec.visual.headlight.specular = [0.1] * 3
     spec.stat.center, spec.stat.extent = _LOOK_AT, 1.0
+    kinds, patterns = mujoco.mjtTexture, mujoco.mjtBuiltin
+    sky: dict[str, Any] = {"rgb1": [0.86, 0.90, 0.94], "rgb2": [0.97] * 3, "width": 256, "height": 1536}
     spec.add_texture(
-        name="background",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.86, 0.90, 0.94],
-        rgb2=[0.97, 0.97, 0.97],
-        width=256,
-        height=1536,
+        name="background", type=kinds.mjTEXTURE_SKYBOX, builtin=patterns.mjBUILTIN_GRADIENT, **sky
     )
-    plane, sun = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    if walkway is None:
-        spec.worldbody.add_geom(name="floor", type=plane, size=[0.0, 0.0, 0.1], rgba=[0.97, 0.97, 0.97, 1.0])
-    else:
-        _add_walkway(spec, *walkway)
+    floor: dict[str, Any] = {"size": [0.0, 0.0, 0.1], "rgba": [0.97, 0.97, 0.97, 1.0]}
+    if walkway is not None:
+        tiles: dict[str, Any] = {"rgb1": [0.9] * 3, "rgb2": [0.8, 0.81, 0.83], "width": 256, "height": 256}
+        spec.add_texture(name="squares", type=kinds.mjTEXTURE_2D, builtin=patterns.mjBUILTIN_CHECKER, **tiles)
+        squares = spec.add_material(name="squares", texuniform=True, texrepeat=[2.0, 2.0])
+        squares.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
+        (start, end), wide = walkway, _FAR - EDGE
+        place = {"pos": [0.5 * (start + end), EDGE + 0.5 * wide, 0.0], "material": "squares"}
+        floor = place | {"size": [0.5 * (end - start) + _MARGIN, 0.5 * wide, 0.1]}
+    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, **floor)
+    sun = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     spec.worldbody.add_light(type=sun, pos=[0.6, -0.8, 2.0], dir=[-0.3, 0.4, -1.0], diffuse=[0.4] * 3)
     _draw_pulley_muscles(spec)
     return spec.compile()
-
-
-def _add_walkway(spec: mujoco.MjSpec, start: float, end: float) -> None:
-    """A floor cut along the foot's side, as in a section: what sinks below it is seen."""
-    spec.add_texture(
-        name="squares",
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.90, 0.90, 0.90],
-        rgb2=[0.80, 0.81, 0.83],
-        width=256,
-        height=256,
-    )
-    squares = spec.add_material(name="squares", texuniform=True, texrepeat=[2.0, 2.0])
-    squares.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=[0.5 * (start + end), 0.5 * (EDGE + _FAR), 0.0],
-        size=[0.5 * (end - start) + _MARGIN, 0.5 * (_FAR - EDGE), 0.1],
-        material="squares",
-    )
 
 
 def _draw_pulley_muscles(spec: mujoco.MjSpec) -> None:
@@ -151,7 +131,6 @@ class Painter:
         ends = None if self.walk is None else self.walk.carriage.ends
         self.model = model = scenery(recording.model_xml, width, height, ends)
         self.data = mujoco.MjData(model)
-        self.coordinates = [(model.jnt_qposadr[j], f"qpos/{model.joint(j).name}") for j in range(model.njnt)]
         names = [model.tendon(t).name.removesuffix(_DRAWN) for t in range(model.ntendon)]
         self.forces = [f"muscle/{name}/force" for name in names]
         groups = muscle_names(load("orthosis", recording.scenario["orthosis"]))
@@ -179,16 +158,11 @@ class Painter:
         """The run at a phase of the stride [-], or a time of sitting [s], with numbers (height, width, 3)."""
         self.opengl.make_current()
         at = self._values(moment)
-        for address, name in self.coordinates:
-            self.data.qpos[address] = at(name)
         for tendon, name in enumerate(self.forces):
             share = np.clip(at(name) / _FORCE_SCALE, 0.0, 1.0) ** 0.5
             self.model.tendon_rgba[tendon] = _SLACK + share * (_PULLING - _SLACK)
-        self.mountings.place({anchor: at(name) for anchor, name in self.mountings.columns.items()})
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
+        self.mountings.pose(self.data, at)
         mujoco.mj_camlight(self.model, self.data)
-        mujoco.mj_tendon(self.model, self.data)
         if self.walk is not None:
             self.camera.lookat = self.walk.look_at(moment)
         mujoco.mjv_updateScene(
@@ -224,9 +198,8 @@ class Painter:
         lines = {"time": f"{moment:.2f} s"}
         if self.walk is not None:
             lines = {f"stride {self.walk.number + 1}": f"{100.0 * moment:.0f} %"}
-        lines[f"{self.recording.scenario['leg']['ankle']} angle"] = (
-            f"{np.degrees(at('ankle/angle')):+.1f} deg"
-        )
+        joint, angle = self.recording.scenario["leg"]["ankle"], np.degrees(at("ankle/angle"))
+        lines[f"{joint} angle"] = f"{angle:+.1f} deg"
         for chamber in self.recording.scenario["orthosis"]["chamber"]:
             lines[chamber] = f"{1e-5 * at(f'chamber/{chamber}/pressure') + 0.0:z.2f} bar"
         return lines
@@ -236,7 +209,6 @@ _Progress = Callable[[int, int], None]
 _Shot = tuple[str, Recording, WalkingFigure | None]  # title, run, and who walks
 _MOST = 3  # walks beside one another
 _SLOW = 4.0  # slow motion of a walk [-]
-BESIDE = ("reference", "none")
 
 
 def write_video(
@@ -245,7 +217,7 @@ def write_video(
     *,
     stride: int | None = None,
     slow: float | None = None,
-    beside: str = BESIDE[0],
+    reference: bool = True,
     rate: float = 25.0,
     width: int = 1280,
     height: int = 720,
@@ -260,7 +232,7 @@ def write_video(
     path : file to write, whole or not at all
     stride : its number from 1; by default the settled one
     slow : times as long as in life [-]; by default 4 of a walk, 1 of a seated run
-    beside : what stands beside one walk: its "reference", the patient's walk without the device, or "none"
+    reference : whether the patient's walk without the device stands beside a walk alone
     rate : frames per second [1/s]
     width, height : of the picture, even numbers [pixel]
     progress : called with (frames done, frames in all)
@@ -276,15 +248,13 @@ def write_video(
         range, ffmpeg is missing or refuses, or there is no OpenGL to draw with.
     """
     given = {"": runs} if isinstance(runs, Recording) else runs
-    shots = _shots(given, stride, beside)
+    shots = _shots(given, stride, reference)
     moments = _moments(shots[-1], slow, rate)
     wide = width // len(shots)
     widths = [width - wide * (len(shots) - 1), *[wide] * (len(shots) - 1)]
     for field, pixels in (("width", width), ("height", height)):
         if pixels < 2 or pixels % 2:
-            raise InputError(
-                "is not a valid size of a picture", field=field, value=pixels, allowed="even, at least 2"
-            )
+            raise InputError("is not a size of a picture", field=field, value=pixels, allowed="even, from 2")
     program = _ffmpeg()
     with ExitStack() as stack:
         painters = [
@@ -300,21 +270,17 @@ def write_video(
     return tuple(title for title, _, figure in shots if figure)
 
 
-def _shots(given: Mapping[str, Recording], stride: int | None, beside: str) -> list[_Shot]:
+def _shots(given: Mapping[str, Recording], stride: int | None, reference: bool) -> list[_Shot]:
     """What is filmed, from left to right."""
     if not 1 <= len(given) <= _MOST:
         raise InputError("is not a valid number of runs", value=len(given), allowed=f"1 to {_MOST}")
-    if beside not in BESIDE:
-        raise InputError("is not a valid choice", field="beside", value=beside, allowed=", ".join(BESIDE))
     for run in given.values():
         if not len(run["time"]):
             raise InputError(f"there is nothing to draw: the recording has no rows ({run.status})")
     views = {title: alone(run) for title, run in given.items()}
     if not all(view.walks for view in views.values()):
         if len(views) > 1:
-            raise InputError(
-                "only walks are filmed beside one another", field="runs", allowed="one seated run"
-            )
+            raise InputError("are not all walks", field="runs", allowed="walks, or one seated run")
         if stride is not None:
             raise InputError("is of a walk; this run has no strides", field="stride", value=stride)
         return [(title, run, None) for title, run in given.items()]
@@ -322,7 +288,7 @@ def _shots(given: Mapping[str, Recording], stride: int | None, beside: str) -> l
         (title or _title(view.recording), view.recording, _walker(WalkingFigure.of(view), stride))
         for title, view in views.items()
     ]
-    other = reference_view(shots[0][1], "", "") if len(shots) == 1 and beside == BESIDE[0] else None
+    other = reference_view(shots[0][1], "", "") if len(shots) == 1 and reference else None
     if other is None:
         return shots
     off = ", no air" if shots[0][1].scenario["reference"] == "orthosis-off" else ""
@@ -377,18 +343,8 @@ def _encoder(program: str, path: pathlib.Path, rate: float, width: int, height: 
     """A stream that takes raw RGB frames, of which ffmpeg makes an MP4."""
     command = [program, "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]
     command += ["-s", f"{width}x{height}", "-r", repr(rate), "-i", "-"]
-    command += [
-        "-c:v",
-        "libx264",
-        "-pix_fmt",
-        "yuv420p",
-        "-preset",
-        "veryfast",
-        "-crf",
-        "20",
-        "-movflags",
-        "+faststart",
-    ]
+    command += ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-preset", "veryfast", "-crf", "20"]
+    command += ["-movflags", "+faststart"]
     command += ["-f", "mp4", f"file:{path}"]
     quiet = {"stdout": subprocess.DEVNULL, "env": child_environment()}
     with (

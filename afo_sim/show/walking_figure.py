@@ -6,6 +6,7 @@ the body height (Winter 2009, figure 4.1). The lean of the trunk and the head ar
 no number depends on them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,13 +25,19 @@ from afo_sim.simulation import Recording, reference_of, run_scenario
 
 SHANK, THIGH, TRUNK, HEAD = 0.246, 0.245, 0.288, 0.09  # of the body height [-]; the head: to its centre
 LEAN = 0.03  # of the trunk, forward; assumed [rad]
-APART = 0.16  # of the legs in space [m]
-LIMBS = (  # in space beside the simulated leg: lower and upper end, radius, how far beyond that leg [m]
+_APART = 0.16  # of the legs in space [m]
+_SEGMENTS = (  # beside the simulated leg: from, to, radius, how far beyond that leg [m]
     ("knee", "hip", 0.06, 0.0),
-    ("other_knee", "hip", 0.06, APART),
-    ("other_ankle", "other_knee", 0.045, APART),
-    ("hip", "neck", 0.1, 0.5 * APART),
+    ("other_knee", "hip", 0.06, _APART),
+    ("other_ankle", "other_knee", 0.045, _APART),
+    ("hip", "neck", 0.1, 0.5 * _APART),
+    ("head", "head", 0.1, 0.5 * _APART),
+    ("other_ankle", "heel", 0.016, _APART),
+    ("other_ankle", "ball", 0.016, _APART),
+    ("heel", "ball", 0.016, _APART),
+    ("ball", "tip", 0.016, _APART),
 )
+RADII = tuple(radius for *_, radius, _ in _SEGMENTS)  # of the capsules in space [m]
 FAR, NEAR, BELOW, ABOVE, DEVICE, MOUNT = "0.8", "0.3", "#b3261e", "#1b7a4b", "#1054da", "0.55"
 COLUMNS = ("ankle/position/x", "ankle/position/z", "shank/angle", "ankle/angle")  # that limbs are drawn from
 _TICKS = 0.25  # between marks on the floor [m]
@@ -180,13 +187,7 @@ class WalkingFigure:
     def _paths(self, phase: float, ankle: np.ndarray) -> tuple[np.ndarray, ...]:
         """Each muscle's path beside the drawn ankle, with cuff and plate where they are."""
         model, data = self._model, mujoco.MjData(self._model)
-        for j in range(model.njnt):
-            data.qpos[model.jnt_qposadr[j]] = self.stride.at(f"qpos/{model.joint(j).name}", phase)
-        given = self._mountings.columns
-        self._mountings.place({anchor: float(self.stride.at(name, phase)) for anchor, name in given.items()})
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
+        self._mountings.pose(data, lambda name: float(self.stride.at(name, phase)))
         shift = ankle - data.xanchor[model.joint(ANKLE).id][[0, 2]]
         points = data.wrap_xpos.reshape(-1, 3)[:, [0, 2]]
         spans = zip(data.ten_wrapadr, data.ten_wrapnum, strict=True)
@@ -197,6 +198,15 @@ def _along(start: np.ndarray, length: float, angle: np.ndarray | float) -> np.nd
     """The upper ends (n, 2) of segments that lean forward by `angle` [rad] (n,)."""
     end: np.ndarray = start + length * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
     return end
+
+
+def capsules(points: Mapping[str, Any]) -> np.ndarray:
+    """Ends of the capsules of RADII in space (n, k, 2, 3) [m], from `Limbs.points` or one `Pose`'s fields."""
+    sole = dict(zip(("heel", "ball", "pulp", "tip"), np.moveaxis(points["other_sole"], -2, 0), strict=True))
+    places = {**points, **sole}
+    ends = np.stack([np.stack([places[a], places[b]], -2) for a, b, _, _ in _SEGMENTS], -3)
+    aside = np.broadcast_to(np.array([away for *_, away in _SEGMENTS])[:, None], ends.shape[:-1])
+    return np.stack([ends[..., 0], aside, ends[..., 1]], axis=-1)
 
 
 def reference_view(recording: Recording, label: str, colour: str) -> RunView | None:

@@ -209,9 +209,8 @@ def test_film_of_a_walk_is_one_stride_beside_the_reference(
     [
         ("worn", {"stride": 99}, "stride = 99: is not a stride of the run; allowed: 1 to"),
         ("worn", {"slow": 0.0}, "slow = 0.0: is not in range; allowed: above 0 to 100"),
-        ("worn", {"beside": "shoe"}, "beside = 'shoe': is not a valid choice; allowed: reference, none"),
         ("sitting", {"stride": 1}, "stride = 1: is of a walk; this run has no strides"),
-        ("sitting worn", {}, "only walks are filmed beside one another"),
+        ("sitting worn", {}, "runs: are not all walks; allowed: walks, or one seated run"),
         ("bare worn bare worn", {}, "4: is not a valid number of runs; allowed: 1 to 3"),
     ],
 )

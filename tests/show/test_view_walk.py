@@ -17,7 +17,7 @@ from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
 from afo_sim.show.rerun.run_rows import from_recording
 from afo_sim.show.rerun.walk_scene import SUNK
 from afo_sim.show.run_view import alone
-from afo_sim.show.walking_figure import WalkingFigure
+from afo_sim.show.walking_figure import WalkingFigure, capsules
 from afo_sim.simulation import Recording, read_recording, run_built
 
 BODY = {"patient.body_mass": "75 kg", "patient.body_height": "1.75 m"}  # the leg's own
@@ -134,14 +134,18 @@ def test_force_is_called_recorded_where_the_sole_is_not_at_the_floor(
 
 
 def test_whole_figure_is_the_one_that_films_draw(file: pathlib.Path, bare: Recording) -> None:
+    """Each capsule begins and ends where the film's does."""
     figure = WalkingFigure.of(alone(bare))
-    for name in ("knee", "hip", "other_knee", "other_ankle"):
-        time, moved = read(file, f"/world/figure/{name}", "Transform3D:translation")
-        rows = rows_of(bare, time)
-        last = np.flatnonzero(rows["gait/stride"] == figure.stride.number)[5::20]
-        for k in last:
-            expected = getattr(figure.pose(float(rows["gait/phase"][k])), name)
-            assert moved[k, [0, 2]] == pytest.approx(expected, abs=1e-5)
+    time, starts = lists(file, "/world/figure", "Capsules3D:translations")
+    _, turned = lists(file, "/world/figure", "Capsules3D:quaternions")
+    rows = rows_of(bare, time)
+    for k in np.flatnonzero(rows["gait/stride"] == figure.stride.number)[5::20]:
+        ends = capsules(vars(figure.pose(float(rows["gait/phase"][k]))))
+        assert np.array(starts[k]) == pytest.approx(ends[:, 0], abs=1e-5)
+        _, sine, _, cosine = np.array(turned[k]).T
+        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        upward = np.column_stack([2.0 * sine * cosine, 0.0 * sine, cosine**2 - sine**2])  # the turned z
+        assert length[:, None] * upward == pytest.approx(ends[:, 1] - ends[:, 0], abs=1e-4)
 
 
 def test_trails_end_at_the_points_and_are_red_below_the_floor(file: pathlib.Path, bare: Recording) -> None:

@@ -1,6 +1,6 @@
 """The scene in space: segments, orthosis, muscles as tubes, floor, joint axis."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,7 @@ from afo_sim.metrics import stance_force
 from afo_sim.model import ANKLE, muscle_names, path_points
 from afo_sim.show.ground_force import COLUMNS as FORCE
 from afo_sim.show.ground_force import LOWEST
-from afo_sim.show.moving_parts import Mountings
+from afo_sim.show.moving_parts import Mountings, joint_columns
 from afo_sim.show.rerun.muscle_shapes import DrawnMuscle
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
@@ -29,16 +29,17 @@ def guided_lines(
     if not names:
         return {}
     data = mujoco.MjData(model)
-    qpos = np.column_stack([block[f"qpos/{model.joint(j).name}"] for j in range(model.njnt)])
     found: dict[str, list[np.ndarray]] = {name: [] for name in names}
-    for k, row in enumerate(qpos):
-        mountings.place({anchor: float(block[column][k]) for anchor, column in mountings.columns.items()})
-        data.qpos[:] = row
-        mujoco.mj_fwdPosition(model, data)
+    for k in range(len(block[joint_columns(model)[0]])):
+        mountings.pose(data, _row(block, k))
         for name in names:
             found[name].append(path_points(model, data, name))
     mountings.place({})
     return {name: _padded(lines) for name, lines in found.items()}
+
+
+def _row(block: Columns, k: int) -> Callable[[str], float]:
+    return lambda name: float(block[name][k])
 
 
 def _padded(lines: list[np.ndarray]) -> np.ndarray:
@@ -47,12 +48,14 @@ def _padded(lines: list[np.ndarray]) -> np.ndarray:
     return np.array([np.concatenate([x, np.repeat(x[-1:], most - len(x), axis=0)]) for x in lines])
 
 
-_WALKING = (  # columns that walking is shown by, beside the model's coordinates
+_WALKING = (  # columns that walking is shown by, as far as a run has them
     *GAIT,
     "gait/ankle_angle",
     "shank/angle",
     *(f"ankle/position/{x}" for x in "xz"),
     *FORCE,
+    "gait/toe_extension",
+    LOWEST,
 )
 
 
@@ -77,10 +80,9 @@ class Stage:
     @property
     def columns(self) -> list[str]:
         """The columns that poses and muscles are made of."""
-        joints = [f"qpos/{self.model.joint(j).name}" for j in range(self.model.njnt)]
         muscles = [column for muscle in self.muscles for column in muscle.columns]
         given = self.mountings.columns.values()
-        return ["time", *joints, *dict.fromkeys(muscles), *given, *self.walking]
+        return ["time", *joint_columns(self.model), *dict.fromkeys(muscles), *given, *self.walking]
 
 
 def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: str = "force") -> Stage:
@@ -89,19 +91,10 @@ def stage(source: Source, root: str = "world", opacity: float = 1.0, colour_by: 
         model = mujoco.MjModel.from_xml_string(source.header.model_xml)
     except ValueError:  # meshes stand in the kept model alone
         model = source.header.model()
-    toes = ("gait/toe_extension",) if "gait/toe_extension" in source.columns else ()
-    lowest = (LOWEST,) if LOWEST in source.columns else ()
-    walking = (*_WALKING, *toes, *lowest, stance_force(source.columns)) if source.walks else ()
+    walking = {*_WALKING, stance_force(source.columns)} & {*source.columns} if source.walks else set()
     groups = muscle_names(source.scenario.orthosis)
-    return Stage(
-        model,
-        groups,
-        root,
-        opacity,
-        colour_by,
-        Mountings(model, groups, source.columns),
-        tuple(dict.fromkeys(walking)),
-    )
+    mountings = Mountings(model, groups, source.columns)
+    return Stage(model, groups, root, opacity, colour_by, mountings, tuple(sorted(walking)))
 
 
 def log_axes(stream: rr.RecordingStream) -> None:
@@ -198,21 +191,13 @@ def replay(
 
     Units: block [m] (n,), returns [m].
     """
-    data = mujoco.MjData(model)
-    qpos = np.column_stack([block[f"qpos/{model.joint(j).name}"] for j in range(model.njnt)])
+    data, moved = mujoco.MjData(model), mountings or Mountings(model, {}, ())
     sites = [[model.site(f"{name}_{end}").id for end in ("origin", "insertion")] for name in muscles]
-    pairs = np.array(sites, int).reshape(-1, 2)
-    position = np.empty((len(qpos), model.nbody, 3))
-    quaternion = np.empty((len(qpos), model.nbody, 4))
-    ends = np.empty((len(qpos), len(pairs), 2, 3))
-    given = {} if mountings is None else {a: block[column] for a, column in mountings.columns.items()}
-    for k, row in enumerate(qpos):
-        if mountings is not None:
-            mountings.place({anchor: values[k] for anchor, values in given.items()})
-        data.qpos[:] = row
-        mujoco.mj_kinematics(model, data)
-        position[k], quaternion[k] = data.xpos, data.xquat
-        ends[k] = data.site_xpos[pairs]
-    if mountings is not None:
-        mountings.place({})
+    pairs, count = np.array(sites, int).reshape(-1, 2), len(block[joint_columns(model)[0]])
+    position, quaternion = np.empty((count, model.nbody, 3)), np.empty((count, model.nbody, 4))
+    ends = np.empty((count, len(pairs), 2, 3))
+    for k in range(count):
+        moved.pose(data, _row(block, k))
+        position[k], quaternion[k], ends[k] = data.xpos, data.xquat, data.site_xpos[pairs]
+    moved.place({})
     return position, quaternion, ends

@@ -22,7 +22,7 @@ from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.rerun.colours import SOLE
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides
 from afo_sim.show.rerun.scene import Stage, log_body, replay
-from afo_sim.show.walking_figure import APART, HEAD, LIMBS, TRUNK, Limbs
+from afo_sim.show.walking_figure import RADII, Limbs, capsules
 
 CARRIAGE = "world/carriage"
 _TRAILS = {point: own for point, (own, _) in SOLE.items()}  # points of the sole, in their plot's colours
@@ -30,7 +30,6 @@ SUNK = [255, 40, 40]  # where a point is below the floor in swing
 _BORNE, _RECORDED = [110, 235, 120], [75, 125, 85]  # of a force at the drawn sole, and of one that is not
 _GHOST_COLOUR = [150, 205, 255, 90]
 _LIMB_COLOUR = [160, 165, 175, 110]
-_HEAD, _SOLE = 0.1, 0.016  # radii of the head, and of the lines of the other foot [m]
 _FAR = 0.4  # far side of the walkway [m]
 _PHASES = (  # from which gait phase on; after Perry & Burnfield, Gait Analysis, 2010
     (0.0, "loading response"),
@@ -141,7 +140,6 @@ class Walker:
             moved = rr.Transform3D.columns(translation=places.astype(np.float32))
             send(stream, CARRIAGE, block, moved)
             self._log_caption(stream, block)
-            self._log_marks(stream, block, x)
             self._log_force(stream, block)
             self._log_ghost(stream, block)
             self._log_figure(stream, block)
@@ -159,20 +157,6 @@ class Walker:
             for stride, phase, k in zip(block["gait/stride"], block["gait/phase"], which, strict=True)
         ]
         send(stream, f"{CARRIAGE}/caption", block, rr.Points3D.columns(labels=texts))
-
-    def _log_marks(self, stream: rr.RecordingStream, block: Columns, x: np.ndarray) -> None:
-        """Numbers of the metres near the walker, logged where the nearest one changes."""
-        nearest = np.round(x)
-        new = np.r_[True, np.diff(nearest) != 0.0]
-        rows = {name: block[name][new] for name in ("time", *GAIT)}
-        metres = (nearest[new, None] + np.arange(-1.0, 2.0)).ravel()
-        places = np.column_stack([metres, np.full_like(metres, EDGE - 0.06), np.zeros_like(metres)])
-        counts = np.full(len(rows["time"]), 3)
-        marks = rr.Points3D.columns(
-            positions=places.astype(np.float32),
-            labels=[f"{metre:.0f} m" for metre in metres],
-        )
-        send(stream, "world/floor/metres", rows, marks.partition(counts))
 
     def _log_force(self, stream: rr.RecordingStream, block: Columns) -> None:
         """The ground's force at the centre of pressure; nothing in swing."""
@@ -193,14 +177,16 @@ class Walker:
             return
         ankle = np.column_stack([block[f"ankle/position/{x}"] for x in "xz"])
         points = self.limbs.points(ankle, block["shank/angle"], block["gait/phase"])
-        for name, (low, along, aside) in _segments(points).items():
-            half = 0.5 * np.arctan2(along[:, 0], along[:, 1])
-            still = np.zeros_like(half)
-            pose = rr.Transform3D.columns(
-                translation=np.column_stack([low[:, 0], still + aside, low[:, 1]]).astype(np.float32),
-                quaternion=np.column_stack([still, np.sin(half), still, np.cos(half)]).astype(np.float32),
-            )
-            send(stream, f"{self.view.root}/figure/{name}", block, pose)
+        start, end = np.moveaxis(capsules(points), 2, 0)
+        axis = end - start
+        half, still = 0.5 * np.arctan2(axis[..., 0], axis[..., 2]), np.zeros(axis.shape[:2])
+        turned = np.stack([still, np.sin(half), still, np.cos(half)], axis=-1)
+        shapes = rr.Capsules3D.columns(
+            translations=start.reshape(-1, 3).astype(np.float32),
+            quaternions=turned.reshape(-1, 4).astype(np.float32),
+        )
+        counts = np.full(len(start), len(RADII))
+        send(stream, f"{self.view.root}/figure", block, shapes.partition(counts))
 
     def _log_ghost(self, stream: rr.RecordingStream, block: Columns) -> None:
         """The foot at the recorded ankle angle on the same shank, its toes at rest."""
@@ -238,46 +224,25 @@ class Walker:
             send(stream, entity, block, trail)
 
 
-def _segments(points: dict[str, np.ndarray]) -> dict[str, tuple[np.ndarray, np.ndarray, float]]:
-    """{part of the figure: its origin and axis (n, 2), and how far beyond the leg it is}; units: [m]."""
-    sole = points["other_sole"]
-    foot = points["other_ankle"], sole[:, 1] - sole[:, 0], APART
-    limbs = {low: (points[low], points[up] - points[low], aside) for low, up, _, aside in LIMBS}
-    return limbs | {"foot": foot}
-
-
-def _log_figure_shapes(stream: rr.RecordingStream, root: str, limbs: Limbs) -> None:
-    """The figure's parts along their own axes, once."""
-    look: dict[str, Any] = {"colors": [_LIMB_COLOUR], "fill_mode": "solid"}
-    points = limbs.points(np.zeros((1, 2)), np.zeros(1), np.zeros(1))
-    for low, up, radius, _ in LIMBS:
-        length = float(np.linalg.norm(points[up] - points[low]))
-        stream.log(f"{root}/{low}", rr.Capsules3D(lengths=[length], radii=[radius], **look), static=True)
-    centre = [0.0, 0.0, (TRUNK + HEAD) * limbs.height]
-    stream.log(
-        f"{root}/hip/head", rr.Ellipsoids3D(centers=[centre], half_sizes=[[_HEAD] * 3], **look), static=True
-    )
-    ankle, along, _ = _segments(points)["foot"]
-    axes = np.array([along[0, ::-1] * [1.0, -1.0], along[0]]) / np.linalg.norm(along)
-    outline = [axes @ (point - ankle[0]) for point in points["other_sole"][0, [0, 1, 3]]]
-    strip = [[x, 0.0, z] for x, z in [(0.0, 0.0), *outline]]
-    lines = rr.LineStrips3D([[*strip, strip[0]]], radii=[_SOLE], colors=[_LIMB_COLOUR])
-    stream.log(f"{root}/foot", lines, static=True)
-
-
 def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
     """Log once all that does not change over a walk."""
     root = walker.view.root
     for trail in walker.trails:
-        stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.002]), static=True)
+        stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.003]), static=True)
     if not walker.first:
         return
     _log_walkway(stream, walker.way)
     _log_ghost_shapes(stream, walker.view, walker.source)
     if walker.limbs is not None:
-        _log_figure_shapes(stream, f"{root}/figure", walker.limbs)
+        ends = capsules(walker.limbs.points(np.zeros((1, 2)), np.zeros(1), np.zeros(1)))[0]
+        shapes = rr.Capsules3D.from_fields(
+            lengths=np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+            radii=RADII,
+            colors=[_LIMB_COLOUR],
+            fill_mode="solid",
+        )
+        stream.log(f"{root}/figure", shapes, static=True)
     look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
     stream.log(f"{CARRIAGE}/caption", rr.Points3D([[-0.5, 0.0, 0.8]], **look), static=True)
-    stream.log("world/floor/metres", rr.Points3D.from_fields(**look), static=True)
     arrow = rr.Arrows3D.from_fields(radii=[0.01], show_labels=True)
     stream.log(f"{root}/ground_force", arrow, static=True)
