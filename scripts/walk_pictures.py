@@ -1,4 +1,4 @@
-"""Pictures of walking: all shipped walkers, and in the viewer a drop foot with and without S1's orthosis.
+"""Pictures of walking: all shipped walkers; a drop foot with and without S1's orthosis, in film and viewer.
 
     python scripts/walk_pictures.py [--walkers] [--out models/scenarios/pictures]
 
@@ -23,8 +23,9 @@ from afo_sim.common import GRAVITY
 from afo_sim.gait import norm as gait_norm
 from afo_sim.metrics import Stride
 from afo_sim.model import ANKLE, foot_of
-from afo_sim.show import COLOURS, INTERNAL, STYLE, RunView
+from afo_sim.show import COLOURS, INTERNAL, STYLE, RunView, video
 from afo_sim.show.rerun import screenshot, write_comparison
+from afo_sim.show.walking_figure import WalkingFigure, reference_view
 
 SCENARIOS = ("walk-dropfoot", "walk-dropfoot-afo", "walk-dropfoot-afo-short")
 PHASES = (0.01, 0.24, 0.50, 0.82)  # of the first settled stride
@@ -72,8 +73,21 @@ def in_viewer(out: pathlib.Path) -> None:
         screenshot(both, scratch / "both.png", SEEN * runs[0].metrics["stride_time"].value)
         compared = Image.open(scratch / "both.png").convert("RGB")
         compared = compared.resize((1200, 675), Image.Resampling.LANCZOS)
+    small_png.save(filmed(runs[1]), out / "film.png")
     small_png.save(drawn, out / "walk-moments.png")
     small_png.save(compared, out / "walk-compared.png")
+
+
+def filmed(run: afo_sim.Recording) -> Image.Image:
+    """Push-off and mid-swing of the film, without and with the device."""
+    reference = reference_view(run, "", SOLE)
+    assert reference is not None
+    rows = []
+    for phase in PHASES[2:]:
+        for title, view in (("without the device", reference), ("with S1's device", RunView("", SOLE, run))):
+            with video.Painter(view.recording, 640, 720, WalkingFigure.of(view), title) as painter:
+                rows.append(painter.picture(phase).copy())
+    return Image.fromarray(np.hstack(rows)).resize((1280, 360), Image.Resampling.LANCZOS)
 
 
 def pose(axis: Any, run: afo_sim.Recording, stride: Stride, phase: float, at: float) -> None:

@@ -228,7 +228,7 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
     """Log once all that does not change over a walk."""
     root = walker.view.root
     for trail in walker.trails:
-        stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.003]), static=True)
+        stream.log(trail, rr.LineStrips3D.from_fields(radii=[0.0035]), static=True)
     if not walker.first:
         return
     _log_walkway(stream, walker.way)
@@ -243,6 +243,6 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
         )
         stream.log(f"{root}/figure", shapes, static=True)
     look: dict[str, Any] = {"radii": [0.0001], "colors": [[200, 205, 215]], "show_labels": True}
-    stream.log(f"{CARRIAGE}/caption", rr.Points3D([[-0.5, 0.0, 0.8]], **look), static=True)
+    stream.log(f"{CARRIAGE}/caption", rr.Points3D([[-0.36, 0.0, 0.8]], **look), static=True)
     arrow = rr.Arrows3D.from_fields(radii=[0.01], show_labels=True)
     stream.log(f"{root}/ground_force", arrow, static=True)
