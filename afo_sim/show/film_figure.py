@@ -5,7 +5,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.show.ground_force import SIDE, GroundForce
+from afo_sim.show.ground_force import SIDE, GroundForce, above
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.walking_figure import RADII, WalkingFigure, capsules
 
@@ -48,7 +48,7 @@ class FilmFigure:
             x, z = min(pose.sole[1:], key=lambda point: float(point[1]))
             ends, low = np.array([[x, SIDE, 0.0], [x, SIDE, z]]), self.figure.lowest(phase)
             _add(scene, _CAPSULE, _MARK, ends, _BELOW if low < 0.0 else _ABOVE)
-            return f"toe {_height(low)}"
+            return f"toe {above(low)}"
         view = self.figure.view
         force = GroundForce.of(lambda name: stride.at(name, phase), view.recording.columns, view.body_mass)
         if not force.stands:
@@ -56,11 +56,7 @@ class FilmFigure:
         # MuJoCo draws an arrow at half its stated length.
         ends = np.array([force.start, force.start + 2.0 * force.vector])
         _add(scene, mujoco.mjtGeom.mjGEOM_ARROW, _ARROW, ends, _GREEN if force.borne else _PALE)
-        return "" if force.borne else f"recorded force; sole {_height(float(force.sole))}"
-
-
-def _height(height: float) -> str:
-    return f"{abs(1e3 * height):.0f} mm {'below' if height < 0.0 else 'above'} the floor"
+        return force.words[0]
 
 
 def _add(scene: mujoco.MjvScene, kind: Any, radius: float, ends: np.ndarray, colour: Any) -> None:

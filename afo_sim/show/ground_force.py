@@ -2,7 +2,8 @@
 
 The recorded force acts whatever the simulated foot does. So the sole can be above the floor, where the
 ankle's path was derived or the ankle is bent otherwise than in the recorded walk, or below it, where the foot
-slaps. Such an arrow is drawn pale and called recorded. A force of contact always acts at the sole.
+slaps. The floor of contact is laid where the recorded foot bears its force, so it can be above 0 as well. An
+arrow without a sole at the floor is pale, and words state the sole's height.
 """
 
 from collections.abc import Callable, Collection
@@ -27,25 +28,39 @@ class GroundForce:
     """Arrows from the centre of pressure [m] (n, 3).
 
     stands : where a foot bears a force (n,)
-    sole : height above the floor of the drawn sole [m] (n,); 0 of a force of contact
+    sole : height above the floor of the drawn sole [m] (n,)
+    kind : of force, "recorded" or "contact"
     """
 
     start: np.ndarray
     vector: np.ndarray
     stands: np.ndarray
     sole: np.ndarray
+    kind: str
 
     @classmethod
     def of(cls, at: Callable[[str], Any], columns: Collection[str], body_mass: float) -> "GroundForce":
         """Of rows or of one instant, whose values of a column `at` gives; body_mass [kg]."""
         forward, upward, place = (np.asarray(at(name)) for name in COLUMNS)
-        simulated = stance_force(columns) not in COLUMNS
-        sole = np.zeros_like(place) if simulated or LOWEST not in columns else np.asarray(at(LOWEST))
+        sole = np.asarray(at(LOWEST)) if LOWEST in columns else np.zeros_like(place)
+        kind = "recorded" if stance_force(columns) in COLUMNS else "contact"
         start = np.stack([place, np.full_like(place, SIDE), np.zeros_like(place)], axis=-1)
         vector = np.stack([forward, np.zeros_like(place), upward], axis=-1) * ARROW / (body_mass * GRAVITY)
-        return cls(start, vector, loaded(upward, body_mass), sole)
+        return cls(start, vector, loaded(upward, body_mass), sole, kind)
 
     @property
     def borne(self) -> np.ndarray:
         """Where the drawn sole is at the floor (n,)."""
         return np.abs(self.sole) <= AT_FLOOR
+
+    @property
+    def words(self) -> list[str]:
+        """What is to be read beside each arrow; "" where there is none, or the sole is at the floor."""
+        silent = np.atleast_1d(self.borne | ~self.stands)
+        soles = zip(silent, np.atleast_1d(self.sole), strict=True)
+        return ["" if still else f"{self.kind} force; sole {above(sole)}" for still, sole in soles]
+
+
+def above(height: float) -> str:
+    """A height above the floor [m] in words."""
+    return f"{abs(1e3 * height):.0f} mm {'below' if height < 0.0 else 'above'} the floor"
