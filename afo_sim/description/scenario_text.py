@@ -36,7 +36,7 @@ def worn(scenario: _Scenario) -> str:
     if not scenario.get("gait"):
         return ""
     if orthosis.get("outsole"):
-        return f"outsole of {orthosis.get('name') or 'the orthosis'}"
+        return f"outsole of {(orthosis.get('name') or 'the orthosis').replace('_', ' ')}"
     return f"shoe {shoe.get('name') or 'without a name'}" if shoe else "barefoot"
 
 
@@ -96,7 +96,7 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     yield "worn", worn(scenario)
     if scenario.get("reference"):
         yield "compared with", reference(scenario)
-    words = f"stride {pathlib.Path(gait['cycle']).name}"
+    words = f"stride {pathlib.Path(gait['cycle']).stem.replace('_', ' ')}"
     words += ", the patient's own walk without the device" if own_walk(scenario) else ""
     if gait.get("stride_time"):
         words += f", played at {_in(gait['stride_time'], 's'):g} s per stride"

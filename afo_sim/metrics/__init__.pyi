@@ -76,6 +76,7 @@ from .verdict import LIFT as LIFT
 from .verdict import NO_DEVICE as NO_DEVICE
 from .verdict import PUSH_OFF as PUSH_OFF
 from .verdict import QUESTIONS as QUESTIONS
+from .verdict import REFERENCES as REFERENCES
 from .verdict import SKIN as SKIN
 from .verdict import seated_answers as seated_answers
 from .verdict import status_of as status_of

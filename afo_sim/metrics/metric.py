@@ -170,8 +170,8 @@ class MetricEntry:
         middle = name[len(before) : len(name) - len(after)]
         if len(before) + len(after) >= len(name):
             return None
-        if self.label.startswith("{}"):
-            middle = middle.replace("_", " ").capitalize()
+        middle = middle.replace("_", " ")
+        middle = middle.capitalize() if self.label.startswith("{}") else middle
         return dataclasses.replace(self, name=name, label=self.label.format(middle))
 
 

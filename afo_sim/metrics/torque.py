@@ -156,7 +156,7 @@ OVER = "from 40 % of the stride to toe-off"
 LOST = "recorded less this one's"
 WHOSE = "by the orthosis or by the patient's own weakness: hold it against a run without orthosis"
 
-HELD = "held against the scenario's limits.{}"  # where the limits stand
+HELD = "the verdict compares it with the scenario's limits"
 
 
 @reported(
@@ -191,13 +191,13 @@ def push_off(stride: Stride) -> Found:
         "torque_against_push_off_per_mass",
         "N*m/kg",
         "Torque against push-off per body mass",
-        f"{peak.MEANING}; {HELD.format('torque_against_push_off')}",
+        f"{peak.MEANING}; {HELD}",
     ),
     (
         "work_against_push_off",
         "J/kg",
         "Work against push-off",
-        f"that dorsiflexion torque takes from plantarflexion {OVER}; {HELD.format('work_against_push_off')}",
+        f"that dorsiflexion torque takes from plantarflexion {OVER}; {HELD}",
     ),
     of=Of.WORN,
 )

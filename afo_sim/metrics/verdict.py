@@ -40,7 +40,7 @@ QUESTIONS = {
 }
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
 ENOUGH, UNSURE = "it helps, and enough", "it helps; not for sure in every stride"
-_REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the run}
+REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the run}
     "shoe": ("Without the device", "with it"),
     "barefoot": ("Barefoot and without the device", "with it"),
     "orthosis-off": ("With the device and no air", "with air"),
@@ -146,15 +146,15 @@ def _help(
     if own >= wanted and lift != "good":
         status = worst([status, lift])
         answer = UNSURE if answer == ENOUGH else f"{answer}; not for sure clear in every stride with it"
-    both = zip(_REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
+    both = zip(REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
     limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
     parts = [
         f"{how}{toe} {_passes(height)}" + " after the forefoot has touched the floor" * touches
         for how, height, touches, toe in both
     ]
     low, high = map(millimetres, heights)
-    start = _REFERENCES[reference][0]
-    brief = f"toe {low} {start[0].lower()}{start[1:]}, {high} {_REFERENCES[reference][1]}"
+    start = REFERENCES[reference][0]
+    brief = f"toe {low} {start[0].lower()}{start[1:]}, {high} {REFERENCES[reference][1]}"
     brief += f": {answer}" if answer != ENOUGH else ""
     yield Answer(HELP, QUESTIONS[HELP], status, f"{', '.join(parts)}: {answer}.", limit, brief)
 

@@ -406,7 +406,7 @@ def _in_swing(built: Built, facts: Facts, columns: Mapping[str, np.ndarray], par
     pressure = skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
     if pressure > limit:
         return ""
-    return f"; in swing it is {pressure:.3g} kPa: look at stance with --set ground.mode=contact"
+    return f"; in swing it is {pressure:.3g} kPa: look at stance with the ground in contact"
 
 
 def _kinds(described: Described, *keys: str, mark: str) -> str:
