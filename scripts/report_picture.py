@@ -1,6 +1,6 @@
 """The report's picture in the README: a healthy walker, a drop foot, and that foot with two orthoses.
 
-Ankle angle, ankle moment and clearance as `afo-sim report` draws them.
+Clearance, ankle angle and ankle moment as `afo-sim report` draws them.
 
     python scripts/report_picture.py [--duration "13.2 s"] [--out models/scenarios/pictures/report.png]
 """
@@ -29,11 +29,11 @@ SIZE, DPI = (2.0 * report_figures.WIDTH, 6.8), 120  # [inch], [1/inch]
 
 
 def draw(figure: Any, runs: list[RunView]) -> None:
-    """The two figures that the report begins with, one above the other."""
-    ankle, clearance = figure.subfigures(2, 1)
-    report_figures.draw_ankle(ankle.subfigures(1, 2), runs)
-    report_figures.draw_clearance(clearance.subfigures(1, 2), runs)
-    for part in (ankle, clearance):
+    """The first two of the report's figures, one above the other."""
+    first, second = figure.subfigures(2, 1)
+    report_figures.draw_walk(first.subfigures(1, 2), runs)
+    report_figures.draw_moment(second.subfigures(1, 2), runs)
+    for part in (first, second):
         panels.legend(part, (axis for panel in part.subfigs for axis in panel.axes))
 
 

@@ -26,8 +26,6 @@ from .numbers import unseen as unseen
 from .panels import legend as legend
 from .report import write_report as write_report
 from .report_figures import WIDTH as WIDTH
-from .report_figures import draw_ankle as draw_ankle
-from .report_figures import draw_clearance as draw_clearance
 from .rerun.viewer import live_viewer as live_viewer
 from .run_figure import draw_run as draw_run
 from .run_view import RunView as RunView

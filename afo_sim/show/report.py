@@ -1,7 +1,5 @@
 """A report of one run or of several side by side: one HTML file that needs nothing outside itself."""
 
-import dataclasses
-import itertools
 import pathlib
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,7 +18,6 @@ from afo_sim.metrics import (
     NO_DEVICE,
     REPORTED,
     Metric,
-    in_short,
     number,
     reference_metrics,
     status_of,
@@ -31,11 +28,12 @@ from afo_sim.show import bands, effects
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import doubts, of_walker, readable, undefined
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
+from afo_sim.show.report_walkers import walkers
+from afo_sim.show.run_names import apart, in_words
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
 from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_recording
 
-_ACROSS = 8  # strides beside one another in a table
 _COMPARISONS = tuple(row.name for row in REPORTED[reference_metrics])  # of a run and another
 _NORM = (
     "Norm of the ankle angle: {source}; licence {licence}. The band is the lowest to the highest of four "
@@ -62,81 +60,54 @@ class _TableRow:
     meaning: str = ""
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Rows under one heading."""
-
-    title: str
-    rows: tuple[_TableRow, ...]
-
-
-@dataclass(frozen=True)
-class _StrideTable:
-    """The numbers of some strides of a run, as many as fit beside one another on paper."""
-
-    run: RunView
-    numbers: tuple[int, ...]
-    rows: tuple[_TableRow, ...]
-
-
 def _scenario_rows(runs: Sequence[RunView]) -> Iterator[_TableRow]:
     """The scenarios in words, one cell for each run; the duration last."""
     tables = [
         {
             "scenario": run.recording.scenario["name"],
-            "in words": run.recording.scenario.get("description", ""),
+            "in words": words,
+            **({"set otherwise": "; ".join(changed)} if changed else {}),
             **dict(facts(run.recording.scenario)),
             "duration": run.recording.scenario["duration"],
         }
         for run in runs
+        for words, changed in [in_words(run.recording.scenario)]
     ]
     names = list(dict.fromkeys(name for table in tables for name in table if name != "duration"))
     for name in [*names, "duration"]:
         yield _TableRow(name, tuple((str(table.get(name, "–")), "") for table in tables))
 
 
-def _metric_groups(runs: Sequence[RunView]) -> Iterator[_Group]:
+def _metric_groups(runs: Sequence[RunView]) -> Iterator[tuple[str, list[_TableRow]]]:
     """Every metric, runs side by side, with the difference from the first run."""
     tables = [run.recording.metrics for run in runs]
     names = list(dict.fromkeys(name for table in tables for name in table))
     for group in GROUPS:
-        found = [name for name in names if words(name).group == group]
-        if found:
-            rows = (_row(name, runs, _over(name, runs)) for name in found)
-            yield _Group(group, tuple(rows))
+        if rows := [_row(name, runs) for name in names if words(name).group == group]:
+            yield group, rows
 
 
-def _over(name: str, runs: Sequence[RunView]) -> str:
-    """Of a comparison with a reference, what it is; "" of other metrics."""
-    if name not in _COMPARISONS:
-        return ""
-    told = [reference(run.recording.scenario) for run in runs if name in run.recording.metrics]
-    return "; ".join(dict.fromkeys(told))
-
-
-def _row(name: str, runs: Sequence[RunView], meaning: str) -> _TableRow:
-    """A metric of all runs, with its registered meaning or another; runs that have none show a dash."""
+def _row(name: str, runs: Sequence[RunView]) -> _TableRow:
+    """A metric of all runs, with its meaning or what it is compared with; runs that have none show a dash."""
     found = [run.recording.metrics.get(name) for run in runs]
+    with_it = [run.recording.scenario for run in runs if name in run.recording.metrics]
+    others = dict.fromkeys(map(reference, with_it)) if name in _COMPARISONS else {}
     sample = next(metric for metric in found if metric is not None)
     cells = tuple(
-        (_cell(name, metric, run) + _step_error(name, run), _difference(name, metric, found[0]))
+        (_cell(name, metric, run), _difference(name, metric, found[0]))
         for run, metric in zip(runs, found, strict=True)
     )
-    return _TableRow(words(name).label, cells, unit(sample), meaning or words(name).meaning)
+    return _TableRow(words(name).label, cells, unit(sample), "; ".join(others) or words(name).meaning)
 
 
 def _cell(name: str, metric: Metric | None, run: RunView) -> str:
-    """A metric's value, with its status where the run's scenario has a limit for it."""
+    """A metric's value, with its status where the scenario has a limit for it, and its numerical error."""
     if metric is None:
         return "–"
     shown = status_of(name, metric.value, limits_of(run.recording)) if name in AGAINST else None
-    return readable(name, metric) + (f" ({shown})" if shown else "")
-
-
-def _step_error(name: str, run: RunView) -> str:
-    """A metric's numerical error behind its value, where the run was checked at a quarter of its step."""
     error = found_step_errors(run.recording).get(name)
-    return "" if error is None else f" ± {abs(error):.1g}"
+    checked = "" if error is None else f" ± {abs(error):.1g}"
+    return readable(name, metric) + (f" ({shown})" if shown else "") + checked
 
 
 def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
@@ -148,36 +119,10 @@ def _difference(name: str, metric: Metric | None, first: Metric | None) -> str:
     return number(metric.value - first.value, metric.unit, signed=True)
 
 
-def _stride_tables(runs: Sequence[RunView]) -> Iterator[list[_StrideTable]]:
-    """Each stride's numbers, of the runs that have any, at most `_ACROSS` strides to a table."""
-    for run in runs:
-        table = run.recording.strides
-        names = list(dict.fromkeys(name for metrics in table.values() for name in metrics))
-        if not names:
-            continue
-        tables = []
-        for start in range(0, len(table), _ACROSS):
-            some = dict(itertools.islice(table.items(), start, start + _ACROSS))
-            rows = (
-                _stride_row(name, [metrics.get(name) for metrics in some.values()], run)
-                for name in names
-                if any(name in metrics for metrics in some.values())
-            )
-            tables.append(_StrideTable(run, tuple(some), tuple(rows)))
-        yield tables
-
-
-def _stride_row(name: str, found: Sequence[Metric | None], run: RunView) -> _TableRow:
-    sample = next(metric for metric in found if metric is not None)
-    return _TableRow(
-        words(name).label, tuple((_cell(name, metric, run), "") for metric in found), unit(sample)
-    )
-
-
 def sources(runs: Sequence[RunView]) -> Iterator[str]:
     """Sources of data and definitions, one sentence or more each."""
     for name in _gaits_of(runs):
-        yield f"Walking, {pathlib.Path(name).name}: {_gait_source(name)}"
+        yield f"Walking: {_gait_source(name)}"
     if any(run.walks for run in runs):
         norm = gait_norm.read().header
         yield _NORM.format(source=norm["source"], licence=norm["licence"])
@@ -195,7 +140,9 @@ def _muscles(runs: Sequence[RunView]) -> list[str]:
     for run in runs:
         for group in run.recording.scenario["orthosis"].get("muscle", {}).values():
             muscle = group["type"]
-            found.append(f"{muscle['name']}: data of grade {muscle.get('grade')}, force law {muscle['law']}")
+            law = muscle["law"].replace("_", " ")
+            name = unchanged(muscle.get("description") or "")[0] or muscle["name"]
+            found.append(f"{name}: data of grade {muscle.get('grade')}, force law {law}")
     return list(dict.fromkeys(found))
 
 
@@ -225,28 +172,15 @@ def _gait_source(name: str) -> str:
     return f"{cycle.source}; licence {cycle.licence}; {facts}{quality}"
 
 
+_HEAD = re.compile(r"(?:\([^()]*\)|[^(,;:.]|[,;:.](?!\s))*(?=[,;:.]|$)")
 _LONGEST = 90  # letters of a head
-_END = re.compile(r"[,;:.]\s")  # of a first clause
 
 
 def headed(text: str) -> tuple[str, str]:
-    """A note or warning as (head, rest): its first clause, and all else with the mark between them.
-
-    Nothing is left out: head and rest together are the text, but for the head's first letter in capitals.
-    Of a clause that is longer than `_LONGEST` letters, what stands before its first bracket is the head;
-    where that is too long, too, there is none.
-    """
-    depth, cut = 0, len(text)
-    for place, letter in enumerate(text):
-        depth += {"(": 1, ")": -1}.get(letter, 0)
-        if depth <= 0 and _END.match(text, place):
-            cut = place
-            break
-    if cut > _LONGEST:
-        cut = text.find(" (")
-    if not 0 < cut <= _LONGEST:
-        return "", _begun(text)
-    return _begun(text[:cut]), text[cut:]
+    """A note or warning as (head, rest): its first clause, to a bracket where it is long, and all else."""
+    head = found[0] if (found := _HEAD.match(text)) else ""
+    head = head if len(head) <= _LONGEST else head.partition(" (")[0]
+    return (_begun(head), text[len(head) :]) if 0 < len(head) <= _LONGEST else ("", _begun(text))
 
 
 def _begun(text: str) -> str:
@@ -291,8 +225,7 @@ def write_report(
         )
     both = read_json(first / BOTH_JSON) if len(folders) == 1 and (first / BOTH_JSON).is_file() else None
     names = {} if both is None else _named_sides(both.get("affected"))
-    runs = read_runs([first / side for side in names] or folders)
-    runs = [dataclasses.replace(run, label=names.get(run.label, run.label)) for run in runs]
+    runs = read_runs([first / side for side in names] or folders, list(names.values()))
     check_writable(target.parent)
     write_text(target, page(runs, both))
     if tell:
@@ -309,7 +242,7 @@ def _named_sides(affected: str | None) -> dict[str, str]:
     return {affected: f"affected side ({affected})", other: f"other side ({other})"}
 
 
-def read_runs(folders: Sequence[pathlib.Path]) -> list[RunView]:
+def read_runs(folders: Sequence[pathlib.Path], labels: Sequence[str] = ()) -> list[RunView]:
     """The runs of folders, each with a name of its own and a colour; errors as in `write_report`."""
     if len(folders) > len(RUNS):
         raise InputError(
@@ -322,11 +255,13 @@ def read_runs(folders: Sequence[pathlib.Path]) -> list[RunView]:
     for k, place in enumerate(places):
         if place in places[:k]:
             raise InputError("is given twice", field="folders", value=str(folders[k]))
-    names = [place.name for place in places]
-    labels = [
-        name if names.count(name) == 1 else str(folder) for name, folder in zip(names, folders, strict=True)
-    ]
     recordings = [read_recording(folder) for folder in folders]
+    if not labels:
+        _, labels = apart([recording.scenario for recording in recordings])
+    if not labels:  # their descriptions do not set them apart
+        names = [place.name for place in places]
+        each = zip(names, folders, strict=True)
+        labels = [name if names.count(name) == 1 else str(folder) for name, folder in each]
     return [
         RunView(label, colour, recording, _TIME_POINTS, style)
         for label, colour, recording, style in zip(labels, RUNS, recordings, RUN_STYLES, strict=False)
@@ -339,8 +274,8 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
     walking, others = ([run.label for run in runs if run.walks is kind] for kind in (True, False))
     if walking and others:
         found.append(
-            f"walking ({', '.join(walking)}) and not walking ({', '.join(others)}): each kind has its own "
-            "figures, and a number that only one kind has is compared with nothing"
+            "walking and not walking: each kind has its own figures, and a number that only one kind has is "
+            f"compared with nothing (walking: {', '.join(walking)}; not walking: {', '.join(others)})"
         )
     found += _worn_differently(runs)
     for name in _gaits_of(runs):
@@ -371,15 +306,27 @@ def _notes(runs: Sequence[RunView]) -> Iterator[tuple[RunView | None, list[tuple
 def _worn_differently(runs: Sequence[RunView]) -> list[str]:
     """A note where walking runs wear or are compared with different things."""
     found = []
-    for in_words, note in (
-        (worn, "the runs wear different things ({}). Part of what differs between them is the sole's doing"),
-        (reference, "the runs are compared with different walks ({}). Their lifts do not compare"),
+    for describe, note in (
+        (worn, "the runs wear different things: part of what differs between them is the sole's doing ({})"),
+        (reference, "the runs are compared with different walks: their lifts do not compare ({})"),
     ):
-        told = {run.label: in_words(run.recording.scenario) for run in runs if run.walks}
+        told = {run.label: describe(run.recording.scenario) for run in runs if run.walks}
         told = {label: what for label, what in told.items() if what}
         if len(set(told.values())) > 1:
             found.append(note.format("; ".join(f"{label}: {what}" for label, what in told.items())))
     return found
+
+
+def _title(runs: Sequence[RunView], joined: str) -> str:
+    """What one run is, or what several have in common and what sets them apart."""
+    first, *others = (run.label for run in runs)
+    if not others:
+        words, changed = in_words(runs[0].recording.scenario)
+        return (words or first) + (f" ({len(changed)} set otherwise)" if changed else "")
+    begin, names = apart([run.recording.scenario for run in runs])
+    if begin and names == [first, *others]:
+        return f"{begin}: {', '.join(names)}"
+    return f"{first}{joined} {', '.join(others)}"
 
 
 def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
@@ -389,12 +336,6 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    words, changed = unchanged(runs[0].recording.scenario.get("description") or "")
-    title = words + (f" ({changed} set otherwise)" if changed else "")
-    if len(runs) > 1 or not words:
-        title = runs[0].label
-    if len(runs) > 1:
-        title += f"{' compared with' if both is None else ' and'} {', '.join(run.label for run in runs[1:])}"
     judged = runs[:1] if both and both.get("affected") else runs
     walking = [run for run in runs if run.walks and run.strides]
     others = [run for run in runs if run not in walking and len(run.recording["time"]) > 1]
@@ -406,10 +347,9 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(_TEMPLATE).render(
-        title=_begun(title) if both or len(runs) == 1 else title,
-        leads=[
-            (run, verdict.lead(run.recording, short=len(runs) > 1)) for run in judged if run.recording.verdict
-        ],
+        title=_begun(_title(runs, " compared with" if both is None else " and")),
+        walkers=walkers(walking),
+        leads=[(run, verdict.lead(run.recording, len(runs))) for run in judged if run.recording.verdict],
         runs=runs,
         judged=judged,
         cells=lambda row: TwoSides(**row).cells,
@@ -418,9 +358,8 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         no_device=NO_DEVICE,
         effects=effects.of_report(judged),
         bands=bands.of_report(judged),
-        in_short=[(run, in_short(run.recording.metrics, reference(run.recording.scenario))) for run in runs],
         notes=list(_notes(runs)),
-        remarks=[headed(remark) for remark in remarks(runs)],
+        remarks=[_begun(remark) for remark in remarks(runs)],
         warnings=[(run, headed(warning)) for run in runs for warning in run.recording.warnings],
         scenario=list(_scenario_rows(runs)),
         over_cycle=list(figures_over_cycle(walking)) if walking else [],
@@ -428,6 +367,5 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         groups=list(_metric_groups(runs)),
         step_checked=any(found_step_errors(run.recording) for run in runs),
         any_strides=any(run.recording.strides for run in runs),
-        strides=list(_stride_tables(runs)),
         sources=list(sources(runs)),
     )

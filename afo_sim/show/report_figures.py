@@ -42,29 +42,11 @@ class _Drawing:
     text: str
 
 
-def _svgs(
-    name: str, count: int, height: float, title: str, fill: Callable[[Sequence[Any]], None]
-) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
-    """Draw panels as SVG elements that need nothing outside themselves, and their common legend.
-
-    Units: height [inch].
-    """
-    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
-
-    with styled(**{"svg.fonttype": "path", "svg.hashsalt": name}):
-        figures = [Figure(figsize=(WIDTH, height), layout="constrained") for _ in range(count)]
-        fill(figures)
-        drawn = [_svg(f"{name}{k}", title, figure) for k, figure in enumerate(figures, 1)]
-        found = panels.keys(axis for figure in figures for axis in figure.axes)
-        samples = [_sample(f"{name}-key{k}", handle) for k, handle in enumerate(found.values(), 1)]
-    return tuple(drawn), tuple(zip(samples, map(_unescaped, found), strict=True))
-
-
-def _svg(name: str, title: str, figure: Any) -> str:
-    """A panel as an SVG element that tells its title and its curves."""
+def svg(name: str, title: str, figure: Any, words: str = "") -> str:
+    """A panel as an SVG element that states its title, and its curves or other words."""
     told = "".join(
-        f'<{tag} id="{name}-{tag}">{html.escape(words)}</{tag}>'
-        for tag, words in (("title", title), ("desc", described(figure)))
+        f'<{tag} id="{name}-{tag}">{html.escape(text)}</{tag}>'
+        for tag, text in (("title", title), ("desc", words or described(figure)))
     )
     names = f'role="img" aria-labelledby="{name}-title {name}-desc"'
     return re.sub(r"<svg ([^>]*)>", lambda tag: f"<svg {names} {tag[1]}>{told}", _text(name, figure), count=1)
@@ -120,22 +102,27 @@ def _sample(name: str, handle: Any) -> str:
     return _text(name, figure).replace("<svg ", '<svg class="key" aria-hidden="true" ', 1)
 
 
-def draw_ankle(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
-    """Ankle angle and internal moment over the gait cycle, each with the norm's band."""
-    angle, moment = (figure.subplots() for figure in figures)
+def draw_walk(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+    """What a reader looks at first: the outsole above the floor in swing, and the ankle angle."""
+    toe, angle = (figure.subplots() for figure in figures)
+    _clearance(toe, runs, "toe")
+    toe.set_ylabel("above the floor [mm]")
     panels.angle(angle, runs, "cycle")
-    walk_panels.over_cycle(angle, runs[0].toe_off, angle.get_ylabel())
-    walk_panels.internal_moment(moment, runs)
+    walk_panels.over_cycle(angle, runs[0].toe_off, "dorsiflexion + [deg]")
     angle.set_title("ankle angle", loc="left")
+
+
+def draw_moment(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
+    """Internal moment over the gait cycle with the norm's band, and the ball of the foot above the floor."""
+    moment, ball = (figure.subplots() for figure in figures)
+    walk_panels.internal_moment(moment, runs)
     moment.set_title("ankle moment", loc="left")
+    _clearance(ball, runs, "ball")
 
 
-def draw_clearance(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
-    """Height of the outsole and of its ball above the floor in swing."""
-    axes = [figure.subplots() for figure in figures]
-    for axis, point in zip(axes, ("toe", "ball"), strict=True):
-        walk_panels.clearance(axis, runs, point)
-    walk_panels.share_floor(axes, min(run.toe_off for run in runs))
+def _clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
+    walk_panels.clearance(axis, runs, point)
+    walk_panels.share_floor([axis], min(run.toe_off for run in runs))
 
 
 def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
@@ -147,7 +134,7 @@ def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over =
         panels.pressures(pressure, [run], over)
         panels.valves(lanes, [run], over)
         for axis in between:
-            _flow(axis, run, over)
+            panels.air_flow(axis, [run], over) if panels.tells_flow(run) else axis.set_axis_off()
         x, _ = run.curves("supply/pressure", over)
         for axis in (pressure, *between, lanes):
             axis.set_xlim(x[0], x[-1])
@@ -160,14 +147,6 @@ def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over =
     if flowing:
         drawn = zip(figures, runs, strict=True)
         panels.share_scale([figure.axes[1] for figure, run in drawn if panels.tells_flow(run)])
-
-
-def _flow(axis: Any, run: RunView, over: Over) -> None:
-    """The air's flow; nothing of a recording that does not tell it."""
-    if panels.tells_flow(run):
-        panels.air_flow(axis, [run], over)
-    else:
-        axis.set_axis_off()
 
 
 def draw_sources(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
@@ -244,19 +223,21 @@ def draw_over_time(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
         axis.set_xlabel("time [s]")
 
 
-_ANKLE = (
-    "Ankle angle and whole internal ankle moment",
-    "Grey: the spread of published means (of laboratories, not of people): four of the angle, two of the "
-    "moment, children's among them. Dashed: the recorded walking that drives the run. The moment is the sum "
-    "of muscles, tissue and orthosis.",
+_WALK = (
+    "Toe clearance and ankle angle",
+    "Clearance: the lowest of heel, ball, pulp and tip of the outsole in swing, above the floor on which the "
+    "same outsole stands flat. The dot is the toe clearance: the minimum while the foot's forward speed is "
+    "in its upper quartile. Its band is that of the toes' extension in swing, which is assumed. Below the "
+    "floor is a trip, unless this foot with the recorded ankle angle is there, too. Ankle angle, grey: the "
+    "spread of four published means (of laboratories, not of people), children's among them. Dashed: the "
+    "recorded walking that drives the run. From heel strike (0 %) to the next one of the same foot (100 %). "
+    "Lines: mean of the strides that count. Bands around them: lowest to highest of these strides. The "
+    "strides before walking has settled are left out.",
 )
-_CLEARANCE = (
-    "Height of the outsole above the floor in swing",
-    "Left the lowest of heel, ball, pulp and tip, right the ball alone, from toe-off to heel strike, above "
-    "the floor on which the same outsole stands flat. The dot is the clearance: the minimum while the foot's "
-    "forward speed is in its upper quartile. The band is that of the toes' extension in swing, which is "
-    "assumed. Dashed: this foot with the recorded ankle angle. Below the floor is a trip, unless the dashed "
-    "line is there, too.",
+_MOMENT = (
+    "Whole internal ankle moment, and the ball of the foot in swing",
+    "The moment is the sum of muscles, tissue and orthosis. Grey: the spread of two published means, one of "
+    "children. The ball is drawn as the toe is on the first page.",
 )
 _PRESSURES = (
     "Pressures and valves",
@@ -294,8 +275,8 @@ _TIME = ("Angle and moments over time", "Of several runs, the moment is the orth
 def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[_Drawing]:
     """The figures of runs that walk at least one whole stride."""
     worn = [run for run in runs if run.has_orthosis]
-    yield _figure("ankle", 2, 2.8, draw_ankle, runs, _ANKLE)
-    yield _figure("clearance", 2, 2.8, draw_clearance, runs, _CLEARANCE)
+    yield _figure("walk", 2, 1.9, draw_walk, runs, _WALK)
+    yield _figure("moment", 2, 2.6, draw_moment, runs, _MOMENT)
     if worn:
         yield _pressures("pressures", worn, "cycle")
         yield _figure("muscles", len(worn), _muscles_tall(worn), draw_muscles, worn, _MUSCLES)
@@ -343,6 +324,13 @@ def _muscles_tall(runs: Sequence[RunView]) -> float:
 def _figure(
     name: str, count: int, height: float, draw: Draw, runs: Sequence[RunView], caption: tuple[str, str]
 ) -> _Drawing:
-    title, text = caption
-    drawn, keys = _svgs(name, count, height, title, lambda figures: draw(figures, runs))
-    return _Drawing(drawn, keys, title, text)
+    """Draw panels that need nothing outside themselves, and their common legend; units: height [inch]."""
+    from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
+
+    with styled(**{"svg.fonttype": "path", "svg.hashsalt": name}):
+        figures = [Figure(figsize=(WIDTH, height), layout="constrained") for _ in range(count)]
+        draw(figures, runs)
+        drawn = tuple(svg(f"{name}{k}", caption[0], figure) for k, figure in enumerate(figures, 1))
+        found = panels.keys(axis for figure in figures for axis in figure.axes)
+        samples = [_sample(f"{name}-key{k}", handle) for k, handle in enumerate(found.values(), 1)]
+    return _Drawing(drawn, tuple(zip(samples, map(_unescaped, found), strict=True)), *caption)

@@ -24,11 +24,12 @@ _LIMITS_OF = {  # {answer: the limits that it is compared with}
 
 @dataclass(frozen=True)
 class _Cell:
-    """A run's answer to a question; `limit` says of what kind it is, too."""
+    """A run's answer to a question, short and whole; `limit` says of what kind it is, too."""
 
     run: RunView
     answer: Answer
     badge: str
+    brief: str
     limit: str
 
 
@@ -60,15 +61,20 @@ def full(recording: Recording, answers: Sequence[Answer]) -> list[str]:
     ]
 
 
-def lead(recording: Recording, *, short: bool = False) -> str:
+def lead(recording: Recording, among: int = 1) -> str:
     """The first answer, and which of the others are not good: a good one hides no bad one.
 
-    short : for one of several runs
+    among : of how many runs it is one; of more than two the names of all answers
     """
     first, *others = recording.verdict
-    found = [f"{first.status.upper()}: {first.brief}." if short and first.brief else first.text]
-    for status in ("bad", "doubtful", "unknown"):
-        if names := [_shown(answer) for answer in others if answer.status == status]:
+    found, statuses = [first.text], ["bad", "doubtful", "unknown"]
+    if among == 2 and first.brief:
+        found = [f"{first.status.upper()}: {first.brief}."]
+    elif among > 1:
+        found, others, statuses = [], list(recording.verdict), [*statuses, "good"]
+    for status in statuses:
+        answers = [answer for answer in others if answer.status == status]
+        if names := [_shown(answer) for answer in answers if status != "good" or answer.brief]:
             found.append(f"{status.upper()}: {', '.join(names)}.")
     return " ".join(found)
 
@@ -114,7 +120,13 @@ def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
 
 
 def _cell(run: RunView, answer: Answer) -> _Cell:
-    return _Cell(run, answer, badge(answer), limit(run.recording, answer) if answer.limit else "")
+    kinds = f" [{_kinds(run.recording, answer)}]" if answer.brief and answer.limit else ""
+    stated = limit(run.recording, answer) if answer.limit else ""
+    return _Cell(run, answer, badge(answer), _capital(answer.brief or answer.text) + kinds, stated)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _without(name: str) -> Answer:

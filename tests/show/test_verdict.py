@@ -54,7 +54,7 @@ def test_each_place_opens_with_the_answers(shipped: Recording) -> None:
     text = text_of(page(views(shipped)))
     assert "trips below 0 mm; assumed" in text and "bad beyond 0.14 or 0.032; derived" in text
     assert "mm (published)" not in text
-    assert text.index("Does it work?") < text.index("In short")
+    assert text.index("Does it work?") < text.index("What to keep in mind")
     for place in (
         text,
         str(shipped._repr_html_()),

@@ -1,0 +1,52 @@
+"""Names of runs for people: of their scenarios' descriptions, what sets them apart."""
+
+import itertools
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from afo_sim.description import unchanged
+from afo_sim.show.style import plain
+
+ALONE = "this run"
+_LONGEST = 60  # letters of a name
+_CLAUSE = r"[,;:] "  # ends one
+
+
+def in_words(scenario: Mapping[str, Any]) -> tuple[str, list[str]]:
+    """A scenario's description, and each value that was set otherwise with its key in words."""
+    whole = scenario.get("description") or ""
+    words, _ = unchanged(whole)
+    keys = (part.removeprefix("set ").partition("=") for part in whole.split("; ") if part.startswith("set "))
+    return words, [f"{re.sub(r'[._]', ' ', key)} {value}".rstrip() for key, _, value in keys]
+
+
+def apart(scenarios: Sequence[Mapping[str, Any]]) -> tuple[str, list[str]]:
+    """What the descriptions of scenarios begin with, and the clauses that set each apart; none where none do.
+
+    Of equal descriptions it is the values that were set.
+    """
+    if len(scenarios) == 1:
+        return "", [ALONE]
+    texts, changed = zip(*map(in_words, scenarios), strict=True)
+    if len(set(texts)) == 1:
+        return re.split(_CLAUSE, texts[0])[0], _distinct(
+            ["; ".join(each) or "as described" for each in changed]
+        )
+    alike = (len(set(letters)) == 1 for letters in zip(*texts, strict=False))
+    shared = texts[0][: sum(itertools.takewhile(bool, alike))]
+    clause = max(shared.rfind(mark) for mark in (", ", ": ", "; "))
+    within = any(text[len(shared) :][:1].isalnum() for text in texts)
+    word = shared.rfind(" ") if within else len(shared)
+    begin = shared[: max(clause if clause > 0 else word, 0)]
+    rests = [re.split(_CLAUSE, text[len(begin) :].lstrip(" ,;:").removeprefix("and ")) for text in texts]
+    for count in range(1, max(map(len, rests)) + 1):
+        if found := _distinct([", ".join(rest[:count]) for rest in rests]):
+            return begin.rstrip(" ,;:"), found
+    return "", []
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    """The names, where each is one, none is too long and a figure's legend sets them apart."""
+    short = all(0 < len(name) <= _LONGEST for name in names)
+    return list(names) if short and len(set(map(plain, names))) == len(names) else []
