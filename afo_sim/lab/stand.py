@@ -47,6 +47,10 @@ class Stand(Shown):
     trials: tuple[Trial, ...]
     compared: tuple[Comparison, ...] = ()
 
+    def __repr__(self) -> str:
+        muscles = dict.fromkeys(trial.plan.muscle.name for trial in self.trials)
+        return f"<Stand: {', '.join(self.kinds)} of {', '.join(muscles)}; {len(self.trials)} curve set{'s' if len(self.trials) > 1 else ''}>"
+
     @property
     def kinds(self) -> tuple[str, ...]:
         """The tests that were run, each once."""

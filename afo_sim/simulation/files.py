@@ -41,6 +41,7 @@ from afo_sim.model import Built, as_run
 from afo_sim.model.build import build
 
 PARQUET, SUMMARY, MODEL, RERUN = "recording.parquet", "summary.json", "model.xml", "recording.rrd"
+REPORT = "report.html"  # of the run that stood here before: it goes with it
 FORMAT = 2  # of recordings; 1 had neither this number nor digests
 RUN_KEY, DIGEST_KEY, MODEL_KEY = "afo_sim", "afo_sim_digest", "afo_sim_model"  # of the file's metadata
 ROW_GROUP = 8192  # rows that a reader of a long run holds at a time
@@ -66,7 +67,7 @@ class Run(Protocol):
 def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pathlib.Path:
     """Write the files of a run; they appear together, and an older run stays whole until then."""
     check_writable(folder)
-    with together(folder, (PARQUET, SUMMARY, MODEL, RERUN)) as scratch:
+    with together(folder, (PARQUET, SUMMARY, MODEL, RERUN, REPORT)) as scratch:
         write_parquet(recording, scratch / PARQUET)
         (scratch / MODEL).write_text(labelled(recording.model_xml), encoding="utf-8")
         if picture is not None:
