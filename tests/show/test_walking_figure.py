@@ -77,6 +77,8 @@ def test_reference_walks_as_a_run_of_its_own(walks: dict[str, Recording]) -> Non
 def test_reference_that_walks_otherwise_is_not_shown(walks: dict[str, Recording]) -> None:
     run = walks["worn"]
     before = run.metrics["reference_toe_clearance"]
-    changed = {"reference_toe_clearance": Metric(before.value + 1e-3, before.unit)}
-    assert reference_view(dataclasses.replace(run, metrics={**run.metrics, **changed}), "", "k") is None
+    for apart, shown in ((0.05, True), (0.2, False)):  # [mm]
+        changed = {"reference_toe_clearance": Metric(before.value + apart, before.unit)}
+        other = dataclasses.replace(run, metrics={**run.metrics, **changed})
+        assert (reference_view(other, "", "k") is not None) is shown
     assert reference_view(walks["bare"], "", "k") is None
