@@ -10,19 +10,14 @@ from afo_sim.metrics import REFERENCES
 from afo_sim.show.report_figures import WIDTH, svg
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import styled
-from afo_sim.show.walking_figure import ABOVE, BELOW, WalkingFigure, draw_figure, reference_view
+from afo_sim.show.walking_figure import ABOVE, BELOW, SAME, WalkingFigure, draw_figure, reference_view
 
 _MOST = 3  # walkers beside one another, of whom one may be the reference
-_TALL, _DEEP, _WIDE, _CLOSE = (
-    0.99,
-    0.07,
-    0.52,
-    0.22,
-)  # of the body height: up, down, across; the foot enlarged
+_TALL, _DEEP, _WIDE, _CLOSE = 0.99, 0.07, 0.52, 0.22  # of the body height: up, down, across; of the foot
 _WHOLE, _GAP = 0.44, 0.03  # shares of the drawing's width: the whole walker, the space behind it
 _BELOW = 0.27  # the floor above the lower edge, where the foot is enlarged and the number stands [inch]
 _SCALE = 2.35  # at which `draw_figure` chose its lines [inch/m]
-_COLUMNS = {"gait/stride", "ankle/position/x", "toe/height", "ball/height"}
+_COLUMNS = {"gait/stride", "ankle/position/x", "toe/height", "ball/height", "sole/height"}
 
 
 @dataclass(frozen=True)
@@ -36,10 +31,10 @@ class _Walker:
 
 
 def walkers(runs: Sequence[RunView]) -> list[_Walker]:
-    """One for each run that walks, behind the first one's reference where that fits and all wear a device."""
+    """One for each run that walks, behind their reference where it fits, all wear a device and share it."""
     walking = [run for run in runs if run.recording.columns.keys() >= _COLUMNS and run.strides]
     shown: list[tuple[RunView | None, str, RunView]] = [(run, run.label, run) for run in walking]
-    few = 0 < len(walking) < _MOST and all(run.has_orthosis for run in walking)
+    few = 0 < len(walking) < _MOST and all(run.has_orthosis for run in walking) and _share_reference(walking)
     before = reference_view(walking[0].recording, "", "") if few else None
     if before is not None:
         without, own = REFERENCES[walking[0].recording.scenario["reference"]]
@@ -47,6 +42,14 @@ def walkers(runs: Sequence[RunView]) -> list[_Walker]:
         shown.insert(0, (None, without, before))
     among = max(len(shown), 2)
     return [walker for k, one in enumerate(shown) for walker in _drawn(f"walker{k}", *one, WIDTH / among)]
+
+
+def _share_reference(runs: Sequence[RunView]) -> bool:
+    """Whether all are compared with one walk; another patient's stands beside no run."""
+    kinds = {run.recording.scenario.get("reference") for run in runs}
+    found = [run.recording.metrics.get("reference_toe_clearance") for run in runs]
+    heights = [float(height) for height in found if height is not None]
+    return len(kinds) == 1 and len(heights) == len(runs) and max(heights) - min(heights) < SAME
 
 
 def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: float) -> Iterator[_Walker]:
@@ -59,12 +62,14 @@ def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: flo
     found = view.recording.metrics.get("toe_clearance_phase")
     if found is None or not math.isfinite(found.value):
         return
+    phase, percent = found.value / 100.0, f"{found.value:.0f}"
+    height = view.recording.metrics["toe_clearance"].value  # the mean that the answers state
+    off = [abs(1e3 * float(stride.at("sole/height", phase)) - height) for stride in view.strides]
     try:
-        walker = WalkingFigure.of(view)
+        walker = WalkingFigure.of(view, off.index(min(off)))
     except InputError:
         return
-    phase, percent = found.value / 100.0, f"{found.value:.0f}"
-    height, pose = 1e3 * walker.lowest(phase), walker.pose(phase)
+    pose = walker.pose(phase)
     words = f"toe {abs(height):.0f} mm {'below' if height < 0.0 else 'above'} the floor"
     with styled(**{"svg.fonttype": "path", "svg.hashsalt": name}):
         figure = Figure(figsize=(width, width * _WHOLE * (_TALL + _DEEP) / _WIDE))

@@ -41,7 +41,7 @@ RADII = tuple(radius for *_, radius, _ in _SEGMENTS)  # of the capsules in space
 FAR, NEAR, BELOW, ABOVE, DEVICE, MOUNT = "0.8", "0.3", "#b3261e", "#1b7a4b", "#1054da", "0.55"
 COLUMNS = ("ankle/position/x", "ankle/position/z", "shank/angle", "ankle/angle")  # that limbs are drawn from
 _TICKS = 0.25  # between marks on the floor [m]
-_SAME = 0.1  # toe clearance by which a reference that is walked again may differ [mm]
+SAME = 0.1  # toe clearance by which a reference that is walked again may differ [mm]
 
 
 @dataclass(frozen=True)
@@ -222,7 +222,7 @@ def reference_view(recording: Recording, label: str, colour: str) -> RunView | N
     except InputError:
         return None
     now = again.metrics.get("toe_clearance")
-    same = again.ok and now is not None and abs(now.value - before.value) < _SAME
+    same = again.ok and now is not None and abs(now.value - before.value) < SAME
     return RunView(label, colour, again) if same else None
 
 

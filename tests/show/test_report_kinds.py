@@ -1,7 +1,9 @@
 """Reports of one, two and three walks with bands and effects, and of a seated run: words, layout, print."""
 
+import dataclasses
 import html
 import importlib.util
+import math
 import pathlib
 import re
 import shutil
@@ -15,6 +17,7 @@ from afo_sim.metrics import Metric
 from afo_sim.show.report import page, read_runs
 from afo_sim.show.report_walkers import walkers
 from afo_sim.show.run_names import apart
+from afo_sim.show.run_view import alone
 from afo_sim.simulation import Recording
 from afo_sim.study import with_studies
 
@@ -116,6 +119,23 @@ def test_a_walk_opens_with_the_toe_without_and_with_the_device(
     several = read_runs(folders["three"])
     assert [walker.run for walker in walkers(several)] == several
     assert walkers(read_runs(folders["seated"])) == []
+
+
+def test_the_height_at_a_walker_is_the_mean_that_the_answers_state(walks: dict[str, Recording]) -> None:
+    lower = {"toe_clearance": Metric(-7.0, "mm"), "reference_toe_clearance": Metric(math.nan, "mm")}
+    run = dataclasses.replace(walks["worn"], metrics={**walks["worn"].metrics, **lower})
+    (walker,) = walkers([alone(run)])
+    assert "toe 7 mm below the floor" in walker.drawing
+
+
+@pytest.mark.slow
+def test_the_reference_of_one_run_stands_beside_no_run_that_has_another(walks: dict[str, Recording]) -> None:
+    """A milder patient's toe is higher without the device: the first run's says nothing of it."""
+    worn = walks["worn"]
+    milder = {"reference_toe_clearance": Metric(13.0, "mm")}
+    other = dataclasses.replace(worn, metrics={**worn.metrics, **milder})
+    assert [walker.run is None for walker in walkers([alone(worn), alone(worn)])] == [True, False, False]
+    assert [walker.run is None for walker in walkers([alone(worn), alone(other)])] == [False, False]
 
 
 # --- in a browser
