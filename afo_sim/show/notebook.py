@@ -9,7 +9,7 @@ from html import escape
 from typing import Any
 
 from afo_sim import lab, show, study
-from afo_sim.common import ROOM, InputError
+from afo_sim.common import ROOM, InputError, missing_extra
 from afo_sim.description import amount, facts
 from afo_sim.description.scenario_text import reference
 from afo_sim.metrics import in_short, seated_answers
@@ -69,12 +69,12 @@ def _edge(cell: str) -> str:
 
 
 def _picture(draw: _Draw) -> str:
-    """A picture half as wide as it has pixels; nothing where there is nothing to draw."""
+    """A picture half as wide as it has pixels; where there is none, why."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             draw(pathlib.Path(folder) / "figure.png")
-        except InputError:
-            return ""
+        except (InputError, ModuleNotFoundError) as error:
+            return f"<div>no picture: {escape(str(missing_extra(error) or error))}</div>"
         data = next(pathlib.Path(folder).glob("*.png")).read_bytes()
     width, text = int.from_bytes(data[16:20]) // 2, base64.b64encode(data).decode()  # of a PNG's header
     return f'<img style="display:block;background:white;width:{width}px" src="data:image/png;base64,{text}">'

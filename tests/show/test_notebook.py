@@ -126,6 +126,17 @@ def test_a_run_that_never_began_is_shown_too() -> None:
     nothing = {name: values[:0] for name, values in sat().columns.items()}
     page = dataclasses.replace(sat(), columns=nothing, metrics={}, status="failed: <why>")._repr_html_()
     assert page is not None and "failed: &lt;why&gt;, 0 rows" in page and "<img" not in page
+    assert "no picture: there is nothing to draw: the recording has no rows" in page
+
+
+def test_without_the_extra_that_draws_the_texts_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lacking(*_: Any) -> None:
+        raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib")
+
+    monkeypatch.setattr("afo_sim.show.notebook.draw_in_short", lacking)
+    page = sat()._repr_html_()
+    assert page is not None and "no picture: this needs the library matplotlib" in page
+    assert "range_of_motion" in page
 
 
 def test_a_validation_counts_its_rows() -> None:
