@@ -51,12 +51,11 @@ def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> Non
         remarks += [(f"{name} {value}", 2) for name, value in known(recording.metrics)]
     print_line(_title(recording), style="bold")
     drawn = [(line, 2) for line in bands.brief(recording)]
-    print_answers(recording, answers, remarks, [(written, 2)], first=drawn)
+    print_answers([(recording, answer) for answer in answers], remarks, [(written, 2)], first=drawn)
 
 
 def print_answers(
-    recording: Any,
-    answers: Sequence[Any],
+    judged: Sequence[Any],
     remarks: list[_Line],
     tail: list[_Line],
     *,
@@ -65,16 +64,16 @@ def print_answers(
 ) -> None:
     """Answers, what stands first behind them, and as many remarks as a dozen lines hold.
 
-    recording : whose limits the answers are held against
+    judged : each answer behind the run whose limits it is held against
     tail : lines that end it
     whole : the answers in full and every remark
     """
     from afo_sim.metrics import NO_DEVICE
     from afo_sim.show import verdict_texts as verdict
 
-    shown = verdict.full(recording, answers) if whole else verdict.brief(recording, answers, _width())
+    shown = verdict.full(judged) if whole else verdict.brief(judged, _width())
     answered = [(line, verdict.INDENT) for line in shown]
-    ends = [*([(NO_DEVICE, 0)] if answers else []), *tail]
+    ends = [*([(NO_DEVICE, 0)] if judged else []), *tail]
     for line, hang in answered:
         print_line(line, hang=hang, badge=hang)
     room = _LINES - 1 - _rows([*answered, *first, *ends])

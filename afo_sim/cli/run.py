@@ -281,12 +281,13 @@ def _print_both(legs: Any, folder: Path, *, numbers: bool) -> None:
         print_line(f"affected side: {legs.affected}; the other side wears nothing and walks as recorded")
     if numbers or not legs.verdict:
         _print_tables(legs, whole=numbers)
-    answers = [_answer(legs, worse) for worse in legs.verdict]
-    warnings = warning_lines(legs, bool(answers) and not numbers)
-    doubts = note_lines(legs.right) if not numbers else []
+    judged = [_judged(legs, worse) for worse in legs.verdict]
+    warnings = warning_lines(legs, bool(judged) and not numbers)
+    either = [note for leg in (legs.right, legs.left) for note in note_lines(leg)]
+    doubts = [] if numbers else [note for note in either if note.code != "mirrored"]  # one of two always is
     notes = [*warnings, *_peak(legs), *((f"note: {note}", 6) for note in legs.notes)]
     first = [(f"note: {in_brief(doubts)}", 6)] if doubts else []
-    print_answers(legs.right, answers, notes, tail, first=first, whole=numbers)
+    print_answers(judged, notes, tail, first=first, whole=numbers)
 
 
 def _print_tables(legs: Any, *, whole: bool) -> None:
@@ -330,8 +331,8 @@ def _peak(legs: Any) -> list[tuple[str, int]]:
     return [(f"the source must give {peaks[2]:.3g} l/min (ANR) at once, {times:.2f} times one leg's", 2)]
 
 
-def _answer(legs: Any, worse: Any) -> Any:
-    """One question of the verdict: the worse leg's answer; where they are alike but for numbers, both."""
+def _judged(legs: Any, worse: Any) -> tuple[Any, Any]:
+    """A leg and its answer to one question, the worse one; where they are alike but for numbers, both's."""
     answers = worse.answers
     if len(answers) == 1:
         who = {worse.leg: ("affected side: ", "")}
@@ -346,4 +347,5 @@ def _answer(legs: Any, worse: Any) -> Any:
     text = " ".join(f"{name}{answers[key].text}" for key, (name, _) in who.items())
     short = [f"{name}{answers[key].brief}" for key, (_, name) in who.items() if answers[key].brief]
     brief = "; ".join(short) if len(short) == len(who) else ""
-    return dataclasses.replace(answers[next(iter(who))], text=text, brief=brief)
+    key = next(iter(who))
+    return legs.legs.get(key, legs.right), dataclasses.replace(answers[key], text=text, brief=brief)

@@ -62,7 +62,7 @@ def known(metrics: Mapping[str, Metric]) -> list[tuple[str, str]]:
 
 def in_brief(notes: Iterable[str]) -> str:
     """Notes in a line: some by the few words that stand for their code."""
-    return "; ".join(_BRIEF.get(getattr(note, "code", ""), note) for note in notes)
+    return "; ".join(dict.fromkeys(_BRIEF.get(getattr(note, "code", ""), note) for note in notes))
 
 
 def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:

@@ -12,6 +12,7 @@ from afo_sim.simulation import Recording, limits_of
 
 MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
 INDENT = 12  # columns of a terminal before an answer
+Judged = tuple[Recording, Answer]  # a run, whose limits an answer is held against, and that answer
 _LIMITS_OF = {  # {answer: the limits that it is compared with}
     HELP: ("toe_clearance",),
     LIFT: ("toe_clearance",),
@@ -49,15 +50,15 @@ def badge(answer: Answer) -> str:
 
 def lines(recording: Recording) -> list[str]:
     """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to report."""
-    found = full(recording, recording.verdict)
+    found = full([(recording, answer) for answer in recording.verdict])
     return [*found, " " * INDENT + NO_DEVICE] if found else []
 
 
-def full(recording: Recording, answers: Sequence[Answer]) -> list[str]:
+def full(judged: Sequence[Judged]) -> list[str]:
     """Whole answers for a terminal, each behind its badge, with its limit in brackets."""
     return [
         f"{badge(answer):<{INDENT}}{answer.question} {answer.text} ({limit(recording, answer)})"
-        for answer in answers
+        for recording, answer in judged
     ]
 
 
@@ -83,13 +84,12 @@ def _shown(answer: Answer) -> str:
     return answer.name.replace("_", "-")
 
 
-def brief(recording: Recording, answers: Sequence[Answer], room: int | None) -> list[str]:
+def brief(judged: Sequence[Judged], room: int | None) -> list[str]:
     """For a terminal of `room` columns: a line each, with the kind of its limit where it fits."""
-    named = {_shown(answer): answer for answer in answers}
-    width = max(map(len, named), default=0) + 2
+    width = max((len(_shown(answer)) for _, answer in judged), default=0) + 2
     found = []
-    for name, answer in named.items():
-        line = f"{badge(answer):<{INDENT}}{name:<{width}}{answer.brief or answer.text}"
+    for recording, answer in judged:
+        line = f"{badge(answer):<{INDENT}}{_shown(answer):<{width}}{answer.brief or answer.text}"
         kinds = f" [{_kinds(recording, answer)}]" if answer.brief and answer.name in _LIMITS_OF else ""
         found.append(line + (kinds if room is None or len(line + kinds) <= room else ""))
     return found

@@ -7,6 +7,7 @@ import shlex
 
 import pytest
 
+from afo_sim.common import assets
 from tests.command import call
 from tests.documents import PAGES
 
@@ -180,6 +181,19 @@ def test_two_walking_legs_answer_on_a_dozen_lines_and_hide_no_bad_answer(
     mark = re.compile("^[✓!✗?] (GOOD|DOUBTFUL|BAD|UNKNOWN) ", re.M)
     assert mark.findall(short) == mark.findall(whole) and "BAD" in mark.findall(short)
     assert "one side beside the other" in whole and "air on one supply" in whole
+
+
+def test_a_left_leg_has_its_own_cautions_and_kinds_of_limits(
+    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    usual = (assets.folder("models") / "limits" / "usual" / "limits.toml").read_text(encoding="utf-8")
+    own = tmp_path / "own.toml"
+    own.write_text(re.sub("toe_clearance = .*", 'toe_clearance = ["40 mm", "0 mm"]', usual), encoding="utf-8")
+    words = ("both", "walk-dropfoot-afo", "--affected", "left", "--no-rrd", "--out", tmp_path / "a")
+    code, found, err = call(capsys, *words, "--set-left", f"limits={own}")
+    assert code == 0, err
+    assert "(wanted 40) [user]" in found and "the assumed cuff compliance decides" in " ".join(found.split())
 
 
 def test_other_legs_are_not_replaced(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:

@@ -192,8 +192,8 @@ def test_a_short_line_hides_nothing_that_is_bad(
     shipped: Recording, changed: dict[str, Metric], said: str
 ) -> None:
     run = dataclasses.replace(shipped, metrics={**shipped.metrics, **changed})
-    assert any(said in line for line in verdict.brief(run, run.verdict, None))
-    assert not any(said in line for line in verdict.brief(shipped, shipped.verdict, None))
+    assert any(said in line for line in verdict.brief([(run, a) for a in run.verdict], None))
+    assert not any(said in line for line in verdict.brief([(shipped, a) for a in shipped.verdict], None))
 
 
 def test_the_sentence_of_a_report_names_what_is_bad(short_links: Recording) -> None:
