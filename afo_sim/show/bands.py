@@ -74,7 +74,7 @@ def brief(recording: Recording) -> list[str]:
     if study["trips"]:
         found.append(of_draws(study["trips"]["touch"]["share"], left, "trips", "trip"))
     bands = [f"5 to 95 % of {left} draws: {'; '.join(found)}"] if found else []
-    return [*_warnings(study), *bands, *_measure_next(study)]
+    return [*_warnings(study), *bands, *_in_no_band(study), *_measure_next(study)]
 
 
 def markdown(recording: Recording) -> str:
@@ -210,13 +210,18 @@ def _drawn(one: Mapping[str, Any]) -> tuple[str, str, str, str]:
 
 def _short_notes(study: Mapping[str, Any]) -> list[str]:
     """For the terminal: what failed or was left out, on one line."""
-    found = [*study["notes"], *_undefined(study)]
-    if 0 < study["failed"]["count"] <= _MANY_FAILED * study["draws"]:
-        found.append(f"{study['failed']['count']} of {study['draws']} draws failed and are in no band")
+    found = [*study["notes"], *_in_no_band(study)]
     if study["left_out"]:
         names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
         found.append(f"not drawn, since it is not there: {', '.join(names)}")
     return ["; ".join(found)] if found else []
+
+
+def _in_no_band(study: Mapping[str, Any]) -> list[str]:
+    """Draws that a band lacks: few that failed, and those without the number."""
+    found, count = _undefined(study), study["failed"]["count"]
+    few = 0 < count <= _MANY_FAILED * study["draws"]
+    return [*found, f"{count} of {study['draws']} draws failed and are in no band"] if few else found
 
 
 def _notes(study: Mapping[str, Any]) -> list[str]:

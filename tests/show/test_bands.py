@@ -59,6 +59,15 @@ def test_in_short_the_bands_are_those_of_the_whole(walk: Recording) -> None:
     assert "trip" in bands_line
 
 
+def test_in_short_the_draws_that_a_band_lacks_are_counted(walk: Recording) -> None:
+    study = walk.studies["uncertainty"]
+    clearance = study["metrics"]["toe_clearance"] | {"undefined": 9}
+    lacking = changed(walk, metrics=study["metrics"] | {"toe_clearance": clearance}, draws=200)
+    failed = changed(lacking, failed={"count": 3, "reasons": [{"count": 3, "reason": "it fell"}]})
+    short = " ".join(bands.brief(failed))
+    assert "undefined in 9 draws" in short and "3 of 200 draws failed" in short
+
+
 def test_no_trip_among_few_draws_is_not_told_as_none_at_all(walk: Recording) -> None:
     trips = walk.studies["uncertainty"]["trips"]
     dry = trips | {"touch": trips["touch"] | {"share": 0.0}}
