@@ -53,7 +53,7 @@ def _share_reference(runs: Sequence[RunView]) -> bool:
 
 
 def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: float) -> Iterator[_Walker]:
-    """A walker, the foot enlarged beside it; none without a toe clearance, or without its recorded walk.
+    """A walker, the foot enlarged beside it; none without a toe clearance, its recorded walk or a column.
 
     Units: width [inch].
     """
@@ -67,9 +67,9 @@ def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: flo
     off = [abs(1e3 * float(stride.at("sole/height", phase)) - height) for stride in view.strides]
     try:
         walker = WalkingFigure.of(view, off.index(min(off)))
+        pose = walker.pose(phase)
     except InputError:
         return
-    pose = walker.pose(phase)
     words = f"toe {abs(height):.0f} mm {'below' if height < 0.0 else 'above'} the floor"
     with styled(**{"svg.fonttype": "path", "svg.hashsalt": name}):
         figure = Figure(figsize=(width, width * _WHOLE * (_TALL + _DEEP) / _WIDE))

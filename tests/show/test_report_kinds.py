@@ -126,6 +126,8 @@ def test_the_height_at_a_walker_is_the_mean_that_the_answers_state(walks: dict[s
     run = dataclasses.replace(walks["worn"], metrics={**walks["worn"].metrics, **lower})
     (walker,) = walkers([alone(run)])
     assert "toe 7 mm below the floor" in walker.drawing
+    columns = {name: values for name, values in run.columns.items() if not name.startswith("qpos/")}
+    assert walkers([alone(dataclasses.replace(run, columns=columns))]) == []  # a report stands without it
 
 
 @pytest.mark.slow
