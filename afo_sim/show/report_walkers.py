@@ -7,6 +7,7 @@ from typing import Any
 
 from afo_sim.common import InputError
 from afo_sim.metrics import REFERENCES
+from afo_sim.show.ground_force import above
 from afo_sim.show.report_figures import WIDTH, svg
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import styled
@@ -70,7 +71,6 @@ def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: flo
         pose = walker.pose(phase)
     except InputError:
         return
-    words = f"toe {abs(height):.0f} mm {'below' if height < 0.0 else 'above'} the floor"
     with styled(**{"svg.fonttype": "path", "svg.hashsalt": name}):
         figure = Figure(figsize=(width, width * _WHOLE * (_TALL + _DEEP) / _WIDE))
         whole = figure.add_axes((0.0, 0.0, _WHOLE, 1.0))
@@ -83,7 +83,7 @@ def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: flo
         look: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": 9.0, "weight": "bold"}
         look |= {"color": BELOW if height < 0.0 else ABOVE, "transform": close.transAxes}
         close.text(0.5, 0.015, f"{height:+.0f} mm".replace("-", "−"), **look)
-        told = f"in mid-swing at {percent} % of the gait cycle: {words}"
+        told = f"in mid-swing at {percent} % of the gait cycle: toe {above(1e-3 * height)}"
         yield _Walker(run, label, svg(name, "Walker from the side", figure, told), percent)
 
 

@@ -19,6 +19,7 @@ from afo_sim.description import load
 from afo_sim.gait import GaitCycle
 from afo_sim.metrics import Stride
 from afo_sim.model import ANKLE, Foot, foot_of, muscle_names, person_of, persons_stride
+from afo_sim.show.ground_force import above
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording, reference_of, run_scenario
@@ -226,14 +227,13 @@ def reference_view(recording: Recording, label: str, colour: str) -> RunView | N
     return RunView(label, colour, again) if same else None
 
 
-def draw_figure(axis: Any, figure: WalkingFigure, phase: float, *, letters: float = 13.0) -> None:
+def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
     """Draw a walker in true proportions, the hip at x = 0, with the height of the toes in swing.
 
     Parameters
     ----------
     axis : of matplotlib; what it shows is cut to the figure
     figure, phase : who is drawn, and at which gait phase [-]
-    letters : size of the words [point]
     """
     pose = figure.pose(phase)
     shift = np.array([pose.hip[0], 0.0])
@@ -248,10 +248,10 @@ def draw_figure(axis: Any, figure: WalkingFigure, phase: float, *, letters: floa
     if phase > figure.stride.toe_off:
         low = figure.lowest(phase)
         colour = BELOW if low < 0.0 else ABOVE
-        words = f"toe {abs(1e3 * low):.0f} mm {'below' if low < 0.0 else 'above'} the floor"
         tip = pose.sole[-1] - shift
         axis.plot([tip[0], tip[0]], [0.0, tip[1]], color=colour, lw=2.0)
-        axis.text(0.0, -0.16, words, ha="center", va="center", color=colour, fontsize=letters, weight="bold")
+        look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 13.0, "weight": "bold"}
+        axis.text(0.0, -0.16, f"toe {above(low)}", color=colour, **look)
     _draw_floor(axis, float(shift[0]))
 
 
