@@ -49,7 +49,8 @@ class Stand(Shown):
 
     def __repr__(self) -> str:
         muscles = dict.fromkeys(trial.plan.muscle.name for trial in self.trials)
-        return f"<Stand: {', '.join(self.kinds)} of {', '.join(muscles)}; {len(self.trials)} curve set{'s' if len(self.trials) > 1 else ''}>"
+        many = "s" if len(self.trials) > 1 else ""
+        return f"<Stand: {', '.join(self.kinds)} of {', '.join(muscles)}; {len(self.trials)} trial{many}>"
 
     @property
     def kinds(self) -> tuple[str, ...]:
