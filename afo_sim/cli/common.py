@@ -21,10 +21,10 @@ _EPILOGUE = """Exit codes:
 
 \b
 0    done
-1    a check, a published number or a replayed case differs; what is asked of a size does not suffice
+1    a check, a published number or a replayed case differs; the size in question does not suffice
 2    wrong input, or the system refuses: disk, permission, memory
 3    unstable, or its controller failed; its rows up to there are written
-70   a fault of this program; a file to send is written
+70   an error in this program; a report to send is written
 130  stopped by Ctrl-C
 143  stopped by SIGTERM
 """

@@ -35,7 +35,7 @@ _LISTS = (
 def list_command(
     what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the name of one")] = "",
 ) -> None:
-    """List what there is, one line each; or one of them whole, with every number, its unit and source."""
+    """List what is available, one line each; or one entry in full: every number, its unit and source."""
     short_lived()
     with progress("reading"):
         if what and what not in _LISTS:
@@ -76,7 +76,7 @@ def _headline(table: dict[str, Any]) -> str:
 def check(
     file: Annotated[Path, Argument(help="a TOML description, MJCF, URDF or gait CSV; or a shipped orthosis")],
 ) -> None:
-    """Doctor for your own files: says what is wrong, or what was understood."""
+    """Check your own files: report what is wrong, or what was understood."""
     with progress("checking"):
         from afo_sim.cli.doctor.kinds import check_file
 

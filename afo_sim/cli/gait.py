@@ -76,13 +76,13 @@ class Trial:
 def gait_import_command(trial: Trial) -> None:
     """Cut one stride from a walking trial, and write it as gait CSV with a picture of what was understood.
 
-    Ground forces are needed always, and for the leg one of: markers, or joint angles with the model.
+    Ground forces are always needed. For the leg, give either markers or joint angles with the model.
 
     \b
         afo-sim gait import walk.c3d --walker patient --static standing.c3d --out walk.csv
         afo-sim gait import ik.mot grf.mot scaled.osim --walker healthy --out walk.csv
 
-    docs/gait_data.md tells which files belong together, and how far to trust each.
+    docs/gait_data.md states which files belong together, and how far to trust each.
     """
     if trial.write_map is not None:
         _write_map(trial.files, trial.write_map)

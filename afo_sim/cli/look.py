@@ -152,10 +152,10 @@ def video_command(
 def recover_command(
     folder: Annotated[Path, Argument(help="folder of a damaged run or sweep")],
     out: Annotated[
-        Path | None, Option(help="folder for what is whole of a run; beside it, with -recovered, by default")
+        Path | None, Option(help="folder for the intact part of a run; by default beside it, with -recovered")
     ] = None,
 ) -> None:
-    """Save what is whole of a damaged run, in a new folder, or of a damaged sweep, which then goes on."""
+    """Save the intact part of a damaged run in a new folder, or of a damaged sweep, which then goes on."""
     with progress("reading"):
         from afo_sim.simulation import recover_recording
         from afo_sim.study import SWEEP, recover
@@ -178,7 +178,7 @@ def check_run_command(
         Path | None, Argument(help="checks file; the shipped scenario's own by default")
     ] = None,
 ) -> None:
-    """Hold a run against a file of checks; exit code 1 when one fails."""
+    """Test a run against a file of checks; exit code 1 when one fails."""
     with progress("checking"):
         from afo_sim.common import assets
         from afo_sim.simulation import read_recording, run_checks

@@ -140,7 +140,7 @@ def torque_map_command(
     ),
     pressure: Annotated[list[str] | None, Option(help="gauge pressure; may be given several times")] = None,
 ) -> None:
-    """Torque necessary against torque available: ankle angle × pressure → orthosis torque."""
+    """Torque needed and torque available: ankle angle × pressure → orthosis torque."""
     values = read_sets(sets)
     start, stop, step = (quantity("--angle", text, "rad") for text in angle)
     pressures = [quantity("--pressure", p, "Pa") for p in pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]]

@@ -53,7 +53,7 @@ class _Sweep:
     ] = "refuse"
     plain: Plain = False
     dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False
-    yes_many: Annotated[bool, Option("--yes-many", help="more than ten million cases are no slip")] = False
+    yes_many: Annotated[bool, Option("--yes-many", help="more than ten million cases are intended")] = False
     show: Annotated[Path | None, Option(help="a sweep's folder: print its tables, draw its figures")] = None
     metric: Annotated[
         list[str] | None, Option(help="with --show: a metric, as NAME or NAME:lowest|highest")
@@ -151,7 +151,7 @@ def replay(
     out: Annotated[Path | None, Option(help="folder to write to; DIR/recordings/case_N by default")] = None,
     rrd: RecordingOption = None,
 ) -> None:
-    """One case of a sweep again, with its whole recording."""
+    """Run one case of a sweep again, with its whole recording."""
     with progress("reading, compiling the muscles") as report:
         from afo_sim.study import replay as replaying
 
@@ -233,7 +233,7 @@ def optimise(
     plain: Plain = False,
     dry_run: Annotated[bool, Option("--dry-run", help="say what it would take, and stop")] = False,
 ) -> None:
-    """Search the design that serves an objective best within limits; started again, it goes on."""
+    """Search for the design that meets an objective best within limits; started again, it goes on."""
     check_changed(if_changed, dry_run)
     check_counts(threads, workers)
     with progress("reading, compiling the muscles") as report:

@@ -46,7 +46,7 @@ def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
 @reported(
     TORQUE,
     ("peak_{}_torque_10ms", "N*m", "{} torque, peak over 10 ms", peak.MEANING),
-    ("peak_{}_torque", "N*m", "{} torque, peak of an instant"),
+    ("peak_{}_torque", "N*m", "{} torque, instantaneous peak"),
 )
 @reported(
     ANKLE,

@@ -9,12 +9,17 @@ from afo_sim.metrics.supply import EACH
 
 @reported(
     TIME,
-    ("strides_solved", "", "Strides that the solver walked", "at the asked step; a wearer walks more"),
+    (
+        "strides_solved",
+        "",
+        "Strides that the solver simulated",
+        "at the chosen time step; a wearer walks more",
+    ),
     ("settled_air_change", "percent", "Change of the air over the settled stride", "largest, of mass and σ"),
     (
         "settled_angle_change",
         "deg",
-        "Change of the ankle's angle over it",
+        "Change of the ankle angle over the settled stride",
         "at its ends, or largest in two strides",
     ),
     of=Of.BESIDE,
@@ -46,10 +51,10 @@ TOUCHES = "swings_with_toe_contact"  # of the reference: a toe that passes high 
     (
         "reference_swings_with_toe_contact",
         "percent",
-        "Swings of the reference in which the forefoot touches",
+        "Swings of the reference in which the forefoot touches the floor",
         "the same patient, otherwise shod",
     ),
-    ("lift_over_reference", "mm", "Toe clearance less the reference's", "the same patient, otherwise shod"),
+    ("lift_over_reference", "mm", "Toe clearance minus the reference's", "the same patient, otherwise shod"),
     of=Of.BESIDE,
     made_of=(COMPARED,),
 )
@@ -80,13 +85,13 @@ def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]
     ("wrap_loss", "J", "Lost at guides", f"friction at the paths' points and surfaces; {EACH}"),
     ("spring_change", "J", "Stored in springs", f"change in cables, cuff and plate; {EACH}"),
     ("bladder_change", "J", "Stored in bladders", f"change of what the muscles hold without air; {EACH}"),
-    ("law_mismatch", "J", "Given by the laws alone", f"work beyond that of their air's volume; {EACH}"),
-    ("law_mismatch_share", "percent", "Given by the laws, share", "of the net work of the air"),
+    ("law_mismatch", "J", "Work that the force laws add", f"beyond the work of the air; {EACH}"),
+    ("law_mismatch_share", "percent", "Work that the force laws add, share", "of the net work of the air"),
     (
         "energy_error",
         "percent",
-        "Energy found nowhere",
-        "of the air's work without its sign; of the run, or two settled strides",
+        "Energy not accounted for",
+        "share of the air's absolute work, over the run or two settled strides",
     ),
     of=Of.BESIDE,
 )

@@ -11,10 +11,10 @@ from afo_sim.metrics.supply import sag_metrics
 
 ANR = "ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
 SOURCE = (
-    "on what the scenario's source gives as it cools, or without one a full bottle of its limits, down to "
-    "the supply's pressure"
+    "on the air that the scenario's source gives as it cools, or without a source on the full bottle of its "
+    "limits, down to the supply's pressure"
 )
-BEFORE = "air before the first step is out of a source, not of the limits' bottle"
+BEFORE = "air before the first step comes out of a source, not out of the limits' bottle"
 MASS = "store/source/mass"
 WALKED = ("free_air_per_stride", "stride_time")
 FLOWS = ("mean_flow", "peak_flow")
@@ -30,12 +30,12 @@ COMPRESSIBILITY = {  # by absolute pressure [bar]
 @reported(
     AIR,
     ("free_air_per_minute", "l/min", "Free air per minute of walking", f"litres {ANR}"),
-    ("strides_per_bottle", "", "Strides of one bottle", f"walked without a stop, {SOURCE}; {BEFORE}"),
-    ("hours_per_bottle", "h", "Hours of one bottle", f"without a stop, {SOURCE}; {BEFORE}"),
+    ("strides_per_bottle", "", "Strides from one bottle", f"walked without a stop, {SOURCE}; {BEFORE}"),
+    ("hours_per_bottle", "h", "Hours from one bottle", f"without a stop, {SOURCE}; {BEFORE}"),
     of=Of.RUN,
     made_of=WALKED,
 )
-@reported(AIR, ("cycles_per_bottle", "", "Cycles of one bottle", f"seated, {SOURCE}"), of=Of.RUN)
+@reported(AIR, ("cycles_per_bottle", "", "Cycles from one bottle", f"seated, {SOURCE}"), of=Of.RUN)
 def source_life(run: Run) -> Found:
     """Air that a run takes, and how long the scenario's source lasts at that, or a bottle of its limits.
 

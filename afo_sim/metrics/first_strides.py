@@ -23,8 +23,8 @@ NUMBERED = "toe_clearance_stride_{}"
 LOWEST, UNTIL = "lowest_toe_clearance_first_ten", "strides_until_clear"
 AIR_FIRST, AIR_BEFORE = "air_first_stride", "air_before_first_step"
 TEN = (
-    "of the ten from a stop, those near the settled one as the three before them show; of fewer where the "
-    "last is within 0.5 mm of it, which counts too"
+    "of the first ten after a stop; those near the settled one are estimated from the three before them; of "
+    "fewer where the last is within 0.5 mm of the settled one, which also counts"
 )
 CLEAR = (
     "strides from a stop until the toe clears the floor and stays clear in the ten, and in the settled one "

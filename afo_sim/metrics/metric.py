@@ -291,7 +291,7 @@ RENAMED = {
     "swings_without_ball_dip": ("swings_without_ball_event", EVENT),
     "share_of_dorsiflexion_moment": (
         "orthosis_swing_torque_mean",
-        "its peak stood at push-off; needed_swing_torque_mean is what to hold it against",
+        "its peak stood at push-off; needed_swing_torque_mean is what to compare it with",
     ),
     "share_of_plantarflexion_moment": (
         "orthosis_peak_plantarflexion_torque",

@@ -70,7 +70,7 @@ def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
         covered = metrics["torque_covered"].value
         sentences.append(
             f"Over the stride the orthosis covers {covered:.0f} % of the torque that this patient lacks for "
-            "the recorded ankle's motion; that does not tell what it hinders."
+            "the recorded ankle's motion; that does not show what it hinders."
         )
     return sentences
 

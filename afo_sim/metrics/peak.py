@@ -54,7 +54,7 @@ def rows(name: str, label: str, meaning: str = "") -> tuple[tuple[str, ...], tup
     over = "; ".join(filter(None, (MEANING, meaning)))
     return (
         (f"{name}{OVER}", "N*m", f"{label}, peak over 10 ms", over),
-        (name, "N*m", f"{label}, peak of an instant", meaning),
+        (name, "N*m", f"{label}, instantaneous peak", meaning),
     )
 
 

@@ -17,8 +17,8 @@ SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall f
 FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
 BAND = 0.25  # half the height of the band about the middle that a cycle crosses, of the swing [-]
 
-HOLDS = "least that all of it presses with on the skin so as not to slide: peak pull along over friction"
-USED = "100 % is the limit; of the muscle that comes closest"
+HOLDS = "least total force on the skin that prevents sliding: peak pull along the shank divided by friction"
+USED = "100 % is the limit; for the muscle that comes closest"
 CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has one a stride at least"
 
 
@@ -36,21 +36,21 @@ CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has
     (
         "cuff_skin_pressure_sustained",
         "kPa",
-        "Pressure under the cuff, all the time",
-        "of the force that keeps it from sliding alone: the strap stays as tight as the peak needs it",
+        "Pressure under the cuff, sustained",
+        "from the force that prevents sliding alone: the strap stays as tight as the peak requires",
     ),
     (
         "cuff_share_of_discomfort",
         "percent",
-        "Cuff's pressure by that of discomfort",
-        "peak; from 100 % on it is uncomfortable",
+        "Cuff pressure as a share of the discomfort limit",
+        "peak; discomfort from 100 %",
     ),
-    ("cuff_share_of_pain", "percent", "Cuff's pressure by that of pain", "peak; from 100 % on it hurts"),
+    ("cuff_share_of_pain", "percent", "Cuff pressure as a share of the pain limit", "peak; pain from 100 %"),
     (
         "cuff_share_of_blood_flow",
         "percent",
-        "Cuff's pressure by that which hinders blood flow",
-        "all the time; beyond 100 % it may be hindered",
+        "Cuff pressure as a share of the blood-flow limit",
+        "sustained; above 100 % blood flow may be hindered",
     ),
     of=Of.RUN,
 )
@@ -97,13 +97,13 @@ def cuff_metrics(
         "plate_pull_across",
         "N",
         "Pull of the plate against the sole, peak",
-        "a sole bears many times as much in standing: no margin",
+        "not a margin: standing loads the sole many times as much",
     ),
     (
         "plate_holding_force",
         "N",
         "Force of the strap that keeps the plate from sliding",
-        "over the instep: peak pull along over friction, less what the pull itself presses with on the sole",
+        "over the instep: peak pull along the sole divided by friction, minus the pull against the sole",
     ),
     (
         "plate_skin_pressure",
@@ -114,15 +114,15 @@ def cuff_metrics(
     (
         "plate_share_of_discomfort",
         "percent",
-        "Strap's pressure by that of discomfort",
-        "from 100 % on it is uncomfortable",
+        "Strap pressure as a share of the discomfort limit",
+        "discomfort from 100 %",
     ),
-    ("plate_share_of_pain", "percent", "Strap's pressure by that of pain", "from 100 % on it hurts"),
+    ("plate_share_of_pain", "percent", "Strap pressure as a share of the pain limit", "pain from 100 %"),
     (
         "plate_share_of_blood_flow",
         "percent",
-        "Strap's pressure by that which hinders blood flow",
-        "all the time; beyond 100 % it may be hindered",
+        "Strap pressure as a share of the blood-flow limit",
+        "sustained; above 100 % blood flow may be hindered",
     ),
     of=Of.RUN,
 )
@@ -193,10 +193,10 @@ def _shares(
 
 @reported(
     SAFETY,
-    ("muscle_share_of_pressure", "percent", "Muscles' highest pressure by its limit", USED),
-    ("muscle_share_of_force", "percent", "Muscles' highest force by its limit", USED),
-    ("muscle_share_of_contraction", "percent", "Muscles' greatest contraction by its limit", USED),
-    ("muscle_share_of_stretch", "percent", "Muscles' greatest stretch by its limit", USED),
+    ("muscle_share_of_pressure", "percent", "Highest muscle pressure as a share of its limit", USED),
+    ("muscle_share_of_force", "percent", "Highest muscle force as a share of its limit", USED),
+    ("muscle_share_of_contraction", "percent", "Greatest contraction as a share of its limit", USED),
+    ("muscle_share_of_stretch", "percent", "Greatest stretch as a share of its limit", USED),
     of=Of.RUN,
 )
 def muscles(run: Run) -> Found:

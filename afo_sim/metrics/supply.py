@@ -135,7 +135,7 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
         "exergy_efficiency",
         "percent",
         "Efficiency of the air",
-        "work of the muscles on the skeleton, less what it gives them, of the exergy taken",
+        "net work of the muscles on the skeleton, as a share of the exergy taken",
     ),
     (
         "exergy_efficiency_positive",

@@ -14,7 +14,7 @@ NEEDED_MOMENT = "gait/needed_moment"
 NEEDED = "healthy ankle's active moment less what the patient gives"
 SWING = "from toe-off until the shank stands upright"
 TERMINAL = "from the upright shank to heel strike, where the straight knee tightens the calf"
-TISSUE = "at the same instant, the part of it that only holds against the ankle's own tissue"
+TISSUE = "at the same instant, the part that only balances the ankle's own tissue"
 SIDES = {"dorsiflexion": 1.0, "plantarflexion": -1.0}  # sign of a torque that way
 RECORDED = "of the recorded ankle's"
 INVERSION = "ankle/moment/inversion"
@@ -27,9 +27,14 @@ ON_FOOT = "of the muscles on the foot, about the forward axis through the ankle"
     *peak.rows("needed_plantarflexion_torque", "Plantarflexion torque needed", NEEDED),
     *peak.rows("needed_swing_torque", "Dorsiflexion torque needed in swing", SWING),
     ("needed_swing_torque_mean", "N*m", "Dorsiflexion torque needed in swing, mean", SWING),
-    ("needed_swing_torque_tissue", "N*m", "Of the torque needed in swing, tissue's", TISSUE),
+    ("needed_swing_torque_tissue", "N*m", "Torque needed in swing, part due to tissue", TISSUE),
     *peak.rows("needed_terminal_swing_torque", "Dorsiflexion torque needed in terminal swing", TERMINAL),
-    ("needed_terminal_swing_torque_tissue", "N*m", "Of that in terminal swing, tissue's", TISSUE),
+    (
+        "needed_terminal_swing_torque_tissue",
+        "N*m",
+        "Torque needed in terminal swing, part due to tissue",
+        TISSUE,
+    ),
     of=Of.STRIDE,
 )
 def torque_deficit(stride: Stride) -> Found:
@@ -69,7 +74,7 @@ def torque_deficit(stride: Stride) -> Found:
     ("orthosis_mean_plantarflexion_torque", "N*m", "Plantarflexion torque, mean", "over the stride"),
     ("orthosis_swing_torque_mean", "N*m", "Torque in swing, mean", f"dorsiflexion positive, {SWING}"),
     ("torque_covered", "percent", "Needed torque covered", "of its integral over the stride"),
-    *peak.rows("torque_missing", "Torque missing", "need that the orthosis leaves open"),
+    *peak.rows("torque_missing", "Torque missing", "need that the orthosis does not meet"),
     *peak.rows("torque_unneeded", "Torque not needed", "beyond the need or against it"),
     of=Of.WORN,
 )
@@ -153,8 +158,8 @@ def _share(part: float, whole: float) -> float:
 
 HEEL_RISE = 0.40  # begin of push-off: ankle power turns positive at some 43 % of the stride (Bovi 2011) [-]
 OVER = "from 40 % of the stride to toe-off"
-LOST = "recorded less this one's"
-WHOSE = "by the orthosis or by the patient's own weakness: hold it against a run without orthosis"
+LOST = "recorded minus simulated"
+WHOSE = "by the orthosis or by the patient's own weakness: compare it with a run without orthosis"
 
 HELD = "the verdict compares it with the scenario's limits"
 

@@ -35,11 +35,11 @@ QUESTIONS = {
     LIFT: "Does it lift the toe?",
     HEEL: "Does it land on the heel?",
     PUSH_OFF: "Does it hinder push-off?",
-    AIR: "What air does it cost?",
-    SKIN: "Does the skin bear it?",
+    AIR: "How much air does it use?",
+    SKIN: "Can the skin tolerate it?",
 }
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
-ENOUGH, UNSURE = "it helps, and enough", "it helps; not for sure in every stride"
+ENOUGH, UNSURE = "it helps enough", "it helps, but not with certainty in every stride"
 REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the run}
     "shoe": ("Without the device", "with it"),
     "barefoot": ("Barefoot and without the device", "with it"),
@@ -145,7 +145,9 @@ def _help(
     status, answer = _helped(without, own, wanted, trips)
     if own >= wanted and lift != "good":
         status = worst([status, lift])
-        answer = UNSURE if answer == ENOUGH else f"{answer}; not for sure clear in every stride with it"
+        answer = (
+            UNSURE if answer == ENOUGH else f"{answer}; with it, clearance is not certain in every stride"
+        )
     both = zip(REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
     limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
     parts = [
@@ -174,7 +176,7 @@ def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[St
 
 def _passes(height: float) -> str:
     """A toe clearance [mm] in words, to the digit of the answer about the toe."""
-    return f"at {millimetres(height)}" if height >= 0.0 else f"{millimetres(-height)} below the floor"
+    return f"{millimetres(abs(height))} {'above' if height >= 0.0 else 'below'} the floor"
 
 
 # --- toe
@@ -291,9 +293,9 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
         own = metrics["torque_against_push_off_per_mass"].value
         whole = "torque_against_push_off_10ms"
         absolute = f"{metrics[whole].value:.1f} N·m, " if has(metrics, whole) else ""
-        parts.append(f"holds back with {absolute}{own:.3f} N·m/kg")
+        parts.append(f"resists push-off with {absolute}{own:.3f} N·m/kg")
     if has(metrics, "work_against_push_off"):
-        parts.append(f"takes {metrics['work_against_push_off'].value:.4f} J/kg")
+        parts.append(f"absorbs {metrics['work_against_push_off'].value:.4f} J/kg")
     text = f"The orthosis {listed(parts)}."
     status = worst(list[Status](each.values()))
     if len(set(each.values())) > 1 and status != "unknown":
@@ -321,7 +323,7 @@ def _air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Ans
     grams = metrics["air_per_stride"].value
     if grams <= 0.0:
         return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit)
-    parts = [f"A stride takes {grams:.3g} g"]
+    parts = [f"A stride takes {grams:.3g} g of air"]
     if has(metrics, "free_air_per_minute"):
         parts.append(f"{three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
     words = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
@@ -347,7 +349,7 @@ def _bottle(metrics: Numbers, limit: tuple[float, float], words: str) -> tuple[S
         return "unknown", "The run does not hold the strides of a bottle: run it again."
     strides = metrics["strides_per_bottle"].value
     if strides <= 0.0:
-        stated = f"{capital(words)} gives none: the supply needs as much pressure."
+        stated = f"{capital(words)} lasts no stride: its pressure is not above the supply's."
         return at_least(strides, limit), stated
     lasts = f"{strides:.0f} strides" if strides >= 10.0 else f"{strides:.1f} strides"
     if has(metrics, "stride_time"):
@@ -398,7 +400,7 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     Beyond the pressure that hinders the flow of blood all the time nothing is good.
     """
     (discomfort, pain), flow = limits.skin_pressure, limits.blood_flow_pressure
-    limit = f"discomfort from {1e-3 * discomfort:.3g}, pain {1e-3 * pain:.3g}, all the time "
+    limit = f"discomfort from {1e-3 * discomfort:.3g}, pain from {1e-3 * pain:.3g}, sustained "
     limit += f"{1e-3 * flow:.3g} kPa (blood flow)"
     if not worn:
         return Answer(SKIN, QUESTIONS[SKIN], "good", "Nothing is worn that presses on it.", limit)
@@ -413,12 +415,12 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
         if most <= 0.0:
             continue
         peak, always = (f"{value:.3g} kPa" for value in (most, lasting))
-        beside = f"{peak} at the most and " if peak != always else ""
-        parts.append(f"the {name} presses with {beside}{always} all the time")
+        beside = f"at most {peak} and " if peak != always else ""
+        parts.append(f"the {name} presses on it with {beside}{always} all the time")
         short.append(f"{name} {peak}" + (f", always {always}" if beside else ""))
     if not statuses:
         return _unknown(SKIN, "no cuff and no strap is described", limit)
-    text = f"To hold by an assumed friction {listed(parts)}." if parts else "Nothing presses on it."
+    text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on it."
     against = f"(discomfort {1e-3 * discomfort:.3g}, always {1e-3 * flow:.3g})"
     brief = f"{', '.join(short)}, friction assumed {against}" if short else ""
     return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit, brief)

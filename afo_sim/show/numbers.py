@@ -175,17 +175,17 @@ def doubts(
             if "strides_solved" in metrics
             else _walked(metrics, strides)
         )
-        words = "the numbers are {of}; the wearer walks the first ones too{start}"
+        words = "the numbers are {of}; the wearer also walks the first strides{start}"
         found.append(Notice(_WHICH_STRIDES, words, of=of, start=_from_start(strides)))
     slap = metrics.get("foot_slap_velocity")
     recorded = (scenario.get("ground") or {}).get("mode") != "contact"
     if recorded and slap is not None and slap.value > _SLAPS:
-        words = "no floor stops the foot ({slap:.0f} °/s): believe swing, not landing{key}"
+        words = "no floor stops the foot (slap {slap:.0f} °/s): trust swing, not landing{key}"
         key = " (--set ground.mode=contact)"
         found.append(Notice("no-floor", words, subject="foot_slap_velocity", slap=slap.value, key=key))
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
-        words = "the cuff's compliance is assumed{key} and decides: run half and double"
+        words = "the cuff's compliance is assumed{key} and decides the result: run half and double"
         subject = "orthosis.anchor.shank"
         found.append(Notice("cuff-assumed", words, subject=subject, key=f" ({subject})"))
     return [*found, *_of_muscles(scenario)]
@@ -233,7 +233,9 @@ def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
     if "quality" not in cycle.notes:  # no import wrote it, which warns of its ends
         found += [doubt.after("of the gait cycle ") for doubt in closing_doubts(cycle)]
     if "ankle_z_m" in cycle.notes.get("derived", ""):
-        words = "a clearance is good to some 8 mm: the ankle's path of this gait is derived, not recorded"
+        words = (
+            "a clearance is accurate to about 8 mm: the ankle's path of this gait is derived, not recorded"
+        )
         found.append(Notice("ankle-derived", words, subject="toe_clearance"))
     mass = body_mass(scenario)
     if abs(cycle.body_mass / mass - 1.0) > _SAME_MASS:
@@ -256,7 +258,7 @@ def _of_own_walk(scenario: Mapping[str, Any]) -> list[Notice]:
     if parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad") > 0.0:
         keys.append("patient.spasticity")
     words = (
-        "the recorded walk is the patient's own, without the device: the muscles give what they gave, and no "
+        "the recorded walk is the patient's own, without the device: the muscles act as they did, and no "
         "torque that the patient lacks is known{key}"
     )
     key = f"; not applied: {', '.join(keys)}" if keys else ""
@@ -290,7 +292,7 @@ def _walked(metrics: Mapping[str, Metric], strides: Mapping[int, Mapping[str, Me
         if name in metrics
     ]
     if counted < 2 or not changes:
-        return f"of stride {last} alone, which does not tell whether it repeats"
+        return f"of stride {last} alone, which does not show whether it repeats"
     still = f"which still change by {' and '.join(changes)} from the last but one to the last"
     return f"means of strides {last - counted + 1} to {last}, {still}"
 

@@ -117,7 +117,7 @@ def _supply(scenario: Scenario) -> Iterator[Step]:
     for name, group in groups.items():
         limit = group.type.limits.pressure
         if scenario.supply.pressure + PRESSURE > limit * _LIMIT:
-            reason = f"the muscles of {name} are allowed {1e-5 * limit:g} bar"
+            reason = f"the muscles of {name} are limited to {1e-5 * limit:g} bar"
             yield dataclasses.replace(upper, barred="forbidden", reason=reason)
             return
     yield upper

@@ -489,7 +489,7 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
         *short,
         str(tmp_path / "b"),
     )
-    assert "note: the numbers are of stride 2 alone, which does not tell whether it repeats" in said
+    assert "note: the numbers are of stride 2 alone, which does not show whether it repeats" in said
     assert "note: the cuff's compliance is assumed (orthosis.anchor.shank)" in said
     assert "note: the recorded walker weighs 68.5 kg, the patient 75 kg" in said
     own = ["--set", "orthosis.anchor.shank.stiffness=2 kN/m"]

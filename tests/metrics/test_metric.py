@@ -189,7 +189,7 @@ def test_a_process_that_simulates_nothing_has_all_words() -> None:
 def test_names_with_a_chamber_or_a_direction_are_filled_in() -> None:
     assert entry("air_per_stride_front").label == "Air per stride, front"
     assert entry("air_per_stride").label == "Air per stride"
-    assert entry("peak_push_off_torque").label == "Push off torque, peak of an instant"
+    assert entry("peak_push_off_torque").label == "Push off torque, instantaneous peak"
     assert entry("peak_push_off_torque_10ms").label == "Push off torque, peak over 10 ms"
     assert entry("lowest_pressure_front").meaning == "gauge"
     assert "air_per_stride" in WORDS and not any("{" in name for name in WORDS)

@@ -75,7 +75,7 @@ def test_answers_in_their_order_and_none_of_what_does_not_walk() -> None:
     [
         (17.0, 28.7, "doubtful", "not needed for the toe."),
         (17.0, 5.0, "doubtful", "not needed for the toe and lowers it too far."),
-        (-26.0, 13.0, "good", "it helps, and enough."),
+        (-26.0, 13.0, "good", "it helps enough."),
         (-26.0, 5.0, "doubtful", "it helps, but not enough."),
         (-26.0, -5.0, "bad", "it helps, but not enough: the toe trips."),
         (3.0, 3.2, "doubtful", "it changes nothing."),
@@ -94,7 +94,7 @@ def test_the_verdict_opens_with_whether_the_toe_needs_the_device(
 @pytest.mark.parametrize(
     ("touches", "without", "own", "status", "words"),
     [
-        ((True, False), 17.0, 28.7, "good", "it helps, and enough."),
+        ((True, False), 17.0, 28.7, "good", "it helps enough."),
         ((True, False), 17.0, 5.0, "doubtful", "it helps, but not enough."),
         ((False, True), 17.0, 28.7, "bad", "not needed for the toe and lowers it too far."),
         ((False, True), 3.0, 28.7, "bad", "it lowers the toe."),
@@ -115,7 +115,7 @@ def test_a_forefoot_that_touches_earlier_in_swing_is_no_toe_that_passes(
 
 def test_a_device_that_is_not_needed_and_trips_in_the_first_stride_is_bad() -> None:
     answer = judge({"reference_toe_clearance": 17.0, "toe_clearance_stride_1": -1.0})["help"]
-    assert answer.status == "bad" and "not for sure clear in every stride" in answer.text
+    assert answer.status == "bad" and "clearance is not certain in every stride" in answer.text
 
 
 def test_help_that_fails_in_the_first_stride_is_no_sure_one_and_without_a_reference_nothing_is_said() -> None:
@@ -305,7 +305,7 @@ def test_who_wears_nothing_is_hindered_by_nothing_and_takes_no_air() -> None:
 
 def test_a_bottle_below_the_supply_gives_nothing() -> None:
     answer = judge({"strides_per_bottle": 0.0})["air"]
-    assert answer.status == "bad" and "gives none: the supply needs as much pressure" in answer.text
+    assert answer.status == "bad" and "lasts no stride: its pressure is not above the supply's" in answer.text
 
 
 def test_a_walk_too_short_to_count_is_unknown_in_every_answer() -> None:
@@ -423,4 +423,4 @@ def test_the_summary_holds_the_verdict(designs: dict[str, Recording]) -> None:
 def test_the_verdict_names_what_it_is_compared_with() -> None:
     """A walk in the device without air is not one without the device."""
     found = verdict(numbers(GOOD), {}, LIMITS, reference="orthosis-off")[0].text
-    assert found.startswith("With the device and no air the toe passes") and "with air at" in found
+    assert found.startswith("With the device and no air the toe passes") and ", with air " in found

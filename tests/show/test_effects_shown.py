@@ -83,7 +83,7 @@ def test_the_report_has_every_step_and_why_some_were_not_run(walked: Recording) 
     text = page([RunView("one", "#000000", told(walked, effects(effect(0), back, lost, dead, refused)))])
     for part in ("11.2 → 10.7 cm ✓", "11.2 → 11.7 cm", "+6.1", "−5.5", "10 mm are wanted"):
         assert part in text
-    assert "count 1 → 0: out of range" in text and "No difference that can be noticed: cable" in text
+    assert "count 1 → 0: out of range" in text and "No noticeable difference: cable" in text
     assert 'class="bar more"' in text and 'class="bar less"' in text  # told apart without colour
 
 

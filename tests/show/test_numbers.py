@@ -44,7 +44,7 @@ def test_walked_strides_are_told_with_what_they_still_change() -> None:
 
 def test_one_walked_stride_tells_no_change_and_a_solved_one_needs_none() -> None:
     counted = {"strides_counted": Metric(1.0, "")}
-    assert "of stride 2 alone, which does not tell whether it repeats" in told(counted, 3)
+    assert "of stride 2 alone, which does not show whether it repeats" in told(counted, 3)
     assert "settled" in told({**counted, "strides_solved": Metric(4.0, "")}, 3)
 
 

@@ -402,7 +402,7 @@ def test_the_short_sentences_do_not_praise_what_covers_the_need_and_hinders_push
     """The torque covered is told as a share of the need, and as nothing else."""
     said = " ".join(in_short({"torque_covered": Metric(100.0, "percent")}))
     assert "covers 100 % of the torque that this patient lacks" in said and "gives" not in said
-    assert "does not tell what it hinders" in said
+    assert "does not show what it hinders" in said
 
 
 def test_a_ball_that_is_the_lowest_point_is_not_told_twice() -> None:
@@ -502,7 +502,7 @@ def test_what_the_terminal_notes_stands_in_the_report(compared: str) -> None:
     text = Reader(compared).text
     assert text.count("path of this gait is derived") == 1  # of both runs
     assert "cuff's compliance is assumed" in text
-    assert "believe swing" in text
+    assert "trust swing" in text
 
 
 @pytest.mark.slow
