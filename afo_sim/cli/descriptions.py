@@ -260,7 +260,7 @@ def _ratio(to: str, made_for: str, shank_length: str, foot_length: str) -> "Rati
 
     if bool(to) == bool(shank_length or foot_length):
         allowed = '--to LEG, or --shank-length "35 cm" and --foot-length "22 cm"'
-        raise InputError("one of the two tells the leg", field="--to", value=to or None, allowed=allowed)
+        raise InputError("one of the two states the leg", field="--to", value=to or None, allowed=allowed)
     own = lengths_of(load("leg", made_for))
     if to:
         new = lengths_of(load("leg", to))

@@ -131,7 +131,7 @@ def fit_run_command(
     hold_out: Annotated[float, Option(help="share of the log, from its end, to predict; 0 for none")] = 0.3,
     out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-run"),
 ) -> None:
-    """Fit dynamic parameters of a scenario to your own log; say what the log does not tell."""
+    """Fit dynamic parameters of a scenario to your own log; state what the log does not determine."""
     values = read_sets(sets)
     noises = read_sets(noise, "--noise", 'angle="0.5 deg"')
     names = [name.strip() for name in fit.split(",") if name.strip()]
@@ -177,7 +177,7 @@ def fit(
     loss: Annotated[str, Option(help="linear|soft_l1|huber|cauchy; the last three bear outliers")] = "linear",
     like: Annotated[str, Option(help="muscle to take from what the data do not tell")] = "s1_215mm",
 ) -> None:
-    """Fit a muscle's law to measured points; say what the data do not tell."""
+    """Fit a muscle's law to measured points; state what the data do not determine."""
     with progress("reading") as report:
         from afo_sim.common import together
         from afo_sim.lab import law_result
@@ -226,7 +226,7 @@ def fit_torque_command(
     ] = None,
     out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-torque"),
 ) -> None:
-    """Fit what gives way on a worn or mounted device to its static torque; say what that does not tell."""
+    """Fit the compliance of a worn or mounted device to its static torque; state what stays undetermined."""
     with progress("reading") as report:
         from afo_sim.common import together
         from afo_sim.lab import fit_torque, torque_report

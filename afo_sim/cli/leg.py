@@ -24,7 +24,7 @@ class Cut:
         None
     )
     shank: Annotated[str | None, Option(help="its body; found by its name by default")] = None
-    foot: Annotated[str | None, Option(help="its body, or one that hangs on it")] = None
+    foot: Annotated[str | None, Option(help="its body, or one attached to it")] = None
     ankle: Annotated[str | None, Option(help="its hinge")] = None
     side: Annotated[str | None, Option(help="right|left: which leg is meant")] = None
     zero: Annotated[

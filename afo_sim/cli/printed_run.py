@@ -31,7 +31,7 @@ def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
     answers = recording.verdict
     if recording.ok and not answers:
         answers = seated_answers(recording.metrics, limits_of(recording))
-    look = f"; look: afo-sim view {folder}" if installed("rerun") else ""
+    look = f"; to view: afo-sim view {folder}" if installed("rerun") else ""
     written = f"written to {folder}{look}"
     if numbers:
         _print_all(recording)

@@ -127,7 +127,7 @@ def unknown(
     *,
     field: str = "",
     file: object = None,
-    problem: str = "is no choice",
+    problem: str = "is not a valid choice",
 ) -> InputError:
     """An error for a name that is not among those allowed: it lists them, and the nearest one."""
     names = list(allowed)

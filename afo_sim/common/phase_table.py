@@ -45,7 +45,7 @@ def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
     Raises
     ------
     InputError
-        Unreadable, another separator, a column missing or unknown, a cell that is no number.
+        Unreadable, another separator, a column missing or unknown, a cell that is not a number.
     """
     text = read_table(path, ", ".join(columns))
     names = list(text.titles)

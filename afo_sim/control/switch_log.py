@@ -107,7 +107,7 @@ def _row(table: Table, number: int, cells: Mapping[str, str]) -> tuple[float, st
     for side in ("inlet", "outlet"):
         text = cells[side].strip()
         if text not in ("0", "1"):
-            problem = f"line {number}: is no coil that is on or off"
+            problem = f"line {number}: is not a coil that is on or off"
             raise InputError(problem, file=table.file, field=side, value=text, allowed="0 or 1")
         coils.append(text == "1")
     return round(1e-3 * time, 9), cells["chamber"].strip(), (coils[0], coils[1])

@@ -240,7 +240,7 @@ class Field:
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             choices = [c for c in get_args(core(self.annotation)[0]) if isinstance(c, str)]
-            problem = "is no choice" if choices else first["msg"]
+            problem = "is not a valid choice" if choices else first["msg"]
             raise unknown(value, choices, problem=problem) from None
         return value
 

@@ -50,7 +50,7 @@ PROBLEMS = {
     "tuple_type": "is not a list",
     "too_long": "has too many items",
     "too_short": "has too few items",
-    "literal_error": "is no choice",
+    "literal_error": "is not a valid choice",
     "int_type": "is not a whole number",
     "int_parsing": "is not a whole number",
     "int_from_float": "is not a whole number",

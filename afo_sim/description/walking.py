@@ -123,9 +123,9 @@ class Ground(Described):
     toe_stiffness: Annotated[float, Quantity("N*m/rad", at_least=1.0, at_most=1e3)] | None = None
     """Stiffness of the toe joint of a leg that has no toes, in its pad; 25 N·m/rad by default."""
     body_stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 2e4
-    """Stiffness by which the leg gives way to the ground."""
+    """Stiffness of the leg under the load of the ground."""
     body_damping: Annotated[float, Quantity("N*s/m", at_least=0.0, at_most=1e4)] = 400.0
-    """Damping by which the leg gives way to the ground."""
+    """Damping of the leg under the load of the ground."""
 
 
 class ChamberStart(Described):

@@ -32,7 +32,7 @@ def read(path: str | pathlib.Path) -> GaitCycle:
     Raises
     ------
     InputError
-        A key or column is missing or unknown, a cell is no number, or the numbers contradict what they
+        A key or column is missing or unknown, a cell is not a number, or the numbers contradict what they
         are declared to be (unit, sign, axis, stance, period): what was seen, and what was expected.
     """
     file = pathlib.Path(path)

@@ -243,9 +243,9 @@ def _fitted(
 def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, Any]) -> None:
     parameters = {p.name for each in LAWS.values() for p in each.parameters} | set(GEOMETRY)
     checks: list[tuple[str, str, Sequence[str], str]] = [
-        ("hold_out", hold_out, HOLD_OUT, "is no choice"),
-        ("loss", loss, get_args(Loss), "is no choice"),
-        ("law", law, ("all", *LAWS), "is no choice"),
+        ("hold_out", hold_out, HOLD_OUT, "is not a valid choice"),
+        ("loss", loss, get_args(Loss), "is not a valid choice"),
+        ("law", law, ("all", *LAWS), "is not a valid choice"),
     ]
     checks += [("fixed", name, sorted(parameters), "is not a parameter of any law") for name in fixed]
     for field, value, allowed, problem in checks:

@@ -81,7 +81,7 @@ def _check_order(tree: Tree, shank: str, foot: str) -> None:
     if way(tree, shank, foot):
         return
     if way(tree, foot, shank):
-        problem = f"hangs on {foot!r}: shank and foot are swapped"
+        problem = f"is attached to {foot!r}: shank and foot are swapped"
         raise InputError(problem, field="shank", value=shank, allowed=f"shank {foot!r} and foot {shank!r}")
     below = listed(_names(tree.below(shank)[1:]))
     raise InputError(f"does not hang on {shank!r}", field="foot", value=foot, allowed=f"below it: {below}")
@@ -126,7 +126,7 @@ def _between(tree: Tree, shank: str, foot: str, how: dict[str, str]) -> Candidat
         raise InputError(problem, field="ankle", allowed="two bodies with a hinge between them")
     ankle, why = _ankle_of(tree, shank, chain, hinges)
     carrier = tree.joints()[ankle][0].name
-    said = how["foot"] if carrier == foot else f"the body that {ankle!r} moves; {foot!r} hangs on it"
+    said = how["foot"] if carrier == foot else f"the body that {ankle!r} moves; {foot!r} is attached to it"
     return Candidate(shank, carrier, ankle, how | {"foot": said, "ankle": why})
 
 
@@ -175,7 +175,7 @@ def _above(tree: Tree, foot: str) -> Candidate:
     while part is not None and not _hinges([part]):
         part = tree.parts[part.parent] if part.parent is not None else None
     if part is None or part.parent is None:
-        raise InputError("hangs on no hinge", field="foot", value=foot, allowed=listed(_feet(tree)))
+        raise InputError("is attached to no hinge", field="foot", value=foot, allowed=listed(_feet(tree)))
     shank = _shank_over(tree, part)
     said = "by its name" if _has(SHANK_WORDS, shank) else f"the body above {part.name!r}"
     return _between(tree, shank, foot, {"shank": said, "foot": "given"})

@@ -259,7 +259,7 @@ def _check_masses(tree: Tree, found: Found) -> None:
 def _check_inertia(part: Part, field: str, file: object) -> None:
     numbers = np.concatenate([[part.mass], part.centre, part.inertia.ravel()])
     if not np.isfinite(numbers).all():
-        problem = f"a mass or inertia in {file or 'the model'} is no number"
+        problem = f"a mass or inertia in {file or 'the model'} is not a number"
         raise InputError(problem, field=field, value=part.name, allowed="numbers")
     least, middle, most = _principal(part.inertia)
     slack = 1e-9 * max(abs(most), 1e-300)

@@ -33,9 +33,9 @@ class Found:
     zero : the file's coordinate of the hinge at which the ankle's angle is zero [rad]
     tilt : of the hinge's axis against the perpendicular to the shank [rad]
     welded : names of joints between shank and foot, or below the foot, that are taken as stiff
-    shank_length, foot_length : [m]; None where nothing tells
+    shank_length, foot_length : [m]; None where nothing shows
     how : {what was found: how it was found}, in words
-    sole : slope of the sole against forward at angle zero, toe up [rad]; None where nothing tells
+    sole : slope of the sole against forward at angle zero, toe up [rad]; None where nothing shows
     notes : notices for the user
     """
 
@@ -214,7 +214,7 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float) -> Fou
         found_side, how_side = side, "given"
     if found_side is None:
         found_side, how_side = "right", "assumed"
-        notes.append(Notice("side-assumed", "nothing tells the side: right is assumed", subject=leg.shank))
+        notes.append(Notice("side-assumed", "nothing shows the side: right is assumed", subject=leg.shank))
     if tilt > NOTED_TILT:
         notes.append(_oblique(leg.ankle, tilt, float(along @ left)))
     if len(local) > 1:
@@ -280,7 +280,7 @@ def _along_shank(
         aside = (middle - centre) @ main[0]
         return main[0] * (1.0 if aside >= 0.0 else -1.0), None, "along the shank's longest axis"
     raise InputError(
-        "nothing tells which way the shank points: it has no joint above it, no mass and no shapes",
+        "nothing shows which way the shank points: it has no joint above it, no mass and no shapes",
         field="shank",
         value=leg.shank,
         allowed="a body with mass, shapes or a knee",
@@ -303,7 +303,7 @@ def _hangs_on(tree: Tree, part: Part, above: str) -> bool:
 
 
 def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
-    """Place of the knee [m], in the world, and what it is; None where nothing tells.
+    """Place of the knee [m], in the world, and what it is; None where nothing shows.
 
     It is the joint that the shank hangs on; of a leg alone the point `knee` of its shank, which `cut` leaves
     there, so that a leg that is written and read again has the same axes.
@@ -374,7 +374,7 @@ def _forward(
     by_mass = abs(heavier) > 2e-3
     if not by_shape and not by_mass:
         raise InputError(
-            "nothing tells which way the foot points: it reaches as far ahead of the ankle's axis as behind",
+            "nothing shows which way the foot points: it reaches as far ahead of the ankle's axis as behind",
             field="foot",
             allowed="a foot with its centre of mass or its shapes ahead of the ankle, and no hinge along it",
         )
@@ -393,7 +393,7 @@ def _forward(
 
 
 def _side(tree: Tree, leg: Candidate, axes: np.ndarray | None = None) -> tuple[Side | None, str]:
-    """Side of a leg by names, else by where it stands against the body; None where nothing tells."""
+    """Side of a leg by names, else by where it stands against the body; None where nothing shows."""
     named = side_of(leg.shank, leg.foot, leg.ankle, *(part.name for part in tree.below(leg.foot)))
     if named is not None:
         return named, "by its name"

@@ -162,7 +162,7 @@ def _unreached(
     roots = [name for name, joints in above.items() if not joints]
     parents = {name: [j.parent for j in joints if j.parent in above] for name, joints in above.items()}
     for circle in _circles(parents):
-        problem = f"hangs on itself: {' → '.join([*circle, circle[0]])}; take out one of the joints"
+        problem = f"is attached to itself: {' → '.join([*circle, circle[0]])}; take out one of the joints"
         yield InputError(problem, file=file, field=f"link {circle[0]!r}")
     if len(roots) < 2:
         return

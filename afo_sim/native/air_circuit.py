@@ -97,7 +97,7 @@ def air_networks(circuit: HasAir) -> list[AirNetwork]:
     for key, origin, end in joined + pilots:
         for name in (origin, end):
             if name not in (*names, AMBIENT_NAME, SUPPLY_NAME):
-                raise ValueError(f"{key!r} leads to {name!r}, which is no node of the air")
+                raise ValueError(f"{key!r} leads to {name!r}, which is not a node of the air")
         if origin in group and end in group and group[origin] is not group[end]:
             merged = group[origin] | group[end]
             group |= dict.fromkeys(merged, merged)

@@ -252,7 +252,7 @@ def _implausible(
     between = np.cumsum(0.5 * (slopes[:, 1:] + slopes[:, :-1]) * span, axis=1)
     missed = np.abs(between - (forces[:, 1:] - forces[:, :1])).max()
     if missed > FIT * forces.max():
-        return f"∂F/∂p is no smooth function: its forces are missed by {missed:.2g} N"
+        return f"∂F/∂p is not a smooth function: its forces are missed by {missed:.2g} N"
     full = math.pi * braid.nominal_radius**2 * braid.nominal_length
     grown = np.cumsum(0.5 * (slopes[1:] + slopes[:-1]) * step, axis=0)
     volume = full + braid.nominal_length * np.vstack([np.zeros(PRESSURES), grown])

@@ -17,7 +17,7 @@ that compiled code takes them as pointers. In the order in which the signal meet
     y   = 1 above, 0 below a threshold, which the hysteresis w parts; it changes after the debounce time
 
 Noise is a function of seed, sensor and number of the row, so readings do not depend on how a run is cut.
-A row that is no number reads as no number; memory begins anew behind it.
+A row that is not a number reads as no number; memory begins anew behind it.
 """
 
 import math

@@ -15,11 +15,11 @@ _FEW = 3  # on a page
 _LANDING = 1.0  # loss of the pitch at contact from which on every line tells it [deg]
 _APART = 0.5  # by which the first stride's clearance must differ otherwise to be told in a line [mm]
 _WHY = {
-    "lift": "the toe is to clear more: by the gain in its lowest clearance",
-    "heel": "the foot does not land on its heel: by the gain in its pitch at contact",
-    "push_off": "push-off is hindered: by the relief, while the toe stays clear",
-    "air": "a bottle lasts too short: by the air saved, while the toe stays clear",
-    "spare": "nothing is lacking: by what still spares push-off, then air, while the toe stays clear",
+    "lift": "the toe needs more clearance: ranked by the gain in its lowest clearance",
+    "heel": "the foot does not land on its heel: ranked by the gain in its pitch at contact",
+    "push_off": "push-off is hindered: ranked by its relief, while the toe stays clear",
+    "air": "a bottle does not last long enough: ranked by the air saved, while the toe stays clear",
+    "spare": "nothing is lacking: ranked by further relief of push-off, then air, while the toe stays clear",
 }
 _SHORT = {
     CLEARANCE: "toe",
@@ -93,7 +93,7 @@ def lines(recording: Recording) -> list[str]:
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
         return [f"What to change first is left out: {left_out}"] if left_out else []
-    told = [f"What to change first, since {_WHY[found.aim]} (each alone, from a run of its own)"]
+    told = [f"What to change first, since {_WHY[found.aim]} (each change alone, in its own run)"]
     told += [f"  {sentence}" for sentence in _sentences(found, _TOP)]
     return told if found.helping else [*told, f"  {_NONE}"]
 
@@ -117,7 +117,7 @@ def markdown(recording: Recording) -> str:
     found, left_out = effects_of(recording), _left_out(recording)
     if found is None:
         return f"*Left out: {left_out}.*" if left_out else ""
-    told = [f"Since {_WHY[found.aim]}. Each step alone, from a run of its own.", ""]
+    told = [f"Since {_WHY[found.aim]}. Each step alone, in its own run.", ""]
     if not found.helping:
         return "\n".join([*told, f"**{_NONE[0].upper()}{_NONE[1:]}.**"])
     _, head, rows = table(found)

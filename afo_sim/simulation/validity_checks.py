@@ -61,7 +61,7 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
             yield Notice(
                 code,
                 "the energy balance does not close: {share:.1f} % {problem}, most of it near {time:.2f} s, "
-                "where {subject} moves; {step} would tell more",
+                "where {subject} moves; {step} would show more",
                 subject=muscle,
                 share=100.0 * found / done,
                 beyond=float(abs(found) / done),
@@ -101,7 +101,7 @@ def _air(built: Built, columns: Columns) -> Iterator[Notice]:
             yield Notice(
                 "air-temperature",
                 "{subject}: the air is at {temperature:.0f} K at {time:.3f} s, outside {coldest:.0f} to "
-                "{hottest:.0f} K; {step} would tell more",
+                "{hottest:.0f} K; {step} would show more",
                 subject=muscles,
                 temperature=float(temperature[worst]),
                 time=float(columns["time"][worst]),
@@ -139,7 +139,7 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
     power = torque * columns["ankle/velocity"]
     text = (
         "the orthosis' {subject} bends by {kink:.2g} {unit} a step at its peak of {height:.3g} {unit}, at "
-        "{at:.3f} s: {what} are not resolved; {step} would tell more"
+        "{at:.3f} s: {what} are not resolved; {step} would show more"
     )
     cuff = "peaks, what pulls on cuff and plate, and power"
     for subject, unit, values, most, least, what in (
@@ -158,7 +158,7 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
     if beside < (1.0 - FALLEN) * flow[peak]:
         text = (
             "the flow from the {subject} is {percent:.1f} % lower a step before and behind its peak, at "
-            "{at:.3f} s, which is not resolved; {step} would tell more"
+            "{at:.3f} s, which is not resolved; {step} would show more"
         )
         share = 1.0 - float(beside / flow[peak])
         data = {"percent": 100.0 * share, "beyond": share, "at": float(time[peak])}

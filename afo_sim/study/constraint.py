@@ -53,7 +53,7 @@ class Constraint:
 
         Units: values [SI] (n,).
         """
-        with np.errstate(all="ignore"):  # what is no number compares as false
+        with np.errstate(all="ignore"):  # what is not a number compares as false
             found = _Evaluation(self, values).truth(_parse(self.text))
         return np.broadcast_to(found, (len(next(iter(values.values()), "-")),))
 

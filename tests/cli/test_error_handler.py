@@ -165,11 +165,11 @@ def test_library_names_fields_and_the_command_line_options(
 def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
     command = typer.main.get_command(cli.app).commands["optimise"]
     error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE`")
-    error.others = (InputError("is no number", field="threads", value="x"),)
+    error.others = (InputError("is not a number", field="threads", value="x"),)
     found = error_handler.with_options(error, command)
     assert str(found).splitlines() == [
         "1: is old; see --out; allowed: --if-changed restart, `nothing`, `rerun FILE`",
-        "--threads = 'x': is no number",
+        "--threads = 'x': is not a number",
     ]
     of_a_file = InputError("is out of range", file="a.toml", field="threads", value=3)
     assert str(error_handler.with_options(of_a_file, command)) == str(of_a_file)

@@ -89,7 +89,10 @@ CUFF: dict[str, Any] = {
         ({"at_least": "nan kN/m"}, r"parameters\.cuff\.at_least = 'nan kN/m': is not"),
         ({"relative_sd": 0.1}, r"takes one width; allowed: sd or relative_sd"),
         ({"sd": None, "relative_sd": 2.0}, r"relative_sd = 2.0: is out of range; allowed: at most 1"),
-        ({"distribution": "gaussian"}, r"distribution = 'gaussian': is no choice; allowed: 'normal'"),
+        (
+            {"distribution": "gaussian"},
+            r"distribution = 'gaussian': is not a valid choice; allowed: 'normal'",
+        ),
         ({"kind": None}, r"parameters\.cuff\.kind: is missing"),
         ({"source": ""}, r"parameters\.cuff\.source = '': is empty"),
         ({"key": "orthosis.anchor.shank.stifness"}, r"fits no key.*'stifness'.*did you mean 'stiffness'"),

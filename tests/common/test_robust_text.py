@@ -115,5 +115,8 @@ def test_law_that_is_no_name_is_refused(law: str, problem: str, tmp_path: pathli
 
 def test_unknown_lists_what_is_allowed_and_the_nearest() -> None:
     error = unknown("forse", ("force", "pressure"), field="colour")
-    assert str(error) == "colour = 'forse': is no choice; allowed: force, pressure; did you mean 'force'?"
+    assert (
+        str(error)
+        == "colour = 'forse': is not a valid choice; allowed: force, pressure; did you mean 'force'?"
+    )
     assert unknown(3, ("force", "pressure"), field="colour").nearest is None

@@ -51,7 +51,7 @@ def test_differences(change: tuple[str, str], first: str, largest: float, tmp_pa
         ("time_ms,chamber,inlet,outlet\n", "holds no switching"),
         ("time,chamber,inlet,outlet\n0,dorsiflexor,0,0\n", "the column 'time_ms' is missing"),
         (ROWS.replace("10.5", "nan"), "line 3: is not a valid time"),
-        (ROWS.replace("1,0", "0.5,0"), "line 3: is no coil that is on or off"),
+        (ROWS.replace("1,0", "0.5,0"), "line 3: is not a coil that is on or off"),
         (ROWS.replace("20,", "2,"), "line 4: the time falls"),
         (ROWS.replace("20,dorsi", "20,dorso"), "line 4: .*did you mean 'dorsiflexor'"),
     ],

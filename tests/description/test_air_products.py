@@ -47,9 +47,9 @@ REGULATOR = {
         ("source", BOTTLE, {"filling_pressure": "-0.2 bar"}, "filling_pressure", "out of range"),
         ("source", BOTTLE, {"filling_pressure": "400 bar"}, "filling_pressure", "out of range"),
         ("source", BOTTLE, {"wall_conductance": "-1 W/K"}, "wall_conductance", "out of range"),
-        ("source", BOTTLE, {"kind": "cylinder"}, "kind", "no choice"),
-        ("source", BOTTLE, {"gas": "helium"}, "gas", "no choice"),
-        ("source", BOTTLE, {"switch_on": "2 bar"}, "switch_on", "no key of a bottle"),
+        ("source", BOTTLE, {"kind": "cylinder"}, "kind", "not a valid choice"),
+        ("source", BOTTLE, {"gas": "helium"}, "gas", "not a valid choice"),
+        ("source", BOTTLE, {"switch_on": "2 bar"}, "switch_on", "not a valid key of a bottle"),
         ("source", BOTTLE, {"gas": "co2"}, "filling_pressure", "would make it liquid"),
         ("source", CARTRIDGE, {"gas": "air"}, "gas", "cannot be liquid"),
         ("source", CARTRIDGE, {"content": "18 g"}, "content", "would burst it"),
@@ -67,7 +67,7 @@ REGULATOR = {
         ("regulator", REGULATOR, {"conductance": "-1 dm^3/(s*bar)"}, "conductance", "out of range"),
         ("regulator", REGULATOR, {"droop": "0 bar"}, "droop", "out of range"),
         ("regulator", REGULATOR, {"droop": "8 bar"}, "droop", "more than can be set"),
-        ("regulator", REGULATOR, {"set_range": ["7 bar", "1 bar"]}, "set_range", "is no range"),
+        ("regulator", REGULATOR, {"set_range": ["7 bar", "1 bar"]}, "set_range", "is not a valid range"),
         ("regulator", REGULATOR, {"bleed": "-1 l/min"}, "bleed", "out of range"),
         (
             "regulator",
@@ -96,7 +96,7 @@ def test_each_kind_needs_its_own_keys_and_has_no_others(table: dict[str, Any]) -
             load("source", {k: v for k, v in table.items() if k != key})
     samples = BOTTLE | CARTRIDGE | COMPRESSOR | {"shell_heat_capacity": "8 J/K", "electric_power": "20 W"}
     for key in OF_ONE_KIND - {*NEEDED[kind], *MAY_HAVE[kind]}:
-        with pytest.raises(InputError, match=f"is no key of a {kind}"):
+        with pytest.raises(InputError, match=f"is not a valid key of a {kind}"):
             load("source", table | {key: samples[key]})
 
 

@@ -199,10 +199,10 @@ def test_words_and_lists_tell_the_path(capsys: pytest.CaptureFixture[str]) -> No
         (
             {PATH: [ROLLER | {"surface": {"shape": "ball", "radius": "2 cm"}}]},
             f"{PATH}.0.surface.shape",
-            "no choice",
+            "not a valid choice",
         ),
         ({PATH: [ROLLER | {"surface": {}}]}, f"{PATH}.0.surface.radius", "is missing"),
-        ({PATH: [EYE | {"segment": "thigh"}]}, f"{PATH}.0.segment", "no choice"),
+        ({PATH: [EYE | {"segment": "thigh"}]}, f"{PATH}.0.segment", "not a valid choice"),
         ({PATH: [EYE | {"spacin": "2 cm"}]}, f"{PATH}.0.spacin", "unknown key"),
         ({PATH: [EYE] * 13}, PATH, "too many items"),
         ({PATH: [3]}, f"{PATH}.0", "is not a table"),

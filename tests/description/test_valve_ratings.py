@@ -154,9 +154,9 @@ def test_replaced_values_follow_the_same_rules() -> None:
     [
         ({"conductance": "100 l/min"}, ["conductance = '100 l/min'", "is a volume flow", "norm"]),
         ({"nominal_flow": "100 l/min"}, ["nominal_flow = '100 l/min'", "norm and its two pressures"]),
-        ({"nominal_flow": {"flow": "100 l/min"}}, ["does not tell norm, upstream, downstream"]),
-        ({"nominal_flow": {k: v for k, v in FLOW.items() if k != "norm"}}, ["does not tell norm:"]),
-        ({"nominal_flow": {k: v for k, v in FLOW.items() if k != "upstream"}}, ["does not tell upstream:"]),
+        ({"nominal_flow": {"flow": "100 l/min"}}, ["does not state norm, upstream, downstream"]),
+        ({"nominal_flow": {k: v for k, v in FLOW.items() if k != "norm"}}, ["does not state norm:"]),
+        ({"nominal_flow": {k: v for k, v in FLOW.items() if k != "upstream"}}, ["does not state upstream:"]),
     ],
 )
 def test_a_flow_alone_is_refused_with_the_usual_choices(table: Any, says: list[str]) -> None:

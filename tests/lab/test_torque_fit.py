@@ -307,7 +307,7 @@ WEAK = data_of(0.5 * torques(DEVICE))
         (WEAK, {"fit": ("cuff_stiffness",)}, "pull on no cuff"),
         (WEAK, {"chamber": ""}, "which one was filled"),
         (WEAK, {"chamber": "flexer"}, "did you mean 'flexor'"),
-        (WEAK, {"torque": "net"}, "torque = 'net': is no choice"),
+        (WEAK, {"torque": "net"}, "torque = 'net': is not a valid choice"),
         (WEAK, {"hold_out": "presure"}, "did you mean 'pressure'"),
         (WEAK, {"hold_out": "group"}, "cannot be left out"),
         (WEAK, {"hold_out": None}, "is not valid data"),

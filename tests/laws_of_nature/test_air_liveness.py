@@ -155,7 +155,7 @@ OF_SOURCE: dict[str, tuple[dict[str, Any], Any, str]] = {
     "delivery_pressure": (COMPRESSOR, "0 bar", TANK),
     "stall_pressure": (COMPRESSOR, "12 bar", TANK),
 }
-SAID = {"kind", "gas", "mass", "electric_power"}  # a kind is no number; mass and power are only told
+SAID = {"kind", "gas", "mass", "electric_power"}  # a kind is not a number; mass and power are only told
 
 
 def test_every_field_of_a_source_is_declared() -> None:

@@ -354,7 +354,7 @@ ANCHOR = {"segment": "shank", "from_ankle": ["5 cm", "0 cm", "30 cm"]}
         ({f"{FLEXOR}.link_length": "1 cm"}, "link_length", "does not go with a pulley"),
         ({f"{FLEXOR}.slack": "1 cm"}, "slack", "does not go with a pulley"),
         ({f"{FLEXOR}.pulley.radius": "0 cm"}, "radius", "out of range"),
-        ({f"{FLEXOR}.pulley.direction": "up"}, "direction", "is no choice"),
+        ({f"{FLEXOR}.pulley.direction": "up"}, "direction", "is not a valid choice"),
         ({f"{FLEXOR}.pulley.arm": "5 cm"}, "arm", "unknown key"),
         ({"load_moment": "1 N"}, "load_moment", "does not convert"),
         ({"leg.directions": ["flexion"]}, "directions", "missing"),

@@ -134,7 +134,7 @@ def changed(part: str, **change: object) -> Tree:
         (changed("shank", mass=0.0), ["no mass", "shank"]),
         (changed("foot", inertia=np.diag([1e-3, 1e-3, 5e-3])), ["principal moments", "foot"]),
         (changed("foot", inertia=np.diag([-1e-3, 1e-3, 1e-3])), ["principal moments", "foot"]),
-        (changed("foot", mass=float("nan")), ["is no number", "foot"]),
+        (changed("foot", mass=float("nan")), ["is not a number", "foot"]),
     ],
 )
 def test_impossible_legs_are_refused(tree: Tree, words: list[str]) -> None:

@@ -177,7 +177,7 @@ def test_refusals_name_what_there_is() -> None:
         ({"shank": "foot", "foot": "shank"}, ["swapped"]),
         ({"shank": "foot", "foot": "foot"}, ["is also given as the foot"]),
         ({"shank": "foot"}, ["no hinge hangs below the body 'foot'"]),
-        ({"foot": "shank"}, ["hangs on no hinge"]),
+        ({"foot": "shank"}, ["is attached to no hinge"]),
         ({"zero": float("nan")}, ["is not a valid angle"]),
         ({"zero": "10 deg"}, ["zero = '10 deg'", "is not a valid angle", "[rad]"]),
         ({"zero": 1e9}, ["is not a valid angle", "within a turn"]),
@@ -420,7 +420,7 @@ def test_a_foot_that_is_wider_than_long_is_doubted() -> None:
 
 def test_a_foot_that_points_nowhere_is_refused() -> None:
     blind = tree(SHANK_AND_FOOT[0], dataclasses.replace(SHANK_AND_FOOT[1], centre=np.zeros(3)))
-    with pytest.raises(InputError, match="nothing tells which way the foot points"):
+    with pytest.raises(InputError, match="nothing shows which way the foot points"):
         find(blind)
 
 

@@ -371,7 +371,7 @@ BAD = {
     "no mass": (two("fixed", foot=with_mass("")), ["link 'foot'", "<mass"]),
     "mass without value": (two("fixed", foot=with_mass("<mass/>")), ["'foot' <mass value>", "missing"]),
     "mass is a word": (two("fixed", foot=with_mass('<mass value="2 kg"/>')), ["link 'foot'", "'2 kg'"]),
-    "mass is no number": (two("fixed", foot=with_mass('<mass value="nan"/>')), ["link 'foot'", "finite"]),
+    "mass is not a number": (two("fixed", foot=with_mass('<mass value="nan"/>')), ["link 'foot'", "finite"]),
     "inertia of nothing": (two("continuous", foot=with_inertia(0, 0, 0)), ["link 'foot'", "not positive"]),
     "negative inertia": (two("fixed", foot=with_inertia(ixy=0.1)), ["link 'foot'", "not positive"]),
     "impossible inertia": (two("fixed", foot=with_inertia(izz=0.06)), ["link 'foot'", "0.06", "centre"]),
@@ -402,11 +402,11 @@ BAD = {
     "circle": (
         robot(THREE + joint("fixed", name="a") + joint("fixed", name="b", parent="foot", child="toes")
               + joint("fixed", name="c", parent="toes", child="shank")),
-        ["hangs on itself", "shank", "toes", "foot"],
+        ["is attached to itself", "shank", "toes", "foot"],
     ),
     "on itself": (
         robot(THREE + joint("fixed", child="toes") + joint("fixed", name="b", parent="foot", child="foot")),
-        ["link 'foot'", "hangs on itself"],
+        ["link 'foot'", "is attached to itself"],
     ),
     "two links of a name": (
         robot(link("shank") + link("foot") + link("foot") + joint("fixed")), ["link 'foot'", "stands twice"],

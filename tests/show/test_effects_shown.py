@@ -43,7 +43,7 @@ def told(walked: Recording, found: Effects | dict[str, str]) -> Recording:
 
 def test_a_line_tells_the_step_and_all_that_it_does(walked: Recording) -> None:
     title, line = shown.lines(told(walked, effects(effect(0))))
-    assert "the toe is to clear more" in title
+    assert "the toe needs more clearance" in title
     assert line.strip() == "link 0 11.2 → 10.7 cm: toe +6.1 mm, against push-off +0.90 N·m, air −0.010 g"
 
 

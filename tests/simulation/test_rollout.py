@@ -138,7 +138,7 @@ def test_many_are_each_what_they_are_alone(
 def test_one_that_fails_does_not_touch_the_others(
     block: int, built: Built, control: np.ndarray, start: np.ndarray
 ) -> None:
-    """A supply without pressure stops in a kernel, an input that is no number by MuJoCo's own warning."""
+    """A supply without pressure stops in a kernel, an input that is not a number by MuJoCo's own warning."""
     inputs = [supplied(built, control, p) for p in SUPPLIES]
     inputs[0][700:, list(built.index.chambers.values())] = -2e5
     inputs[1][600:, built.index.passive] = np.nan

@@ -211,7 +211,7 @@ def test_calibration_lines_of_data_sheets() -> None:
         ({"type": "as5048"}, "reads rad, and the column is .* in Pa"),
         ({"type": "mpx57"}, "did you mean 'mpx5700'"),
         ({"calibration": {"slope": "1 V/N"}}, r"calibration\.slope"),
-        ({"calibration": {"slope": "0 V/Pa"}}, "tells nothing"),
+        ({"calibration": {"slope": "0 V/Pa"}}, "carries no information"),
         ({"calibration": {}}, "slope: is missing"),
         ({"minimum": "2 bar", "maximum": "1 bar"}, "above the maximum"),
         ({"seed": -1}, "out of range"),

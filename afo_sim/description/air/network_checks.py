@@ -187,7 +187,7 @@ def _check_touched(orthosis: HasAir, found: list[Way]) -> None:
             problem = "touches nothing: no chamber and no restriction names it"
             raise refusal(problem, "a chamber's feed or exhaust, or a restriction", f"volume.{name}")
         if not near[name] & set(orthosis.chamber):
-            problem = "hangs on no chamber: no muscle would feel it"
+            problem = "is connected to no chamber: it would affect no muscle"
             raise refusal(problem, "a chamber's feed or exhaust, or a restriction to it", f"volume.{name}")
 
 

@@ -44,10 +44,10 @@ class NominalFlow(Described):
         if isinstance(table, cls):
             return table
         if not isinstance(table, Mapping):
-            raise refusal("a flow without its norm and its two pressures is no conductance", HOW)
+            raise refusal("a flow without its norm and its two pressures is not a conductance", HOW)
         lacking = [name for name in NEEDED[1:] if table.get(name) is None] if "flow" in table else []
         if lacking:
-            told = f"does not tell {', '.join(lacking)}: a flow alone is no conductance"
+            told = f"does not state {', '.join(lacking)}: a flow alone is not a conductance"
             raise refusal(told, HOW)
         return table
 
@@ -58,7 +58,7 @@ class NominalFlow(Described):
             return norm
         plain = "".join(str(norm).split()).lower()
         nearest = MEANT.get(plain) or nearest_name(str(norm), DENSITIES) or ""
-        raise refusal("is no choice", WHOSE, nearest=nearest)
+        raise refusal("is not a valid choice", WHOSE, nearest=nearest)
 
     @model_validator(mode="after")
     def _flows_down(self) -> Self:

@@ -22,7 +22,7 @@ class Regulator(Described):
     droop: Annotated[float, Quantity("Pa", above=0.0, at_most=1e6)]
     """Fall of the outlet's pressure below the set one at the rated flow; linear in the flow."""
     rated_flow: Annotated[float, Quantity("m^3/s", above=0.0, at_most=1.0)]
-    """Flow of free air (ANR: 20 °C, 1 bar) at which the droop is told."""
+    """Flow of free air (ANR: 20 °C, 1 bar) at which the droop is stated."""
     conductance: Conductance
     """Sonic conductance C (ISO 6358) of the fully open regulator, which bounds its flow."""
     critical_ratio: Ratio = 0.3
@@ -59,7 +59,7 @@ class Regulator(Described):
     def _fits_together(self) -> Self:
         low, high = self.set_range
         if low >= high:
-            raise refusal("is no range: its first pressure is not below its second", "", "set_range")
+            raise refusal("is not a valid range: its first pressure is not below its second", "", "set_range")
         if self.droop >= high:
             most = f"below the highest set pressure, {1e-5 * high:g} bar"
             raise refusal("is more than can be set", most, "droop")

@@ -62,7 +62,7 @@ class Source(Described):
     stall_pressure: Gauge | None = None
     """Of a compressor: gauge pressure at which it gives nothing; its flow falls linearly to there."""
     electric_power: Annotated[float, Quantity("W", above=0.0, at_most=1e5)] | None = None
-    """Of a compressor: electric power while it runs; without it no energy is told."""
+    """Of a compressor: electric power while it runs; without it no energy is reported."""
 
     @property
     def real_gas(self) -> Gas:
@@ -159,7 +159,9 @@ class Source(Described):
         own = (*NEEDED[self.kind], *MAY_HAVE[self.kind])
         for name in sorted(OF_ONE_KIND - {*own}):
             if getattr(self, name) is not None:
-                raise refusal(f"is no key of a {self.kind}", f"{', '.join(own)} besides those of all", name)
+                raise refusal(
+                    f"is not a valid key of a {self.kind}", f"{', '.join(own)} besides those of all", name
+                )
         for name in NEEDED[self.kind]:
             if getattr(self, name) is None:
                 raise refusal(f"is missing; a {self.kind} needs it", ", ".join(NEEDED[self.kind]), name)

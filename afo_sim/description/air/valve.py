@@ -54,7 +54,7 @@ class Rated(Described):
     def _from_its_rating(cls, value: Any, info: ValidationInfo) -> Any:
         if value is not None:
             if _is_flow(value):
-                raise refusal("is a volume flow: without norm and pressures it is no conductance", HOW)
+                raise refusal("is a volume flow: without norm and pressures it is not a conductance", HOW)
             return value
         data = info.data
         rated = [name for name in RATINGS if data.get(name) is not None]
@@ -126,7 +126,7 @@ def _conductance(rated: str, value: Any, critical_ratio: float) -> float:
 
 
 def _is_flow(value: Any) -> bool:
-    """Whether a text is no conductance but a volume flow, such as "100 l/min"."""
+    """Whether a text is not a conductance but a volume flow, such as "100 l/min"."""
     return isinstance(value, str) and not _is_in(value, UNIT) and _is_in(value, "m^3/s")
 
 
@@ -175,7 +175,7 @@ class Valve(Rated, Named):
     minimum_on_time: Delay | None = None
     """Shortest pulse that its maker answers for."""
     rated_switches: Annotated[float, Quantity("", above=0.0, at_most=1e12)] | None = None
-    """Switchings that its maker rates it for; without it no life is told."""
+    """Switchings that its maker rates it for; without it no life is reported."""
     working_pressure: tuple[WorkingPressure, WorkingPressure] | None = None
     """Lowest and highest gauge pressure that its maker allows."""
     mass: Annotated[float, Quantity("kg", above=0.0, at_most=20.0)] | None = None

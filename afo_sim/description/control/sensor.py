@@ -76,7 +76,7 @@ class Calibration(Described):
         )
         for key, steepness in (("slope", found.slope), ("assumed_slope", found.taken_slope)):
             if steepness == 0.0:
-                raise FieldError(key, "is 0: such an output tells nothing")
+                raise FieldError(key, "is 0: such an output carries no information")
         return found
 
 

@@ -189,7 +189,7 @@ def _frame(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     z = np.cross(x, first + second - third - fourth)
     lengths = np.linalg.norm(x), np.linalg.norm(z)
     if min(lengths) < 1e-6 or not np.isfinite(corners).all():
-        raise _NoPlateError("its corners are no rectangle")
+        raise _NoPlateError("its corners do not form a rectangle")
     x, z = x / lengths[0], z / lengths[1]
     return corners.mean(axis=0), np.column_stack([x, np.cross(z, x), z])
 

@@ -61,7 +61,7 @@ def _parse_number(cell: str) -> float:
         return -math.inf if infinite[1] == "-" else math.inf
     if _DECIMAL_COMMA.match(text):
         return _parse_number(text.replace(",", "."))
-    raise ValueError(f"{text!r} is no number")
+    raise ValueError(f"{text!r} is not a number")
 
 
 def parse_row(cells: list[str]) -> list[float]:

@@ -72,7 +72,7 @@ class Choices:
         ):
             if value not in allowed:
                 words = ", ".join(a for a in allowed if a)
-                raise InputError("is no choice", field=name, value=value, allowed=words)
+                raise InputError("is not a valid choice", field=name, value=value, allowed=words)
         if self.forward and self.up and self.forward[-1] == self.up[-1]:
             raise InputError("is the same axis as up", field="forward", value=self.forward)
         if self.both and self.walker == "patient":
@@ -181,7 +181,7 @@ def _quantity(name: str, text: str) -> float:
 
 def _choice(name: str, text: str, choices: Mapping[str, bool]) -> bool:
     if text not in choices:
-        raise InputError("is no choice", field=name, value=text, allowed=", ".join(choices))
+        raise InputError("is not a valid choice", field=name, value=text, allowed=", ".join(choices))
     return choices[text]
 
 

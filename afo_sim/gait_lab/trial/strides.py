@@ -79,7 +79,7 @@ def find_strides(
     """
     leg, why = _known(motion, ground)
     if leg.events.reach < STEP:
-        seen = f"the foot moves only {leg.events.reach:.2f} m against the body, which is no walk"
+        seen = f"the foot moves only {leg.events.reach:.2f} m against the body, which is not walking"
         raise InputError("no whole stride was found: " + "; ".join([seen, *why][:6]))
     found = _whole(leg, _strikes(leg), why)
     whole = [contact for contact in leg.contacts if contact not in leg.beside]
@@ -166,7 +166,7 @@ def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[Record
         span = f"{first.time:.2f} to {second.time:.2f} s"
         gaps = [name for name, a, b in leg.motion.hidden if a < second.time and b > first.time]
         if not STRIDE[0] <= time <= STRIDE[1]:
-            why.append(f"{span}: {time:.2f} s are no stride")
+            why.append(f"{span}: {time:.2f} s are not a valid stride")
         elif time > _MISSED * float(np.median(times)):
             why.append(f"{span}: a heel strike in it was missed")
         elif gaps:
