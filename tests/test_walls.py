@@ -35,7 +35,8 @@ ROOMS = {
     "lab": CORE,
     "rl": CORE | {"legs"},
     "show": CORE | {"study", "lab", "gait_lab", "legs"},
-    "cli": CORE | {"gait_lab", "legs", "export", "study", "lab", "rl", "show"},
+    "studio": CORE | {"study", "gait_lab", "show"},
+    "cli": CORE | {"studio", "gait_lab", "legs", "export", "study", "lab", "rl", "show"},
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
 PLAIN |= {"ctypes", "lazy_loader"}  # to call machine code; the face

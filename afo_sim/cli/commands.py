@@ -8,6 +8,7 @@ from afo_sim.cli import run as _run  # noqa: F401
 from afo_sim.cli import analyses as _analyses  # noqa: F401
 from afo_sim.cli import electronics as _electronics  # noqa: F401
 from afo_sim.cli import look as _look  # noqa: F401
+from afo_sim.cli import studio as _studio  # noqa: F401
 from afo_sim.cli import lab_tests as _lab_tests  # noqa: F401
 from afo_sim.cli import gait as _gait  # noqa: F401
 from afo_sim.cli import sweep as _sweep  # noqa: F401

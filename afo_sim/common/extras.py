@@ -16,6 +16,7 @@ EXTRAS = {
     "study": ("SALib", "cma", "pandas", "xarray", "distributed"),
     "rl": ("dm_control", "dm_env", "gymnasium"),
     "show": ("matplotlib", "jinja2", "rerun"),
+    "studio": ("starlette", "uvicorn", "websockets"),
 }
 _EXTRA_OF = {package: extra for extra, packages in EXTRAS.items() for package in packages}
 _WITH = {"labmaze": "dm_control", "rerun_cli": "rerun", "mpl_toolkits": "matplotlib", "dask": "distributed"}

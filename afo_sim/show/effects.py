@@ -94,7 +94,7 @@ def lines(recording: Recording) -> list[str]:
     if found is None:
         return [f"What to change first is left out: {left_out}"] if left_out else []
     told = [f"What to change first, since {_WHY[found.aim]} (each change alone, in its own run)"]
-    told += [f"  {sentence}" for sentence in _sentences(found, _TOP)]
+    told += [f"  {sentence}" for sentence in sentences(found, _TOP)]
     return told if found.helping else [*told, f"  {_NONE}"]
 
 
@@ -104,10 +104,10 @@ def first_step(recording: Recording) -> str:
     if found is None:
         return f"what to change first is left out: {left_out}" if left_out else ""
     aim = found.aim.replace("_", "-")
-    return f"change first, for {aim}: {next(iter(_sentences(found, 1)), _NONE)}"
+    return f"change first, for {aim}: {next(iter(sentences(found, 1)), _NONE)}"
 
 
-def _sentences(found: Effects, most: int) -> list[str]:
+def sentences(found: Effects, most: int) -> list[str]:
     """The steps that help most, the best first."""
     return [f"{change(effect)}: {_in_short(effect, found)}" for effect in found.helping[:most]]
 
@@ -202,7 +202,7 @@ def _table(run: RunView, found: Effects) -> _EffectsTable:
         drawn=tuple(n in _BARS for n in names),
         first=tuple(_rows(found, [e for e in shown if e.name in best], names, longest)),
         others=tuple(_rows(found, [e for e in shown if e.name not in best], names, longest)),
-        sentences=tuple(each[0].upper() + each[1:] for each in _sentences(found, _FEW)),
+        sentences=tuple(each[0].upper() + each[1:] for each in sentences(found, _FEW)),
         none="" if found.helping else _NONE,
         idle="; ".join(found.idle),
         not_run=tuple(_not_run(found)),

@@ -1,0 +1,288 @@
+"""What a page shows of a design: the settled stride at once, then the whole run with its verdict."""
+
+import math
+import pathlib
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from afo_sim.common import SimulationError
+from afo_sim.description import Scenario
+from afo_sim.gait import norm
+from afo_sim.metrics import NO_DEVICE, Stride, words
+from afo_sim.metrics.strides import strides
+from afo_sim.model import ANKLE, Built, muscle_names, person_of, persons_stride, two_strides, why_walked
+from afo_sim.model import controls as inputs
+from afo_sim.model.build import build
+from afo_sim.show import bands, effects, write_report
+from afo_sim.show import verdict_texts as verdict
+from afo_sim.show.moving_parts import Mountings
+from afo_sim.show.walking_figure import COLUMNS as POSED
+from afo_sim.show.walking_figure import Limbs
+from afo_sim.simulation import Asked, Recording, limits_of, reference_of, run_scenario
+from afo_sim.simulation.examine import examine
+from afo_sim.simulation.settle import settle
+from afo_sim.studio.controls import controls, shown
+from afo_sim.studio.design import Design
+from afo_sim.study import with_studies
+from afo_sim.study.search.best import best_design
+from afo_sim.study.search.plan import search_of
+from afo_sim.study.search.runner import optimise
+
+PHASES = np.linspace(0.0, 1.0, 101)
+FRAMES = np.linspace(0.0, 1.0, 51)  # of the walking figure
+_CURVES = {  # name on the page: column, factor to the unit that is shown
+    "ankle": ("ankle/angle", 180.0 / np.pi),
+    "recorded": ("gait/ankle_angle", 180.0 / np.pi),
+    "toe": ("toe/height", 1e3),
+    "torque": ("ankle/moment/orthosis", 1.0),
+}
+_AT_ONCE = Asked(frozenset({"toe_clearance"}), doubts=False)
+_SEARCH: dict[str, Any] = {"generations": 12, "population": 8, "starts": 1}
+Message = dict[str, Any]
+Report = Callable[..., None]
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """The settled stride of a scenario, as its run ends with it.
+
+    clearance : of the toe [mm]; NaN where the stride has none
+    """
+
+    scenario: Scenario
+    built: Built
+    columns: Mapping[str, np.ndarray]
+    clearance: float
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "Settled":
+        """Solve for it, and for no first strides and no reference.
+
+        Raises
+        ------
+        SimulationError
+            The stride could not be walked.
+        """
+        built = build(two_strides(scenario))
+        rollout = settle([built], [inputs.controls(built)], mode=scenario.callback)[0].rollout
+        if rollout.failure is not None:
+            raise SimulationError(str(rollout.failure))
+        columns, found = examine(built, rollout, solved=True, asked=_AT_ONCE)
+        clearance = found.totals.get("toe_clearance")
+        return cls(scenario, built, columns, math.nan if clearance is None else clearance.value)
+
+    def message(self) -> Message:
+        """Curves, poses and clearance for a page."""
+        step = float(np.diff(self.columns["time"][:2])[0])
+        stride = strides(self.columns, step, self.built.body_mass)[-1]
+        curves = {
+            name: _rounded(factor * stride.at(column, PHASES))
+            for name, (column, factor) in _CURVES.items()
+            if column in self.columns
+        }
+        chambers = self.scenario.orthosis.chamber
+        pressures = {c: _rounded(1e-5 * stride.at(f"chamber/{c}/pressure", PHASES)) for c in chambers}
+        return {
+            "curves": curves | {"pressure": pressures},
+            "toe_off": stride.toe_off,
+            "stride_time": stride.duration,
+            "clearance": None if math.isnan(self.clearance) else self.clearance,
+            "poses": {name: _rounded(points, 4) for name, points in self._poses(stride).items()},
+        }
+
+    def _poses(self, stride: Stride) -> Message:
+        """Points of the walker by their names in `Pose`, over FRAMES [m]."""
+        foot = self.built.foot
+        assert foot is not None
+        limbs = Limbs(persons_stride(self.scenario), person_of(self.scenario).body_height, foot)
+        x, z, shank, angle = (stride.at(name, FRAMES) for name in POSED)
+        bent = "toe/extension" in self.columns
+        ankle = np.stack([x, z], axis=-1)
+        sole = limbs.sole(ankle, angle - shank, stride.at("toe/extension", FRAMES) if bent else 0.0)
+        return {
+            **limbs.points(ankle, shank, FRAMES),
+            "ankle": ankle,
+            "sole": sole,
+            "muscles": self._muscles(stride, ankle),
+        }
+
+    def _muscles(self, stride: Stride, ankle: np.ndarray) -> list[Any]:
+        """The path of each muscle over FRAMES, beside the drawn ankle."""
+        model = self.built.full_model
+        mountings = Mountings(model, muscle_names(self.scenario.orthosis), self.columns)
+        paths: list[list[Any]] = []
+        for frame, phase in enumerate(FRAMES):
+            data = mujoco.MjData(model)
+            mountings.pose(data, lambda name, phase=phase: float(stride.at(name, phase)))  # type: ignore[misc]
+            shift = ankle[frame] - data.xanchor[model.joint(ANKLE).id][[0, 2]]
+            points = data.wrap_xpos.reshape(-1, 3)[:, [0, 2]]
+            spans = zip(data.ten_wrapadr, data.ten_wrapnum, strict=True)
+            paths.append([points[start : start + count] + shift for start, count in spans if count > 1])
+        return [list(path) for path in zip(*paths, strict=True)]
+
+
+def _rounded(values: Any, digits: int = 3) -> Any:
+    """Plain numbers; points of paths may differ in number from frame to frame."""
+    if isinstance(values, list):
+        return [_rounded(each, digits) for each in values]
+    return np.round(np.where(np.isfinite(values), values, 0.0), digits).tolist()
+
+
+class Answers:
+    """The messages of each stage; references are walked once for each patient and gait."""
+
+    def __init__(self) -> None:
+        self._references: dict[str, Message] = {}
+        self._run: tuple[Design, Recording] | None = None
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
+
+    def settled(self, design: Design) -> Message:
+        """The settled stride: curves, poses, clearance; a sentence where strides do not repeat."""
+        if why := why_walked(design.scenario):
+            text = f"the strides do not repeat ({why}): curves follow with the whole run"
+            return {"kind": "problem", "text": text}
+        return {"kind": "settled", **Settled.of(design.scenario).message()}
+
+    def state(self, design: Design) -> Message:
+        """Controls, anchors and timing, with the norm's band."""
+        healthy = norm.read()
+        band = {end: _rounded(np.degrees(healthy.at(f"ankle_{end}", PHASES))) for end in ("low", "high")}
+        return {
+            "kind": "state",
+            "title": design.scenario.description or design.scenario.name,
+            "controls": [asdict(control) for control in controls(design)],
+            "anchors": _anchors(design.scenario),
+            "timing": _timing(design.scenario),
+            "norm": band,
+        }
+
+    def reference(self, design: Design) -> Iterator[Message]:
+        """The walk that the design is compared with; none where it names none."""
+        if design.scenario.reference is None:
+            return
+        other = reference_of(design.scenario)
+        if why_walked(other):
+            return
+        key = other.model_dump_json(exclude={"name", "description", "limits", "supply"})
+        if key not in self._references:
+            self._references = {key: Settled.of(other).message()}
+        yield {"kind": "reference", "compared_with": design.scenario.reference, **self._references[key]}
+
+    def run(self, design: Design, report: Report) -> Iterator[Message]:
+        """The whole run, from the first stride on, with its verdict; curves where strides do not repeat."""
+        recording = run_scenario(design.scenario, progress=report)
+        if not recording.ok:
+            raise SimulationError(recording.status.removeprefix("failed: "))
+        self._run = design, recording
+        if why_walked(design.scenario):
+            clearance = recording.metrics["toe_clearance"].value
+            walked = Settled(design.scenario, build(design.scenario), recording.columns, clearance)
+            yield {"kind": "settled", **walked.message()}
+        answers = [
+            asdict(answer) | {"mark": verdict.badge(answer), "limit": verdict.limit(recording, answer)}
+            for answer in recording.verdict
+        ]
+        yield {
+            "kind": "run",
+            "lead": verdict.lead(recording),
+            "verdict": answers,
+            "warnings": [str(warning) for warning in recording.warnings],
+            "device": NO_DEVICE,
+            "clearance": recording.metrics["toe_clearance"].value,
+        }
+
+    def effects(self, design: Design, report: Report) -> Message:
+        """What to change first, each step with the values that try it."""
+        recording = with_studies(
+            self._recording(design, report), design.scenario, effects=True, report=report
+        )
+        found = effects.effects_of(recording)
+        steps = (
+            []
+            if found is None
+            else [
+                {"text": text, "sets": effect.sets}
+                for effect, text in zip(found.helping, effects.sentences(found, 3), strict=False)
+            ]
+        )
+        return {"kind": "effects", "lines": effects.lines(recording)[:1], "steps": steps}
+
+    def further(
+        self, design: Design, what: str, options: Mapping[str, Any], report: Report
+    ) -> Iterator[Message]:
+        """What is made on demand: "bands", "report" or "search"."""
+        if what == "search":
+            yield self._search(design, options, report)
+            return
+        recording = self._recording(design, report)
+        if what == "bands":
+            told = with_studies(recording, design.scenario, draws=200, report=report)
+            yield {"kind": "bands", "lines": bands.lines(told)}
+        if what == "report":
+            told = with_studies(recording, design.scenario, effects=True, report=report)
+            told.save(self.folder / "run", rrd=False)
+            write_report([self.folder / "run"], self.folder / "report.html")
+            yield {"kind": "report", "file": "report.html"}
+
+    def _search(self, design: Design, options: Mapping[str, Any], report: Report) -> Message:
+        """The design with the lowest objective within the limits of the verdict, by CMA-ES.
+
+        `options` has "over", {key: (lowest, highest)} as `--set` takes them, and "objective".
+        """
+        scenario, metric = design.scenario, str(options.get("objective", "air_per_stride"))
+        limits = limits_of(self._recording(design, report))
+        kept = [
+            f"toe_clearance >= {1e3 * limits.toe_clearance[0]:g} mm",
+            f"torque_against_push_off_per_mass <= {limits.torque_against_push_off[1]:g} N*m/kg",
+        ]
+        plan = search_of(scenario, options["over"], lowest=metric, limits=kept, **_SEARCH)
+
+        def told(progress: Any) -> None:
+            report(progress.generations, progress.most, "searching the best design")
+
+        with tempfile.TemporaryDirectory() as folder:
+            found = best_design(plan, optimise(plan, pathlib.Path(folder), threads=1, report=told))
+        kept_all = "all limits are kept" if found.feasible else "no design was found that keeps all limits"
+        numbers = ", ".join(f"{words(name).label} {value}" for name, value in found.metrics.items())
+        text = f"{numbers[:1].upper()}{numbers[1:]}; {kept_all}"
+        return {
+            "kind": "found",
+            "text": text,
+            "sets": {k: shown(k, v) for k, v in found.summary["sets"].items()},
+        }
+
+    def _recording(self, design: Design, report: Report) -> Recording:
+        if self._run is None or self._run[0] != design:
+            for _ in self.run(design, report):
+                pass
+        assert self._run is not None
+        return self._run[1]
+
+
+def _anchors(scenario: Scenario) -> Message:
+    """Of each muscle group its ends from the ankle, forward and up, with the foot flat [mm]."""
+    found = {}
+    for name, group in scenario.orthosis.muscle.items():
+        for end in ("origin", "insertion"):
+            anchor = getattr(group, end)
+            if anchor is not None:
+                x, _, z = anchor.from_ankle
+                key = f"orthosis.muscle.{name}.{end}.from_ankle"
+                found[f"{name} {end}"] = {"key": key, "x": round(1e3 * x, 2), "z": round(1e3 * z, 2)}
+    return found
+
+
+def _timing(scenario: Scenario) -> Message:
+    """Of each chamber the intervals of gait phase in which its valves have current."""
+    if scenario.phases is None:
+        return {}
+    return {
+        f"phases.{name}.{side}": [list(interval) for interval in getattr(times, side)]
+        for name, times in scenario.phases.chambers.items()
+        for side in ("inlet", "outlet")
+    }

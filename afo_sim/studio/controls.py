@@ -1,0 +1,220 @@
+"""What a page has to change: keys of the scenario with their values, units, sources and ranges."""
+
+import functools
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from afo_sim.common import InputError, assets, in_unit, parse_quantity
+from afo_sim.description import load
+from afo_sim.description.keys import Key, keys
+from afo_sim.studio.design import Design
+
+Group = Literal["patient", "device", "air", "timing"]
+_NUMBER = re.compile(r"\s*(-?\d+(?:[.,]\d+)?)\s*")
+_SOURCES = ("published", "measured", "fitted", "derived", "assumed")
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A control for a key; `{group}` and `{chamber}` stand for each of the orthosis'.
+
+    unit : in which it is shown, "" of a bare number
+    low, high, step : of its slider, in that unit; a value beyond them can be typed
+    choices : kind of description that it names, such as "valve"; "" of a number
+    more : whether it is folded away at first
+    """
+
+    group: Group
+    key: str
+    label: str
+    unit: str = ""
+    low: float = 0.0
+    high: float = 1.0
+    step: float = 0.01
+    choices: str = ""
+    more: bool = False
+
+
+_GROUP, _CHAMBER = "{group}", "{chamber}"
+_ROWS = (
+    _Row("patient", "patient", "patient", choices="patient"),
+    _Row("patient", "patient.body_mass", "body mass", "kg", 30.0, 130.0, 1.0),
+    _Row("patient", "patient.body_height", "body height", "m", 1.1, 2.1, 0.01),
+    _Row("patient", "patient.dorsiflexor_strength", "dorsiflexor strength left"),
+    _Row(
+        "patient", "patient.passive_scale", "stiffness of the ankle's tissue, healthy = 1", "", 0.1, 3.0, 0.05
+    ),
+    _Row("patient", "patient.spasticity", "spasticity", "N*m*s/rad", 0.0, 5.0, 0.1),
+    _Row("patient", "patient.plantarflexor_strength", "plantarflexor strength left", more=True),
+    _Row(
+        "patient",
+        "patient.passive_offset",
+        "angle at which the tissue is slack",
+        "deg",
+        -20.0,
+        20.0,
+        0.5,
+        more=True,
+    ),
+    _Row("patient", "shoe", "shoe without the device", choices="shoe", more=True),
+    _Row("device", "orthosis.muscle.{group}.type", "{group}: muscle", choices="muscle"),
+    _Row("device", "orthosis.muscle.{group}.count", "{group}: number of muscles", "", 1.0, 6.0, 1.0),
+    _Row("device", "orthosis.muscle.{group}.link_length", "{group}: link", "mm", 20.0, 200.0, 1.0),
+    _Row("device", "orthosis.muscle.{group}.slack", "{group}: slack", "mm", 0.0, 40.0, 1.0, more=True),
+    _Row("device", "orthosis.anchor.shank.stiffness", "cuff stiffness", "kN/m", 1.0, 20.0, 0.5),
+    _Row(
+        "device",
+        "orthosis.anchor.foot.stiffness",
+        "foot plate stiffness",
+        "kN/m",
+        10.0,
+        200.0,
+        5.0,
+        more=True,
+    ),
+    _Row("air", "supply.pressure", "supply pressure, gauge", "bar", 0.5, 8.0, 0.05),
+    _Row("air", "supply.source", "bottle or compressor", choices="source"),
+    _Row("air", "orthosis.chamber.{chamber}.inlet", "{chamber}: inlet valve", choices="valve"),
+    _Row("air", "orthosis.chamber.{chamber}.outlet", "{chamber}: outlet valve", choices="valve", more=True),
+    _Row("air", "orthosis.chamber.{chamber}.tube", "{chamber}: tube", choices="tube", more=True),
+    _Row(
+        "air",
+        "orthosis.chamber.{chamber}.tube_length",
+        "{chamber}: tube length",
+        "m",
+        0.05,
+        3.0,
+        0.05,
+        more=True,
+    ),
+    _Row(
+        "air",
+        "start.{chamber}.fill_time",
+        "{chamber}: filled before the first step for",
+        "s",
+        0.0,
+        10.0,
+        0.1,
+        more=True,
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Control:
+    """A control as a page draws it.
+
+    value : in `unit`; a number, a name, or None where the scenario has none
+    source : of `_SOURCES`, "set here", or "" where the file states none
+    reference : of that source, or the file
+    allowed : in words
+    """
+
+    key: str
+    group: Group
+    label: str
+    unit: str
+    value: float | str | None
+    low: float
+    high: float
+    step: float
+    choices: tuple[tuple[str, str], ...]
+    more: bool
+    source: str
+    reference: str
+    allowed: str
+    meaning: str
+
+
+def controls(design: Design) -> list[Control]:
+    """The controls of a design, in the order of the page."""
+    known = {key.key: key for key in keys(design.base, sets=dict(design.sets))}
+    return [_control(row, known[row.key]) for row in _rows(design) if row.key in known]
+
+
+def _rows(design: Design) -> Iterator[_Row]:
+    """The rows, once for each muscle group or chamber."""
+    orthosis = design.scenario.orthosis
+    names = {_GROUP: list(orthosis.muscle), _CHAMBER: list(orthosis.chamber)}
+    for row in _ROWS:
+        part = next((part for part in names if part in row.key), "")
+        for name in names.get(part, [""]):
+            values = asdict(row) | {
+                k: getattr(row, k).replace(part, name) if part else getattr(row, k) for k in ("key", "label")
+            }
+            yield _Row(**values)
+
+
+def _control(row: _Row, key: Key) -> Control:
+    value: float | str | None = key.value or None
+    if not row.choices and key.value:
+        value = (
+            in_unit(parse_quantity(key.value, key.unit), key.unit, row.unit) if key.unit else float(key.value)
+        )
+        value = round(value, 6)
+    source = "set here" if key.source == "set" else key.kind if key.kind in _SOURCES else ""
+    return Control(
+        key.key,
+        row.group,
+        row.label,
+        row.unit,
+        value,
+        row.low,
+        row.high,
+        row.step,
+        _choices(row.choices) if row.choices else (),
+        row.more,
+        source,
+        key.reference or key.source,
+        key.allowed,
+        key.meaning,
+    )
+
+
+@functools.cache
+def _choices(kind: str) -> tuple[tuple[str, str], ...]:
+    """(name, what it is) of all that is shipped of a kind."""
+    return tuple((name, str(getattr(load(kind, name), "description", ""))) for name in assets.names(kind))
+
+
+_ANCHOR = r"orthosis\.muscle\.[\w-]+\.(origin|insertion)\.from_ankle\[[012]\]"
+_UNITS = {  # in which the page shows a number, by its key
+    **{re.sub(r"\\{\w+\\}", r"[\\w-]+", re.escape(row.key)): row.unit for row in _ROWS},
+    r"phases\.[\w-]+\.(inlet|outlet)(\[\d+\]\[[01]\])?": "",
+    _ANCHOR: "mm",
+}
+
+
+def _unit_of(key: str) -> str | None:
+    return next((unit for pattern, unit in _UNITS.items() if re.fullmatch(pattern, key)), None)
+
+
+def shown(key: str, value: Any) -> Any:
+    """A value as `--set` takes it, in the page's unit and with four digits."""
+    unit = _unit_of(key)
+    if unit and isinstance(value, str):
+        return f"{in_unit(parse_quantity(value, unit), unit, unit):.4g} {unit}"
+    return f"{float(value):.4g}" if unit == "" and re.fullmatch(r"-?[\d.e-]+", str(value)) else value
+
+
+def read(key: str, value: Any) -> Any:
+    """A page's value as `--set` takes it: a number with the unit in which the page shows it.
+
+    Raises
+    ------
+    InputError
+        The page changes no such key, or it is no number, text, or list of intervals.
+    """
+    unit = _unit_of(key)
+    if unit is None and not key.startswith(("orthosis.", "supply.", "phases.", "start.")):
+        raise InputError("is not changed by this page", field=key, value=value)
+    if isinstance(value, bool) or not isinstance(value, int | float | str | list | None):
+        raise InputError("is not a valid value", field=key, value=value, allowed="a number or a text")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise InputError("is not a valid number", field=key, value=value)
+    if isinstance(value, str) and (number := _NUMBER.fullmatch(value)) and unit:
+        value = float(number[1].replace(",", "."))
+    return f"{value:.9g} {unit}" if unit and isinstance(value, int | float) else value

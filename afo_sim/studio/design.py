@@ -1,0 +1,180 @@
+"""A design that is being tried: a scenario, the values laid over it, its variants, and the way back."""
+
+import dataclasses
+import functools
+import os
+import pathlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from afo_sim.common import InputError, together, unknown, write_text
+from afo_sim.description import Scenario, load, toml_text
+from afo_sim.description.portable import portable
+from afo_sim.model import mean_length
+
+VARIANTS = ("A", "B", "C")
+SCENARIO = "scenario.toml"  # in a saved folder
+_STEPS = 500  # of the way back that are kept
+_ORIGIN, _INSERTION = ".origin.from_ankle[", ".insertion.from_ankle["
+
+
+@functools.cache
+def _described(base: str) -> str:
+    return str(load("scenario", base).description)
+
+
+@dataclass(frozen=True)
+class Design:
+    """A scenario by its name or file, and the values laid over it, as `--set` takes them."""
+
+    base: str
+    sets: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The description that is simulated.
+
+        Raises
+        ------
+        InputError
+            A value is not valid, or the values do not go together.
+        """
+        found: Scenario = load("scenario", self.base, dict(self.sets))
+        words = self.sets.get("description", _described(self.base))
+        return found.with_values(description=words)  # without a list of all that was set
+
+    def changed(self, sets: Mapping[str, Any], *, follow: bool = True) -> "Design":
+        """The same design with other values; it is described before it is returned.
+
+        Parameters
+        ----------
+        sets : dotted keys and values; None takes a value back
+        follow : links become as much longer as the path of a moved anchor does at angle zero
+
+        Raises
+        ------
+        InputError
+            As `scenario`.
+        """
+        values = {key: value for key, value in {**self.sets, **sets}.items() if value is not None}
+        moved = {key.split(".")[2] for key in sets if _ORIGIN in key or _INSERTION in key}
+        design = dataclasses.replace(self, sets=values)
+        if follow and moved:
+            before, after = self.scenario.orthosis.muscle, design.scenario.orthosis.muscle
+            for name in moved:
+                link = before[name].link_length
+                if link is not None:
+                    longer = mean_length(after[name]) - mean_length(before[name])
+                    values[f"orthosis.muscle.{name}.link_length"] = f"{1e3 * (link + longer):.6g} mm"
+            design = dataclasses.replace(self, sets=values)
+        _ = design.scenario
+        return design
+
+
+@dataclass
+class Document:
+    """What the pages of a studio show and change together."""
+
+    design: Design
+    variants: dict[str, Design] = field(default_factory=dict)
+    _back: list[Design] = field(default_factory=list)
+    _forth: list[Design] = field(default_factory=list)
+
+    def change(self, sets: Mapping[str, Any], *, follow: bool = True, join: bool = False) -> None:
+        """Lay values over the design; `join` makes it one step back with the change before it."""
+        self.take(self.design.changed(sets, follow=follow), join=join)
+
+    def take(self, design: Design, *, join: bool = False) -> None:
+        """Go on with another design; with the very same one nothing happens."""
+        if design == self.design:
+            return
+        if not (join and self._back):
+            self._back = [*self._back, self.design][-_STEPS:]
+        vars(self.design).pop("scenario", None)  # it is described again if it is gone back to
+        self._forth.clear()
+        self.design = design
+
+    def undo(self) -> None:
+        """One step back; none where there is none."""
+        if self._back:
+            self._forth.append(self.design)
+            self.design = self._back.pop()
+
+    def redo(self) -> None:
+        """The step again that was taken back."""
+        if self._forth:
+            self._back.append(self.design)
+            self.design = self._forth.pop()
+
+    @property
+    def steps(self) -> tuple[int, int]:
+        """How many steps go back and forth."""
+        return len(self._back), len(self._forth)
+
+    def keep(self, name: str) -> None:
+        """Keep the design as a variant."""
+        if name not in VARIANTS:
+            raise unknown(name, VARIANTS, field="variant", problem="is not a valid variant")
+        self.variants[name] = self.design
+
+    def show(self, name: str) -> None:
+        """Go on with a variant that is kept."""
+        if name not in self.variants:
+            raise unknown(name, self.variants, field="variant", problem="is not kept")
+        self.take(self.variants[name])
+
+
+def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
+    """Write the design and its variants as scenarios that `afo-sim run` takes, all or none.
+
+    Files that the scenario needs and that are not shipped are copied beside it.
+
+    Returns
+    -------
+    the scenario's file
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or cannot be written.
+    """
+    target = pathlib.Path(folder)
+    if target.exists() and any(target.iterdir()) and not (target / SCENARIO).is_file():
+        raise InputError(
+            "holds files of something else",
+            field="folder",
+            value=str(target),
+            allowed="a new or saved folder",
+        )
+    named = {SCENARIO: document.design} | {f"variant_{n}.toml": d for n, d in document.variants.items()}
+    with together(target) as scratch:
+        for name, design in named.items():
+            table = portable(design.scenario.resolved(), target, scratch)
+            write_text(scratch / name, toml_text(table))
+    return target / SCENARIO
+
+
+def opened(source: str) -> Document:
+    """The document of a shipped scenario, a TOML file or a saved folder.
+
+    Raises
+    ------
+    InputError
+        There is no such scenario, or nobody walks in it.
+    """
+    folder = pathlib.Path(source)
+    base = str(folder / SCENARIO) if (folder / SCENARIO).is_file() else source
+    document = Document(Design(base))
+    if not document.design.scenario.walking:
+        raise InputError(
+            "sits: the studio is for walking",
+            field="scenario",
+            value=source,
+            allowed="such as walk-dropfoot-afo",
+        )
+    for name in VARIANTS:
+        if base != source and (file := folder / f"variant_{name}.toml").is_file():
+            document.variants[name] = Design(str(file))
+    return document

@@ -1,0 +1,127 @@
+"""Answers to the newest design, in a thread of its own: what is no longer wanted is given up."""
+
+import pathlib
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from afo_sim.common import InputError, SimulationError
+from afo_sim.studio.answers import Answers
+from afo_sim.studio.design import Design
+
+Tell = Callable[[dict[str, Any]], None]
+_IDLE = 0.4  # from the last change to what takes long [s]
+_FAULT = "this design met a fault of the program: {}"
+
+
+class _Superseded(Exception):
+    """A newer design, or another wish, has come."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A design to answer; `what` is wanted beyond what every design gets, "" nothing."""
+
+    serial: int
+    design: Design
+    what: str = ""
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Engine:
+    """Answers the newest wish, stage by stage, and tells each answer with the design's serial number."""
+
+    def __init__(self, tell: Tell) -> None:
+        self._tell, self._answers = tell, Answers()
+        self._wish: Wish | None = None
+        self._changed, self._ended = threading.Condition(), False
+        self._told: tuple[int, set[str]] = (0, set())  # a serial number, and the stages that are answered
+        self._thread = threading.Thread(target=self._work, name="studio", daemon=True)
+        self._thread.start()
+
+    @property
+    def folder(self) -> pathlib.Path:
+        """For files of this session."""
+        return self._answers.folder
+
+    def want(self, wish: Wish) -> None:
+        """Answer this from now on, and nothing else."""
+        with self._changed:
+            self._wish = wish
+            self._changed.notify()
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+        self._thread.join(timeout=10.0)
+
+    def _work(self) -> None:
+        while True:
+            with self._changed:
+                while self._wish is None and not self._ended:
+                    self._changed.wait()
+                if self._ended:
+                    return
+                wish, self._wish = self._wish, None
+            assert wish is not None
+            try:
+                self._answer(wish)
+            except _Superseded:
+                pass
+            except Exception as error:
+                self._say(
+                    wish, {"kind": "problem", "text": _FAULT.format(f"{type(error).__name__}: {error}")}
+                )
+
+    def _answer(self, wish: Wish) -> None:
+        if self._told[0] != wish.serial:
+            self._told = wish.serial, set()
+        for name, stage in self._stages(wish):
+            if name not in self._told[1]:
+                try:
+                    for message in stage():
+                        self._say(wish, message)
+                        self._check()
+                except (InputError, SimulationError) as error:  # controls are shown all the same
+                    self._say(wish, {"kind": "problem", "text": str(error)})
+                    if name != "settled":
+                        return
+                self._told[1].add(name)
+
+    def _stages(self, wish: Wish) -> Iterator[tuple[str, Callable[[], Iterable[dict[str, Any]]]]]:
+        """What is told of a design, the quickest first; what is told already is left out."""
+        answers, design, report = self._answers, wish.design, self._report(wish)
+        yield "settled", lambda: [answers.settled(design)]
+        yield "state", lambda: [answers.state(design)]
+        yield "reference", lambda: answers.reference(design)
+        yield "run", lambda: answers.run(design, report)
+        if wish.what:
+            self._told[1].discard(wish.what)
+            yield wish.what, lambda: answers.further(design, wish.what, wish.options, report)
+        if "effects" not in self._told[1]:
+            with self._changed:
+                self._changed.wait_for(lambda: self._wish is not None or self._ended, _IDLE)
+            self._check()
+        yield "effects", lambda: [answers.effects(design, report)]
+
+    def _report(self, wish: Wish) -> Callable[..., None]:
+        """A progress callback that gives up what is no longer wanted."""
+
+        def report(done: int, total: int, what: str = "") -> None:
+            self._check()
+            if wish.what and wish.what not in self._told[1]:
+                share = done / total if total else 0.0
+                self._say(wish, {"kind": "progress", "what": what or wish.what, "share": share})
+
+        return report
+
+    def _check(self) -> None:
+        if self._wish is not None or self._ended:
+            raise _Superseded
+
+    def _say(self, wish: Wish, message: dict[str, Any]) -> None:
+        if self._wish is None:
+            self._tell({"serial": wish.serial, **message})

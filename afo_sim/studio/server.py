@@ -1,0 +1,309 @@
+"""The studio's page on this machine alone: files by HTTP, changes and answers by one web socket a tab."""
+
+import asyncio
+import contextlib
+import pathlib
+import re
+import secrets
+import shutil
+import socket
+import webbrowser
+from collections.abc import AsyncIterator, Callable, Sequence
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from afo_sim.common import InputError
+from afo_sim.studio.controls import read
+from afo_sim.studio.design import Document, opened, save
+from afo_sim.studio.engine import Engine, Wish
+from afo_sim.studio.trial import WALKERS, imported
+
+PAGE = pathlib.Path(__file__).parent / "page"
+_MOST = 300_000_000  # of a file that is dropped on the page [bytes]
+_LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")
+_HEADERS = {
+    "content-security-policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'",
+    "referrer-policy": "no-referrer",
+    "x-content-type-options": "nosniff",
+    "cache-control": "no-store",
+}
+
+
+class Studio:
+    """One document, the tabs that show it, and the thread that answers it."""
+
+    def __init__(self, document: Document, saved: pathlib.Path) -> None:
+        self.document, self.saved = document, saved
+        self.token = secrets.token_urlsafe(24)
+        self.serial = 0
+        self._tabs: dict[WebSocket, asyncio.Queue[dict[str, Any]]] = {}
+        self._last: dict[str, dict[str, Any]] = {}  # by kind: what a new tab is told
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self.engine = Engine(self._from_thread)
+
+    @property
+    def app(self) -> Starlette:
+        """The application: all of it below the token."""
+        inside = [
+            Route("/", self._file),
+            Route("/files/{name}", self._upload, methods=["PUT"]),
+            Route("/{name:path}", self._file, methods=["GET"]),
+            WebSocketRoute("/socket", self._socket),
+        ]
+        app = Starlette(routes=[Mount(f"/{self.token}", routes=inside)], lifespan=self._lifespan)
+        app.add_middleware(Guard)
+        return app
+
+    @contextlib.asynccontextmanager
+    async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
+        self._loop = asyncio.get_running_loop()
+        self._ask()
+        yield
+        self.engine.close()
+        shutil.rmtree(self.engine.folder, ignore_errors=True)
+
+    async def _file(self, request: Request) -> Response:
+        name = request.path_params.get("name") or "index.html"
+        for folder in (PAGE, self.engine.folder):
+            path = (folder / name).resolve()
+            if path.is_relative_to(folder.resolve()) and path.is_file():
+                headers = {"content-security-policy": _REPORT} if name == "report.html" else {}
+                return FileResponse(path, headers=headers)
+        return PlainTextResponse("there is no such page", status_code=404)
+
+    async def _upload(self, request: Request) -> Response:
+        """A file of a trial, by its plain name."""
+        name = pathlib.PurePath(request.path_params["name"]).name
+        folder, size = self.engine.folder / "trial", 0
+        folder.mkdir(exist_ok=True)
+        with (folder / name).open("wb") as file:
+            async for part in request.stream():
+                size += len(part)
+                if size > _MOST:
+                    file.truncate(0)
+                    return JSONResponse(
+                        {"problem": f"{name} is larger than {_MOST // 10**6} MB"}, status_code=413
+                    )
+                file.write(part)
+        return JSONResponse({"name": name, "bytes": size})
+
+    async def _socket(self, tab: WebSocket) -> None:
+        await tab.accept()
+        queue: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self._tabs[tab] = queue
+        for message in (self._document(), *self._last.values()):
+            queue.put_nowait(message)
+        sender = asyncio.create_task(_send(tab, queue))
+        try:
+            while True:
+                await self._take(await tab.receive_json(), queue)
+        except (WebSocketDisconnect, RuntimeError):
+            pass
+        finally:
+            sender.cancel()
+            del self._tabs[tab]
+
+    async def _take(self, message: Any, queue: asyncio.Queue[dict[str, Any]]) -> None:
+        """Do what a tab asks for; what is wrong with it goes back to that tab."""
+        asked = message if isinstance(message, dict) else {}
+        before = self.document.design
+        try:
+            does = self._does().get(str(asked.get("op")))
+            if does is None:
+                raise InputError("is not known to this studio", field="op", value=asked.get("op"))
+            if (waited := does(asked)) is not None:
+                await waited
+        except (InputError, OSError, TypeError, ValueError, KeyError) as error:
+            queue.put_nowait(
+                {"kind": "problem", "text": str(error), "key": asked.get("key", ""), "serial": self.serial}
+            )
+            return
+        if self.document.design != before:
+            self._ask()
+        else:
+            self._tell(self._document())
+
+    def _does(self) -> dict[str, Callable[[dict[str, Any]], Any]]:
+        document = self.document
+        return {
+            "change": self._change,
+            "undo": lambda m: document.undo(),
+            "redo": lambda m: document.redo(),
+            "keep": lambda m: document.keep(str(m["name"])),
+            "show": lambda m: document.show(str(m["name"])),
+            "save": self._save,
+            "import": self._import,
+            "bands": lambda m: self._want("bands"),
+            "report": lambda m: self._want("report"),
+            "search": self._search,
+            "stop": lambda m: self._want(""),
+        }
+
+    def _change(self, asked: dict[str, Any]) -> None:
+        sets = {str(key): read(str(key), value) for key, value in asked["sets"].items()}
+        self.document.change(sets, follow=asked.get("follow", True) is True, join=asked.get("join") is True)
+
+    def _save(self, asked: dict[str, Any]) -> None:
+        folder = str(asked.get("folder") or self.saved)
+        self.saved = save(self.document, folder).parent
+        self._tell({"kind": "saved", "folder": str(self.saved), "serial": self.serial})
+
+    async def _import(self, asked: dict[str, Any]) -> None:
+        files = [self.engine.folder / "trial" / pathlib.PurePath(str(name)).name for name in asked["files"]]
+        walker = str(asked.get("walker"))
+        if walker not in WALKERS:
+            raise InputError("is missing: whose walk it is", field="walker", allowed=" or ".join(WALKERS))
+        where = str(asked.get("side", "right")), self.engine.folder
+        found = await asyncio.to_thread(imported, files, walker, *where)
+        self.document.change(found.pop("sets"))
+        self._tell({"kind": "trial", "serial": self.serial, **found})
+
+    def _search(self, asked: dict[str, Any]) -> None:
+        over = {str(key): tuple(read(str(key), end) for end in ends) for key, ends in asked["keys"].items()}
+        if not over:
+            raise InputError("is empty: what may vary", field="keys", allowed="a key or more")
+        self._want("search", {"over": over, "objective": asked.get("objective", "air_per_stride")})
+
+    def _want(self, what: str, options: dict[str, Any] | None = None) -> None:
+        self.engine.want(Wish(self.serial, self.document.design, what, options or {}))
+
+    def _ask(self) -> None:
+        """Answer the design as it is now."""
+        self.serial += 1
+        self._last = {
+            kind: told for kind, told in self._last.items() if kind in ("state", "reference", "trial")
+        }
+        self._tell(self._document())
+        self.engine.want(Wish(self.serial, self.document.design))
+
+    def _document(self) -> dict[str, Any]:
+        back, forth = self.document.steps
+        return {
+            "kind": "document",
+            "serial": self.serial,
+            "undo": back,
+            "redo": forth,
+            "variants": list(self.document.variants),
+            "folder": str(self.saved),
+            "sets": {key: str(value) for key, value in self.document.design.sets.items()},
+        }
+
+    def _from_thread(self, message: dict[str, Any]) -> None:
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._told, message)
+
+    def _told(self, message: dict[str, Any]) -> None:
+        if message["serial"] != self.serial:
+            return
+        if message["kind"] != "progress":
+            self._last[message["kind"]] = message
+        self._tell(message)
+
+    def remember(self, message: dict[str, Any]) -> None:
+        """What every tab is told that opens."""
+        self._last[message["kind"]] = message
+
+    def _tell(self, message: dict[str, Any]) -> None:
+        for queue in self._tabs.values():
+            queue.put_nowait(message)
+
+
+async def _send(tab: WebSocket, queue: asyncio.Queue[dict[str, Any]]) -> None:
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+        while True:
+            await tab.send_json(await queue.get())
+
+
+_REPORT = (
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; font-src data:"
+)
+
+
+class Guard:
+    """Refuses whoever does not ask this machine by its own name, and a page of another origin."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        headers = {name.decode().lower(): value.decode() for name, value in scope["headers"]}
+        host, origin = headers.get("host", ""), headers.get("origin")
+        if not _LOOPBACK.fullmatch(host) or origin not in (None, f"http://{host}"):
+            if scope["type"] == "websocket":
+                await send({"type": "websocket.close", "code": 1008})
+            else:
+                await PlainTextResponse("not for this address", status_code=403)(scope, receive, send)
+            return
+
+        async def guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                known = {name.lower() for name, _ in message["headers"]}
+                message["headers"] += [
+                    (name.encode(), value.encode())
+                    for name, value in _HEADERS.items()
+                    if name.encode() not in known
+                ]
+            await send(message)
+
+        await self.app(scope, receive, guarded)
+
+
+def serve(
+    scenario: str, trial: Sequence[pathlib.Path], out: pathlib.Path, *, side: str = "right", port: int = 0
+) -> Callable[[bool], None]:
+    """A studio that is ready; the function that is returned serves it until it is stopped by Ctrl-C.
+
+    Parameters
+    ----------
+    scenario : a shipped name, a TOML file or a saved folder; somebody walks in it
+    trial : files of the patient's own walk, which replaces the scenario's; none by default
+    out : folder that is saved to
+    side : "right" or "left", of the trial
+    port : on the loopback interface; any free one with 0
+
+    Raises
+    ------
+    InputError
+        There is no such scenario, nobody walks in it, or the trial cannot be read.
+    """
+    studio = Studio(opened(scenario), out)
+    if trial:
+        found = imported(trial, "patient", side, studio.engine.folder)
+        studio.document.change(found.pop("sets"))
+        studio.remember({"kind": "trial", **found})
+    listening = socket.create_server(("127.0.0.1", port))
+    address = f"http://127.0.0.1:{listening.getsockname()[1]}/{studio.token}/"
+
+    def run(browser: bool) -> None:
+        print(f"the studio is at {address}\nit is for this machine alone; stop it with Ctrl-C", flush=True)
+        if browser:
+            _show(address, studio.engine.folder)
+        config = uvicorn.Config(
+            studio.app,
+            log_level="error",
+            lifespan="on",
+            ws="websockets-sansio",
+            ws_max_size=1_000_000,
+            timeout_graceful_shutdown=2,
+        )
+        uvicorn.Server(config).run([listening])
+
+    return run
+
+
+def _show(address: str, folder: pathlib.Path) -> None:
+    """Open the browser by a file of the user's own: others see an address among a program's arguments."""
+    file = folder / "open.html"
+    file.touch(mode=0o600)
+    file.write_text(f'<meta http-equiv="refresh" content="0;url={address}">', encoding="utf-8")
+    webbrowser.open(file.as_uri())

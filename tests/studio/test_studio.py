@@ -1,0 +1,285 @@
+"""The studio's server as its page meets it: who gets in, and that its answers are those of a run."""
+
+import contextlib
+import json
+import pathlib
+import socket
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import afo_sim as afo
+from afo_sim.common import InputError
+from afo_sim.studio import Document, Studio, controls, opened, save
+from afo_sim.studio.controls import read, shown
+from afo_sim.studio.engine import Engine, Wish
+
+uvicorn = pytest.importorskip("uvicorn")
+client = pytest.importorskip("websockets.sync.client")
+exceptions = pytest.importorskip("websockets.exceptions")
+SCENARIO = "walk-dropfoot-afo"
+PRESSURE, LINK = "supply.pressure", "orthosis.muscle.dorsiflexor.link_length"
+AHEAD = "orthosis.muscle.dorsiflexor.insertion.from_ankle[0]"
+
+
+class Tab:
+    """One tab's socket."""
+
+    def __init__(self, socket: Any) -> None:
+        self.socket = socket
+        self.heard: list[dict[str, Any]] = []
+
+    @classmethod
+    @contextlib.contextmanager
+    def open(cls, address: str, **more: Any) -> Iterator["Tab"]:
+        with client.connect(f"{address.replace('http', 'ws', 1)}socket", open_timeout=20, **more) as socket:
+            yield cls(socket)
+
+    def ask(self, op: str, **more: Any) -> None:
+        self.socket.send(json.dumps({"op": op, **more}))
+
+    def until(self, kind: str, serial: int = 0) -> dict[str, Any]:
+        """The next message of a kind, of a design not before `serial`."""
+        while True:
+            message: dict[str, Any] = json.loads(self.socket.recv(timeout=60))
+            self.heard.append(message)
+            if message["kind"] == kind and message.get("serial", 0) >= serial:
+                return message
+
+
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Studio, str]]:
+    made = Studio(opened(SCENARIO), tmp_path_factory.mktemp("studio") / "saved")
+    listening = socket.create_server(("127.0.0.1", 0))
+    server = uvicorn.Server(
+        uvicorn.Config(made.app, log_level="error", lifespan="on", ws="websockets-sansio")
+    )
+    thread = threading.Thread(target=server.run, args=([listening],), daemon=True)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    yield made, f"http://127.0.0.1:{listening.getsockname()[1]}/{made.token}/"
+    server.should_exit = True
+    thread.join(20)
+
+
+@pytest.fixture
+def tab(studio: tuple[Studio, str]) -> Iterator[Tab]:
+    with Tab.open(studio[1]) as found:
+        found.until("document")
+        yield found
+
+
+def status(address: str, **headers: str) -> int:
+    try:
+        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=20) as answer:
+            return int(answer.status)
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+# --- who gets in
+
+
+def test_nobody_gets_in_without_the_token_or_from_elsewhere(studio: tuple[Studio, str]) -> None:
+    made, address = studio
+    root = address.removesuffix(f"{made.token}/")
+    assert status(address) == 200
+    assert status(root) == status(f"{root}socket") == status(f"{root}x{made.token[1:]}/") == 404
+    assert status(address, Host="attacker.example") == 403  # a name that was turned to this machine
+    assert status(address, Origin="http://attacker.example") == 403
+    for name in ("../server.py", "%2e%2e/server.py", "..%2fserver.py", "/etc/passwd"):
+        assert status(f"{address}{name}") == 404
+    with pytest.raises(exceptions.InvalidStatus), Tab.open(address, origin="http://attacker.example"):
+        pass
+    with pytest.raises(exceptions.InvalidStatus), Tab.open(root):
+        pass
+
+
+def test_the_page_asks_no_other_machine(studio: tuple[Studio, str]) -> None:
+    folder = pathlib.Path(afo.__file__).parent / "studio" / "page"
+    for file in folder.iterdir():
+        text = file.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
+        assert "http:" not in text and "https:" not in text and "//cdn" not in text, file
+    with urllib.request.urlopen(studio[1], timeout=20) as answer:
+        assert "default-src 'self'" in answer.headers["content-security-policy"]
+
+
+# --- what is answered
+
+
+def test_a_saved_design_runs_to_the_numbers_of_the_page(
+    studio: tuple[Studio, str], tab: Tab, tmp_path: pathlib.Path
+) -> None:
+    tab.ask("change", sets={PRESSURE: 3.45, AHEAD: 60, "patient.body_mass": 92})
+    serial = tab.until("document")["serial"]
+    quick, whole = tab.until("settled", serial), tab.until("run", serial)
+    tab.ask("save", folder=str(tmp_path / "mine"))
+    folder = tab.until("saved")["folder"]
+    run = afo.run(f"{folder}/scenario.toml")
+    assert quick["clearance"] == whole["clearance"] == run.metrics["toe_clearance"].value
+    assert [answer["text"] for answer in whole["verdict"]] == [answer.text for answer in run.verdict]
+    again = opened(folder).design
+    assert again.scenario.orthosis == studio[0].document.design.scenario.orthosis
+
+
+def test_only_the_newest_of_many_changes_is_answered_to_the_end(tab: Tab) -> None:
+    begun = len(tab.heard)
+    for k in range(30):
+        tab.ask("change", sets={PRESSURE: 3.0 + 0.01 * k}, join=True)
+    while tab.until("document")["sets"].get(PRESSURE) != "3.29 bar":
+        pass
+    serial = tab.heard[-1]["serial"]
+    tab.until("run", serial)
+    later = tab.heard[begun:]
+    numbers = [message["serial"] for message in later if message["kind"] != "problem"]
+    assert numbers == sorted(numbers)
+    assert [m["serial"] for m in later if m["kind"] == "run"][-1] == serial
+    assert sum(message["kind"] == "settled" for message in later) < 30
+
+
+@pytest.mark.parametrize(
+    ("sets", "says"),
+    [
+        ({PRESSURE: -1}, "supply.pressure"),
+        ({PRESSURE: "much"}, "much"),
+        ({"patient.body_mass": 1e30}, "body_mass"),
+        ({"orthosis.muscle.dorsiflexor.count": 2.5}, "count"),
+        ({"phases.dorsiflexor.inlet": [[0.9, "x"]]}, "inlet"),
+        ({"patient": "../../etc/passwd"}, "patient"),
+        ({"leg.file": "/etc/passwd"}, "leg.file"),
+        ({PRESSURE: {"a": 1}}, "not a valid value"),
+    ],
+)
+def test_nonsense_is_one_sentence_and_changes_nothing(
+    studio: tuple[Studio, str], tab: Tab, sets: dict[str, Any], says: str
+) -> None:
+    before = studio[0].document.design
+    tab.ask("change", sets=sets, key="asked")
+    problem = tab.until("problem")
+    assert says in problem["text"] and problem["key"] == "asked" and "Traceback" not in problem["text"]
+    assert studio[0].document.design == before
+
+
+def test_what_no_page_sends_ends_nothing(tab: Tab) -> None:
+    for text in (
+        "[1]",
+        '{"op": "shutdown"}',
+        '{"op": "change"}',
+        '{"op": "import", "files": ["../x"]}',
+        "null",
+    ):
+        tab.socket.send(text)
+        tab.until("problem")
+
+
+def test_two_tabs_show_one_design(studio: tuple[Studio, str], tab: Tab) -> None:
+    with Tab.open(studio[1]) as other:
+        other.until("document")
+        tab.ask("change", sets={PRESSURE: 2.9})
+        while other.until("document")["sets"].get(PRESSURE) != "2.9 bar":
+            pass
+        serial = other.heard[-1]["serial"]
+        assert other.until("settled", serial)["clearance"] == tab.until("settled", serial)["clearance"]
+    tab.ask("undo")
+    assert tab.until("document", serial + 1)["redo"] == 1
+
+
+@pytest.mark.slow
+def test_what_to_change_bands_search_and_report(tab: Tab, studio: tuple[Studio, str]) -> None:
+    tab.ask("change", sets={PRESSURE: 3.6})
+    serial = tab.until("document")["serial"]
+    steps = tab.until("effects", serial)["steps"]
+    assert steps and all(step["text"] and step["sets"] for step in steps)
+    tab.ask("bands")
+    tab.until("progress")
+    tab.ask("stop")
+    tab.ask("search", keys={PRESSURE: [2.0, 4.2]})
+    found = tab.until("found")
+    low, high = (afo.load("scenario", SCENARIO, {PRESSURE: p}).supply.pressure for p in ("2 bar", "4.2 bar"))
+    best = afo.load("scenario", SCENARIO, found["sets"])
+    assert low <= best.supply.pressure <= high and "air" in found["text"].lower()
+    tab.ask("report")
+    assert status(f"{studio[1]}{tab.until('report')['file']}") == 200
+
+
+def test_strides_that_do_not_repeat_have_curves_with_the_run(tmp_path: pathlib.Path) -> None:
+    document = opened(SCENARIO)
+    document.change({"gait.variability": 0.03, "duration": "6 s"})
+    told: list[dict[str, Any]] = []
+    engine = Engine(told.append)
+    engine.want(Wish(1, document.design))
+    while not told or told[-1]["kind"] != "run":
+        time.sleep(0.02)
+    engine.close()
+    kinds = [message["kind"] for message in told]
+    assert "do not repeat" in told[kinds.index("problem")]["text"]
+    run = afo.run(document.design.scenario)
+    assert told[kinds.index("settled")]["clearance"] == run.metrics["toe_clearance"].value
+
+
+# --- the design itself
+
+
+def test_the_link_follows_its_anchor_and_a_drag_is_one_step_back() -> None:
+    document = opened(SCENARIO)
+    start = document.design.scenario
+    for x in (64.0, 62.0, 60.0):
+        document.change({AHEAD: f"{x} mm"}, join=x < 64.0)
+    moved = document.design.scenario.orthosis.muscle["dorsiflexor"]
+    # 60 mm ahead and 300 mm up; the insertion 10 mm below the ankle: the path at angle zero is √(Δx² + 310²)
+    longer = (0.0**2 + 310.0**2) ** 0.5 - (5.0**2 + 310.0**2) ** 0.5
+    link = start.orthosis.muscle["dorsiflexor"].link_length
+    assert moved.link_length is not None and link is not None
+    assert 1e3 * (moved.link_length - link) == pytest.approx(longer, abs=1e-3)
+    document.undo()
+    assert document.design.scenario == start and document.steps == (0, 1)
+    document.redo()
+    assert document.design.scenario.orthosis.muscle["dorsiflexor"] == moved
+
+
+def test_variants_and_their_folder(tmp_path: pathlib.Path) -> None:
+    document = opened(SCENARIO)
+    document.change({PRESSURE: "3 bar"})
+    document.keep("A")
+    document.change({PRESSURE: "3.5 bar"})
+    save(document, tmp_path / "mine")
+    again = opened(str(tmp_path / "mine"))
+    assert again.design.scenario.supply.pressure == pytest.approx(3.5e5)
+    again.show("A")
+    assert again.design.scenario.supply.pressure == pytest.approx(3e5)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.txt").write_text("mine")
+    with pytest.raises(InputError, match="something else"):
+        save(document, tmp_path / "other")
+    for wrong in ("seated", "walk-dropfoot-afoo"):
+        with pytest.raises(InputError):
+            opened(wrong)
+
+
+def test_controls_show_what_the_scenario_says_in_the_pages_unit() -> None:
+    document: Document = opened(SCENARIO)
+    found = {control.key: control for control in controls(document.design)}
+    assert (found[PRESSURE].value, found[PRESSURE].unit) == (4.0, "bar")
+    assert (found[LINK].value, found[LINK].unit) == (112.0, "mm")
+    assert found["orthosis.anchor.shank.stiffness"].source == "assumed"
+    known = [control for control in found.values() if control.value is not None]
+    sent = {control.key: read(control.key, control.value) for control in known}
+    again = {control.key: control for control in controls(document.design.changed(sent))}
+    for control in known:  # what a page sends back unchanged changes nothing but who says so
+        assert again[control.key].value == control.value and again[control.key].source == "set here"
+        assert not isinstance(control.value, float) or control.low <= control.value <= control.high
+    assert shown(PRESSURE, "335756.28 Pa") == "3.358 bar"
+
+
+def test_ports_are_of_this_machine_alone(studio: tuple[Studio, str]) -> None:
+    port = int(studio[1].split(":")[2].split("/")[0])
+    own = {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
+    for other in own - {"127.0.0.1"}:
+        with contextlib.closing(socket.socket()) as knocking:
+            assert other.startswith("127.") or knocking.connect_ex((other, port)) != 0
