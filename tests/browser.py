@@ -13,7 +13,10 @@ OFF = ("gpu", "quic", "background-networking", "component-update", "sync")
 
 
 class Browser:
-    """One tab. `requests` are the addresses that its pages have asked for, data in pages left out."""
+    """One tab. `requests` are the addresses that its pages have asked for, data in pages left out.
+
+    `faults` are the errors that its pages have reported.
+    """
 
     def __init__(self, folder: pathlib.Path):
         asked, self._write = os.pipe()
@@ -24,6 +27,7 @@ class Browser:
         command = ["sh", "-c", line, "sh", str(CHROMIUM), *options]
         self.process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
         self.requests: set[str] = set()
+        self.faults: list[str] = []
         self._count, self._session, self._rest, self._events = 0, {}, b"", list[str]()
         self.ask("Browser.getVersion")
         os.close(asked)  # it has opened its ends
@@ -31,7 +35,7 @@ class Browser:
         target = self.ask("Target.createTarget", url="about:blank")["targetId"]
         attached = self.ask("Target.attachToTarget", targetId=target, flatten=True)
         self._session = {"sessionId": attached["sessionId"]}
-        for domain in ("Network", "Page"):
+        for domain in ("Network", "Page", "Runtime", "Log"):
             self.ask(f"{domain}.enable")
 
     def ask(self, method: str, **params: Any) -> dict[str, Any]:
@@ -58,6 +62,45 @@ class Browser:
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
+    def wait(self, condition: str, seconds: float = 30.0) -> None:
+        """Return when an expression in the page is true."""
+        look = f"const look = () => ({condition}) ? done(true) : setTimeout(look, 15)"
+        assert self.run(
+            f"new Promise(done => {{ setTimeout(() => done(false), {1e3 * seconds:.0f}); {look}; look() }})"
+        ), condition
+
+    def resize(self, width: int, height: int = 900) -> None:
+        """Lay the page out for a window of this size [CSS pixel]."""
+        self.ask("Emulation.setScrollbarsHidden", hidden=True)
+        self.ask(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+
+    def mouse(self, *places: tuple[float, float], release: bool = True) -> None:
+        """Press the left button at the first place, move to the others, and let go [CSS pixel]."""
+        kinds = ["mouseMoved", "mousePressed", *["mouseMoved"] * (len(places) - 1)]
+        for kind, place in zip(kinds, (places[0], *places), strict=True):
+            self._mouse(kind, place)
+        if release:
+            self._mouse("mouseReleased", places[-1])
+
+    def _mouse(self, kind: str, place: tuple[float, float]) -> None:
+        pressed = {"button": "left", "buttons": int(kind != "mouseReleased"), "clickCount": 1}
+        self.ask("Input.dispatchMouseEvent", type=kind, x=place[0], y=place[1], **pressed)
+
+    def press(self, key: str, *, control: bool = False, shift: bool = False) -> None:
+        """Press a key and let it go, by its name in the page such as "Tab"."""
+        code = {"Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40}
+        key_code = code.get(key, ord(key[0].upper()))
+        held = {"modifiers": 2 * control + 8 * shift, "windowsVirtualKeyCode": key_code}
+        held |= {"text": "\r"} if key == "Enter" else {}
+        for kind in ("keyDown", "keyUp"):
+            self.ask("Input.dispatchKeyEvent", type=kind, key=key, **held)
+
     def close(self) -> None:
         """End it."""
         self.process.terminate()
@@ -76,4 +119,10 @@ class Browser:
         if message.get("method") == "Network.requestWillBeSent":
             url = message["params"]["request"]["url"]
             self.requests |= set() if url.startswith("data:") else {url}
+        if message.get("method") == "Network.webSocketCreated":
+            self.requests.add(message["params"]["url"])
+        if message.get("method") == "Runtime.exceptionThrown":
+            self.faults.append(message["params"]["exceptionDetails"].get("exception", {}).get("description"))
+        if message.get("method") == "Log.entryAdded" and message["params"]["entry"]["level"] == "error":
+            self.faults.append(message["params"]["entry"]["text"])
         return message

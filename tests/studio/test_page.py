@@ -1,0 +1,256 @@
+"""The studio's page as somebody uses it: a browser drags, types and presses keys."""
+
+import importlib.util
+import json
+import pathlib
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+from browser import CHROMIUM, Browser
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="no chromium here to show the page"),
+]
+PRESSURE = '[data-key="supply.pressure"][type="range"]'
+ORIGIN = '[data-key="orthosis.muscle.dorsiflexor.origin.from_ankle"]'
+INSERTION = '[data-key="orthosis.muscle.dorsiflexor.insertion.from_ankle"]'
+OPENS = '[data-grip="phases.dorsiflexor.inlet 0 0"]'
+RESTS = "document.getElementById('verdict').ariaBusy === 'false'"
+AXE = importlib.util.find_spec("axe_playwright_python")
+FOCUSABLE = "a[href], button:enabled, input:enabled, select, summary, [tabindex='0']"
+
+
+class Served:
+    """`afo-sim studio` in a process of its own."""
+
+    def __init__(self, folder: pathlib.Path) -> None:
+        self.folder = folder / "saved"
+        words = [sys.executable, "-m", "afo_sim", "studio", "--no-browser", "--out", str(self.folder)]
+        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().split()[-1]
+
+    def close(self) -> None:
+        self.process.terminate()
+        self.process.wait()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    served = Served(tmp_path_factory.mktemp("served"))
+    yield served
+    served.close()
+
+
+@pytest.fixture(scope="module")
+def browsed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    browser = Browser(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.close()
+
+
+@pytest.fixture
+def page(browsed: Browser, served: Served) -> Iterator[Browser]:
+    """The page at rest; afterwards nothing was asked of another machine, and no script failed."""
+    browsed.resize(1280)
+    browsed.open(served.address)
+    browsed.wait(RESTS, 120.0)
+    browsed.run("document.querySelectorAll('details').forEach(one => one.open = true)")
+    yield browsed
+    assert not browsed.faults
+    own = served.address, served.address.replace("http", "ws")
+    assert all(url.startswith(own) for url in browsed.requests)
+
+
+def place(page: Browser, selector: str) -> tuple[float, float]:
+    """The middle of an element that is scrolled into view."""
+    box = page.run(
+        f"(() => {{ const one = document.querySelector({json.dumps(selector)});"
+        " one.scrollIntoView({block: 'center'}); const box = one.getBoundingClientRect();"
+        " return [box.x + box.width / 2, box.y + box.height / 2] })()"
+    )
+    return box[0], box[1]
+
+
+def text(page: Browser, selector: str) -> str:
+    return str(page.run(f"document.querySelector({json.dumps(selector)}).textContent"))
+
+
+def value(page: Browser, key: str) -> str:
+    """What the number field of a key shows."""
+    return str(page.run(f"document.querySelector('input[inputmode][data-key=\"{key}\"]').value"))
+
+
+def click(page: Browser, selector: str) -> None:
+    page.mouse(place(page, selector))
+
+
+@pytest.mark.parametrize("what", [PRESSURE, ORIGIN, INSERTION, OPENS])
+def test_what_is_dragged_is_drawn_and_taken_back_in_one_step(page: Browser, what: str) -> None:
+    curve = "document.querySelector('#plots figure > svg .curve.with').getAttribute('d')"
+    each = "[...document.querySelectorAll('[data-key]')].map(one => one.value ?? one.textContent)"
+    shown = f"JSON.stringify({each})"
+    before, numbers = page.run(curve), page.run(shown)
+    steps = 6
+    x, y = place(page, what)
+    if what == PRESSURE:
+        width = page.run(f"document.querySelector({json.dumps(PRESSURE)}).getBoundingClientRect().width")
+        x += (4.0 - 4.25) / 7.5 * (width - 16.0)  # 4 bar between 0.5 and 8
+    page.mouse(*((x + 4 * k, y + 2 * k) for k in range(steps)))
+    page.wait(f"{curve} !== {json.dumps(before)} && {RESTS}")
+    assert page.run(shown) != numbers
+    assert page.run("window.studioLatency.length") > 0
+    assert page.run("document.querySelectorAll('#plots figure > svg .curve.before').length") == 4
+    page.press("z", control=True)
+    page.wait(f"{curve} === {json.dumps(before)} && {RESTS}")
+    assert page.run(shown) == numbers
+    assert page.run("document.getElementById('undo').disabled")
+    page.press("z", control=True, shift=True)
+    page.wait(f"{curve} !== {json.dumps(before)} && {RESTS}")
+    click(page, "#undo")
+    page.wait(f"{curve} === {json.dumps(before)} && {RESTS}")
+
+
+def test_a_bar_is_added_and_removed_by_keys(page: Browser) -> None:
+    grips = "document.querySelectorAll('[data-grip^=\"phases.dorsiflexor.outlet\"]').length"
+    for word, count in (("add a", 4), ("remove the last", 2), ("remove the last", 0)):
+        page.run(f"document.querySelector('[aria-label=\"dorsiflexor outlet: {word} bar\"]').focus()")
+        page.press("Enter")
+        page.wait(f"{grips} === {count} && {RESTS}")
+    for _ in range(3):
+        click(page, "#undo")
+    page.wait(f"{grips} === 2 && document.getElementById('undo').disabled && {RESTS}")
+
+
+def test_nonsense_stays_in_its_field_and_is_answered_beside_it(page: Browser) -> None:
+    fields = page.run("[...document.querySelectorAll('input[inputmode]')].map(one => one.id)")
+    assert len(fields) > 20
+    for field in fields:
+        page.run(f"document.getElementById('{field}').select()")
+        page.ask("Input.insertText", text="<b>plenty")
+        page.press("Tab")
+        page.wait(f"!document.getElementById('{field}-problem').hidden")
+        one = f"document.getElementById('{field}')"
+        assert page.run(f"{one}.value") == "<b>plenty"
+        assert page.run(f"{one}.getAttribute('aria-invalid')") == "true"
+        assert page.run(f"{one}.getAttribute('aria-describedby')") == f"{field}-problem"
+        assert "<b>plenty" in text(page, f"#{field}-problem")
+    assert page.run("document.getElementById('undo').disabled && document.getElementById('wrong').hidden")
+    page.run(f"document.getElementById('{fields[0]}').select()")
+    page.ask("Input.insertText", text="81,5")
+    page.press("Enter")
+    page.wait(f"document.getElementById('{fields[0]}-problem').hidden && {RESTS}")
+    assert value(page, "patient.body_mass") == "81.5"
+    click(page, "#undo")
+    page.wait(f"document.getElementById('undo').disabled && {RESTS}")
+    assert value(page, "patient.body_mass") == ""
+
+
+def test_two_tabs_and_a_reload_show_one_design_and_its_numbers_are_those_of_a_run(
+    page: Browser, served: Served, tmp_path: pathlib.Path
+) -> None:
+    other = Browser(tmp_path / "profile")
+    other.open(served.address)
+    other.wait(RESTS)
+    key = "supply.pressure"
+    page.run(f"document.querySelector('input[inputmode][data-key=\"{key}\"]').select()")
+    page.ask("Input.insertText", text="3.5")
+    page.press("Enter")
+    for tab in (other, page):
+        tab.wait(f"document.querySelector('input[inputmode][data-key=\"{key}\"]').value === '3.5' && {RESTS}")
+    assert text(other, "#answers") == text(page, "#answers")
+    other.close()
+    click(page, "#save button")
+    page.wait("document.getElementById('saved').textContent.includes('afo-sim run')")
+    page.open(served.address)
+    page.wait(RESTS)
+    assert value(page, key) == "3.5"
+    words = [
+        sys.executable,
+        "-m",
+        "afo_sim",
+        "run",
+        str(served.folder),
+        "--no-rrd",
+        "--out",
+        str(tmp_path / "run"),
+    ]
+    printed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    briefs = page.run("[...document.querySelectorAll('.answer > p + p')].map(one => one.textContent)")
+    assert len(briefs) == 6
+    assert all(brief in printed for brief in briefs)
+    run = json.loads((tmp_path / "run" / "summary.json").read_text())
+    clearance = f"{run['metrics']['toe_clearance']['value']:.1f} mm"
+    assert text(page, "#with .lowest").endswith(clearance.replace("-", "−"))
+    click(page, "#undo")
+    page.wait(f"document.getElementById('undo').disabled && {RESTS}")
+
+
+def test_keys_alone_reach_all_and_move_a_slider(page: Browser) -> None:
+    every = f"[...document.querySelectorAll({json.dumps(FOCUSABLE)})]"
+    count = page.run(f"(window.all = {every}.filter(one => one.checkVisibility())).length")
+    page.run("window.met = new Set(), document.addEventListener('focusin', event => met.add(event.target))")
+    page.run("document.activeElement.blur()")
+    for _ in range(count + 5):
+        page.press("Tab")
+    missed = (
+        "all.filter(one => !met.has(one) && one.name !== 'walker').map(one => one.outerHTML.slice(0, 120))"
+    )
+    assert page.run(missed) == []
+    page.run(f"document.querySelector({json.dumps(PRESSURE)}).focus()")
+    page.press("ArrowRight")
+    page.wait(f"!document.getElementById('undo').disabled && {RESTS}")
+    assert value(page, "supply.pressure") == "4.05"
+    page.run(f"document.querySelector({json.dumps(ORIGIN)}).focus()")
+    page.press("ArrowUp", shift=True)
+    page.wait(
+        f"document.querySelector('{ORIGIN}').getAttribute('aria-valuetext').includes('305 mm up') && {RESTS}"
+    )
+    for _ in range(2):
+        page.press("z", control=True)
+    page.wait(f"document.getElementById('undo').disabled && {RESTS}")
+
+
+@pytest.mark.parametrize("width", [400, 1280])
+def test_nothing_bars_a_reader(page: Browser, width: int) -> None:
+    page.resize(width)
+    assert page.run("document.documentElement.scrollWidth") <= width
+    if AXE is None or AXE.origin is None:
+        pytest.skip("no axe-core here")
+    page.run((pathlib.Path(AXE.origin).parent / "axe.min.js").read_text(encoding="utf-8") + "; 0")
+    found = page.run("axe.run(document, {resultTypes: ['violations']})")["violations"]
+    assert [(each["id"], each["nodes"][0]["html"]) for each in found] == []
+
+
+def test_a_file_of_a_hostile_name_is_text(page: Browser, tmp_path: pathlib.Path) -> None:
+    file = tmp_path / "<img src=x onerror=document.title=1>.csv"
+    file.write_text("phase\n0\n")
+    root = page.ask("DOM.getDocument")["root"]["nodeId"]
+    node = page.ask("DOM.querySelector", nodeId=root, selector="#files")["nodeId"]
+    page.ask("DOM.setFileInputFiles", nodeId=node, files=[str(file)])
+    page.wait("document.querySelectorAll('#dropped li').length === 1")
+    click(page, "#import")
+    assert "whose walk" in text(page, "#trial-problem")
+    click(page, "[name=walker][value=patient]")
+    click(page, "#import")
+    page.wait("document.getElementById('trial-problem').textContent.includes('<img')")
+    assert page.run("document.querySelectorAll('#trial img').length") == 1
+    assert page.run("document.title") == "afo-sim studio"
+
+
+def test_the_end_of_the_studio_is_one_sentence(browsed: Browser, tmp_path: pathlib.Path) -> None:
+    served = Served(tmp_path)
+    browsed.open(served.address)
+    browsed.wait("document.querySelector('#with .toe').textContent", 60.0)
+    served.close()
+    browsed.wait("document.getElementById('lost').textContent.startsWith('The connection')")
+    browsed.wait("document.getElementById('lost').textContent.startsWith('The studio has ended')")
+    assert browsed.run("document.getElementById('wrong').hidden")
+    browsed.faults.clear()  # of the socket that was refused
+    browsed.requests.clear()
+    browsed.open("about:blank")
