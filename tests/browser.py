@@ -88,6 +88,14 @@ class Browser:
         if release:
             self._mouse("mouseReleased", places[-1])
 
+    def mouse_to(self, place: tuple[float, float]) -> None:
+        """Move with the button held."""
+        self._mouse("mouseMoved", place)
+
+    def mouse_up(self, place: tuple[float, float]) -> None:
+        """Let go."""
+        self._mouse("mouseReleased", place)
+
     def _mouse(self, kind: str, place: tuple[float, float]) -> None:
         pressed = {"button": "left", "buttons": int(kind != "mouseReleased"), "clickCount": 1}
         self.ask("Input.dispatchMouseEvent", type=kind, x=place[0], y=place[1], **pressed)
