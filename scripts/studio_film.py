@@ -31,7 +31,7 @@ PRESSURE = '[data-key="supply.pressure"][type="range"]'
 ANCHOR = '[data-key="orthosis.muscle.dorsiflexor.insertion.from_ankle"]'
 OPENS = '[data-grip="phases.dorsiflexor.inlet 0 0"]'
 DRAGS = ((PRESSURE, -34.0, 0.0, 14), (ANCHOR, 14.0, 0.0, 10), (OPENS, -16.0, 0.0, 10))  # by [pixel], frames
-COLOURS, FRAME, MOST = 48, 180, 1_500_000  # of a frame, its length [ms], of the file [bytes]
+COLOURS, FRAME, MOST = 160, 180, 1_500_000  # of a frame, its length [ms], of the file [bytes]
 
 
 @contextmanager
@@ -84,7 +84,7 @@ def film(out: pathlib.Path) -> None:
             page.mouse_up((x + across, y + down))
             page.wait(RESTS, 60.0)
             frames += [picture(page)] * 8
-    palette = frames[-1].quantize(COLOURS)
+    palette = frames[12].quantize(COLOURS)
     first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     first.save(out, save_all=True, append_images=others, duration=FRAME, loop=0, optimize=True)
     if out.stat().st_size > MOST:

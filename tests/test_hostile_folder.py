@@ -33,6 +33,7 @@ COMMANDS = {
     "figure": "r",
     "report": "r",
     "video": "r r.mp4",
+    "studio": "no_such --no-browser",
     "check-run": "r",
     "draw": "s1",
     "export": "r --to mat",

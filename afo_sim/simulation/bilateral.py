@@ -340,9 +340,7 @@ def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
     if not 0.0 <= shift < 1.0:
         raise InputError("is out of range", field="apart", value=apart, allowed="0 to below 1 (of a stride)")
     if shift and not right.walking:
-        problem = (
-            "the valves of both legs of a seated person are switched together: there are not a valid strides"
-        )
+        problem = "the valves of both legs of a seated person are switched together: there are no strides"
         raise InputError(problem, field="apart", value=apart, allowed="0, or a scenario that walks")
     return shift
 

@@ -116,8 +116,8 @@ class Settled:
         model = self.built.full_model
         mountings = Mountings(model, muscle_names(self.scenario.orthosis), self.columns)
         paths: list[list[Any]] = []
+        data = mujoco.MjData(model)
         for frame, phase in enumerate(FRAMES):
-            data = mujoco.MjData(model)
             mountings.pose(data, lambda name, phase=phase: float(stride.at(name, phase)))  # type: ignore[misc]
             shift = ankle[frame] - data.xanchor[model.joint(ANKLE).id][[0, 2]]
             points = data.wrap_xpos.reshape(-1, 3)[:, [0, 2]]

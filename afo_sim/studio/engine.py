@@ -11,7 +11,7 @@ from afo_sim.studio.answers import Answers
 from afo_sim.studio.design import Design
 
 Tell = Callable[[dict[str, Any]], None]
-_IDLE = 0.4  # from the last change to what takes long [s]
+_STILL, _IDLE = 0.12, 0.4  # from the last change to what takes longer, and to what takes long [s]
 _FAULT = "this design met a fault of the program: {}"
 
 
@@ -95,6 +95,7 @@ class Engine:
         """What is told of a design, the quickest first; what is told already is left out."""
         answers, design, report = self._answers, wish.design, self._report(wish)
         yield "settled", lambda: [answers.settled(design)]
+        self._rest(_STILL)  # while somebody drags, nothing but the settled stride is answered
         yield "state", lambda: [answers.state(design)]
         yield "reference", lambda: answers.reference(design)
         yield "run", lambda: answers.run(design, report)
@@ -102,10 +103,14 @@ class Engine:
             self._told[1].discard(wish.what)
             yield wish.what, lambda: answers.further(design, wish.what, wish.options, report)
         if "effects" not in self._told[1]:
-            with self._changed:
-                self._changed.wait_for(lambda: self._wish is not None or self._ended, _IDLE)
-            self._check()
+            self._rest(_IDLE)
         yield "effects", lambda: [answers.effects(design, report)]
+
+    def _rest(self, seconds: float) -> None:
+        """Wait for a newer design, and go on if there is none."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._wish is not None or self._ended, seconds)
+        self._check()
 
     def _report(self, wish: Wish) -> Callable[..., None]:
         """A progress callback that gives up what is no longer wanted."""
