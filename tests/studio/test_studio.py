@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from campaign import NIGHTLY
 
 import afo_sim as afo
 from afo_sim.common import InputError
@@ -190,7 +191,7 @@ def test_two_tabs_show_one_design(studio: tuple[Studio, str], tab: Tab) -> None:
     assert tab.until("document", serial + 1)["redo"] == 1
 
 
-@pytest.mark.slow
+@pytest.mark.skipif(not NIGHTLY, reason="half a minute of studies that have tests of their own: at night")
 def test_what_to_change_bands_search_and_report(tab: Tab, studio: tuple[Studio, str]) -> None:
     tab.ask("change", sets={PRESSURE: 3.6})
     serial = tab.until("document")["serial"]
