@@ -12,7 +12,7 @@ import tomli_w
 from afo_sim.common import assets
 from afo_sim.description.tree import SCENARIO_FILES
 
-_BESIDE = "files"  # folder of what is copied
+FILES = "files"  # folder of what is copied
 _ASSETS = {
     "mesh": ("meshdir", "assetdir"),
     "hfield": ("assetdir",),
@@ -69,10 +69,10 @@ def _placed(file: pathlib.Path, folder: pathlib.Path, scratch: pathlib.Path, nam
     if parts is None:
         return str(file)
     for part in parts:
-        copied = scratch / _BESIDE / name / part.relative_to(file.parent)
+        copied = scratch / FILES / name / part.relative_to(file.parent)
         copied.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(part, copied)
-    return f"{_BESIDE}/{name}/{file.name}"
+    return f"{FILES}/{name}/{file.name}"
 
 
 def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pathlib.Path] | None:

@@ -27,6 +27,7 @@ _IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geom
 _SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
 _BRIEF = {
     "no-floor": "no floor: landing not known",
+    "filled-first": "starts with filled muscles",
     "cuff-assumed": "the assumed cuff compliance decides",
     "ankle-derived": "clearance good to some 8 mm",
 }
@@ -183,6 +184,12 @@ def doubts(
         words = "no floor stops the foot (slap {slap:.0f} °/s): trust swing, not landing{key}"
         key = " (--set ground.mode=contact)"
         found.append(Notice("no-floor", words, subject="foot_slap_velocity", slap=slap.value, key=key))
+    filled = [name for name, start in (scenario.get("start") or {}).items() if name != "provenance" and start]
+    if filled and scenario.get("gait"):
+        words = "the {subject} is filled before the first step: after a stop, empty muscles may trip{key}"
+        found.append(
+            Notice("filled-first", words, subject=", ".join(filled), key=" (--set start={} starts empty)")
+        )
     anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
         words = "the cuff's compliance is assumed{key} and decides the result: run half and double"

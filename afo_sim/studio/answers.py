@@ -18,7 +18,7 @@ from afo_sim.metrics.strides import strides
 from afo_sim.model import ANKLE, Built, muscle_names, person_of, persons_stride, two_strides, why_walked
 from afo_sim.model import controls as inputs
 from afo_sim.model.build import build
-from afo_sim.show import bands, effects, write_report
+from afo_sim.show import bands, decisive, effects, in_brief, write_report
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.walking_figure import COLUMNS as POSED
@@ -187,12 +187,13 @@ class Answers:
             asdict(answer) | {"mark": verdict.badge(answer), "limit": verdict.limit(recording, answer)}
             for answer in recording.verdict
         ]
+        notes = decisive(recording.scenario, recording.metrics, recording.strides)
         yield {
             "kind": "run",
             "lead": verdict.lead(recording),
             "verdict": answers,
             "warnings": [str(warning) for warning in recording.warnings],
-            "device": NO_DEVICE,
+            "device": f"{in_brief(notes)}. {NO_DEVICE}" if notes else NO_DEVICE,
             "clearance": recording.metrics["toe_clearance"].value,
         }
 

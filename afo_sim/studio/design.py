@@ -1,9 +1,12 @@
 """A design that is being tried: a scenario, the values laid over it, its variants, and the way back."""
 
+import atexit
 import dataclasses
 import functools
 import os
 import pathlib
+import shutil
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,11 +14,12 @@ from typing import Any
 
 from afo_sim.common import InputError, together, unknown, write_text
 from afo_sim.description import Scenario, load, toml_text
-from afo_sim.description.portable import portable
+from afo_sim.description.portable import FILES, portable
 from afo_sim.model import mean_length
 
 VARIANTS = ("A", "B", "C")
-SCENARIO = "scenario.toml"  # in a saved folder
+SCENARIO, _VARIANT = "scenario.toml", "variant_{}.toml"  # in a saved folder
+_MARK = "# saved by afo-sim studio"  # first line of what may be replaced
 _STEPS = 500  # of the way back that are kept
 _ORIGIN, _INSERTION = ".origin.from_ankle[", ".insertion.from_ankle["
 
@@ -141,19 +145,24 @@ def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
         The folder holds something else, or cannot be written.
     """
     target = pathlib.Path(folder)
-    if target.exists() and any(target.iterdir()) and not (target / SCENARIO).is_file():
+    if target.exists() and any(target.iterdir()) and not _written_here(target / SCENARIO):
         raise InputError(
             "holds files of something else",
             field="folder",
             value=str(target),
             allowed="a new or saved folder",
         )
-    named = {SCENARIO: document.design} | {f"variant_{n}.toml": d for n, d in document.variants.items()}
-    with together(target) as scratch:
+    named = {SCENARIO: document.design} | {_VARIANT.format(n): d for n, d in document.variants.items()}
+    with together(target, (SCENARIO, *map(_VARIANT.format, VARIANTS))) as scratch:
         for name, design in named.items():
             table = portable(design.scenario.resolved(), target, scratch)
-            write_text(scratch / name, toml_text(table))
+            write_text(scratch / name, f"{_MARK}\n{toml_text(table)}")
     return target / SCENARIO
+
+
+def _written_here(file: pathlib.Path) -> bool:
+    """Whether a scenario is one that a studio saved, and no one's own work."""
+    return file.is_file() and file.read_text(encoding="utf-8").startswith(_MARK)
 
 
 def opened(source: str) -> Document:
@@ -165,7 +174,10 @@ def opened(source: str) -> Document:
         There is no such scenario, or nobody walks in it.
     """
     folder = pathlib.Path(source)
-    base = str(folder / SCENARIO) if (folder / SCENARIO).is_file() else source
+    base = source
+    if (folder / SCENARIO).is_file():
+        folder = _copied(folder)
+        base = str(folder / SCENARIO)
     document = Document(Design(base))
     if not document.design.scenario.walking:
         raise InputError(
@@ -175,6 +187,18 @@ def opened(source: str) -> Document:
             allowed="such as walk-dropfoot-afo",
         )
     for name in VARIANTS:
-        if base != source and (file := folder / f"variant_{name}.toml").is_file():
+        if base != source and (file := folder / _VARIANT.format(name)).is_file():
             document.variants[name] = Design(str(file))
     return document
+
+
+def _copied(folder: pathlib.Path) -> pathlib.Path:
+    """A copy for this session: what is saved over a folder must not change what is gone back to."""
+    copy = pathlib.Path(tempfile.mkdtemp(prefix="afo-sim-studio-"))
+    atexit.register(shutil.rmtree, copy, ignore_errors=True)
+    for part in (SCENARIO, FILES, *map(_VARIANT.format, VARIANTS)):
+        if (folder / part).is_dir():
+            shutil.copytree(folder / part, copy / part)
+        elif (folder / part).is_file():
+            shutil.copyfile(folder / part, copy / part)
+    return copy

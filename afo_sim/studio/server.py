@@ -103,7 +103,7 @@ class Studio:
         sender = asyncio.create_task(_send(tab, queue))
         try:
             while True:
-                await self._take(await tab.receive_json(), queue)
+                await self._take(await _message(tab), queue)
         except (WebSocketDisconnect, RuntimeError):
             pass
         finally:
@@ -120,7 +120,7 @@ class Studio:
                 raise InputError("is not known to this studio", field="op", value=asked.get("op"))
             if (waited := does(asked)) is not None:
                 await waited
-        except (InputError, OSError, TypeError, ValueError, KeyError) as error:
+        except (InputError, OSError, AttributeError, TypeError, ValueError, KeyError) as error:
             queue.put_nowait(
                 {"kind": "problem", "text": str(error), "key": asked.get("key", ""), "serial": self.serial}
             )
@@ -213,6 +213,14 @@ class Studio:
     def _tell(self, message: dict[str, Any]) -> None:
         for queue in self._tabs.values():
             queue.put_nowait(message)
+
+
+async def _message(tab: WebSocket) -> Any:
+    """What a tab sends; None of a text that is not JSON."""
+    try:
+        return await tab.receive_json()
+    except ValueError:
+        return None
 
 
 async def _send(tab: WebSocket, queue: asyncio.Queue[dict[str, Any]]) -> None:

@@ -252,12 +252,17 @@ def test_variants_and_their_folder(tmp_path: pathlib.Path) -> None:
     save(document, tmp_path / "mine")
     again = opened(str(tmp_path / "mine"))
     assert again.design.scenario.supply.pressure == pytest.approx(3.5e5)
+    again.change({PRESSURE: "2.5 bar"})
+    save(again, tmp_path / "mine")
+    again.undo()  # what was saved over is not what is gone back to
+    assert again.design.scenario.supply.pressure == pytest.approx(3.5e5)
     again.show("A")
     assert again.design.scenario.supply.pressure == pytest.approx(3e5)
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "thesis.txt").write_text("mine")
-    with pytest.raises(InputError, match="something else"):
-        save(document, tmp_path / "other")
+    for name in ("thesis.txt", "scenario.toml"):  # a scenario of somebody's own hand, too
+        (tmp_path / name[0]).mkdir()
+        (tmp_path / name[0] / name).write_text("# mine")
+        with pytest.raises(InputError, match="something else"):
+            save(document, tmp_path / name[0])
     for wrong in ("seated", "walk-dropfoot-afoo"):
         with pytest.raises(InputError):
             opened(wrong)
