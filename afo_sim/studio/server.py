@@ -282,14 +282,19 @@ def serve(
     Raises
     ------
     InputError
-        There is no such scenario, nobody walks in it, or the trial cannot be read.
+        There is no such scenario, nobody walks in it, the trial cannot be read, or the port is taken.
     """
     studio = Studio(opened(scenario), out)
     if trial:
         found = imported(trial, "patient", side, studio.engine.folder)
         studio.document.change(found.pop("sets"))
         studio.remember({"kind": "trial", **found})
-    listening = socket.create_server(("127.0.0.1", port))
+    try:
+        listening = socket.create_server(("127.0.0.1", port))
+    except (OSError, OverflowError) as error:
+        raise InputError(
+            f"cannot be used ({error})", field="port", value=port, allowed="0 for any free one"
+        ) from error
     address = f"http://127.0.0.1:{listening.getsockname()[1]}/{studio.token}/"
 
     def run(browser: bool) -> None:

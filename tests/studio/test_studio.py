@@ -16,7 +16,7 @@ from campaign import NIGHTLY
 
 import afo_sim as afo
 from afo_sim.common import InputError
-from afo_sim.studio import Document, Studio, controls, opened, save
+from afo_sim.studio import Document, Studio, controls, opened, save, serve
 from afo_sim.studio.controls import read, shown
 from afo_sim.studio.engine import Engine, Wish
 
@@ -281,6 +281,15 @@ def test_controls_show_what_the_scenario_says_in_the_pages_unit() -> None:
         assert again[control.key].value == control.value and again[control.key].source == "set here"
         assert not isinstance(control.value, float) or control.low <= control.value <= control.high
     assert shown(PRESSURE, "335756.28 Pa") == "3.358 bar"
+
+
+@pytest.mark.parametrize("port", [70000, None])
+def test_a_port_that_cannot_be_had_is_one_sentence(
+    studio: tuple[Studio, str], tmp_path: pathlib.Path, port: int | None
+) -> None:
+    taken = int(studio[1].split(":")[2].split("/")[0])
+    with pytest.raises(InputError, match="port"):
+        serve(SCENARIO, [], tmp_path, port=port or taken)
 
 
 def test_ports_are_of_this_machine_alone(studio: tuple[Studio, str]) -> None:
