@@ -289,9 +289,11 @@ def serve(
         found = imported(trial, "patient", side, studio.engine.folder)
         studio.document.change(found.pop("sets"))
         studio.remember({"kind": "trial", **found})
+    if not 0 <= port <= 65535:
+        raise InputError("is not a valid port", field="port", value=port, allowed="0 to 65535")
     try:
         listening = socket.create_server(("127.0.0.1", port))
-    except (OSError, OverflowError) as error:
+    except OSError as error:
         raise InputError(
             f"cannot be used ({error})", field="port", value=port, allowed="0 for any free one"
         ) from error
