@@ -9,15 +9,16 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from afo_sim.metrics.facts import Columns, Facts, MuscleLimits, Run
+from afo_sim.metrics.facts import Columns, Facts, MuscleLimits, Run, cut
 from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, measured, reported
-from afo_sim.metrics.strides import chambers
+from afo_sim.metrics.strides import RECORDED_FORCE, chambers, stance
 
 SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall for that to be a cycle [-]
 FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
 BAND = 0.25  # half the height of the band about the middle that a cycle crosses, of the swing [-]
 
 HOLDS = "least total force on the skin that prevents sliding: peak pull along the shank divided by friction"
+SLAP = "where no floor stops the foot, its slap in stance pulls harder than on a floor"
 USED = "100 % is the limit; for the muscle that comes closest"
 CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has one a stride at least"
 
@@ -40,6 +41,12 @@ CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has
         "from the force that prevents sliding alone: the strap stays as tight as the peak requires",
     ),
     (
+        "cuff_skin_pressure_swing",
+        "kPa",
+        "Pressure under the cuff in swing, peak",
+        SLAP,
+    ),
+    (
         "cuff_share_of_discomfort",
         "percent",
         "Cuff pressure as a share of the discomfort limit",
@@ -57,6 +64,17 @@ CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has
 def cuff(run: Run) -> Found:
     """Pressure of a shank's cuff on the skin."""
     return _skin(run, "cuff")
+
+
+def pressure_in_swing(facts: Facts, part: str, columns: Columns) -> float | None:
+    """Peak pressure in swing [kPa], of a part in walking with the recorded ground force; else None."""
+    if not facts.walks or part not in (facts.skins or {}) or RECORDED_FORCE in columns:
+        return None
+    swing = ~stance(columns, facts.body_mass)
+    if not swing.any():
+        return None
+    rows = cut(columns, lambda values: values[swing])
+    return skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
 
 
 def cuff_metrics(
@@ -111,6 +129,7 @@ def cuff_metrics(
         "Pressure under the plate's strap",
         "mean over its area, all the time; 0 where friction on the sole is enough",
     ),
+    ("plate_skin_pressure_swing", "kPa", "Pressure under the plate's strap, of swing alone", SLAP),
     (
         "plate_share_of_discomfort",
         "percent",
@@ -163,6 +182,8 @@ def _skin(run: Run, part: str) -> Found:
     """What a part presses with in the rows that count; nothing where there is no such part."""
     if run.rows and part in (run.facts.skins or {}):
         yield from skin_metrics(run.facts, part, run.rows).items()
+        if (swing := pressure_in_swing(run.facts, part, run.rows)) is not None:
+            yield f"{part}_skin_pressure_swing", swing
 
 
 def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]:

@@ -133,13 +133,15 @@ class Stride:
         return self.timestep * self.whole.shares(self.rows.start, len(self.phase))
 
 
+RECORDED_FORCE = "gait/ground_force_z"  # a column only where the foot is in contact with a floor
+
+
 def stance_force(columns: Container[str]) -> str:
     """The column that tells stance from swing, of a recording's columns.
 
     The recorded ground's force: a toe that drags through swing, in contact, would have no toe-off of its own.
     """
-    recorded = "gait/ground_force_z"
-    return recorded if recorded in columns else "ground/force/z"
+    return RECORDED_FORCE if RECORDED_FORCE in columns else "ground/force/z"
 
 
 def stance(columns: Mapping[str, np.ndarray], body_mass: float) -> np.ndarray:

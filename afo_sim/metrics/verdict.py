@@ -47,6 +47,7 @@ REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the
 }
 _CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm]
 _TOUCHING = "swings_with_toe_contact"
+_SLAPPED = 0.95  # share of a peak, below which the pressure in swing stands beside it
 _PARTS = {"cuff": "cuff", "plate": "foot's strap"}  # that press on the skin
 # {metric of push-off: the limits that it is held against}
 AGAINST = {
@@ -397,7 +398,8 @@ def _sag(metrics: Numbers) -> str:
 def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     """Peak and sustained pressure of cuff and strap; the worst one decides.
 
-    Beyond the pressure that hinders the flow of blood all the time nothing is good.
+    Beyond the pressure that hinders the flow of blood all the time nothing is good. Without a floor the
+    foot's slap may pull the cuff hardest: then its pressure in swing stands beside it.
     """
     (discomfort, pain), flow = limits.skin_pressure, limits.blood_flow_pressure
     limit = f"discomfort from {1e-3 * discomfort:.3g}, pain from {1e-3 * pain:.3g}, sustained "
@@ -411,17 +413,25 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
             continue
         most = metrics[f"{part}_skin_pressure"].value
         lasting = metrics.get(f"{part}_skin_pressure_sustained", metrics[f"{part}_skin_pressure"]).value
-        statuses += [at_most(1e3 * most, limits.skin_pressure), at_most(1e3 * lasting, (flow, math.inf))]
+        peaked = at_most(1e3 * most, limits.skin_pressure)
+        swing = metrics.get(f"{part}_skin_pressure_swing", metrics[f"{part}_skin_pressure"]).value
+        slaps = swing < _SLAPPED * most
+        if slaps and peaked == "bad":  # no floor stops the slap: only what swing makes bad is known to be
+            peaked = worst(("doubtful", at_most(1e3 * swing, limits.skin_pressure)))
+        statuses += [peaked, at_most(1e3 * lasting, (flow, math.inf))]
         if most <= 0.0:
             continue
         peak, always = (f"{value:.3g} kPa" for value in (most, lasting))
         beside = f"at most {peak} and " if peak != always else ""
         parts.append(f"the {name} presses on it with {beside}{always} all the time")
         short.append(f"{name} {peak}" + (f", always {always}" if beside else ""))
+        if slaps:
+            parts[-1] += f" ({swing:.3g} kPa in swing; no floor stops the foot's slap in stance)"
+            short[-1] += f" (swing {swing:.3g})"
     if not statuses:
         return _unknown(SKIN, "no cuff and no strap is described", limit)
     text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on it."
-    against = f"(discomfort {1e-3 * discomfort:.3g}, always {1e-3 * flow:.3g})"
+    against = f"(limit {1e-3 * discomfort:.3g}, always {1e-3 * flow:.3g})"
     brief = f"{', '.join(short)}, friction assumed {against}" if short else ""
     return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit, brief)
 

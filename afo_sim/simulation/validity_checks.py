@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import Described, Muscle, MuscleGroup, Scenario, provenance_note
-from afo_sim.metrics import Facts, Metric, Window, cut, skin_metrics, stance
+from afo_sim.metrics import Facts, Metric, Window, cut, pressure_in_swing, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
 from afo_sim.physics.static_force import static_force
@@ -228,7 +228,10 @@ def limit_warnings(
     lower, upper = built.model.joint(ANKLE).range
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:
-        yield Notice("stop-reached", "the ankle reaches a stop of the joint", subject=ANKLE)
+        where = _where_stopped(built, columns, lower, upper)
+        yield Notice(
+            "stop-reached", "the ankle reaches a stop of the joint{where}", subject=ANKLE, where=where
+        )
     if (turned := columns.get("subtalar/angle")) is not None:
         lower, upper = built.model.joint(SUBTALAR).range
         if turned.min() <= lower or turned.max() >= upper:
@@ -236,6 +239,18 @@ def limit_warnings(
             yield Notice("stop-reached", text, subject=SUBTALAR)
     yield from _skin_warnings(built, columns)
     yield from _source_warnings(built, columns)
+
+
+def _where_stopped(built: Built, columns: Columns, lower: float, upper: float) -> str:
+    """Where in the stride a walker's ankle is farthest beyond its stops, and what to believe then."""
+    if built.walk is None:
+        return ""
+    angle = columns["ankle/angle"]
+    worst = int(np.argmax(np.maximum(lower - angle, angle - upper)))
+    where = f" at {100.0 * columns['gait/phase'][worst]:.0f} % of the stride"
+    if built.contact is not None or not stance(columns, built.body_mass)[worst]:
+        return where
+    return f"{where}, in stance without a floor: believe swing alone, or set ground.mode=contact"
 
 
 def _muscle_limits(
@@ -391,20 +406,14 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
             area=1e4 * interface.area,
             friction=interface.friction,
             kind=_kinds(interface, "area", "friction", mark=": "),
-            in_swing=_in_swing(built, facts, columns, part, discomfort),
+            in_swing=_in_swing(facts, columns, part, discomfort),
         )
 
 
-def _in_swing(built: Built, facts: Facts, columns: Mapping[str, np.ndarray], part: str, limit: float) -> str:
+def _in_swing(facts: Facts, columns: Mapping[str, np.ndarray], part: str, limit: float) -> str:
     """A word where the limit [kPa] is kept in swing: on the recorded ground a foot may slap in stance."""
-    if built.walk is None or built.contact is not None:
-        return ""
-    swing = ~stance(columns, built.body_mass)
-    if not swing.any():
-        return ""
-    rows = cut(columns, lambda values: values[swing])
-    pressure = skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
-    if pressure > limit:
+    pressure = pressure_in_swing(facts, part, columns)
+    if pressure is None or pressure > limit:
         return ""
     return f"; in swing it is {pressure:.3g} kPa: look at stance with the ground in contact"
 

@@ -32,8 +32,16 @@ from afo_sim.metrics import (
 )
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
+from afo_sim.metrics.facts import Facts, Skin
 from afo_sim.metrics.metric import METRICS, entry, measured, reported, reporting
-from afo_sim.metrics.safety import cuff_metrics, life_metrics, muscle_metrics, plate_metrics
+from afo_sim.metrics.safety import (
+    cuff,
+    cuff_metrics,
+    life_metrics,
+    muscle_metrics,
+    plate,
+    plate_metrics,
+)
 from afo_sim.metrics.supply import air_of, efficiency_metrics, sag_metrics
 from afo_sim.metrics.valves import filling
 from afo_sim.metrics.valves import life_metrics as valve_metrics
@@ -144,6 +152,9 @@ def told() -> dict[str, Metric]:
     margins = (
         cuff_metrics(*pull) | plate_metrics(*pull) | muscle_metrics(shares) | life_metrics(1.0, 1e6, 2e3)
     )
+    skin = Skin(pull[1], pull[2], lambda rows: np.ones((len(rows["ground/force/z"]), 3)))
+    facts = Facts(STEP, MASS, True, skins={"cuff": skin, "plate": skin})
+    worn: Any = SimpleNamespace(facts=facts, rows={"ground/force/z": np.zeros(3)})
     chamber = {"mass": np.zeros(4), "pressure": np.array([0.0, 1.0, 1.0, 0.0])}
     filled = {"time": np.arange(4.0), "supply/pressure": np.ones(4)}
     filled |= {f"chamber/front/{name}": values for name, values in chamber.items()}
@@ -159,6 +170,7 @@ def told() -> dict[str, Metric]:
         **ankle_metrics(columns, STEP, 1.0),
         **balance,
         **margins,
+        **{name: measured(name, value) for name, value in (*cuff(worn), *plate(worn))},
         **bottle,
         **compressor_metrics(2.0, 6.0, 3.0, 0.8, 20.0),
         **{name: measured(name, value) for name, value in fed.items()},

@@ -206,6 +206,7 @@ def test_the_warning_follows_the_limits(walk: Recording) -> None:
     swing = (walk["ground/force/z"] < 0.05 * weight) & (walk["gait/solved"] == 1.0)
     pull = float(np.max(walk["cuff/shank/force"][swing]))  # nearly along the shank
     assert float(said.split("in swing it is ")[1].split()[0]) == pytest.approx(pull / 0.5 / 15.0, rel=0.02)
+    assert walk.metrics["cuff_skin_pressure_swing"].value == pytest.approx(pull / 0.5 / 15.0, rel=0.02)
     other = {"limits.skin_pressure[0]": f"{pressure + 1.0} kPa", "duration": "4.4 s"}
     milder = afo_sim.run("walk-dropfoot-afo", other)
     assert not _about_skin(milder.warnings)
