@@ -1,10 +1,11 @@
 """The studio's film, made by the driver of its tests, and how fast the page answers.
 
-    python scripts/studio_film.py [--out docs/studio.gif] [--latency EVENTS]
+    python scripts/studio_film.py [--out docs/studio.gif] [--latency EVENTS] [--session FILE ...]
 
 The film: the pressure falls until the toe trips, an anchor is dragged, a valve opens earlier. With --latency
-none is made; three controls are dragged at ten events a second instead, and the time from each event to the
-drawn curves is printed. Needs Chromium.
+none is made; four controls are dragged at ten events a second instead, and the time from each event to the
+drawn curves is printed. With --session a clinician's session with the files of a trial is timed step by step,
+and its pictures and the printed report are written to the folder of --out. Needs Chromium.
 """
 
 import argparse
@@ -29,8 +30,10 @@ SIZE, WIDE = (1280, 860), 900  # of the page, and of the film [pixel]
 RESTS = "document.getElementById('verdict').ariaBusy === 'false'"
 PRESSURE = '[data-key="supply.pressure"][type="range"]'
 ANCHOR = '[data-key="orthosis.muscle.dorsiflexor.insertion.from_ankle"]'
+MASS = '[data-key="patient.body_mass"][type="range"]'
 OPENS = '[data-grip="phases.dorsiflexor.inlet 0 0"]'
 DRAGS = ((PRESSURE, -34.0, 0.0, 14), (ANCHOR, 14.0, 0.0, 10), (OPENS, -16.0, 0.0, 10))  # by [pixel], frames
+LEAD = "document.getElementById('lead').textContent"
 COLOURS, FRAME, MOST = 160, 180, 1_500_000  # of a frame, its length [ms], of the file [bytes]
 
 
@@ -94,7 +97,7 @@ def film(out: pathlib.Path) -> None:
 def latency(events: int) -> None:
     """Print median and 95th percentile from event to drawn curves."""
     with studio() as page:
-        for selector in (PRESSURE, ANCHOR, OPENS):
+        for selector in (PRESSURE, ANCHOR, OPENS, MASS):
             page.run("window.studioLatency.length = 0")
             x, y = middle(page, selector)
             page.mouse((x, y), release=False)
@@ -108,12 +111,78 @@ def latency(events: int) -> None:
             print(f"{selector}: {len(found)} answers, median {half:.0f} ms, 95 % {most:.0f} ms")
 
 
+def enter(page: Any, key: str, typed: str) -> None:
+    """Type a number into the field of a key, and wait for the verdict."""
+    page.run(f"document.querySelector('input[inputmode][data-key=\"{key}\"]').select()")
+    page.ask("Input.insertText", text=typed)
+    page.press("Enter")
+    page.wait("document.getElementById('verdict').ariaBusy === 'true'")
+    page.wait(RESTS, 60.0)
+
+
+def session(files: list[pathlib.Path], out: pathlib.Path) -> None:
+    """Print the seconds of each step of a clinician's session; write pictures and the printed report."""
+    out.mkdir(parents=True, exist_ok=True)
+    begun = time.perf_counter()
+
+    def step(words: str) -> None:
+        nonlocal begun
+        print(f"{time.perf_counter() - begun:6.1f} s  {words}", flush=True)
+        begun = time.perf_counter()
+
+    def shoot(page: Any, name: str) -> None:
+        (out / name).write_bytes(base64.b64decode(page.ask("Page.captureScreenshot")["data"]))
+
+    with studio() as page:
+        step("the studio starts, and the first design is judged")
+        root = page.ask("DOM.getDocument")["root"]["nodeId"]
+        node = page.ask("DOM.querySelector", nodeId=root, selector="#files")["nodeId"]
+        page.ask("DOM.setFileInputFiles", nodeId=node, files=[str(file.resolve()) for file in files])
+        page.run("document.querySelector('[name=walker][value=healthy]').checked = true")
+        page.run("document.getElementById('import').click()")
+        page.wait(
+            "!document.getElementById('imported').hidden || !document.getElementById('trial-problem').hidden",
+            120.0,
+        )
+        assert page.run("document.getElementById('trial-problem').hidden"), "the trial was not read"
+        page.wait(RESTS, 60.0)
+        step("the trial is read, and its walk is judged")
+        for key, typed in (("patient.body_mass", "92"), ("supply.pressure", "3.5")):
+            enter(page, key, typed)
+            step(f"{key} is {typed}, and the verdict is there: {page.run(LEAD)}")
+        page.run("document.getElementById('report').click()")
+        page.wait("!document.getElementById('open-report').hidden", 120.0)
+        step("the report is there, after one click")
+        for pressure in ("3.8", "4.2", "4.6"):
+            page.run("document.getElementById('keep').click()")
+            page.wait("document.getElementById('keep').disabled")
+            enter(page, "supply.pressure", pressure)
+        step("three variants are kept, and another design is judged")
+        page.run("document.getElementById('bands').click()")
+        page.wait("document.querySelector('.band.drawn')", 200.0)
+        step("bands are drawn")
+        for width in (400, 1280):
+            page.resize(width)
+            for part in ("walk", "plots", "compare", "verdict"):
+                page.run(f"document.getElementById('{part}').scrollIntoView()")
+                time.sleep(0.2)
+                shoot(page, f"{width}_{part}.png")
+        begun = time.perf_counter()
+        page.open(page.run("new URL('report.html', location.href).href"))
+        printed = page.ask("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
+        (out / "report.pdf").write_bytes(base64.b64decode(printed["data"]))
+        step("the report is printed")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs" / "studio.gif")
     parser.add_argument("--latency", type=int, default=0)
+    parser.add_argument("--session", type=pathlib.Path, nargs="+", default=[], metavar="FILE")
     given = parser.parse_args()
-    if given.latency:
+    if given.session:
+        session(given.session, given.out)
+    elif given.latency:
         latency(given.latency)
     else:
         film(given.out)

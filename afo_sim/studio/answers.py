@@ -10,7 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.common import SimulationError
+from afo_sim.common import InputError, SimulationError
 from afo_sim.description import Scenario
 from afo_sim.gait import norm
 from afo_sim.metrics import NO_DEVICE, Stride, words
@@ -26,9 +26,9 @@ from afo_sim.show.walking_figure import Limbs
 from afo_sim.simulation import Asked, Recording, limits_of, reference_of, run_scenario
 from afo_sim.simulation.examine import examine
 from afo_sim.simulation.settle import settle
-from afo_sim.studio.controls import controls, shown
+from afo_sim.studio.controls import controls, shown, values
 from afo_sim.studio.design import Design
-from afo_sim.study import with_studies
+from afo_sim.study import UNCERTAINTY, with_studies
 from afo_sim.study.search.best import best_design
 from afo_sim.study.search.plan import search_of
 from afo_sim.study.search.runner import optimise
@@ -41,8 +41,17 @@ _CURVES = {  # name on the page: column, factor to the unit that is shown
     "toe": ("toe/height", 1e3),
     "torque": ("ankle/moment/orthosis", 1.0),
 }
+_DECISIVE = (  # metrics that designs are compared by
+    "toe_clearance",
+    "air_per_stride",
+    "strides_per_bottle",
+    "cuff_skin_pressure",
+    "plate_skin_pressure",
+    "orthosis_peak_dorsiflexion_torque",
+)
 _AT_ONCE = Asked(frozenset({"toe_clearance"}), doubts=False)
 _SEARCH: dict[str, Any] = {"generations": 12, "population": 8, "starts": 1}
+_ENDS = {"low": 0, "high": 2}  # of a band, in quantiles of 5, 50 and 95 %
 Message = dict[str, Any]
 Report = Callable[..., None]
 
@@ -126,6 +135,14 @@ class Settled:
         return [list(path) for path in zip(*paths, strict=True)]
 
 
+def compared(slot: str, told: Mapping[str, Message]) -> Message:
+    """What a variant in a slot is compared by, of the answers of its design by their kinds."""
+    found: Message = {"kind": "variant", "slot": slot, "values": told["state"]["values"]}
+    if "run" not in told:
+        return found | {"problem": told["problem"]["text"]}
+    return found | {"curves": told["settled"]["curves"], "results": told["run"]["results"]}
+
+
 def _rounded(values: Any, digits: int = 3) -> Any:
     """Plain numbers; points of paths may differ in number from frame to frame."""
     if isinstance(values, list):
@@ -158,6 +175,7 @@ class Answers:
             "controls": [asdict(control) for control in controls(design)],
             "anchors": _anchors(design.scenario),
             "timing": _timing(design.scenario),
+            "values": values(design),
             "norm": band,
         }
 
@@ -187,6 +205,10 @@ class Answers:
             asdict(answer) | {"mark": verdict.badge(answer), "limit": verdict.limit(recording, answer)}
             for answer in recording.verdict
         ]
+        known = {words(name).label: recording.metrics.get(name) for name in _DECISIVE}
+        results = [
+            (label, str(value).replace("*", "·"), "") for label, value in known.items() if value is not None
+        ]
         notes = decisive(recording.scenario, recording.metrics, recording.strides)
         yield {
             "kind": "run",
@@ -195,7 +217,19 @@ class Answers:
             "warnings": [str(warning) for warning in recording.warnings],
             "device": f"{in_brief(notes)}. {NO_DEVICE}" if notes else NO_DEVICE,
             "clearance": recording.metrics["toe_clearance"].value,
+            "results": results + [(one["question"], one["mark"], one["status"]) for one in answers],
         }
+
+    def variant(self, slot: str, design: Design, report: Report) -> Iterator[Message]:
+        """What a kept design is compared by; the run of the present design stays what it is."""
+        present, told = self._run, {"state": self.state(design)}
+        try:
+            told |= {each["kind"]: each for each in (self.settled(design), *self.run(design, report))}
+        except (InputError, SimulationError) as error:
+            told["problem"] = {"text": str(error)}
+        finally:
+            self._run = present
+        yield compared(slot, told) | {"design": design}
 
     def effects(self, design: Design, report: Report) -> Message:
         """What to change first, each step with the values that try it."""
@@ -223,7 +257,13 @@ class Answers:
         recording = self._recording(design, report)
         if what == "bands":
             told = with_studies(recording, design.scenario, draws=200, report=report)
-            yield {"kind": "bands", "lines": bands.lines(told)}
+            drawn = told.studies[UNCERTAINTY]["curves"]
+            curves = {
+                name: {end: _rounded(factor * np.array(drawn[column][k])) for end, k in _ENDS.items()}
+                for name, (column, factor) in _CURVES.items()
+                if name in ("ankle", "toe") and column in drawn
+            }
+            yield {"kind": "bands", "lines": bands.lines(told), "curves": curves}
         if what == "report":
             told = with_studies(recording, design.scenario, effects=True, report=report)
             told.save(self.folder / "run", rrd=False)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from afo_sim.common import InputError, assets, in_unit, parse_quantity
 from afo_sim.description import load
-from afo_sim.description.keys import Key, keys
+from afo_sim.description.keys import Key
 from afo_sim.studio.design import Design
 
 Group = Literal["patient", "device", "air", "timing"]
@@ -131,8 +131,38 @@ class Control:
 
 def controls(design: Design) -> list[Control]:
     """The controls of a design, in the order of the page."""
-    known = {key.key: key for key in keys(design.base, sets=dict(design.sets))}
-    return [_control(row, known[row.key]) for row in _rows(design) if row.key in known]
+    return [_control(row, design.keys[row.key]) for row in _rows(design) if row.key in design.keys]
+
+
+def values(design: Design) -> dict[str, tuple[str, str, bool]]:
+    """By key: its label, its value in the unit of the page or else in SI, and whether it was set here."""
+    labels = {row.key: row.label for row in _rows(design)}
+    return {
+        name: (labels.get(name) or _label(name), _in_words(key), key.source == "set")
+        for name, key in design.keys.items()
+        if not name.endswith(("description", "name"))
+    }
+
+
+def _label(name: str) -> str:
+    """A key in words where it is an anchor's or a time of a valve, else as it is."""
+    if place := re.fullmatch(r"orthosis\.muscle\.([\w-]+)\.(\w+)\.from_ankle\[(\d)\]", name):
+        return f"{place[1]} {place[2]}, {('forward', 'sideways', 'up')[int(place[3])]}"
+    if time := re.fullmatch(r"phases\.([\w-]+)\.(\w+)\[(\d+)\]\[([01])\]", name):
+        return f"{time[1]} {time[2]}, bar {int(time[3]) + 1} {('opens', 'shuts')[int(time[4])]}"
+    return name
+
+
+def _in_words(key: Key) -> str:
+    """A value with its unit, so that equal values read alike."""
+    if not (key.value and key.unit):
+        return key.value
+    unit = _unit_of(key.key) or key.unit
+    return f"{_number(key, unit):.6g} {unit}".replace("*", "·")
+
+
+def _number(key: Key, unit: str) -> float:
+    return in_unit(parse_quantity(key.value, key.unit), key.unit, unit) if key.unit else float(key.value)
 
 
 def _rows(design: Design) -> Iterator[_Row]:
@@ -151,10 +181,7 @@ def _rows(design: Design) -> Iterator[_Row]:
 def _control(row: _Row, key: Key) -> Control:
     value: float | str | None = key.value or None
     if not row.choices and key.value:
-        value = (
-            in_unit(parse_quantity(key.value, key.unit), key.unit, row.unit) if key.unit else float(key.value)
-        )
-        value = round(value, 6)
+        value = round(_number(key, row.unit), 6)
     source = "set here" if key.source == "set" else key.kind if key.kind in _SOURCES else ""
     return Control(
         key.key,

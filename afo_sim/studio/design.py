@@ -14,12 +14,14 @@ from typing import Any
 
 from afo_sim.common import InputError, together, unknown, write_text
 from afo_sim.description import Scenario, load, toml_text
+from afo_sim.description.keys import Key, keys
 from afo_sim.description.portable import FILES, portable
 from afo_sim.model import mean_length
 
 VARIANTS = ("A", "B", "C")
 SCENARIO, _VARIANT = "scenario.toml", "variant_{}.toml"  # in a saved folder
 _MARK = "# saved by afo-sim studio"  # first line of what may be replaced
+_NAMED, _LONGEST = "# variant ", 40  # second line of a variant, and letters of its name
 _STEPS = 500  # of the way back that are kept
 _ORIGIN, _INSERTION = ".origin.from_ankle[", ".insertion.from_ankle["
 
@@ -49,6 +51,11 @@ class Design:
         words = self.sets.get("description", _described(self.base))
         return found.with_values(description=words)  # without a list of all that was set
 
+    @cached_property
+    def keys(self) -> dict[str, Key]:
+        """All keys that can be set, with the values of this design."""
+        return {key.key: key for key in keys(self.base, sets=dict(self.sets))}
+
     def changed(self, sets: Mapping[str, Any], *, follow: bool = True) -> "Design":
         """The same design with other values; it is described before it is returned.
 
@@ -77,12 +84,20 @@ class Design:
         return design
 
 
+@dataclass(frozen=True)
+class Variant:
+    """A design that is kept under a name of the user's own."""
+
+    name: str
+    design: Design
+
+
 @dataclass
 class Document:
-    """What the pages of a studio show and change together."""
+    """What the pages of a studio show and change together; variants by their slots, of `VARIANTS`."""
 
     design: Design
-    variants: dict[str, Design] = field(default_factory=dict)
+    variants: dict[str, Variant] = field(default_factory=dict)
     _back: list[Design] = field(default_factory=list)
     _forth: list[Design] = field(default_factory=list)
 
@@ -96,7 +111,8 @@ class Document:
             return
         if not (join and self._back):
             self._back = [*self._back, self.design][-_STEPS:]
-        vars(self.design).pop("scenario", None)  # it is described again if it is gone back to
+        for described in ("scenario", "keys"):  # again, if it is gone back to
+            vars(self.design).pop(described, None)
         self._forth.clear()
         self.design = design
 
@@ -117,17 +133,40 @@ class Document:
         """How many steps go back and forth."""
         return len(self._back), len(self._forth)
 
-    def keep(self, name: str) -> None:
-        """Keep the design as a variant."""
-        if name not in VARIANTS:
-            raise unknown(name, VARIANTS, field="variant", problem="is not a valid variant")
-        self.variants[name] = self.design
+    def keep(self) -> None:
+        """Keep the design as a variant, in the first slot that is free."""
+        free = [slot for slot in VARIANTS if slot not in self.variants]
+        if not free:
+            raise InputError(f"{len(VARIANTS)} variants are kept: remove one first", field="variant")
+        self.variants[free[0]] = Variant(free[0], self.design)
+        self.variants = dict(sorted(self.variants.items()))
 
-    def show(self, name: str) -> None:
+    def rename(self, slot: str, name: str) -> None:
+        """Give a variant a name of one line; its letter where nothing of the name can be read."""
+        name, own = _plain(name) or slot, self._kept(slot)
+        others = {kept.name for kept in self.variants.values() if kept is not own}
+        if name in others | set(VARIANTS) - {slot}:
+            raise InputError("is the name of another variant", field="name", value=name)
+        self.variants[slot] = Variant(name, own.design)
+
+    def remove(self, slot: str) -> None:
+        """Keep a variant no longer."""
+        self._kept(slot)
+        del self.variants[slot]
+
+    def show(self, slot: str) -> None:
         """Go on with a variant that is kept."""
-        if name not in self.variants:
-            raise unknown(name, self.variants, field="variant", problem="is not kept")
-        self.take(self.variants[name])
+        self.take(self._kept(slot).design)
+
+    def _kept(self, slot: str) -> Variant:
+        if slot not in self.variants:
+            raise unknown(slot, self.variants, field="variant", problem="is not kept")
+        return self.variants[slot]
+
+
+def _plain(name: str) -> str:
+    """A name as one short line without signs that steer a text."""
+    return " ".join("".join(c if c.isprintable() else " " for c in name).split())[:_LONGEST].strip()
 
 
 def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
@@ -152,11 +191,14 @@ def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
             value=str(target),
             allowed="a new or saved folder",
         )
-    named = {SCENARIO: document.design} | {_VARIANT.format(n): d for n, d in document.variants.items()}
+    kept = document.variants
+    named = {SCENARIO: ("", document.design)} | {
+        _VARIANT.format(slot): (f"{_NAMED}{one.name}\n", one.design) for slot, one in kept.items()
+    }
     with together(target, (SCENARIO, *map(_VARIANT.format, VARIANTS))) as scratch:
-        for name, design in named.items():
+        for name, (line, design) in named.items():
             table = portable(design.scenario.resolved(), target, scratch)
-            write_text(scratch / name, f"{_MARK}\n{toml_text(table)}")
+            write_text(scratch / name, f"{_MARK}\n{line}{toml_text(table)}")
     return target / SCENARIO
 
 
@@ -186,9 +228,10 @@ def opened(source: str) -> Document:
             value=source,
             allowed="such as walk-dropfoot-afo",
         )
-    for name in VARIANTS:
-        if base != source and (file := folder / _VARIANT.format(name)).is_file():
-            document.variants[name] = Design(str(file))
+    for slot in VARIANTS:
+        if base != source and (file := folder / _VARIANT.format(slot)).is_file():
+            name = file.read_text(encoding="utf-8").partition(f"{_MARK}\n{_NAMED}")[2].partition("\n")[0]
+            document.variants[slot] = Variant(_plain(name) or slot, Design(str(file)))
     return document
 
 

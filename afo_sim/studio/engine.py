@@ -1,5 +1,6 @@
 """Answers to the newest design, in a thread of its own: what is no longer wanted is given up."""
 
+import functools
 import pathlib
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -21,12 +22,16 @@ class _Superseded(Exception):
 
 @dataclass(frozen=True)
 class Wish:
-    """A design to answer; `what` is wanted beyond what every design gets, "" nothing."""
+    """A design to answer; `what` is wanted beyond what every design gets, "" nothing.
+
+    variants : kept designs that have no answer yet, by their slots
+    """
 
     serial: int
     design: Design
     what: str = ""
     options: Mapping[str, Any] = field(default_factory=dict)
+    variants: Mapping[str, Design] = field(default_factory=dict)
 
 
 class Engine:
@@ -99,6 +104,8 @@ class Engine:
         yield "state", lambda: [answers.state(design)]
         yield "reference", lambda: answers.reference(design)
         yield "run", lambda: answers.run(design, report)
+        for slot, kept in wish.variants.items():
+            yield f"variant {slot}", functools.partial(answers.variant, slot, kept, report)
         if wish.what:
             self._told[1].discard(wish.what)
             yield wish.what, lambda: answers.further(design, wish.what, wish.options, report)

@@ -20,13 +20,17 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from afo_sim.common import InputError
+from afo_sim.gait import write
+from afo_sim.gait_lab import import_gait, read_options, ten_lines, verdict
+from afo_sim.show import draw_gait
+from afo_sim.studio.answers import compared
 from afo_sim.studio.controls import read
 from afo_sim.studio.design import Document, opened, save
 from afo_sim.studio.engine import Engine, Wish
-from afo_sim.studio.trial import WALKERS, imported
 
 PAGE = pathlib.Path(__file__).parent / "page"
 _MOST = 300_000_000  # of a file that is dropped on the page [bytes]
+_WHOSE = {"healthy": "a healthy walker's", "patient": "a patient's"}
 _LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")
 _HEADERS = {
     "content-security-policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'",
@@ -45,6 +49,7 @@ class Studio:
         self.serial = 0
         self._tabs: dict[WebSocket, asyncio.Queue[dict[str, Any]]] = {}
         self._last: dict[str, dict[str, Any]] = {}  # by kind: what a new tab is told
+        self._kept: dict[str, dict[str, Any]] = {}  # by slot: answers of the variants
         self._loop: asyncio.AbstractEventLoop | None = None
         self.engine = Engine(self._from_thread)
 
@@ -98,7 +103,7 @@ class Studio:
         await tab.accept()
         queue: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         self._tabs[tab] = queue
-        for message in (self._document(), *self._last.values()):
+        for message in (self._document(), *self._kept.values(), *self._last.values()):
             queue.put_nowait(message)
         sender = asyncio.create_task(_send(tab, queue))
         try:
@@ -129,6 +134,7 @@ class Studio:
             self._ask()
         else:
             self._tell(self._document())
+            self._compare()
 
     def _does(self) -> dict[str, Callable[[dict[str, Any]], Any]]:
         document = self.document
@@ -136,8 +142,10 @@ class Studio:
             "change": self._change,
             "undo": lambda m: document.undo(),
             "redo": lambda m: document.redo(),
-            "keep": lambda m: document.keep(str(m["name"])),
-            "show": lambda m: document.show(str(m["name"])),
+            "keep": lambda m: document.keep(),
+            "rename": lambda m: document.rename(str(m["slot"]), str(m["name"])),
+            "remove": lambda m: document.remove(str(m["slot"])),
+            "show": lambda m: document.show(str(m["slot"])),
             "save": self._save,
             "import": self._import,
             "bands": lambda m: self._want("bands"),
@@ -158,8 +166,8 @@ class Studio:
     async def _import(self, asked: dict[str, Any]) -> None:
         files = [self.engine.folder / "trial" / pathlib.PurePath(str(name)).name for name in asked["files"]]
         walker = str(asked.get("walker"))
-        if walker not in WALKERS:
-            raise InputError("is missing: whose walk it is", field="walker", allowed=" or ".join(WALKERS))
+        if walker not in _WHOSE:
+            raise InputError("is missing: whose walk it is", field="walker", allowed=" or ".join(_WHOSE))
         where = str(asked.get("side", "right")), self.engine.folder
         found = await asyncio.to_thread(imported, files, walker, *where)
         self.document.change(found.pop("sets"))
@@ -172,7 +180,20 @@ class Studio:
         self._want("search", {"over": over, "objective": asked.get("objective", "air_per_stride")})
 
     def _want(self, what: str, options: dict[str, Any] | None = None) -> None:
-        self.engine.want(Wish(self.serial, self.document.design, what, options or {}))
+        design, variants = self.document.design, self.document.variants.items()
+        kept = {s: one.design for s, one in variants if s not in self._kept and one.design != design}
+        self.engine.want(Wish(self.serial, design, what, options or {}, kept))
+
+    def _compare(self) -> None:
+        """A variant that is the present design has its answers, as soon as they are there."""
+        variants, design = self.document.variants, self.document.design
+        self._kept = {slot: answer for slot, answer in self._kept.items() if slot in variants}
+        told = {kind: each for kind, each in self._last.items() if each.get("serial") == self.serial}
+        for slot, kept in variants.items():
+            there = kept.design == design and told.keys() >= {"state", "settled", "run"}
+            if there and slot not in self._kept:
+                self._kept[slot] = compared(slot, told)
+                self._tell(self._kept[slot])
 
     def _ask(self) -> None:
         """Answer the design as it is now."""
@@ -181,18 +202,21 @@ class Studio:
             kind: told for kind, told in self._last.items() if kind in ("state", "reference", "trial")
         }
         self._tell(self._document())
-        self.engine.want(Wish(self.serial, self.document.design))
+        self._want("")
 
     def _document(self) -> dict[str, Any]:
         back, forth = self.document.steps
+        design, variants = self.document.design, self.document.variants.items()
         return {
             "kind": "document",
             "serial": self.serial,
             "undo": back,
             "redo": forth,
-            "variants": list(self.document.variants),
+            "variants": [
+                {"slot": slot, "name": one.name, "shown": one.design == design} for slot, one in variants
+            ],
             "folder": str(self.saved),
-            "sets": {key: str(value) for key, value in self.document.design.sets.items()},
+            "sets": {key: str(value) for key, value in design.sets.items()},
         }
 
     def _from_thread(self, message: dict[str, Any]) -> None:
@@ -200,11 +224,18 @@ class Studio:
             self._loop.call_soon_threadsafe(self._told, message)
 
     def _told(self, message: dict[str, Any]) -> None:
+        if message["kind"] == "variant":  # of a design of its own, whichever is the present one
+            kept, design = self.document.variants.get(message["slot"]), message.pop("design")
+            if kept is not None and kept.design == design:
+                self._kept[message["slot"]] = message
+                self._tell(message)
+            return
         if message["serial"] != self.serial:
             return
         if message["kind"] != "progress":
             self._last[message["kind"]] = message
         self._tell(message)
+        self._compare()
 
     def remember(self, message: dict[str, Any]) -> None:
         """What every tab is told that opens."""
@@ -264,6 +295,27 @@ class Guard:
             await send(message)
 
         await self.app(scope, receive, guarded)
+
+
+def imported(files: Sequence[pathlib.Path], walker: str, side: str, folder: pathlib.Path) -> dict[str, Any]:
+    """A stride of a trial in a folder, and what is to be said of it."""
+    found = import_gait(list(files), read_options({"walker": walker, "side": side}))
+    number = 1 + len(list(folder.glob("walk_*.csv")))  # an earlier one is gone back to by undoing
+    path = folder / f"walk_{number}.csv"
+    write(path, found.cycle)
+    draw_gait(found.cycle, path.with_suffix(".png"), found)
+    return {
+        "sets": {
+            "description": f"{_WHOSE[walker]} own recorded walk, with the device",
+            "gait.cycle": str(path),
+            **dict.fromkeys(("gait.walker", "patient.body_mass", "patient.body_height")),
+        },
+        "picture": path.with_suffix(".png").name,
+        "text": verdict(found),
+        "rows": [list(row) for row in ten_lines(found)],
+        "checks": [[check.fault, check.found, check.limit, check.verdict] for check in found.checks],
+        "warnings": [str(warning) for warning in found.warnings],
+    }
 
 
 def serve(

@@ -35,6 +35,7 @@ from .results import Results as Results
 from .results import read as read
 from .run_studies import EFFECTS as EFFECTS
 from .run_studies import LEFT_OUT as LEFT_OUT
+from .run_studies import UNCERTAINTY as UNCERTAINTY
 from .run_studies import check_studies as check_studies
 from .run_studies import with_studies as with_studies
 from .runner import SweepProgress as SweepProgress

@@ -20,6 +20,10 @@ ORIGIN = '[data-key="orthosis.muscle.dorsiflexor.origin.from_ankle"]'
 INSERTION = '[data-key="orthosis.muscle.dorsiflexor.insertion.from_ankle"]'
 OPENS = '[data-grip="phases.dorsiflexor.inlet 0 0"]'
 RESTS = "document.getElementById('verdict').ariaBusy === 'false'"
+SOCKETS = """window.sockets = []; window.WebSocket = class extends WebSocket {
+    constructor(url) { super(window.cut ? `${url}x` : url); sockets.push(this);
+        this.addEventListener("message", event => (window.serial = JSON.parse(event.data).serial)); }
+    send(text) { if (!window.deaf) super.send(text); } }"""
 AXE = importlib.util.find_spec("axe_playwright_python")
 FOCUSABLE = "a[href], button:enabled, input:enabled, select, summary, [tabindex='0']"
 
@@ -56,6 +60,14 @@ def browsed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 
 @pytest.fixture
+def sockets(browsed: Browser) -> Iterator[None]:
+    """The page's sockets are in `sockets`; nothing sent arrives once `deaf`, none opens once `cut`."""
+    script = browsed.ask("Page.addScriptToEvaluateOnNewDocument", source=SOCKETS)
+    yield
+    browsed.ask("Page.removeScriptToEvaluateOnNewDocument", **script)
+
+
+@pytest.fixture
 def page(browsed: Browser, served: Served) -> Iterator[Browser]:
     """The page at rest; afterwards nothing was asked of another machine, and no script failed."""
     browsed.resize(1280)
@@ -63,6 +75,10 @@ def page(browsed: Browser, served: Served) -> Iterator[Browser]:
     browsed.wait(RESTS, 120.0)
     browsed.run("document.querySelectorAll('details').forEach(one => one.open = true)")
     yield browsed
+    while not browsed.run("document.getElementById('undo').disabled"):
+        click(browsed, "#undo")
+        browsed.wait(RESTS)
+    browsed.run("document.querySelectorAll('#compare thead button').forEach(one => one.click())")
     assert not browsed.faults
     own = served.address, served.address.replace("http", "ws")
     assert all(url.startswith(own) for url in browsed.requests)
@@ -85,6 +101,13 @@ def text(page: Browser, selector: str) -> str:
 def value(page: Browser, key: str) -> str:
     """What the number field of a key shows."""
     return str(page.run(f"document.querySelector('input[inputmode][data-key=\"{key}\"]').value"))
+
+
+def enter(page: Browser, key: str, typed: str) -> None:
+    """Type a number into the field of a key."""
+    page.run(f"document.querySelector('input[inputmode][data-key=\"{key}\"]').select()")
+    page.ask("Input.insertText", text=typed)
+    page.press("Enter")
 
 
 def click(page: Browser, selector: str) -> None:
@@ -137,14 +160,11 @@ def test_nonsense_stays_in_its_field_and_is_answered_beside_it(page: Browser) ->
         page.press("Tab")
         page.wait(f"!document.getElementById('{field}-problem').hidden")
         one = f"document.getElementById('{field}')"
-        assert page.run(f"{one}.value") == "<b>plenty"
-        assert page.run(f"{one}.getAttribute('aria-invalid')") == "true"
+        assert page.run(f"[{one}.value, {one}.ariaInvalid]") == ["<b>plenty", "true"]
         assert page.run(f"{one}.getAttribute('aria-describedby')") == f"{field}-problem"
         assert "<b>plenty" in text(page, f"#{field}-problem")
     assert page.run("document.getElementById('undo').disabled && document.getElementById('wrong').hidden")
-    page.run(f"document.getElementById('{fields[0]}').select()")
-    page.ask("Input.insertText", text="81,5")
-    page.press("Enter")
+    enter(page, "patient.body_mass", "81,5")
     page.wait(f"document.getElementById('{fields[0]}-problem').hidden && {RESTS}")
     assert value(page, "patient.body_mass") == "81.5"
     click(page, "#undo")
@@ -159,9 +179,7 @@ def test_two_tabs_and_a_reload_show_one_design_and_its_numbers_are_those_of_a_ru
     other.open(served.address)
     other.wait(RESTS)
     key = "supply.pressure"
-    page.run(f"document.querySelector('input[inputmode][data-key=\"{key}\"]').select()")
-    page.ask("Input.insertText", text="3.5")
-    page.press("Enter")
+    enter(page, key, "3.5")
     for tab in (other, page):
         tab.wait(f"document.querySelector('input[inputmode][data-key=\"{key}\"]').value === '3.5' && {RESTS}")
     assert text(other, "#answers") == text(page, "#answers")
@@ -171,25 +189,14 @@ def test_two_tabs_and_a_reload_show_one_design_and_its_numbers_are_those_of_a_ru
     page.open(served.address)
     page.wait(RESTS)
     assert value(page, key) == "3.5"
-    words = [
-        sys.executable,
-        "-m",
-        "afo_sim",
-        "run",
-        str(served.folder),
-        "--no-rrd",
-        "--out",
-        str(tmp_path / "run"),
-    ]
+    out = str(tmp_path / "run")
+    words = [sys.executable, "-m", "afo_sim", "run", str(served.folder), "--no-rrd", "--out", out]
     printed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     briefs = page.run("[...document.querySelectorAll('.answer > p + p')].map(one => one.textContent)")
-    assert len(briefs) == 6
-    assert all(brief in printed for brief in briefs)
+    assert len(briefs) == 6 and all(brief in printed for brief in briefs)
     run = json.loads((tmp_path / "run" / "summary.json").read_text())
     clearance = f"{run['metrics']['toe_clearance']['value']:.1f} mm"
     assert text(page, "#with .lowest").endswith(clearance.replace("-", "−"))
-    click(page, "#undo")
-    page.wait(f"document.getElementById('undo').disabled && {RESTS}")
 
 
 def test_keys_alone_reach_all_and_move_a_slider(page: Browser) -> None:
@@ -212,20 +219,75 @@ def test_keys_alone_reach_all_and_move_a_slider(page: Browser) -> None:
     page.wait(
         f"document.querySelector('{ORIGIN}').getAttribute('aria-valuetext').includes('305 mm up') && {RESTS}"
     )
-    for _ in range(2):
-        page.press("z", control=True)
-    page.wait(f"document.getElementById('undo').disabled && {RESTS}")
 
 
 @pytest.mark.parametrize("width", [400, 1280])
 def test_nothing_bars_a_reader(page: Browser, width: int) -> None:
     page.resize(width)
+    click(page, "#keep")
+    page.wait("document.querySelectorAll('.curve.A').length > 3")
     assert page.run("document.documentElement.scrollWidth") <= width
     if AXE is None or AXE.origin is None:
         pytest.skip("no axe-core here")
     page.run((pathlib.Path(AXE.origin).parent / "axe.min.js").read_text(encoding="utf-8") + "; 0")
     found = page.run("axe.run(document, {resultTypes: ['violations']})")["violations"]
     assert [(each["id"], each["nodes"][0]["html"]) for each in found] == []
+
+
+def test_variants_are_drawn_and_compared_and_gone_back_to(page: Browser) -> None:
+    plot = "[...document.querySelectorAll('#plots figure > svg')]"
+    drawn = f"JSON.stringify({plot}.map(one => one.querySelector('.curve.A:not(.thin)')?.getAttribute('d')))"
+    own = f"JSON.stringify({plot}.map(one => one.querySelector('.curve.with')?.getAttribute('d')))"
+    click(page, "#keep")
+    page.wait(f"document.getElementById('keep').disabled && {drawn} === {own}")
+    page.run("document.getElementById('name-A').select()")
+    page.ask("Input.insertText", text="<img src=x onerror=document.title=1>\u202e")
+    page.press("Tab")
+    page.wait("document.getElementById('show-A').textContent === '<img src=x onerror=document.title=1>'")
+    assert page.run("document.querySelectorAll('#compare img, #plots img').length") == 0
+    enter(page, "supply.pressure", "3.5")
+    page.wait(f"!document.getElementById('undo').disabled && {RESTS} && {drawn} !== {own}")
+    rows = "[...document.querySelectorAll('#compare tbody tr')].map(one => one.innerText.split('\\t'))"
+    page.wait(f"!JSON.stringify({rows}).includes('computing')")
+    table = {row[0]: row[1:] for row in page.run(rows)}
+    kept, asked = page.run(drawn), [row for row in table.values() if row[0].endswith("bar")]
+    assert asked == [["3.5 bar", "4 bar"]]  # what differs, and nothing else of the design
+    assert table["Toe clearance"][0].split()[0][:3] == text(page, "#with .lowest").split(": ")[1][:3]
+    page.open(page.run("location.href"))
+    page.wait(f"{RESTS} && {drawn} === {json.dumps(kept)}")
+    page.run("document.getElementById('show-A').focus()")
+    page.press("Enter")
+    page.wait(f"document.getElementById('show-A').ariaPressed === 'true' && {RESTS} && {drawn} === {own}")
+    click(page, "#undo")
+    page.wait(f"document.getElementById('show-A').ariaPressed === 'false' && {RESTS}")
+    assert value(page, "supply.pressure") == "3.5"
+    click(page, "#compare thead button")
+    page.wait("document.getElementById('compare').hidden && !document.querySelector('.curve.A')")
+
+
+def test_changes_while_the_socket_is_lost_are_sent_when_it_is_back(sockets: None, page: Browser) -> None:
+    page.run("deaf = true")
+    enter(page, "supply.pressure", "3.4")  # sent, and never heard
+    page.run("cut = true, sockets.at(-1).close()")
+    page.wait("document.getElementById('lost').textContent.includes('tries again every second')")
+    assert page.run("['undo', 'keep', 'report'].every(one => document.getElementById(one).disabled)")
+    enter(page, "patient.body_mass", "92")
+    page.run("cut = deaf = false")
+    page.wait(f"document.getElementById('lost').hidden && document.querySelector('.curve.before') && {RESTS}")
+    assert (value(page, "supply.pressure"), value(page, "patient.body_mass")) == ("3.4", "92")
+    page.faults.clear()  # of the sockets that were refused
+
+
+def test_bands_are_drawn_for_their_own_design_alone(sockets: None, page: Browser) -> None:
+    band = json.dumps({name: {"low": [-5.0] * 101, "high": [20.0] * 101} for name in ("ankle", "toe")})
+    hear = f"""sockets.at(-1).onmessage({{data: JSON.stringify(
+        {{kind: 'bands', lines: [], serial: serial + older, curves: {band}}})}})"""
+    drawn = "document.querySelectorAll('#plots figure > svg .band.drawn').length"
+    assert [page.run(f"older = {k}, {hear}, {drawn}") for k in (-1, 0)] == [0, 2]
+    label = page.run("document.querySelectorAll('#plots figure > svg')[1].ariaLabel")
+    assert "band of 5 to 95 % of what is not known from −5 to 20" in label
+    enter(page, "supply.pressure", "3.6")
+    page.wait(f"{drawn} === 0 && !document.getElementById('undo').disabled && {RESTS}")
 
 
 def test_a_file_of_a_hostile_name_is_text(page: Browser, tmp_path: pathlib.Path) -> None:

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import pathlib
+import re
 import socket
 import threading
 import time
@@ -11,6 +12,7 @@ import urllib.request
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 from campaign import NIGHTLY
 
@@ -191,6 +193,36 @@ def test_two_tabs_show_one_design(studio: tuple[Studio, str], tab: Tab) -> None:
     assert tab.until("document", serial + 1)["redo"] == 1
 
 
+def test_a_variants_answer_is_that_of_its_own_design(studio: tuple[Studio, str], tab: Tab) -> None:
+    tab.ask("change", sets={PRESSURE: 3.1})
+    tab.ask("keep")
+    tab.ask("change", sets={PRESSURE: 3.9})  # before the kept one was answered
+    answer = tab.until("variant")
+    kept = studio[0].document.variants["A"].design
+    expected = afo.run(kept.scenario).metrics["toe_clearance"]
+    assert dict(row[:2] for row in answer["results"])["Toe clearance"] == str(expected)
+    assert answer["values"][PRESSURE][1] == "3.1 bar" and kept != studio[0].document.design
+    with Tab.open(studio[1]) as other:
+        assert other.until("variant")["curves"] == answer["curves"]
+    tab.ask("rename", slot="A", name="B")
+    assert "another" in tab.until("problem")["text"]
+    tab.ask("keep")
+    while len(tab.until("document")["variants"]) < 2:
+        pass
+    assert tab.until("variant")["values"][PRESSURE][1] == "3.9 bar"  # of the present design's own answers
+    for slot in "AB":
+        tab.ask("remove", slot=slot)
+
+
+def test_the_lines_of_variants_are_seen_and_told_apart_without_colours() -> None:
+    css = (pathlib.Path(afo.__file__).parent / "studio" / "page" / "studio.css").read_text(encoding="utf-8")
+    lines = re.findall(r"\.curve\.[ABC] { stroke: #(\w{6}); stroke-dasharray: ([\d. ]+);", css)
+    assert len({dashes for _, dashes in lines}) == 3
+    linear = [[((c / 255 + 0.055) / 1.055) ** 2.4 for c in bytes.fromhex(colour)] for colour, _ in lines]
+    luminance = np.array(linear) @ [0.2126, 0.7152, 0.0722]
+    assert np.all(1.05 / (luminance + 0.05) >= 3.0)  # on white: WCAG 2.2, 1.4.11
+
+
 @pytest.mark.skipif(not NIGHTLY, reason="half a minute of studies that have tests of their own: at night")
 def test_what_to_change_bands_search_and_report(tab: Tab, studio: tuple[Studio, str]) -> None:
     tab.ask("change", sets={PRESSURE: 3.6})
@@ -200,6 +232,11 @@ def test_what_to_change_bands_search_and_report(tab: Tab, studio: tuple[Studio, 
     tab.ask("bands")
     tab.until("progress")
     tab.ask("stop")
+    tab.ask("bands")
+    curves, design = tab.until("bands")["curves"], studio[0].document.design
+    study = afo.run(design.scenario, uncertainty=200).studies["uncertainty"]["curves"]
+    assert curves["toe"]["low"] == pytest.approx(1e3 * np.array(study["toe/height"][0]), abs=1e-3)
+    assert curves["ankle"]["high"] == pytest.approx(np.degrees(study["ankle/angle"][2]), abs=1e-3)
     tab.ask("search", keys={PRESSURE: [2.0, 4.2]})
     found = tab.until("found")
     low, high = (afo.load("scenario", SCENARIO, {PRESSURE: p}).supply.pressure for p in ("2 bar", "4.2 bar"))
@@ -247,10 +284,12 @@ def test_the_link_follows_its_anchor_and_a_drag_is_one_step_back() -> None:
 def test_variants_and_their_folder(tmp_path: pathlib.Path) -> None:
     document = opened(SCENARIO)
     document.change({PRESSURE: "3 bar"})
-    document.keep("A")
+    document.keep()
+    document.rename("A", ' "low"\n\u202e<b>\\ ')
     document.change({PRESSURE: "3.5 bar"})
     save(document, tmp_path / "mine")
     again = opened(str(tmp_path / "mine"))
+    assert again.variants["A"].name == '"low" <b>\\'
     assert again.design.scenario.supply.pressure == pytest.approx(3.5e5)
     again.change({PRESSURE: "2.5 bar"})
     save(again, tmp_path / "mine")

@@ -113,26 +113,28 @@ export class Plot {
     this.cursor = svg("line", { class: "cursor", y1: TOP, y2: BOTTOM });
   }
 
-  /** lines: [{name, style, values}], the first one is read at the cursor; band: {low, high} or null. */
-  draw(lines, { toe_off, band = null, floor = false }) {
-    const shown = lines.filter(line => line.values), all = shown.flatMap(line => line.values).concat(band ? [...band.low, ...band.high] : [0]);
+  /** lines: [{name, style, values}], the first one is read at the cursor, one without a name has no words; bands: [{name, style, low, high}]. */
+  draw(lines, { toe_off, bands = [], floor = false }) {
+    const shown = lines.filter(line => line.values), seen = bands.filter(band => band.low), all = [...shown.map(line => line.values), ...seen.flatMap(band => [band.low, band.high])].flatMap(values => floor ? values.slice(Math.round(toe_off * (values.length - 1))) : values).concat(floor || !seen.length ? [0] : []);
     const marks = ticks(Math.min(...all), Math.max(...all, Math.min(...all) + 0.1)), low = marks[0], high = marks.at(-1);
     const up = value => BOTTOM - (value - low) / (high - low) * (BOTTOM - TOP);
     const line = values => path(values.map((value, k) => [across(k / (values.length - 1)), up(value)]));
     this.first = shown[0]?.values;
     const parts = [svg("rect", { class: "swing", x: across(toe_off), y: TOP, width: across(1) - across(toe_off), height: BOTTOM - TOP })];
     if (floor && low < 0) parts.push(svg("rect", { class: "sunk", x: across(toe_off), y: up(0), width: across(1) - across(toe_off), height: BOTTOM - up(0) }));
-    if (band) parts.push(svg("path", { class: "band", d: `${line(band.low)}${line(band.high).replaceAll("M", "L").split("L").slice(1).reverse().map(p => `L${p}`).join("")}Z` }));
+    const inside = svg("svg", { x: LEFT, y: TOP, width: RIGHT - LEFT, height: BOTTOM - TOP, viewBox: `${LEFT} ${TOP} ${RIGHT - LEFT} ${BOTTOM - TOP}` });
+    for (const band of seen) inside.append(svg("path", { class: band.style, d: `${line(band.low)}${line(band.high).replaceAll("M", "L").split("L").slice(1).reverse().map(p => `L${p}`).join("")}Z` }));
     for (const mark of marks) parts.push(svg("line", { class: mark === 0 ? "axis" : "grid", x1: LEFT, x2: RIGHT, y1: up(mark), y2: up(mark) }),
       svg("text", { x: LEFT - 4, y: up(mark) + 4, "text-anchor": "end" }, number(mark, marks[1] - marks[0] < 1 ? 1 : 0)));
     for (const share of [0, 0.25, 0.5, 0.75, 1]) parts.push(svg("text", { x: across(share), y: BOTTOM + 14, "text-anchor": "middle" }, `${100 * share}`));
     parts.push(svg("text", { x: LEFT, y: BOTTOM + 27 }, "gait cycle, %"), svg("line", { class: "off", x1: across(toe_off), x2: across(toe_off), y1: TOP, y2: BOTTOM }),
       svg("text", { x: across(toe_off), y: BOTTOM + 27, "text-anchor": "middle" }, "toe-off"), svg("line", { class: "axis", x1: LEFT, x2: LEFT, y1: TOP, y2: BOTTOM }));
-    for (const each of [...shown].reverse()) parts.push(svg("path", { class: `curve ${each.style}`, d: line(each.values) }));
-    this.drawing.replaceChildren(...parts, this.cursor);
+    for (const each of [...shown].reverse()) inside.append(svg("path", { class: `curve ${each.style}`, d: line(each.values) }));
+    this.drawing.replaceChildren(...parts, inside, this.cursor);
     this.drawing.setAttribute("aria-label", `${this.title} over the gait cycle, ${this.unit}: ` +
-      shown.map(each => `${each.name} from ${number(Math.min(...each.values), this.digits)} to ${number(Math.max(...each.values), this.digits)}`).join("; "));
-    const words = JSON.stringify(shown.map(each => [each.name, each.style]).concat(band ? [["norm", "band"]] : []));
+      shown.filter(each => each.name).map(each => `${each.name} from ${number(Math.min(...each.values), this.digits)} to ${number(Math.max(...each.values), this.digits)}`)
+        .concat(seen.map(band => `band of ${band.name} from ${number(Math.min(...band.low), this.digits)} to ${number(Math.max(...band.high), this.digits)}`)).join("; "));
+    const words = JSON.stringify([...shown, ...seen].filter(each => each.name).map(each => [each.name, each.style]));
     if (words !== this.words) this.keys.replaceChildren(...JSON.parse(words).map(([name, style]) => dom("li", {}, sample(style), name)));
     this.words = words;
   }
@@ -146,8 +148,8 @@ export class Plot {
   }
 }
 
-function sample(style) {
-  const mark = style === "band" ? svg("rect", { class: "band", width: 28, height: 11 }) : svg("path", { class: `curve ${style}`, d: "M0 6H28" });
+export function sample(style) {
+  const mark = style.startsWith("band") ? svg("rect", { class: style, width: 28, height: 11 }) : svg("path", { class: `curve ${style}`, d: "M0 6H28" });
   return svg("svg", { viewBox: "0 0 28 12", "aria-hidden": "true" }, mark);
 }
 

@@ -1,6 +1,6 @@
 // The page's side of the web socket: what is sent, what an answer changes, and when it is drawn.
 import { Controls } from "./controls.js";
-import { Plot, Walker, dom, share } from "./figures.js";
+import { Plot, Walker, dom, sample, share } from "./figures.js";
 
 const $ = id => document.getElementById(id);
 const PATIENCE = 150; // until a computation is marked [ms]
@@ -9,7 +9,7 @@ const JOINED = 1000; // between two key strokes of one step [ms]
 const STILL = 400; // after the last change, until the walker walks on [ms]
 const LATE = 5000; // after which a change counts as answered [ms]
 
-const shown = { serial: -1, undo: 0, settled: null, before: null, reference: null, state: null, fresh: { settled: true, run: true }, failed: false, trial: NaN, back: NaN };
+const shown = { serial: -1, undo: 0, settled: null, before: null, reference: null, state: null, run: null, bands: {}, variants: [], kept: {}, fresh: { settled: true, run: true }, failed: false, trial: NaN, back: NaN };
 window.studioLatency = [];
 
 /** Sends changes: the newest value of each, one at a time, at most one a frame. */
@@ -42,6 +42,12 @@ const studio = {
     this.waiting = null;
     requestAnimationFrame(() => this.flush());
     return time;
+  },
+  /** What was sent without an answer goes once more, before what was changed since: values are taken once. */
+  again() {
+    const { waiting, pending } = this;
+    if (waiting) this.pending = { ...waiting, ...pending, sets: { ...waiting.sets, ...pending?.sets } };
+    this.answered();
   },
   hold(key) {
     if (this.held !== key) this.last.key = "";
@@ -76,6 +82,7 @@ const answers = {
       setTimeout(mark, PATIENCE);
       for (const id of ["wrong", "found", "open-report", "work"]) $(id).hidden = true;
       $("bands-lines").replaceChildren();
+      shown.bands = {};
       $("saved").textContent = "";
       if (!studio.waiting) studio.last.key = "";
       if (message.serial === shown.trial + 1) shown.back = message.undo;
@@ -86,7 +93,10 @@ const answers = {
     $("redo").disabled = !message.redo;
     if (message.folder !== shown.folder) $("folder").value = message.folder; // what is typed there stays
     shown.folder = message.folder;
-    for (const name of "ABC") $(`show-${name}`).disabled = !message.variants.includes(name);
+    shown.variants = message.variants;
+    shown.kept = Object.fromEntries(Object.entries(shown.kept).filter(([slot]) => message.variants.some(one => one.slot === slot)));
+    offerVariants();
+    if (!newer) draw();
   },
   settled(message) {
     shown.settled = message;
@@ -99,6 +109,10 @@ const answers = {
       performance.mark("studio-drawn");
       window.studioLatency.push(performance.now() - time);
     });
+  },
+  variant(message) {
+    shown.kept[message.slot] = message;
+    draw();
   },
   reference(message) {
     const same = JSON.stringify(shown.reference?.curves) === JSON.stringify(message.curves);
@@ -114,6 +128,7 @@ const answers = {
   },
   run(message) {
     shown.fresh.run = true;
+    shown.run = message;
     mark();
     $("verdict").setAttribute("aria-busy", "false");
     $("lead").textContent = message.lead;
@@ -133,6 +148,8 @@ const answers = {
   bands(message) {
     done();
     $("bands-lines").replaceChildren(...message.lines.map(text => dom("li", {}, text)));
+    shown.bands = message.curves;
+    draw();
   },
   progress(message) {
     working(message.what, message.share);
@@ -146,9 +163,10 @@ const answers = {
     $("found").lastChild.onclick = () => take(message.sets);
   },
   report(message) {
+    const wanted = !$("work").hidden; // not when it is heard again after a reload
     done();
     $("open-report").hidden = false;
-    window.open(message.file, "_blank", "noopener");
+    if (wanted) window.open(message.file, "_blank", "noopener");
   },
   saved(message) {
     $("saved").textContent = `Saved. Run it with: afo-sim run ${/\s/.test(message.folder) ? `"${message.folder}"` : message.folder}`;
@@ -157,6 +175,7 @@ const answers = {
   problem(message) {
     const keys = message.key ? message.key.split("\n") : [], own = keys.length && studio.waiting && Object.keys(studio.waiting.sets).join("\n") === message.key;
     if (message.key === "import") return say("trial-problem", message.text), reading(false);
+    if (message.key === "rename") offerVariants(true);
     if (own) studio.last.key = "";
     studio.answered();
     if (keys.length && controls.answer(keys, message.text)) return writeState();
@@ -191,11 +210,12 @@ function taken() {
   return studio.answered();
 }
 
-const OF_ANY_DESIGN = new Set(["document", "saved", "problem", "trial"]);
+const OF_ANY_DESIGN = new Set(["document", "saved", "problem", "trial", "variant"]);
 
 function hear(event) {
   const message = JSON.parse(event.data);
   if (OF_ANY_DESIGN.has(message.kind) || message.serial === shown.serial) answers[message.kind]?.(message);
+  if (message.kind !== "progress") compare();
 }
 
 // Drawing --------------------------------------------------------------------------------------------------------
@@ -221,19 +241,49 @@ function draw() {
   const { settled, before, reference, state } = shown;
   if (!settled) return;
   const toe_off = settled.toe_off, name = "with";
-  const lines = key => [{ name, style: "with", values: settled.curves[key] }, { name: "without", style: "without", values: reference?.curves[key] }, { name: "before", style: "before", values: before?.curves[key] }];
-  plots.ankle.draw([...lines("ankle"), { name: "recorded walk", style: "recorded", values: settled.curves.recorded }], { toe_off, band: state?.norm });
-  plots.toe.draw(lines("toe"), { toe_off, floor: true });
+  const kept = of => shown.variants.flatMap(({ slot, name }) => of(shown.kept[slot]?.curves ?? {}).map((values, k) => ({ name: k ? "" : name, style: `variant ${slot} ${k ? "thin" : ""}`, values })));
+  const lines = key => [{ name, style: "with", values: settled.curves[key] }, { name: "without", style: "without", values: reference?.curves[key] }, ...kept(curves => [curves[key]]), { name: "before", style: "before", values: before?.curves[key] }];
+  const drawn = key => ({ name: "5 to 95 % of what is not known", style: "band drawn", ...shown.bands[key] });
+  plots.ankle.draw([...lines("ankle"), { name: "recorded walk", style: "recorded", values: settled.curves.recorded }], { toe_off, bands: [{ name: "norm", style: "band", ...state?.norm }, drawn("ankle")] });
+  plots.toe.draw(lines("toe"), { toe_off, floor: true, bands: [drawn("toe")] });
   plots.torque.draw(lines("torque").filter(line => line.name !== "without"), { toe_off });
   const chambers = Object.entries(settled.curves.pressure).map(([chamber, values], k) => ({ name: chamber, style: k ? "second" : "with", values }));
   const former = Object.entries(before?.curves.pressure ?? {}).map(([, values], k) => ({ name: "before", style: "before", values: k ? null : values }));
-  plots.pressure.draw([...chambers, ...former], { toe_off });
+  plots.pressure.draw([...chambers, ...kept(curves => Object.values(curves.pressure ?? {})), ...former], { toe_off });
   if (!controls.side.outlined) controls.side.outline(settled.poses);
   controls.side.outlined = true;
   $("without").hidden = !reference;
   document.querySelector(".walkers").classList.toggle("one", !reference);
   document.querySelector(".with-what").textContent = { shoe: "(in the shoe)", barefoot: "(barefoot)", "orthosis-off": "(worn, without air)" }[reference?.compared_with] ?? "";
   point();
+}
+
+/** Buttons that keep the design and go back to a variant, and their names; what somebody types stays. */
+function offerVariants(anew = false) {
+  const { variants } = shown, listed = JSON.stringify(variants), typed = document.activeElement, typing = typed?.matches("#compare input") && [typed.id, typed.value];
+  $("compare").hidden = !variants.length;
+  $("keep").disabled = variants.length === 3 || variants.some(one => one.shown);
+  $("keep").textContent = variants.length === 3 ? "Three variants are kept" : "Keep as a variant";
+  if (listed === shown.listed && !anew) return;
+  shown.listed = listed;
+  $("variants").replaceChildren(...variants.map(({ slot, name, shown: on }) => dom("button", { type: "button", id: `show-${slot}`, class: on && "shown", "aria-pressed": String(on), "aria-label": `Go back to ${name}`, title: "Go back to this variant", onclick: () => act("show", { slot }) }, sample(`variant ${slot}`), name)));
+  document.querySelector("#compare thead tr").replaceChildren(dom("td"), dom("th", { scope: "col" }, sample("with"), "Present design"), ...variants.map(({ slot, name }) => dom("th", { scope: "col", abbr: name }, sample(`variant ${slot}`),
+    dom("input", { id: `name-${slot}`, value: name, maxlength: 40, "aria-label": `Name of variant ${name}`, autocomplete: "off", onchange: event => act("rename", { slot, name: event.target.value, key: "rename" }) }),
+    dom("button", { type: "button", "aria-label": `Remove ${name}`, onclick: () => { act("remove", { slot }); $("keep").focus(); } }, "Remove"))));
+  if (typing && $(typing[0])) { $(typing[0]).value = typing[1]; $(typing[0]).focus(); }
+}
+
+/** The table of the variants beside the present design: results, and the keys that differ; below a part that is another one only what was set. */
+function compare() {
+  const { variants, kept, state, run, fresh } = shown, all = [{ values: state?.serial === shown.serial && state.values, results: fresh.run ? run?.results : null }, ...variants.map(({ slot }) => kept[slot] ?? {})];
+  const told = all.filter(each => each.values), keys = [...new Set(told.flatMap(each => Object.keys(each.values)))], value = (each, key) => each.values?.[key]?.[1] ?? "";
+  if (!variants.length) return;
+  const differing = keys.filter(key => new Set(told.map(each => value(each, key))).size > 1), above = key => differing.some(other => key.startsWith(`${other}.`));
+  const row = (label, cells, title) => dom("tr", {}, dom("th", { scope: "row", title }, label), ...cells.map(([text, status]) => dom("td", { class: status || false }, text)));
+  const labels = [...new Set(all.flatMap(each => (each.results ?? []).map(([label]) => label)))], waits = (each, n) => [each.problem ? (n ? "–" : each.problem) : shown.failed && each === all[0] ? "not computed" : "computing …"];
+  document.querySelector("#compare tbody").replaceChildren(
+    ...labels.map((label, n) => row(label, all.map(each => each.results ? (each.results.find(one => one[0] === label)?.slice(1) ?? ["–"]) : waits(each, n)))),
+    ...differing.filter(key => !above(key) || told.some(each => each.values[key]?.[2])).map(key => row(told.map(each => each.values[key]?.[0]).find(Boolean), all.map(each => each.values ? [value(each, key) || "default"] : waits(each)), key)));
 }
 
 function point() {
@@ -270,10 +320,16 @@ function send(message) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
 }
 
+/** Without a connection nothing can be asked for: the server says again what can when it is back. */
+function away(on) {
+  for (const each of document.querySelectorAll("header button, #compare :is(input, button), #save button, #bands, #report, #search, #stop, #import, #trial-back")) each.disabled = on;
+}
+
 /** What is asked for, after the changes that are under way. */
 function act(op, more = {}) {
   studio.flush(true);
   studio.last.key = "";
+  say("wrong", "");
   send({ op, ...more });
 }
 
@@ -350,14 +406,17 @@ function connect() {
   socket.onopen = () => {
     lost_at = null;
     shown.serial = -1;
-    studio.answered();
+    shown.kept = {};
+    away(false);
+    reading(false);
     say("lost", "");
     studio.flush();
   };
   socket.onclose = () => {
     lost_at ??= Date.now();
-    studio.answered();
-    say("lost", Date.now() - lost_at < ENDED ? "The connection to the studio is lost. The page tries again every second."
+    studio.again();
+    away(true);
+    say("lost", Date.now() - lost_at < ENDED ? "The connection to the studio is lost: the page tries again every second, and then sends what you change meanwhile."
       : "The studio has ended. Start it again with: afo-sim studio");
     setTimeout(connect, 1000);
   };
@@ -371,8 +430,7 @@ for (const plot of Object.values(plots)) {
   plot.drawing.addEventListener("pointerdown", scrub);
   plot.drawing.addEventListener("pointermove", scrub);
 }
-const variant = (name, op, more) => dom("button", { type: "button", "aria-label": `${op === "keep" ? "Keep as" : "Show"} ${name}`, ...more, onclick: () => act(op, { name }) }, name);
-$("variants").append("Keep as ", ...[..."ABC"].map(name => variant(name, "keep")), " \u2003Show ", ...[..."ABC"].map(name => variant(name, "show", { id: `show-${name}`, disabled: true })));
+$("keep").onclick = () => act("keep");
 const back = op => () => {
   for (const key of [...Object.keys(controls.rows), ...Object.keys(controls.timing.rows)]) controls.answer([key], "");
   for (const { key } of Object.values(controls.side.handles)) controls.answer([`${key}[0]`, `${key}[2]`], "");
