@@ -260,7 +260,7 @@ function draw() {
 
 /** Buttons that keep the design and go back to a variant, and their names; what somebody types stays. */
 function offerVariants(anew = false) {
-  const { variants } = shown, listed = JSON.stringify(variants), typed = document.activeElement, typing = typed?.matches("#compare input") && [typed.id, typed.value];
+  const { variants } = shown, listed = JSON.stringify(variants), held = document.activeElement, within = held?.closest("#variants, #compare thead");
   $("compare").hidden = !variants.length;
   $("keep").disabled = variants.length === 3 || variants.some(one => one.shown);
   $("keep").textContent = variants.length === 3 ? "Three variants are kept" : "Keep as a variant";
@@ -269,8 +269,10 @@ function offerVariants(anew = false) {
   $("variants").replaceChildren(...variants.map(({ slot, name, shown: on }) => dom("button", { type: "button", id: `show-${slot}`, class: on && "shown", "aria-pressed": String(on), "aria-label": `Go back to ${name}`, title: "Go back to this variant", onclick: () => act("show", { slot }) }, sample(`variant ${slot}`), name)));
   document.querySelector("#compare thead tr").replaceChildren(dom("td"), dom("th", { scope: "col" }, sample("with"), "Present design"), ...variants.map(({ slot, name }) => dom("th", { scope: "col", abbr: name }, sample(`variant ${slot}`),
     dom("input", { id: `name-${slot}`, value: name, maxlength: 40, "aria-label": `Name of variant ${name}`, autocomplete: "off", onchange: event => act("rename", { slot, name: event.target.value, key: "rename" }) }),
-    dom("button", { type: "button", "aria-label": `Remove ${name}`, onclick: () => { act("remove", { slot }); $("keep").focus(); } }, "Remove"))));
-  if (typing && $(typing[0])) { $(typing[0]).value = typing[1]; $(typing[0]).focus(); }
+    dom("button", { type: "button", id: `remove-${slot}`, "aria-label": `Remove ${name}`, onclick: () => act("remove", { slot }) }, "Remove"))));
+  const again = within && ($(held.id) ?? document.querySelector("#compare thead button") ?? $("keep"));
+  if (again && held.value && !anew) again.value = held.value;
+  again?.focus();
 }
 
 /** The table of the variants beside the present design: results, and the keys that differ; below a part that is another one only what was set. */
