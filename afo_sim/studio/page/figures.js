@@ -122,15 +122,15 @@ export class Plot {
     this.first = shown[0]?.values;
     const parts = [svg("rect", { class: "swing", x: across(toe_off), y: TOP, width: across(1) - across(toe_off), height: BOTTOM - TOP })];
     if (floor && low < 0) parts.push(svg("rect", { class: "sunk", x: across(toe_off), y: up(0), width: across(1) - across(toe_off), height: BOTTOM - up(0) }));
-    const inside = svg("svg", { x: LEFT, y: TOP, width: RIGHT - LEFT, height: BOTTOM - TOP, viewBox: `${LEFT} ${TOP} ${RIGHT - LEFT} ${BOTTOM - TOP}` });
-    for (const band of seen) inside.append(svg("path", { class: band.style, d: `${line(band.low)}${line(band.high).replaceAll("M", "L").split("L").slice(1).reverse().map(p => `L${p}`).join("")}Z` }));
+    const box = { x: LEFT, y: TOP, width: RIGHT - LEFT, height: BOTTOM - TOP }, inside = (...each) => parts.push(svg("svg", { ...box, viewBox: Object.values(box).join(" ") }, ...each));
+    inside(...seen.map(band => svg("path", { class: band.style, d: `${line(band.low)}${line(band.high).replaceAll("M", "L").split("L").slice(1).reverse().map(p => `L${p}`).join("")}Z` })));
     for (const mark of marks) parts.push(svg("line", { class: mark === 0 ? "axis" : "grid", x1: LEFT, x2: RIGHT, y1: up(mark), y2: up(mark) }),
       svg("text", { x: LEFT - 4, y: up(mark) + 4, "text-anchor": "end" }, number(mark, marks[1] - marks[0] < 1 ? 1 : 0)));
     for (const share of [0, 0.25, 0.5, 0.75, 1]) parts.push(svg("text", { x: across(share), y: BOTTOM + 14, "text-anchor": "middle" }, `${100 * share}`));
     parts.push(svg("text", { x: LEFT, y: BOTTOM + 27 }, "gait cycle, %"), svg("line", { class: "off", x1: across(toe_off), x2: across(toe_off), y1: TOP, y2: BOTTOM }),
       svg("text", { x: across(toe_off), y: BOTTOM + 27, "text-anchor": "middle" }, "toe-off"), svg("line", { class: "axis", x1: LEFT, x2: LEFT, y1: TOP, y2: BOTTOM }));
-    for (const each of [...shown].reverse()) inside.append(svg("path", { class: `curve ${each.style}`, d: line(each.values) }));
-    this.drawing.replaceChildren(...parts, inside, this.cursor);
+    inside(...[...shown].reverse().map(each => svg("path", { class: `curve ${each.style}`, d: line(each.values) })));
+    this.drawing.replaceChildren(...parts, this.cursor);
     this.drawing.setAttribute("aria-label", `${this.title} over the gait cycle, ${this.unit}: ` +
       shown.filter(each => each.name).map(each => `${each.name} from ${number(Math.min(...each.values), this.digits)} to ${number(Math.max(...each.values), this.digits)}`)
         .concat(seen.map(band => `band of ${band.name} from ${number(Math.min(...band.low), this.digits)} to ${number(Math.max(...band.high), this.digits)}`)).join("; "));

@@ -277,9 +277,9 @@ function offerVariants(anew = false) {
 
 /** The table of the variants beside the present design: results, and the keys that differ; below a part that is another one only what was set. */
 function compare() {
+  if (!shown.variants.length) return;
   const { variants, kept, state, run, fresh } = shown, all = [{ values: state?.serial === shown.serial && state.values, results: fresh.run ? run?.results : null }, ...variants.map(({ slot }) => kept[slot] ?? {})];
   const told = all.filter(each => each.values), keys = [...new Set(told.flatMap(each => Object.keys(each.values)))], value = (each, key) => each.values?.[key]?.[1] ?? "";
-  if (!variants.length) return;
   const differing = keys.filter(key => new Set(told.map(each => value(each, key))).size > 1), above = key => differing.some(other => key.startsWith(`${other}.`));
   const row = (label, cells, title) => dom("tr", {}, dom("th", { scope: "row", title }, label), ...cells.map(([text, status]) => dom("td", { class: status || false }, text)));
   const labels = [...new Set(all.flatMap(each => (each.results ?? []).map(([label]) => label)))], waits = (each, n) => [each.problem ? (n ? "–" : each.problem) : shown.failed && each === all[0] ? "not computed" : "computing …"];
