@@ -75,7 +75,7 @@ def run(
         finer = quarter_step(description) if check_step else None
         folder = out or Path("runs") / description.name
         check_run_folder(folder, with_person(description).resolved(), force=force)
-        recording = run_scenario(description, progress=report, watch=watch)
+        recording = run_scenario(description, progress=report, watch=watch, keeps=True)
         if finer is not None and recording.ok:
             again = functools.partial(report, what="again at a quarter of the time step")
             recording = with_step_errors(recording, run_scenario(finer, progress=again), finer.timestep)

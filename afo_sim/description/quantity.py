@@ -195,6 +195,9 @@ class Described(Shown, BaseModel):
             vars(found).update(tables)
         return found
 
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        return self  # frozen: whoever copies what holds it may share it
+
     def __hash__(self) -> int:
         # of its own numbers and words; where only parts differ, comparing tells
         return hash((type(self), *(v for v in vars(self).values() if type(v) in (float, str, int))))

@@ -1,3 +1,4 @@
+from .attached import Attached as Attached
 from .attached_files import write_attached as write_attached
 from .attaching import attach as attach
 from .cutting import FOOT as FOOT

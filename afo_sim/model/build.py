@@ -55,6 +55,9 @@ class Built(Shown):
     contact: Contact | None = None
     side_arms: SideArms | None = None
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return build, (self.scenario,)  # its spec cannot be pickled
+
     @property
     def full_model(self) -> mujoco.MjModel:
         """The model with all its shapes, to be kept and drawn."""

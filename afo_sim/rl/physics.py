@@ -1,6 +1,5 @@
 """A compiled scenario as a dm_control Physics: same model, same start, same bits as a run."""
 
-import copy
 from types import TracebackType
 from typing import Any, NoReturn, Self
 
@@ -14,12 +13,12 @@ from afo_sim.model import Built, equilibrium, walking_start
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.rl.dm import PhysicsError, Present, dm
-from afo_sim.simulation import FAILURES, FIELDS, STATE, Commander, column_at, failed
+from afo_sim.simulation import FAILURES, FIELDS, STATE, Commander, Forkable, column_at, failed
 
 FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
-class ScenarioPhysics(dm.Physics):
+class ScenarioPhysics(Forkable, dm.Physics):
     """A scenario as dm_control's Physics, with its muscles' callbacks held until `close`.
 
     Each step takes its inputs from the scenario (its valve timing, in walking the recorded walking), unless
@@ -28,11 +27,13 @@ class ScenarioPhysics(dm.Physics):
     are shut until they are commanded. Readers report the present state, in a run's units and signs.
     """
 
+    _memory = ("_commander.commands", "_supply", "_control", "_whole")
+
     def __init__(self, built: Built, *, timed: bool = True):
         if built.scenario.callback != "native":
             problem = "is for reading kernels; dm_control steps compiled ones"
             raise InputError(problem, field="callback", value=built.scenario.callback, allowed="native")
-        self.built, self.timed = built, timed
+        self.built, self.timed, self._of = built, timed, (built.scenario,)
         self._hold = native.Hold()
         try:
             self._model = built.full_model  # with the shapes that are drawn; it moves alike
@@ -217,31 +218,26 @@ class ScenarioPhysics(dm.Physics):
     ) -> None:
         self.close()
 
-    def copy(self, share_model: bool = False) -> "ScenarioPhysics":
-        """A Physics of its own in the same state and with the same commands; the model is never shared."""
-        self._alive()
-        made = ScenarioPhysics(build(self.built.scenario), timed=self.timed)
-        made._take(self._kept())
-        return made
+    def get_state(self, sig: int | None = None) -> np.ndarray:
+        """MuJoCo's state, by default the whole of it with time and air; `state()` has the commands, too."""
+        found: np.ndarray = super().get_state(FULL if sig is None else sig)
+        return found
 
-    def _kept(self) -> tuple[Any, ...]:
-        return self.get_state(FULL), dict(self._commander.commands), self._supply, self._control
-
-    def _take(self, kept: tuple[Any, ...]) -> None:
-        state, self._commander.commands, self._supply, self._control = copy.deepcopy(kept)
-        mujoco.mj_setState(self.model.ptr, self.data.ptr, state, FULL)
+    def set_state(self, physics_state: np.ndarray, sig: int | None = None) -> None:
+        """Set what `get_state` gave, and all fields of `data` to those of this state."""
+        super().set_state(physics_state, FULL if sig is None else sig)
         self._written = None
         self.forward()
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    _whole = property(lambda self: self.get_state(), lambda self, state: self.set_state(state))
+
+    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+        return _again, (self.built.scenario, self.timed)
+
+    def copy(self, share_model: bool = False) -> Self:
+        """A Physics of its own in the same state and with the same commands; the model is never shared."""
         self._alive()
-        return _again, (self.built.scenario, self.timed, self._kept())
-
-    def __copy__(self) -> "ScenarioPhysics":
-        return self.copy()
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "ScenarioPhysics":
-        return self.copy()
+        return super().copy()
 
     def _refuse_reload(self, *_: Any, **__: Any) -> NoReturn:
         raise InputError("a scenario's Physics keeps its model: build another", field="reload")
@@ -291,8 +287,6 @@ class ScenarioPhysics(dm.Physics):
         return self.read("ankle/moment/orthosis")
 
 
-def _again(scenario: Any, timed: bool, kept: tuple[Any, ...]) -> ScenarioPhysics:
-    """A pickled Physics, built again from its scenario."""
-    made = ScenarioPhysics(build(scenario), timed=timed)
-    made._take(kept)
-    return made
+def _again(scenario: Any, timed: bool) -> ScenarioPhysics:
+    """The like of a Physics, built again from its scenario."""
+    return ScenarioPhysics(build(scenario), timed=timed)

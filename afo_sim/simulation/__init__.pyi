@@ -29,6 +29,7 @@ from .files import SUMMARY as SUMMARY
 from .files import intact_picture as intact_picture
 from .files import open_run as open_run
 from .files import to_binary as to_binary
+from .forking import Forkable as Forkable
 from .loop import Commander as Commander
 from .loop import Loop as Loop
 from .loop import described_policy as described_policy

@@ -123,6 +123,7 @@ class Commander:
                 inputs[..., index.drives[chamber]] = command if driven else OFF
 
 
+RATE = 100.0  # of a controller's commands [Hz]
 TIME_LIMIT = 10.0  # for one command [s]: a controller may compile something at its first
 SLIGHTLY = 1e-6  # of a period, to which it must be whole steps
 
@@ -199,9 +200,9 @@ class Loop:
             except PolicyFault as fault:
                 raise InputError(f"cannot be reset: {fault}", field="controller") from fault
 
-    def policy(self) -> Policy:
+    def policy(self, keeps: bool = False) -> Policy:
         """The policy of a roll-out."""
-        return Policy(self.choose, self.period, self.columns_reported)
+        return Policy(self.choose, self.period, self.columns_reported, keeps)
 
     def choose(self, moment: Moment) -> np.ndarray:
         """Inputs of the steps of a moment, from what the controller commands in it."""
@@ -210,7 +211,7 @@ class Loop:
         if not len(rows["time"]):
             rows = self._first(moment.now)
         seen = self._seen(rows, steps)
-        self._ask(seen, steps.start)
+        self.ask(seen, steps.start)
         inputs = self.schedule[steps.start : steps.stop].copy()
         self.commander.apply(inputs)
         self.last = inputs
@@ -223,7 +224,7 @@ class Loop:
         readings = self.sensors.feed(frame, self.columns)
         return Seen(frame, readings, steps.start * timestep, self.period * timestep, self.columns)
 
-    def _ask(self, seen: Seen, step: int) -> None:
+    def ask(self, seen: Seen, step: int) -> None:
         """Ask the controller, and put its commands in force; PolicyFault where it fails."""
         for column in self.reads:  # a comparison with no number is false: the valves would just stay shut
             if not math.isfinite(seen[column]):

@@ -243,17 +243,25 @@ class _Run:
             if not alive:
                 return
             steps = range(first, min(first + self.block, self.n_step))
-            self._advance(stepper, alive, steps, before)
-            before = first
-            if steps.stop - seen < min(recipe.block, self.n_step - seen):
-                continue
-            going = [k for k in alive if k not in self.stops]
-            if see is not None:
-                for k in going:
-                    see(self.cases[k].number, self.stretch(k, seen, steps.stop))
-            if progress is not None and going:
-                progress(steps.stop, self.n_step)
-            seen = steps.stop
+            now = {name: values.copy() for name, values in self.now.items()}
+            try:
+                self._advance(stepper, alive, steps, before)
+                before = first
+                if steps.stop - seen < min(recipe.block, self.n_step - seen):
+                    continue
+                going = [k for k in alive if k not in self.stops]
+                if see is not None:
+                    for k in going:
+                        see(self.cases[k].number, self.stretch(k, seen, steps.stop))
+                if progress is not None and going:
+                    progress(steps.stop, self.n_step)
+                seen = steps.stop
+            except KeyboardInterrupt:
+                if not all(cases[k].policy.keeps for k in alive):
+                    raise
+                self.now = now  # the block may be half done
+                self.faults.update(alive)
+                self.stops.update(dict.fromkeys(alive, (first, "stopped by Ctrl-C")))
 
     def _advance(self, stepper: Stepper, alive: list[int], steps: range, before: int) -> None:
         inputs = self._inputs(alive, steps, before)

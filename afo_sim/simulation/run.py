@@ -30,7 +30,7 @@ from afo_sim.simulation.examine import (
     recording_of,
     timing_of,
 )
-from afo_sim.simulation.loop import TIME_LIMIT, Loop
+from afo_sim.simulation.loop import RATE, TIME_LIMIT, Loop
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.reference_walk import compared, reference_of
 from afo_sim.simulation.rollout import FIELDS
@@ -42,7 +42,6 @@ from afo_sim.simulation.stepping import Policy
 from afo_sim.simulation.stride_search import AIR, ANGLE
 from afo_sim.simulation.validity_checks import empty_warnings
 
-RATE = 100.0  # of a controller's commands [Hz]
 Watch = Callable[[Recording], None]  # takes each new stretch of a run while it is computed
 
 
@@ -113,7 +112,9 @@ def run(
     with_bands = shown().bands(description, uncertainty, progress) if uncertainty else None
     simulated: Callable[..., Recording] = functools.partial(run_scenario, policy=policy)
     if controller is not None:
-        simulated = functools.partial(run_controlled, controller=controller, rate=rate, time_limit=time_limit)
+        simulated = functools.partial(
+            run_controlled, controller=controller, rate=rate, time_limit=time_limit, keeps=True
+        )
     recording = simulated(description, progress=progress)
     if finer is not None and recording.ok:
         recording = with_step_errors(recording, simulated(finer, progress=progress), finer.timestep)
@@ -128,13 +129,14 @@ def run_controlled(
     *,
     progress: Progress | None = None,
     watch: Watch | None = None,
+    keeps: bool = False,
 ) -> Recording:
-    """Simulate a description with a controller in the loop; walking is walked from the start."""
+    """Simulate with a controller in the loop, from the start; with `keeps` Ctrl-C ends the recording."""
     if scenario.reference is not None:
         reference_of(scenario)
     built = build(scenario)
     loop = Loop(built, controller, rate, time_limit)
-    recording = run_built(built, policy=loop.policy(), progress=progress, watch=watch)
+    recording = run_built(built, policy=loop.policy(keeps), progress=progress, watch=watch)
     warnings = (*recording.warnings, *_loop_warnings(scenario))
     return compared(dataclasses.replace(recording, warnings=warnings), scenario)
 
@@ -164,11 +166,12 @@ def run_scenario(
     policy: Policy | None = None,
     progress: Progress | None = None,
     watch: Watch | None = None,
+    keeps: bool = False,
 ) -> Recording:
-    """Simulate a description as `run` does; `watch` sees it grow."""
+    """Simulate a description as `run` does; `watch` sees it grow, `keeps` is of a controller."""
     if scenario.controller is not None and policy is None:
-        made = make(scenario.controller, scenario)
-        return run_controlled(scenario, made, scenario.controller.rate, progress=progress, watch=watch)
+        made, rate = make(scenario.controller, scenario), scenario.controller.rate
+        return run_controlled(scenario, made, rate, progress=progress, watch=watch, keeps=keeps)
     if scenario.reference is not None:
         reference_of(scenario)  # refused before anything is walked
     return compared(_alone(scenario, policy, progress, watch), scenario)

@@ -4,6 +4,7 @@ import math
 import zlib
 from collections.abc import Callable, Mapping
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +42,16 @@ class SensorBank:
         self.seed = checked_seed(seed)
         if self.sensors:
             self._begin()
+
+    @property
+    def moment(self) -> tuple[Any, ...]:
+        """What they remember; it may be assigned again."""
+        return (self.seed, self._p.copy(), self._memory.copy(), self._lines.copy()) if self.sensors else ()
+
+    @moment.setter
+    def moment(self, moment: tuple[Any, ...]) -> None:
+        if moment:
+            self.seed, self._p[:], self._memory[:], self._lines[:] = moment
 
     def feed(self, frame: Frame, columns: Columns) -> dict[str, np.ndarray]:
         """Readings at the rows of the next stretch, by sensor (n,); `outputs` are those in V."""

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -214,7 +215,7 @@ class Stepped:
                 else LoopStepper(models, states, CONTROL)
             )
             single = {key: first_states([case]) for key, case in cases.items()}
-            self.starts = {
+            self.now = {
                 name: np.concatenate([single[id(built)][name] for built in self.builts]) for name in STATE
             }
             begun = {key: _first_rows(case, schedules[key][0], fields) for key, case in cases.items()}
@@ -225,7 +226,6 @@ class Stepped:
         except BaseException:
             self.hold.close()
             raise
-        self.now = {name: values.copy() for name, values in self.starts.items()}
         self.taken = np.zeros(len(self.builts), int)
         self.failures: dict[int, SimulationError] = {}
         self.done: dict[int, int] = {}  # good steps of the block in which a simulation failed
@@ -236,13 +236,7 @@ class Stepped:
 
     def reset(self, numbers: Sequence[int]) -> None:
         """Take simulations back to their start."""
-        self.hold.check()
-        for k in numbers:
-            self.stepper.restart(k, self.cases[k].state)
-            self.failures.pop(k, None)
-            self.taken[k] = 0
-            for name in STATE:
-                self.now[name][k] = self.starts[name][k]
+        self.begin(numbers, [self.cases[k].state for k in numbers], [0] * len(numbers))
 
     def begin(self, numbers: Sequence[int], states: Sequence[np.ndarray], steps: Sequence[int]) -> None:
         """Take simulations to states in the midst of a run.
@@ -257,9 +251,20 @@ class Stepped:
         for k, state, step in zip(numbers, states, steps, strict=True):
             self.stepper.restart(k, state)
             self.failures.pop(k, None)
-            self.taken[k] = step
-        for name, values in state_parts(self.cases[0].model, np.array(states)).items():
-            self.now[name][list(numbers)] = values
+            self.taken[k], first = step, 0
+            for values in self.now.values():  # a state begins with these
+                values[k] = state[first : (first := first + values.shape[1])]
+
+    @property
+    def moment(self) -> tuple[Any, ...]:
+        """All that decides what follows, but inputs; it may be assigned again."""
+        states = tuple(self.stepper.state(k) for k in range(len(self)))
+        return states, tuple(self.taken.tolist()), self.failures.copy()
+
+    @moment.setter
+    def moment(self, moment: tuple[Any, ...]) -> None:
+        self.begin(range(len(self)), *moment[:2])
+        self.failures = moment[2].copy()
 
     def state(self, k: int) -> np.ndarray:
         """The present state of a simulation, an mjSTATE_INTEGRATION row."""

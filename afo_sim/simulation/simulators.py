@@ -1,29 +1,33 @@
 """Scenarios that one steps oneself: one, `afo_sim.Simulator`, or several side by side, `Simulators`."""
 
+import dataclasses
 import math
 import numbers
 import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
-from typing import Any
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, SimulationError
-from afo_sim.control import Command
+from afo_sim.common import ControllerError, InputError, SimulationError
+from afo_sim.control import Command, Controller, make
 from afo_sim.description import MAX_STEPS, Scenario
+from afo_sim.model import Built
 from afo_sim.model.build import build
 from afo_sim.simulation.columns import frame_of
 from afo_sim.simulation.examine import make_recording
-from afo_sim.simulation.loop import Commander, Seen, seen_columns
+from afo_sim.simulation.forking import Forkable
+from afo_sim.simulation.loop import RATE, Commander, Loop, Seen, seen_columns
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import METRIC_FIELDS, Rollout
 from afo_sim.simulation.sensed import SensorBank, checked_seed
 from afo_sim.simulation.simulate import Stepped
-from afo_sim.simulation.stepping import Rows
+from afo_sim.simulation.stepping import PolicyFault, Rows
 
+MEMORY = ("_stepped.moment", "_sensors.moment", "_commander.commands", "_sight", "_blocks", "_seconds")
 SLIGHTLY = 1e-6  # of dt, to which it must be whole steps
 
 
@@ -39,17 +43,20 @@ def steps_in(dt: float | None, timestep: float) -> int:
     return round(steps)
 
 
-class Simulator(native.Closing):
+class Simulator(Forkable, native.Closing):
     """A scenario that is stepped: observe, command, step; with the muscles' callbacks held until `close`.
 
     Fed with the same commands it gives the same bits as `run` (in walking, as with `gait.settled =
     "walked"`). Chambers follow the scenario's timer or phases until they are commanded; without these their
-    valves are shut. A described controller does not act here: whoever steps is the controller.
+    valves are shut. Whoever steps is the controller, unless one is given. `state()` and `restore(state)` fork
+    it; copies and pickles are simulators of their own in the same state.
 
     Parameters
     ----------
-    scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
+    scenario : a shipped name, a path to a TOML file, a dict of the same shape, a Scenario, or a Built
     sets : dotted keys and values laid over it
+    controller : that commands the chambers, as `run` takes it; "scenario" for the scenario's own
+    rate : of its commands [Hz]; the scenario's own has its own
 
     Raises
     ------
@@ -72,16 +79,43 @@ class Simulator(native.Closing):
 
     def __init__(
         self,
-        scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
+        scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any] | Built,
         sets: Mapping[str, Any] | None = None,
+        controller: Controller | Literal["scenario"] | None = None,
+        rate: float = RATE,
     ):
-        self.built = build(scenario, sets)
+        self.built = scenario if isinstance(scenario, Built) else build(scenario, sets)
         _ = self.built.full_model, self.built.xml  # now: MuJoCo cannot compile beside Python callbacks
+        self._controlled = controller, rate
+        self._loop = self._new_loop()
         self._stepped = Stepped([self.built])
-        self._commander = Commander(self.built)
         self._sensors = SensorBank(self.built)
         self._columns = seen_columns(self.built)
+        self._of, self._memory = (self.scenario, self._loop is None), MEMORY
+        if self._loop is not None:
+            self._memory += ("_loop.controller", "_loop.reported")
         self.reset()
+
+    def _new_loop(self) -> Loop | None:
+        """The controller's loop at its start; None without a controller."""
+        made, rate = self._controlled
+        if isinstance(made, str):
+            if made != "scenario" or (described := self.scenario.controller) is None:
+                allowed = '"scenario" where the scenario has one, or a function of what is seen'
+                raise InputError("is not a controller", field="controller", value=made, allowed=allowed)
+            made, rate = make(described, self.scenario), described.rate
+        return None if made is None else Loop(self.built, made, rate)
+
+    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+        made, rate = self._controlled
+        if callable(made):  # who is made resets its controller, which is then its own
+            made = self.state().values[self._memory.index("_loop.controller")]
+        return type(self), (self.built, None, made, rate)
+
+    @property
+    def controller(self) -> Controller | None:
+        """What commands the chambers, a copy after `restore`; None where whoever steps does."""
+        return None if self._loop is None else self._loop.controller
 
     @property
     def scenario(self) -> Scenario:
@@ -111,7 +145,8 @@ class Simulator(native.Closing):
         """
         checked_seed(seed)  # before anything is taken back
         self._stepped.reset([0])
-        self._commander.reset()
+        self._loop = self._new_loop()
+        self._commander = Commander(self.built) if self._loop is None else self._loop.commander
         self._sensors.reset(seed)
         self._blocks: list[tuple[Rows, np.ndarray]] = []
         self._seconds = 0.0
@@ -130,21 +165,39 @@ class Simulator(native.Closing):
         ----------
         command : "inlet", "outlet", "both", "shut", two coils (inlet, outlet) from 0 to 1 [-], a gauge
             pressure [Pa] where the chamber has a drive, or "timed", by chamber; others keep their last one
-        dt : time to simulate, a whole number of time steps [s]; one step by default
+        dt : time to simulate, a whole number of time steps, or of a controller's periods [s]; one by default
 
         Returns
         -------
-        what is seen of these steps
+        what is seen of these steps, with a controller of its last period
 
         Raises
         ------
         InputError
             It is no command, or `dt` is no whole number of steps; nothing was stepped.
         SimulationError
-            The simulation has become unstable; `recording` gives what came before.
+            The simulation or the controller has failed; `recording` gives what came before.
         """
         self._refuse_end()
-        steps = steps_in(dt, self.scenario.timestep)
+        if self._loop is None:
+            return self._step(command, steps_in(dt, self.scenario.timestep))
+        period, taken = self._loop.period, int(self._stepped.taken[0])
+        steps = period if dt is None else steps_in(dt, self.scenario.timestep)
+        if command is not None or steps % period:
+            allowed = f"no command, and whole periods of {period * self.scenario.timestep:g} s"
+            raise InputError("stands beside a controller", field="step", value=(command, dt), allowed=allowed)
+        end = taken + steps if taken >= self.scenario.n_step else min(taken + steps, self.scenario.n_step)
+        for first in range(taken, end, period):
+            try:
+                seen = dataclasses.replace(self._seen, period=period * self.scenario.timestep)
+                self._loop.ask(seen, first)
+            except PolicyFault as fault:
+                self._stepped.failures[0] = ControllerError(str(fault), time=self.time)
+                raise self._stepped.failures[0] from fault
+            self._step(None, min(period, end - first))
+        return self._seen
+
+    def _step(self, command: Mapping[str, Command] | None, steps: int) -> Seen:
         inputs = self._stepped.inputs(0, steps)
         if command is not None:
             self._commander.take(command)
@@ -172,13 +225,25 @@ class Simulator(native.Closing):
         rows = {name: np.concatenate([rows[name] for rows, _ in self._blocks]) for name in self._blocks[0][0]}
         control = np.concatenate([inputs for _, inputs in self._blocks])
         final = {name: values[0].copy() for name, values in self._stepped.now.items()}
-        rollout = Rollout(rows, control, failure, self._seconds, 0, final)
+        reported = {} if self._loop is None else self._loop.columns_reported(0, len(control))
+        rollout = Rollout(rows, control, failure, self._seconds, 0, final, reported)
         return make_recording(self.built, rollout, seed=self._sensors.seed)
 
     def _look(self, rows: Rows, inputs: np.ndarray, first: int, steps: int) -> Seen:
         frame = frame_of(self.built, rows, inputs, first)
         readings = self._sensors.feed(frame, self._columns)
         return Seen(frame, readings, self.time, steps * self.scenario.timestep, self._columns)
+
+    @property
+    def _sight(self) -> tuple[Any, ...]:
+        """What was seen last, without what belongs to the scenario."""
+        seen, frame = self._seen, self._seen.frame
+        return frame.rows, frame.control, frame.first_step, seen.readings, seen.time, seen.period
+
+    @_sight.setter
+    def _sight(self, sight: tuple[Any, ...]) -> None:
+        rows, control, first, readings, time, period = sight
+        self._seen = Seen(frame_of(self.built, rows, control, first), readings, time, period, self._columns)
 
     def _refuse_end(self) -> None:
         if (failure := self._stepped.failures.get(0)) is not None:
@@ -347,6 +412,9 @@ class Simulators(native.Closing):
                 own = {name: values[place, :done].copy() for name, values in rows.items()}
                 self._look(k, own, inputs[place, :done], int(first[k]), steps)
         return self.observe()
+
+    def __reduce__(self) -> NoReturn:
+        raise InputError("are neither copied nor pickled", field="Simulators", allowed="a Simulator")
 
     def _take(self, commands: Commands | Sequence[Commands | None] | None) -> None:
         """Put all commands in force, or none where one is wrong."""

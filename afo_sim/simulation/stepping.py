@@ -45,6 +45,7 @@ class Policy:
         steps alone
     reported : of the steps first…stop, what the policy reports beside its inputs, as columns (n,); nothing by
         default
+    keeps : whether Ctrl-C ends the simulation as a fault does, instead of losing it
 
     `choose` raises `PolicyFault` where a simulation has to end, and `StopEarly` where it may.
     """
@@ -52,6 +53,7 @@ class Policy:
     choose: Callable[[Moment], np.ndarray]
     period: int | None = None
     reported: Callable[[int, int], Rows] | None = None
+    keeps: bool = False
 
 
 class PolicyFault(Exception):
@@ -114,7 +116,8 @@ class BatchStepper:
         self.activations = slice(first, first + models[0].na)
 
     def restart(self, k: int, state: np.ndarray) -> None:
-        self.batch.reset([k], stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        if self.batch.error(k) or self.batch.warning[k].any():
+            self.batch.reset([k], stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         self.batch.state[k] = state
 
     def state(self, k: int) -> np.ndarray:

@@ -10,6 +10,7 @@ import pytest
 
 import afo_sim
 from afo_sim.common import InputError
+from afo_sim.simulation import Loop, run_built
 
 SHORT = {"duration": "0.5 s"}
 LATE = 0.2  # from when on a controller fails [s]
@@ -112,12 +113,27 @@ def test_an_endless_controller_is_interrupted_off_the_main_thread() -> None:
     assert "took more than 0.2 s" in found[0]
 
 
-def test_interrupts_of_the_keyboard_pass() -> None:
-    def controller(seen: Any) -> Any:
+def interrupted(seen: Any) -> dict[str, str]:
+    if seen.time >= LATE - 1e-9:
         raise KeyboardInterrupt
+    return {}
 
+
+def test_an_interrupt_of_the_keyboard_keeps_what_came_before() -> None:
+    run = afo_sim.run("seated", SHORT, controller=interrupted)
+    assert run.status == "failed: t = 0.2 s: stopped by Ctrl-C"
+    timed = afo_sim.run("seated", SHORT)
+    assert np.array_equal(run["ankle/angle"], timed["ankle/angle"][:100])
+    with afo_sim.Simulator("seated", SHORT, controller=interrupted) as simulator:
+        with pytest.raises(KeyboardInterrupt):  # whoever steps has the rows, and may go on
+            simulator.step(dt=0.5)
+        assert len(simulator.recording()["time"]) == 100
+
+
+def test_an_interrupt_passes_where_nobody_keeps_the_run() -> None:
+    built = afo_sim.build("seated", SHORT)
     with pytest.raises(KeyboardInterrupt):
-        afo_sim.run("seated", SHORT, controller=controller)
+        run_built(built, policy=Loop(built, interrupted, 100.0).policy())
 
 
 @pytest.mark.parametrize(

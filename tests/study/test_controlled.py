@@ -39,14 +39,14 @@ def test_a_sweep_over_a_controller_gives_the_numbers_of_runs(threads: int) -> No
 
 
 def test_a_controller_that_fails_is_the_outcome_of_its_case_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: Any = loop.Loop._ask
+    asked: Any = loop.Loop.ask
 
     def fails(self: Any, seen: Any, step: int) -> None:
         if self.built.scenario.controller.pid.angle.proportional_band > 0.1 and seen.time > 0.2:
             raise PolicyFault("the controller raised ValueError: oh")
         asked(self, seen, step)
 
-    monkeypatch.setattr(loop.Loop, "_ask", fails)
+    monkeypatch.setattr(loop.Loop, "ask", fails)
     base = load("scenario", "seated", SETS)
     found = dict(outcomes(base.resolved(), enumerate(CASES[:2])))
     assert found[0].status == "ok"

@@ -1,7 +1,7 @@
 """Episodes of a task, side by side: simulations stepped together, each with its own start and script."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,6 +13,7 @@ from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
 from afo_sim.rl.environments.readers import FIELDS, readers
 from afo_sim.rl.environments.task import Reader, Sample, Task, coils_of
+from afo_sim.rl.environments.tasks import TASKS, task_of
 from afo_sim.simulation import Stepped
 
 
@@ -50,6 +51,7 @@ class Setting:
     times : of an episode's samples, since its start (periods + 1,) [s]
     starts : of which an episode draws one
     low, high : ends of the measuring ranges (n_observed,)
+    sets : laid over the task's scenario
     """
 
     task: Task
@@ -62,6 +64,11 @@ class Setting:
     starts: tuple[Start, ...]
     low: np.ndarray
     high: np.ndarray
+    sets: Mapping[str, Any] = field(default_factory=dict)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        known = TASKS.get(self.task.name) is self.task
+        return setting, (self.task.name if known else self.task, self.sets)
 
     @property
     def chambers(self) -> list[str]:
@@ -91,8 +98,9 @@ class Setting:
         return np.array([sample[name] for name in self.task.carried])
 
 
-def setting(task: Task, sets: Mapping[str, Any] | None = None) -> Setting:
+def setting(task: Task | str, sets: Mapping[str, Any] | None = None) -> Setting:
     """Compile a task."""
+    task = task_of(task) if isinstance(task, str) else task
     _refuse_own(task, sets or {})
     scenario = load("scenario", task.scenario, {**(sets or {}), **task.sets})
     _refuse_commanders(scenario)
@@ -113,6 +121,7 @@ def setting(task: Task, sets: Mapping[str, Any] | None = None) -> Setting:
         _starts(task, built, steps),
         np.array([one.low for one in task.observed]),
         np.array([one.high for one in task.observed]),
+        dict(sets or {}),
     )
 
 
@@ -189,6 +198,8 @@ class Outcome:
 
 class Episodes:
     """Simulations of one task that are stepped together, with the callbacks held until `close`."""
+
+    MEMORY = ("stepped.moment", "scripts", "taken", "carried")  # what decides what follows
 
     def __init__(self, setting: Setting, count: int = 1, threads: int = 1):
         self.setting = setting

@@ -14,7 +14,7 @@ from afo_sim.common import InputError, missing_extra, unknown
 from afo_sim.model import ANKLE
 from afo_sim.rl.environments.episodes import Episodes, Setting, setting
 from afo_sim.rl.environments.task import checked
-from afo_sim.rl.environments.tasks import task_of
+from afo_sim.simulation import Forkable
 
 try:
     import gymnasium
@@ -51,14 +51,19 @@ def _about(made: Setting) -> dict[str, Any]:
     }
 
 
-class OrthosisEnv(gymnasium.Env[np.ndarray, np.ndarray]):
+EPISODES = tuple(f"_episodes.{name}" for name in Episodes.MEMORY)
+
+
+class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
     """One simulation of a task; see docs/environments.md."""
+
+    _memory = (*EPISODES, "_np_random", "_np_random_seed", "_going", "spec")
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
 
     def __init__(
         self,
-        task: str = "seated_tracking",
+        task: str | Setting = "seated_tracking",
         sets: Mapping[str, Any] | None = None,
         render_mode: str | None = None,
     ):
@@ -67,13 +72,17 @@ class OrthosisEnv(gymnasium.Env[np.ndarray, np.ndarray]):
                 render_mode, list(RENDER_MODES), field="render_mode", problem="there is no such mode"
             )
         self.render_mode = render_mode
-        self.setting = setting(task_of(task), sets)
+        self.setting = task if isinstance(task, Setting) else setting(task, sets)
+        self._of = (self.setting.built.scenario,)
         self.metadata = type(self).metadata | _about(self.setting)
         self.observation_space = observation_space(self.setting)
         self.action_space = action_space(self.setting)
         self._episodes = Episodes(self.setting)
         self._going = False
         self._drawn: tuple[mujoco.MjModel, mujoco.MjData, Any] | None = None
+
+    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+        return type(self), (self.setting, None, self.render_mode)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -141,7 +150,7 @@ def _renderer(model: mujoco.MjModel) -> Any:
 MASK = "reset_mask"  # Gymnasium's option: which simulations to reset
 
 
-class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """Simulations of one task side by side, with the numbers of single environments of the same seeds.
 
     An episode that is over begins anew in the next step, whose action it ignores (Gymnasium's
@@ -155,25 +164,32 @@ class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nd
     threads : that step; all processors by default
     """
 
+    _memory = (*EPISODES, "_randoms", "_over", "_last", "spec")
     metadata: dict[str, Any] = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
     def __init__(
         self,
-        task: str = "seated_tracking",
+        task: str | Setting = "seated_tracking",
         num_envs: int = 1,
         sets: Mapping[str, Any] | None = None,
         threads: int | None = None,
     ):
-        made = setting(task_of(task), sets)
+        made = task if isinstance(task, Setting) else setting(task, sets)
         self.setting, self.num_envs = made, _positive("num_envs", num_envs)
+        self._of = made.built.scenario, num_envs
         self.metadata = type(self).metadata | _about(made)
         self.single_observation_space, self.single_action_space = observation_space(made), action_space(made)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         threads = (os.cpu_count() or 1) if threads is None else _positive("threads", threads)
-        self._episodes = Episodes(made, num_envs, min(threads, num_envs))
+        self._threads = min(threads, num_envs)
+        self._episodes = Episodes(made, num_envs, self._threads)
         self._randoms: list[np.random.Generator] = [seeding.np_random()[0] for _ in range(num_envs)]
         self._over: np.ndarray | None = None  # episodes that begin anew in the next step
+        self._last = np.empty(self.observation_space.shape)
+
+    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+        return type(self), (self.setting, self.num_envs, None, self._threads)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -187,7 +203,6 @@ class OrthosisVectorEnv(gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.nd
                 self._randoms[k] = seeding.np_random(one)[0]
         if self._over is None:
             self._over = np.zeros(self.num_envs, bool)
-            self._last = np.empty(self.observation_space.shape)
         self._begin(np.flatnonzero(mask))
         return self._last.copy(), {}
 

@@ -16,7 +16,7 @@ from afo_sim.rl.environments.episodes import Setting, setting
 from afo_sim.rl.environments.task import checked, coils_of
 from afo_sim.rl.environments.tasks import task_of
 from afo_sim.rl.physics import FULL, ScenarioPhysics
-from afo_sim.simulation import STATE, state_parts
+from afo_sim.simulation import STATE, Forkable, state_parts
 
 from dm_control.rl import control  # isort: skip
 from dm_control.utils import containers  # isort: skip
@@ -30,6 +30,7 @@ class TaskPhysics(ScenarioPhysics):
 
     def __init__(self, setting: Setting):
         super().__init__(setting.built, timed=False)
+        self.setting = setting
         model = self.model.ptr
         self._row = np.zeros(mujoco.mj_stateSize(model, BEFORE))
         parts = {name: values[0] for name, values in state_parts(model, self._row[None]).items()}
@@ -39,6 +40,9 @@ class TaskPhysics(ScenarioPhysics):
 
     def _before_last(self) -> None:
         mujoco.mj_getState(*self._to_look)
+
+    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+        return type(self), (self.setting,)
 
     def command(self, coils: np.ndarray) -> None:
         """Set the coils of all chambers (2 n_chamber,), from the next step on."""
@@ -64,12 +68,19 @@ class OrthosisTask(control.Task):
         self.setting, self.bounded = setting, bounded
         if not isinstance(random, np.random.RandomState):
             random = np.random.RandomState(random)
-        self.random = random
+        self._random = random  # where dm_control's tasks have it, and wrappers that reseed write it
         self._shape = (len(setting.chambers),)
         self._names = [one.name for one in setting.task.observed]
         # dm_control looks at an observation before the first episode, where its spec is not asked for
         start, none = setting.starts[0], np.zeros(setting.draw(np.random.default_rng(0))[1].shape[1])
         self._sample = setting.sample(start.rows, max(start.step - 1, 0), none)
+        self._gained = self._carried = setting.carried(self._sample)
+        self._period, self._next, self._script = 0, start.step, none[None]
+
+    @property
+    def random(self) -> np.random.RandomState:
+        """What draws the episodes."""
+        return self._random
 
     @property
     def units(self) -> dict[str, str]:
@@ -137,8 +148,22 @@ SUITE = containers.TaggedTasks()
 OWN = ("n_sub_steps", "control_timestep")
 
 
-class OrthosisEnvironment(control.Environment):
-    """dm_control's Environment that gives the muscle callbacks back when it is closed."""
+class OrthosisEnvironment(Forkable, control.Environment):
+    """dm_control's Environment of a task; it gives the muscle callbacks back when it is closed."""
+
+    _memory = (
+        *(f"_physics.{name}" for name in ScenarioPhysics._memory),
+        *(f"_task._{name}" for name in ("random", "script", "period", "gained", "carried", "next")),
+        *("_step_count", "_reset_next_step"),
+    )
+
+    def __init__(self, setting: Setting, random: Any, limit: float, more: Mapping[str, Any]):
+        task = OrthosisTask(setting, random, bounded=not more.get("flat_observation"))
+        super().__init__(TaskPhysics(setting), task, limit, n_sub_steps=setting.steps, **more)
+        self._of, self._more = (setting.built.scenario, limit), more
+
+    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+        return type(self), (self.task.setting, None, self._of[1], self._more)
 
     def close(self) -> None:
         """Free the simulation; a second call does nothing."""
@@ -202,11 +227,4 @@ def _environment(
     if not task.period <= limit <= task.duration:
         allowed = f"{task.period:g} to {task.duration:g} s"
         raise InputError("is out of range", field="time_limit", value=limit, allowed=allowed)
-    made = setting(task, sets)
-    return OrthosisEnvironment(
-        TaskPhysics(made),
-        OrthosisTask(made, random, bounded=not more.get("flat_observation")),
-        time_limit=limit,
-        n_sub_steps=made.steps,
-        **more,
-    )
+    return OrthosisEnvironment(setting(task, sets), random, limit, more)

@@ -1,0 +1,100 @@
+"""A whole model with attached orthoses as a Gymnasium environment: the valves of all chambers are the action."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import gymnasium
+import mujoco
+import numpy as np
+
+from afo_sim.common import InputError
+from afo_sim.legs import Attached
+from afo_sim.rl.environments.task import DEAD, checked
+from afo_sim.simulation import FAILURES, Forkable
+
+FALLEN = 0.7  # of its height at the start, at which the centre of mass is down [-]
+
+
+def stands(env: "AttachedEnv") -> bool:
+    """Whether the centre of mass of the whole model is above FALLEN of its height at the start."""
+    return bool(env.data.subtree_com[0, 2] > FALLEN * env.height)
+
+
+class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
+    """A model that wears orthoses: an action is one number from −1 (outlet) to 1 (inlet) for each chamber.
+
+    `metadata` names actions and observations. `data.ctrl[leg.own_controls]` is whoever else's it is.
+
+    Parameters
+    ----------
+    leg : what `attach` gave; every orthosis on its model acts
+    observe : observations beside ankle angles [rad] and gauge pressures [Pa], by name, from the data
+    reward, terminated : of this environment after an action; by default 1 as long as it stands
+    begin : called with this environment once the model is at rest, to set another posture
+    period, duration : of an action, of an episode [s]
+    """
+
+    _memory = ("data", "height", "_left", "_np_random", "_np_random_seed")
+
+    def __init__(
+        self,
+        leg: Attached,
+        observe: Mapping[str, Callable[[mujoco.MjData], float]] | None = None,
+        reward: Callable[["AttachedEnv"], float] = stands,
+        terminated: Callable[["AttachedEnv"], bool] = lambda env: not stands(env),
+        begin: Callable[["AttachedEnv"], object] = lambda env: None,
+        period: float = 0.01,
+        duration: float = 10.0,
+    ):
+        self._arguments = leg, observe, reward, terminated, begin, period, duration
+        self._reward, self._terminated, self._begin = reward, terminated, begin
+        self._steps, self._limit = round(period / leg.model.opt.timestep), round(duration / period)
+        self._of, self.leg, self.observe = (leg,), leg, dict(observe or {})
+        self._hold, self.data, self.height, self._left = leg.callbacks(), leg.data(), 0.0, 0
+        self._valves = [(each, name) for each in leg.legs.values() for name in each.chambers]
+        names = [f"{each.prefix}{name}" for each, name in self._valves]
+        seen = [*(f"{prefix}ankle_angle" for prefix in leg.legs), *(f"{name}_pressure" for name in names)]
+        self.metadata = {"observation_names": [*seen, *self.observe], "action_names": names}
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, self._seen().shape, np.float64)
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(names),), np.float32)
+
+    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+        return type(self), self._arguments
+
+    def _seen(self) -> np.ndarray:
+        pressures = [value for each in self.leg.legs.values() for value in each.pressure(self.data).values()]
+        angles = [each.angle(self.data) for each in self.leg.legs.values()]
+        return np.array([*angles, *pressures, *(float(read(self.data)) for read in self.observe.values())])
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin at rest with ambient air, as `begin` has it."""
+        super().reset(seed=seed)
+        self._hold.check()
+        self.leg.reset(self.data)
+        self._begin(self)
+        mujoco.mj_forward(self.leg.model, self.data)
+        self.height, self._left = float(self.data.subtree_com[0, 2]), self._limit
+        return self._seen(), {}
+
+    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """Step by one period; what becomes unstable is truncated, with its reason in `info`."""
+        self._hold.check()
+        if not self._left:
+            raise InputError("the episode is over, or has not begun: reset()", field="step")
+        for (each, name), side in zip(self._valves, checked(action, self.action_space.shape), strict=True):
+            each.set_valves(self.data, {name: "inlet" if side > DEAD else "outlet" if side < -DEAD else None})
+        try:
+            mujoco.mj_step(self.leg.model, self.data, self._steps)
+            failed = "" if np.isfinite(self.data.qacc).all() else "an acceleration is not a number"
+        except FAILURES as error:
+            failed = str(error)
+        if failed:
+            self._left = 0
+            return np.nan_to_num(self._seen()), 0.0, False, True, {"failure": failed}
+        over = bool(self._terminated(self))
+        self._left = 0 if over else self._left - 1
+        return self._seen(), float(self._reward(self)), over, not (over or self._left), {}
+
+    def close(self) -> None:
+        """Give the muscle callbacks back; a second call does nothing."""
+        self._hold.close()

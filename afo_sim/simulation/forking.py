@@ -1,0 +1,76 @@
+"""What can be forked: its state is a value, and its copies and pickles go on with the same bits."""
+
+import copy
+import types
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any, Self
+
+from afo_sim.common import InputError
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class State:
+    """A moment of what is stepped: whose it is, and all that decides what follows; no later step changes it."""
+
+    of: tuple[Any, ...]
+    values: tuple[Any, ...]
+
+
+class Forkable:
+    """What is made again, by a function and its arguments, and then brought to a state."""
+
+    _of: tuple[Any, ...]  # what two of them must agree in
+    _memory: tuple[str, ...]  # dotted names of what decides all that follows
+
+    def _like(self) -> tuple[Any, tuple[Any, ...]]:
+        raise NotImplementedError
+
+    def state(self) -> State:
+        """The present state, for `restore`; InputError where a controller cannot be copied."""
+        return State((type(self), *self._of), tuple(map(_kept, attrgetter(*self._memory)(self))))
+
+    def restore(self, state: State) -> None:
+        """Go to a state of this one or of its like; InputError where it is none."""
+        if not isinstance(state, State) or state.of != (type(self), *self._of):
+            allowed = "what state() of one with the same arguments gave"
+            raise InputError("is not a state of this", field="state", allowed=allowed)
+        for name, value in zip(self._memory, state.values, strict=True):
+            owner, _, own = name.rpartition(".")
+            setattr(attrgetter(owner)(self) if owner else self, own, _kept(value))
+
+    def copy(self) -> Self:
+        """One of its own in the same state; nothing is shared that changes. `close` both."""
+        make, arguments = self._like()
+        made: Self = make(*arguments)
+        made.restore(self.state())
+        return made
+
+    def __copy__(self) -> Self:
+        return self.copy()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self.copy()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return *self._like(), self.state()
+
+    def __setstate__(self, state: State) -> None:
+        self.restore(state)
+
+
+def _kept(value: Any) -> Any:
+    """A copy of its own; tuples, also those in a list, never change and are shared."""
+    if type(value) is tuple or (type(value) is list and value and type(value[0]) is tuple):
+        return value[:]
+    problem = "cannot be copied"
+    try:
+        inner = isinstance(value, types.FunctionType) and value.__closure__
+        if not inner and not isinstance(
+            value, types.BuiltinFunctionType
+        ):  # else what they remember is shared
+            return copy.deepcopy(value)
+    except Exception as error:
+        problem += f": {error}"
+    allowed = "a function without variables of another function, or an object that copy.deepcopy copies"
+    raise InputError(problem, field="controller", value=value, allowed=allowed)

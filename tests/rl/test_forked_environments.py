@@ -1,0 +1,154 @@
+"""Environments are forked with their episodes and random numbers; wrappers and other libraries are served."""
+
+import copy
+import importlib
+import importlib.util
+import pickle
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("gymnasium")
+pytest.importorskip("dm_control")
+
+import gymnasium
+
+import afo_sim as afo
+from afo_sim.common import InputError
+from afo_sim.rl import OrthosisVectorEnv
+from afo_sim.rl.environments import gym_id, suite
+from afo_sim.rl.environments.attached_env import AttachedEnv
+
+ACTIONS = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 2, 2)).astype(np.float32)
+FORKS = (copy.copy, copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)))
+
+
+def single(env: Any) -> np.ndarray:
+    steps = [env.step(action[0]) for action in ACTIONS]
+    return np.array([*(np.append(step[0], step[1]) for step in steps), np.append(env.reset()[0], 0.0)])
+
+
+def vector(env: Any) -> np.ndarray:
+    seen = [env.step(action)[0] for action in ACTIONS]
+    return np.array([*seen, env.reset()[0]])
+
+
+def suites(env: Any) -> np.ndarray:
+    """Through the end of an episode, into one that is drawn."""
+    return np.array([np.concatenate(list(env.step(action[0]).observation.values())) for action in ACTIONS])
+
+
+@pytest.mark.parametrize("task", ["seated_tracking", "dropfoot_walk"])
+@pytest.mark.parametrize("play", [single, vector, suites])
+def test_an_environment_and_its_forks_go_on_alike(task: str, play: Any) -> None:
+    if play is single:
+        env: Any = gymnasium.make(gym_id(task)).unwrapped
+    else:
+        env = OrthosisVectorEnv(task, 2) if play is vector else suite.load(task, {"time_limit": 0.5})
+    env.reset()
+    play(env)
+    state, forks = env.state(), [fork(env) for fork in FORKS]
+    expected = play(env)
+    for fork in forks:
+        np.testing.assert_array_equal(play(fork), expected)
+        fork.close()
+    assert (play(env) != expected).any()  # other episodes follow
+    env.restore(pickle.loads(pickle.dumps(state)))
+    np.testing.assert_array_equal(play(env), expected)
+    with pytest.raises(InputError, match="not a state of this"):
+        env.restore(None)
+    env.close()
+
+
+def test_dm_controls_state_holds_time_and_air() -> None:
+    with afo.dm_control_physics("seated") as physics:
+        physics.step(100)
+        state = physics.get_state()
+        physics.step(300)
+        expected = physics.get_state()
+        physics.set_state(state)
+        assert physics.time() == pytest.approx(0.2)
+        physics.step(300)
+        np.testing.assert_array_equal(physics.get_state(), expected)
+
+
+def test_a_task_is_reseeded_as_shimmy_does_it() -> None:
+    env, found = suite.load("seated_tracking", {"random": 1}), []
+    for seed in (5, 5, 6):
+        env.task._random = np.random.RandomState(seed)
+        found.append(float(env.reset().observation["reference"][0]))
+    assert env.task.random is env.task._random and found[0] == found[1] != found[2]
+    env.close()
+
+
+class Protocol:
+    """What stable_baselines3.common.vec_env.VecEnv, version 2.9, does beside its abstract methods."""
+
+    def __init__(self, num_envs: int, observation_space: Any, action_space: Any):
+        self.num_envs = num_envs
+        self._reset_seeds()
+
+    def _reset_seeds(self) -> None:
+        self._seeds: list[int | None] = [None] * self.num_envs
+
+    def _get_indices(self, indices: Any) -> Any:
+        return range(self.num_envs) if indices is None else indices
+
+    def seed(self, seed: int) -> None:
+        self._seeds = [seed + k for k in range(self.num_envs)]
+
+
+def test_stable_baselines_sees_single_environments(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As its DummyVecEnv has them: the same step begins the next episode."""
+    module = "afo_sim.rl.environments.stable_baselines"
+    if importlib.util.find_spec("stable_baselines3") is None:
+        with pytest.raises(ImportError, match="pip install stable-baselines3"):
+            importlib.import_module(module)
+        for name in ("", ".common", ".common.vec_env"):
+            monkeypatch.setitem(sys.modules, f"stable_baselines3{name}", types.ModuleType("stub"))
+        sys.modules["stable_baselines3.common.vec_env"].VecEnv = Protocol  # type: ignore[attr-defined]
+    made = importlib.import_module(module).OrthosisVecEnv
+    envs, alone = made(OrthosisVectorEnv("dropfoot_walk", 2)), gymnasium.make(gym_id("dropfoot_walk"))
+    assert envs.get_attr("render_mode") == [None, None] and envs.env_is_wrapped(object) == [False, False]
+    envs.seed(4)
+    np.testing.assert_allclose(envs.reset()[1], alone.reset(seed=5)[0], rtol=1e-12)
+    for k in range(501):
+        envs.step_async(ACTIONS[k % 60])
+        seen, rewards, over, infos = envs.step_wait()
+        expected, reward, _, truncated, _ = alone.step(ACTIONS[k % 60, 1])
+        assert over[1] == infos[1]["TimeLimit.truncated"] == truncated == (k == 499)
+        assert rewards[1] == pytest.approx(reward, abs=1e-6) and rewards.dtype == np.float32
+        if truncated:
+            np.testing.assert_allclose(infos[1]["terminal_observation"], expected, rtol=1e-9)
+            expected = alone.reset()[0]
+        np.testing.assert_allclose(seen[1], expected, rtol=1e-9, atol=1e-9)
+    envs.close()
+    alone.close()
+    sys.modules.pop(module)
+
+
+def test_a_body_in_two_orthoses_is_an_environment() -> None:
+    models = pytest.importorskip("musclemimic_models")
+    body = Path(models.__file__).parent / "model/body/myofullbody.xml"
+    leg = afo.attach(afo.attach(body, "s1", side="right", timestep="2 ms"), "s1", side="left", prefix="left_")
+    env = AttachedEnv(leg, {"pelvis": lambda data: data.qpos[2]}, duration=0.05)
+    seen, _ = env.reset(seed=0)
+    assert env.metadata["action_names"][2] == "left_dorsiflexor" and len(seen) == 7
+    assert env.metadata["observation_names"][-1] == "pelvis" and seen[-1] == env.data.qpos[2]
+    both = [env.step([1.0, -1.0, -1.0, 1.0]) for _ in range(2)]
+    fork = copy.deepcopy(env)
+    both += [env.step([1.0, -1.0, -1.0, 1.0]) for _ in range(3)]
+    again = [fork.step([1.0, -1.0, -1.0, 1.0]) for _ in range(3)]
+    np.testing.assert_array_equal([step[0] for step in again], [step[0] for step in both[2:]])
+    assert [step[1:4] for step in both] == [(1.0, False, False)] * 4 + [(1.0, False, True)]
+    named = dict(zip(env.metadata["observation_names"], both[-1][0], strict=True))
+    assert named["afo_dorsiflexor_pressure"] > 1e4 > named["afo_plantarflexor_pressure"]
+    assert named["left_plantarflexor_pressure"] > 1e4 > named["left_dorsiflexor_pressure"]
+    with pytest.raises(InputError, match="reset"):
+        env.step(np.zeros(4))
+    fork.close()
+    env.close()
