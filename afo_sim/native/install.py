@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import SimpleNamespace, TracebackType
-from typing import Any, Literal, NoReturn, Self
+from typing import Any, Literal, Self
 
 import mujoco
 import numpy as np
@@ -326,6 +326,10 @@ class Closing:
         """Give back what is held; a second call does nothing."""
         raise NotImplementedError
 
+    def __reduce__(self) -> Any:
+        name = type(self).__name__
+        raise TypeError(f"a {name} is neither copied nor pickled: whoever needs the callbacks opens another")
+
     def __enter__(self) -> Self:
         return self
 
@@ -376,6 +380,3 @@ class Hold(Closing):
         if not self._end.alive:
             raise CallbackError("is closed: the muscle callbacks were given back, and muscles would be limp")
         CALLBACKS.check()
-
-    def __reduce__(self) -> NoReturn:
-        raise TypeError("a Hold is neither copied nor pickled: whoever needs the callbacks opens another")

@@ -11,7 +11,7 @@ from afo_sim.common import InputError
 
 @dataclass(frozen=True, eq=False, slots=True)
 class State:
-    """A moment of what is stepped: whose it is, and all that decides what follows; no later step changes it."""
+    """A moment of what is stepped: whose it is, and all that decides what follows. It never changes."""
 
     of: tuple[Any, ...]
     values: tuple[Any, ...]
@@ -46,8 +46,7 @@ class Forkable:
         made.restore(self.state())
         return made
 
-    def __copy__(self) -> Self:
-        return self.copy()
+    __copy__ = copy
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self.copy()
@@ -55,22 +54,18 @@ class Forkable:
     def __reduce__(self) -> tuple[Any, ...]:
         return *self._like(), self.state()
 
-    def __setstate__(self, state: State) -> None:
-        self.restore(state)
+    __setstate__ = restore
 
 
 def _kept(value: Any) -> Any:
     """A copy of its own; tuples, also those in a list, never change and are shared."""
     if type(value) is tuple or (type(value) is list and value and type(value[0]) is tuple):
         return value[:]
-    problem = "cannot be copied"
+    allowed = "an object that copy.deepcopy copies, or a function without variables of another one"
+    inner = isinstance(value, types.FunctionType) and value.__closure__
+    if inner or isinstance(value, types.BuiltinFunctionType):  # deepcopy would share what they remember
+        raise InputError("cannot be copied", field="controller", value=value, allowed=allowed)
     try:
-        inner = isinstance(value, types.FunctionType) and value.__closure__
-        if not inner and not isinstance(
-            value, types.BuiltinFunctionType
-        ):  # else what they remember is shared
-            return copy.deepcopy(value)
+        return copy.deepcopy(value)
     except Exception as error:
-        problem += f": {error}"
-    allowed = "a function without variables of another function, or an object that copy.deepcopy copies"
-    raise InputError(problem, field="controller", value=value, allowed=allowed)
+        raise InputError(f"cannot be copied: {error}", field="controller", allowed=allowed) from error

@@ -214,10 +214,7 @@ class Stepped:
                 if mode == "native"
                 else LoopStepper(models, states, CONTROL)
             )
-            single = {key: first_states([case]) for key, case in cases.items()}
-            self.now = {
-                name: np.concatenate([single[id(built)][name] for built in self.builts]) for name in STATE
-            }
+            self.now = first_states(self.cases)
             begun = {key: _first_rows(case, schedules[key][0], fields) for key, case in cases.items()}
             self.begun = {
                 name: np.stack([begun[id(built)][name] for built in self.builts])

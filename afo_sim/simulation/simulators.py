@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal
 
 import numpy as np
 
@@ -412,9 +412,6 @@ class Simulators(native.Closing):
                 own = {name: values[place, :done].copy() for name, values in rows.items()}
                 self._look(k, own, inputs[place, :done], int(first[k]), steps)
         return self.observe()
-
-    def __reduce__(self) -> NoReturn:
-        raise InputError("are neither copied nor pickled", field="Simulators", allowed="a Simulator")
 
     def _take(self, commands: Commands | Sequence[Commands | None] | None) -> None:
         """Put all commands in force, or none where one is wrong."""

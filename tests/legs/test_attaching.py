@@ -13,8 +13,7 @@ from documents import PAGES, ROOT
 import afo_sim as afo
 from afo_sim.common import GRAVITY, CallbackError, InputError
 from afo_sim.description import Orthosis, Side
-from afo_sim.legs import write_attached
-from afo_sim.legs.attached import Attached
+from afo_sim.legs import Attached, write_attached
 from afo_sim.legs.attaching import masses
 from afo_sim.model.controls import controls
 

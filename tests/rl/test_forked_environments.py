@@ -28,17 +28,15 @@ FORKS = (copy.copy, copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)))
 
 
 def single(env: Any) -> np.ndarray:
-    steps = [env.step(action[0]) for action in ACTIONS]
-    return np.array([*(np.append(step[0], step[1]) for step in steps), np.append(env.reset()[0], 0.0)])
+    """Observations, also of a next episode, which random numbers draw."""
+    return np.array([*(env.step(action[0])[0] for action in ACTIONS), env.reset()[0]])
 
 
 def vector(env: Any) -> np.ndarray:
-    seen = [env.step(action)[0] for action in ACTIONS]
-    return np.array([*seen, env.reset()[0]])
+    return np.array([*(env.step(action)[0] for action in ACTIONS), env.reset()[0]])
 
 
 def suites(env: Any) -> np.ndarray:
-    """Through the end of an episode, into one that is drawn."""
     return np.array([np.concatenate(list(env.step(action[0]).observation.values())) for action in ACTIONS])
 
 
@@ -59,21 +57,17 @@ def test_an_environment_and_its_forks_go_on_alike(task: str, play: Any) -> None:
     assert (play(env) != expected).any()  # other episodes follow
     env.restore(pickle.loads(pickle.dumps(state)))
     np.testing.assert_array_equal(play(env), expected)
-    with pytest.raises(InputError, match="not a state of this"):
-        env.restore(None)
     env.close()
 
 
 def test_dm_controls_state_holds_time_and_air() -> None:
     with afo.dm_control_physics("seated") as physics:
-        physics.step(100)
-        state = physics.get_state()
-        physics.step(300)
-        expected = physics.get_state()
-        physics.set_state(state)
-        assert physics.time() == pytest.approx(0.2)
-        physics.step(300)
-        np.testing.assert_array_equal(physics.get_state(), expected)
+        state, found = physics.get_state(), []
+        for _ in range(2):
+            physics.set_state(state)
+            physics.step(300)
+            found.append(physics.get_state())
+    assert (found[0] == found[1]).all() and found[0][0] == pytest.approx(0.6)
 
 
 def test_a_task_is_reseeded_as_shimmy_does_it() -> None:

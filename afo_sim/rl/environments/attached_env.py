@@ -1,6 +1,7 @@
-"""A whole model with attached orthoses as a Gymnasium environment: the valves of all chambers are the action."""
+"""A model that wears orthoses as a Gymnasium environment: the valves of all chambers are the action."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import gymnasium
@@ -12,14 +13,15 @@ from afo_sim.legs import Attached
 from afo_sim.rl.environments.task import DEAD, checked
 from afo_sim.simulation import FAILURES, Forkable
 
-FALLEN = 0.7  # of its height at the start, at which the centre of mass is down [-]
+FALLEN = 0.3  # of its height at the start, by which a centre of mass that has fallen is lower [-]
 
 
 def stands(env: "AttachedEnv") -> bool:
-    """Whether the centre of mass of the whole model is above FALLEN of its height at the start."""
-    return bool(env.data.subtree_com[0, 2] > FALLEN * env.height)
+    """Whether the whole model's centre of mass has not come down by FALLEN of its height at the start."""
+    return bool(env.height - env.data.subtree_com[0, 2] < FALLEN * abs(env.height))
 
 
+@dataclass(eq=False)
 class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
     """A model that wears orthoses: an action is one number from −1 (outlet) to 1 (inlet) for each chamber.
 
@@ -36,30 +38,26 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
 
     _memory = ("data", "height", "_left", "_np_random", "_np_random_seed")
 
-    def __init__(
-        self,
-        leg: Attached,
-        observe: Mapping[str, Callable[[mujoco.MjData], float]] | None = None,
-        reward: Callable[["AttachedEnv"], float] = stands,
-        terminated: Callable[["AttachedEnv"], bool] = lambda env: not stands(env),
-        begin: Callable[["AttachedEnv"], object] = lambda env: None,
-        period: float = 0.01,
-        duration: float = 10.0,
-    ):
-        self._arguments = leg, observe, reward, terminated, begin, period, duration
-        self._reward, self._terminated, self._begin = reward, terminated, begin
-        self._steps, self._limit = round(period / leg.model.opt.timestep), round(duration / period)
-        self._of, self.leg, self.observe = (leg,), leg, dict(observe or {})
-        self._hold, self.data, self.height, self._left = leg.callbacks(), leg.data(), 0.0, 0
-        self._valves = [(each, name) for each in leg.legs.values() for name in each.chambers]
+    leg: Attached
+    observe: Mapping[str, Callable[[mujoco.MjData], float]] = field(default_factory=dict)
+    reward: Callable[["AttachedEnv"], float] = stands
+    terminated: Callable[["AttachedEnv"], bool] = lambda env: not stands(env)
+    begin: Callable[["AttachedEnv"], object] = lambda env: None
+    period: float = 0.01
+    duration: float = 10.0
+
+    def __post_init__(self) -> None:
+        self._of, self._hold, self.data = (self.leg,), self.leg.callbacks(), self.leg.data()
+        self.height, self._left = 0.0, 0
+        self._valves = [(each, name) for each in self.leg.legs.values() for name in each.chambers]
         names = [f"{each.prefix}{name}" for each, name in self._valves]
-        seen = [*(f"{prefix}ankle_angle" for prefix in leg.legs), *(f"{name}_pressure" for name in names)]
+        seen = [f"{prefix}ankle_angle" for prefix in self.leg.legs] + [f"{each}_pressure" for each in names]
         self.metadata = {"observation_names": [*seen, *self.observe], "action_names": names}
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, self._seen().shape, np.float64)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(names),), np.float32)
 
     def _like(self) -> tuple[Any, tuple[Any, ...]]:
-        return type(self), self._arguments
+        return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
     def _seen(self) -> np.ndarray:
         pressures = [value for each in self.leg.legs.values() for value in each.pressure(self.data).values()]
@@ -71,9 +69,9 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         super().reset(seed=seed)
         self._hold.check()
         self.leg.reset(self.data)
-        self._begin(self)
+        self.begin(self)
         mujoco.mj_forward(self.leg.model, self.data)
-        self.height, self._left = float(self.data.subtree_com[0, 2]), self._limit
+        self.height, self._left = float(self.data.subtree_com[0, 2]), round(self.duration / self.period)
         return self._seen(), {}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
@@ -84,16 +82,16 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         for (each, name), side in zip(self._valves, checked(action, self.action_space.shape), strict=True):
             each.set_valves(self.data, {name: "inlet" if side > DEAD else "outlet" if side < -DEAD else None})
         try:
-            mujoco.mj_step(self.leg.model, self.data, self._steps)
+            mujoco.mj_step(self.leg.model, self.data, round(self.period / self.leg.model.opt.timestep))
             failed = "" if np.isfinite(self.data.qacc).all() else "an acceleration is not a number"
         except FAILURES as error:
             failed = str(error)
         if failed:
             self._left = 0
             return np.nan_to_num(self._seen()), 0.0, False, True, {"failure": failed}
-        over = bool(self._terminated(self))
+        over = bool(self.terminated(self))
         self._left = 0 if over else self._left - 1
-        return self._seen(), float(self._reward(self)), over, not (over or self._left), {}
+        return self._seen(), float(self.reward(self)), over, not (over or self._left), {}
 
     def close(self) -> None:
         """Give the muscle callbacks back; a second call does nothing."""

@@ -1,4 +1,4 @@
-"""The vector environment as Stable-Baselines3's VecEnv; that library is installed by whoever learns with it."""
+"""The vector environment as Stable-Baselines3's VecEnv; whoever learns with that library installs it."""
 
 from typing import Any
 
