@@ -220,11 +220,13 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     def get_state(self, sig: int | None = None) -> np.ndarray:
         """MuJoCo's state, by default the whole of it with time and air; `state()` has the commands, too."""
+        self._alive()
         found: np.ndarray = super().get_state(FULL if sig is None else sig)
         return found
 
     def set_state(self, physics_state: np.ndarray, sig: int | None = None) -> None:
         """Set what `get_state` gave, and all fields of `data` to those of this state."""
+        self._alive()
         super().set_state(physics_state, FULL if sig is None else sig)
         self._written = None
         self.forward()
@@ -236,7 +238,6 @@ class ScenarioPhysics(Forkable, dm.Physics):
 
     def copy(self, share_model: bool = False) -> Self:
         """A Physics of its own in the same state and with the same commands; the model is never shared."""
-        self._alive()
         return super().copy()
 
     def _refuse_reload(self, *_: Any, **__: Any) -> NoReturn:

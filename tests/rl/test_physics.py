@@ -109,7 +109,7 @@ def test_two_at_once_do_not_touch_each_other() -> None:
 def test_after_close_nothing_is_stepped() -> None:
     physics = afo.dm_control_physics("seated")
     physics.free()
-    for use in (physics.step, physics.reset, lambda: physics.pressure("dorsiflexor")):
+    for use in (physics.step, physics.reset, physics.state, lambda: physics.pressure("dorsiflexor")):
         with pytest.raises(CallbackError, match="closed"):
             use()
 
