@@ -31,7 +31,7 @@ from afo_sim.lab import (
 )
 from afo_sim.show import write_torque_figure
 
-PLANTED = Change(offset=3e-3, shank=6e3)  # [m], [N/m]
+PLANTED = Change(offset=3e-3, cuff=6e3)  # [m], [N/m]
 NOISE, CUFF_NOISE = 0.1, 0.5e-3  # of a reading [N·m], [m]
 NOTE = (
     "# note: made by scripts/fit_torque_bench.py with a cuff of 6 kN/m and 3 mm of offset; never measured\n"
@@ -44,8 +44,8 @@ def made(file: pathlib.Path) -> pathlib.Path:
     degrees, bar = np.tile(np.linspace(-18.0, 12.0, 11), 3), np.repeat([2.0, 3.0, 4.0], 11)
     geometry = paths(orthosis, np.radians(degrees))
     torque, pull = statics(orthosis, geometry, "dorsiflexor", 1e5 * bar, PLANTED)
-    assert PLANTED.shank is not None
-    cuff = 1e3 * (pull / PLANTED.shank + rng.normal(0.0, CUFF_NOISE, len(pull)))
+    assert PLANTED.cuff is not None
+    cuff = 1e3 * (pull / PLANTED.cuff + rng.normal(0.0, CUFF_NOISE, len(pull)))
     columns = (degrees, bar, torque + rng.normal(0.0, NOISE, len(torque)), cuff)
     rows = [f"{a:g},{p:g},{m:.2f},{z:.1f}" for a, p, m, z in zip(*columns, strict=True)]
     title = "angle [deg],pressure [bar],torque [N*m],cuff [mm]"

@@ -1,4 +1,4 @@
-"""The published pin knee as an orthosis: its muscle between femur and tibia, the pin in the ankle's place."""
+"""The published pin knee as an orthosis: its muscle between femur and tibia; flexion is positive."""
 
 import numpy as np
 
@@ -7,19 +7,20 @@ from afo_sim.lab import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, kne
 
 
 def knee_orthosis(test: KneeTest) -> Orthosis:
-    """A test's muscle as a flexor; angles are extension positive, as the ankle's dorsiflexion."""
+    """A test's muscle as a flexor."""
     forward, up = map(float, np.subtract(FEMUR_ANCHOR, PIN))
     table = {
         "name": f"pin_knee_{test.name}",
-        "range_of_motion": ["-120 deg", "20 deg"],
+        "joint": "knee",
+        "range_of_motion": ["-20 deg", "120 deg"],
         "muscle": {
             "flexor": {
                 "count": 1,
                 "type": test.muscle.model_dump(mode="json", exclude_none=True),
-                "origin": {"segment": "shank", "from_ankle": [f"{forward} m", "0 m", f"{up} m"]},
+                "origin": {"segment": "proximal", "from_joint": [f"{forward} m", "0 m", f"{up} m"]},
                 "insertion": {
-                    "segment": "foot",
-                    "from_ankle": [f"{TIBIA_ANCHOR[0]} m", "0 m", f"{TIBIA_ANCHOR[1]} m"],
+                    "segment": "distal",
+                    "from_joint": [f"{TIBIA_ANCHOR[0]} m", "0 m", f"{TIBIA_ANCHOR[1]} m"],
                 },
                 "link_length": f"{FITTINGS + test.tendon} m",
             }
@@ -32,12 +33,12 @@ def knee_orthosis(test: KneeTest) -> Orthosis:
 
 
 def knee_data() -> dict[str, list[object]]:
-    """The 185 published torques, a group for each test."""
+    """The 185 published torques, a group for each test; published extension positive."""
     found: dict[str, list[object]] = {
         key: [] for key in ("group", "angle [rad]", "pressure [Pa]", "torque [N*m]")
     }
     for name, test in knee_tests().items():
         found["group"] += [name] * len(test)
-        for key, values in zip(list(found)[1:], (test.angle, test.pressure, test.torque), strict=True):
+        for key, values in zip(list(found)[1:], (-test.angle, test.pressure, -test.torque), strict=True):
             found[key] += values.tolist()
     return found

@@ -133,21 +133,19 @@ def torque_map_command(
     scenario: Scenario = "seated",
     out: Annotated[Path, Option(help="folder to write to")] = Path("runs/torque-map"),
     sets: Sets = None,
-    angle: Annotated[tuple[str, str, str], Option(help="from, to, step", metavar="FROM TO STEP")] = (
-        "-20 deg",
-        "25 deg",
-        "1 deg",
-    ),
+    angle: Annotated[
+        tuple[str, str, str] | None,
+        Option(metavar="FROM TO STEP", help='"-20 deg" "25 deg" "1 deg" of an ankle, else all angles'),
+    ] = None,
     pressure: Annotated[list[str] | None, Option(help="gauge pressure; may be given several times")] = None,
 ) -> None:
-    """Torque needed and torque available: ankle angle × pressure → orthosis torque."""
+    """Torque needed and torque available: joint angle × pressure → orthosis torque."""
     values = read_sets(sets)
-    start, stop, step = (quantity("--angle", text, "rad") for text in angle)
+    start, stop, step = (quantity("--angle", text, "rad") for text in angle or ("-20 deg", "25 deg", "1 deg"))
     pressures = [quantity("--pressure", p, "Pa") for p in pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]]
     if not (step > 0.0 and stop > start) or (stop - start) / step > 2000:
-        raise InputError(
-            "is not a valid range", field="--angle", value=" ".join(angle), allowed="FROM < TO, STEP > 0"
-        )
+        given = " ".join(angle or ())
+        raise InputError("is not a valid range", field="--angle", value=given, allowed="FROM < TO, STEP > 0")
     for text, value in zip(pressure or [], pressures, strict=False):
         if not 0.0 <= value <= 2e6:
             raise InputError("is out of range", field="--pressure", value=text, allowed="0 bar to 20 bar")
@@ -165,6 +163,8 @@ def torque_map_command(
             problem = "has no chamber: there is no torque to map"
             raise InputError(problem, field="orthosis", value=built.scenario.orthosis.name)
         check_folder(out)
+        if angle is None and built.scenario.leg.joint != "ankle":
+            start, stop = built.scenario.orthosis.range_of_motion
         angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
         supply = built.scenario.supply.pressure
         tm.require_angles(built, angles)
@@ -184,13 +184,16 @@ def torque_map_command(
 def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: Path) -> None:
     import numpy as np
 
+    from afo_sim.description import JOINTS
+
     for found in maps:
         chosen = np.unique(np.linspace(0, len(found.angles) - 1, 10).round().astype(int))
         header = ["angle [deg]", *(f"{p * 1e-5:g} bar" for p in found.pressures)]
         rows = [
             [f"{np.degrees(found.angles[k]):.0f}", *(f"{t:.2f}" for t in found.torque[k])] for k in chosen
         ]
-        print_table(f"{found.chamber}: orthosis torque [N·m], dorsiflexion +", header, rows)
+        positive = JOINTS[found.joint].directions[0]
+        print_table(f"{found.chamber}: orthosis torque [N·m], {positive} +", header, rows)
     for chamber, needs in answers.items():
         for need, span in needs.items():
             reach = (

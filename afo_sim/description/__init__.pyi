@@ -54,6 +54,11 @@ from .covariance import FitCovariance as FitCovariance
 from .covariance import key_of as key_of
 from .handmade import BraidFacts as BraidFacts
 from .handmade import new_braid_facts as new_braid_facts
+from .joint import JOINTS as JOINTS
+from .joint import WORN as WORN
+from .joint import Joint as Joint
+from .joint import JointName as JointName
+from .joint import a_joint as a_joint
 from .keys import Field as Field
 from .keys import field_at as field_at
 from .keys import holder as holder

@@ -1,6 +1,6 @@
 """Where and how a muscle is attached: anchors, points and surfaces of its path, pulley, cable, mounting.
 
-Positions are in metres from the ankle joint at an ankle angle of zero: x forward, y left, z up.
+Positions are in metres from the joint at an angle of zero: x forward, y left, z up.
 """
 
 import math
@@ -8,10 +8,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import model_validator
 
+from afo_sim.description.joint import Segment as Segment
 from afo_sim.description.muscle import Contraction, Distance, PositiveLength
 from afo_sim.description.quantity import Described, Quantity, refusal
 
-Segment = Literal["shank", "foot"]
 Side = Literal["right", "left"]
 _Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
 Coordinates = tuple[_Length, _Length, _Length]
@@ -27,7 +27,7 @@ class Anchor(Described):
     segment: Segment
     """Segment that it is fixed to."""
     from_ankle: Coordinates
-    """Position in the segment at an ankle angle of zero, from the ankle joint: forward, left, up."""
+    """Position in the segment at an angle of zero, from the ankle or other joint: forward, left, up."""
     spacing: Distance = 0.0
     """Distance between parallel muscles, to the side."""
 
@@ -50,7 +50,7 @@ class Surface(Described):
 
     @property
     def lateral(self) -> bool:
-        """Whether it is a cylinder along the ankle's axis: a path may shift sideways along it."""
+        """Whether it is a cylinder along the joint's axis: a path may shift sideways along it."""
         return self.shape == "cylinder" and math.hypot(self.axis[0], self.axis[2]) <= ALIKE
 
     @property
@@ -59,7 +59,7 @@ class Surface(Described):
         return self.shape == "sphere" or self.lateral or abs(self.axis[1]) <= ALIKE
 
     def clearance(self, centre: Coordinates, place: Coordinates) -> float:
-        """Distance of a place from the surface [m], negative inside; both from the ankle, in one frame."""
+        """Distance of a place from the surface [m], negative inside; both from the joint, in one frame."""
         away = difference(centre, place)
         if self.shape == "cylinder":
             along = sum(a * x for a, x in zip(away, self.axis, strict=True)) / math.hypot(*self.axis)
@@ -78,7 +78,7 @@ class PathPoint(Described):
     segment: Segment
     """Segment that it is fixed to."""
     from_ankle: Coordinates
-    """Position in the segment at an ankle angle of zero, from the ankle joint: forward, left, up."""
+    """Position in the segment at an angle of zero, from the ankle or other joint: forward, left, up."""
     spacing: Distance = 0.0
     """Distance between parallel muscles, to the side."""
     surface: Surface | None = None
@@ -86,7 +86,7 @@ class PathPoint(Described):
 
 
 def difference(origin: Coordinates, insertion: Coordinates) -> Coordinates:
-    """From the upper to the lower end, in the axes that shank and foot share at an angle of zero [m]."""
+    """From the upper to the lower end, in the axes that both segments share at an angle of zero [m]."""
     return insertion[0] - origin[0], insertion[1] - origin[1], insertion[2] - origin[2]
 
 

@@ -1,11 +1,12 @@
 """A leg and what it wears, as they are described: relaxed ankle, toes, subtalar hinge, outsole, shoe."""
 
 import pathlib
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
 from afo_sim.description.attachment import Side
+from afo_sim.description.joint import JOINTS, JointName, a_joint
 from afo_sim.description.quantity import Described, Quantity, refusal
 
 _Extension = Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.79)]
@@ -98,13 +99,18 @@ class PassiveAnkle(Described):
     """Shift of the angle at which the tissue is slack."""
 
 
+def _tissue(table: dict[str, Any]) -> PassiveAnkle:
+    """A healthy ankle's; another joint has the spring of its file alone."""
+    return PassiveAnkle(scale=1.0 if table.get("joint") == "ankle" else 0.0)
+
+
 class Leg(Described):
     """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle.
 
     `friction` (Coulomb's, about the ankle) and `inertia` (about the ankle; what else turns with the foot)
     come on top of what the file has.
-    Any two bodies with one hinge will do, such as an arm on a stand; `directions` is what turning
-    the joint to positive and to negative angles is called.
+    Any two bodies with one hinge will do, such as thigh and shank, or an arm on a stand: they may be named
+    as `proximal`, `distal` and `hinge`. Stops and spring of the joint are those of the file.
     """
 
     name: str = ""
@@ -113,20 +119,24 @@ class Leg(Described):
     """One line that says what it is."""
     file: pathlib.Path
     """MJCF or URDF file of the leg."""
+    joint: JointName = "ankle"
+    """Joint that it is about: it gives the words, and which way is positive. A "hinge" is any other."""
     shank: str = "shank"
-    """Name of the shank's body in the file."""
+    """Name of the body above the joint, the shank's, in the file."""
     foot: str = "foot"
-    """Name of the foot's body in the file."""
+    """Name of the body below the joint, the foot's, in the file."""
     ankle: str = "ankle"
-    """Name of the ankle's hinge in the file."""
+    """Name of the joint's hinge in the file."""
     side: Side = "right"
     """Leg that the file is; on the other side it is mirrored."""
     shank_length: Annotated[float, Quantity("m", above=0.0, at_most=1.0)] | None = None
     """Length from knee to ankle; 0.246 of the body's height by default (Winter)."""
     foot_length: Annotated[float, Quantity("m", above=0.0, at_most=0.6)] | None = None
     """Length from heel to toe; 0.152 of the body's height by default (Winter)."""
-    directions: tuple[_Word, _Word] = ("dorsiflexion", "plantarflexion")
-    """Names of turning the joint to positive and to negative angles."""
+    directions: tuple[_Word, _Word] = Field(
+        default_factory=lambda of: JOINTS[of.get("joint", "hinge")].directions
+    )
+    """Names of turning the joint to positive and to negative angles; those of the joint by default."""
     damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=1e3)]
     """Viscous damping of the joint."""
     body_mass: Annotated[float, Quantity("kg", at_least=10.0, at_most=300.0)] = 75.0
@@ -137,12 +147,28 @@ class Leg(Described):
     """Coulomb friction about the joint, on top of the file's."""
     inertia: Annotated[float, Quantity("kg*m^2", at_least=0.0, at_most=10.0)] = 0.0
     """Inertia about the joint of what else turns with the foot, on top of the file's."""
-    passive: PassiveAnkle = PassiveAnkle()
-    """Moment of the relaxed ankle's tissue."""
+    passive: PassiveAnkle = Field(default_factory=_tissue)
+    """Moment of the relaxed ankle's tissue; none about another joint."""
     toes: Toes | None = None
     """Hinge of the toes; a rigid foot without it."""
     subtalar: Subtalar | None = None
     """Hinge for inversion and eversion under the ankle; none without it."""
+
+    @model_validator(mode="after")
+    def _has_an_ankle(self) -> Self:
+        if self.joint == "ankle":
+            return self
+        if self.passive.scale != 0.0:
+            allowed = "0, and stiffness and springref of the hinge in the file"
+            raise refusal(
+                f"is the tissue of an ankle, and this is {a_joint(self.joint)}", allowed, "passive.scale"
+            )
+        for key in ("toes", "subtalar"):
+            if getattr(self, key) is not None:
+                raise refusal(
+                    f"belongs under an ankle, and this is {a_joint(self.joint)}", "no such table", key
+                )
+        return self
 
 
 _Stack = Annotated[float, Quantity("m", at_least=0.0, at_most=0.15)]

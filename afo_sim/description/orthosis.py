@@ -1,6 +1,7 @@
 """An orthosis as it is described: muscle groups, where they are mounted, chambers and their valves.
 
-Angles are dorsiflexion positive, positions in metres from the ankle joint: x forward, y left, z up.
+Angles are dorsiflexion positive, of other joints flexion; positions in metres from the joint: x forward,
+y left, z up.
 """
 
 import itertools
@@ -31,6 +32,7 @@ from afo_sim.description.attachment import (
     Side,
     difference,
 )
+from afo_sim.description.joint import JOINTS, Joint, JointName, a_joint
 from afo_sim.description.leg import Outsole
 from afo_sim.description.muscle import Distance, Muscle
 from afo_sim.description.quantity import Described, Quantity, refusal
@@ -86,7 +88,7 @@ class MuscleGroup(Described):
                     )
         if self.origin and self.insertion and self.origin.segment == self.insertion.segment:
             raise refusal(
-                "both ends are on the same segment: the muscle cannot move the ankle",
+                "both ends are on the same segment: the muscle cannot move the joint",
                 "the segment that the other end is not on",
                 "insertion.segment",
             )
@@ -262,6 +264,7 @@ class MuscleGroup(Described):
 class Orthosis(Described):
     """Cuff on the shank, plate under the foot, muscles between them, air to the muscles.
 
+    About another joint than the ankle the cuff is on the proximal segment, the plate on the distal one.
     Cuff or plate may be missing where the leg's own bodies hold the muscles.
     """
 
@@ -269,6 +272,8 @@ class Orthosis(Described):
     """Name; the folder's by default."""
     description: str = ""
     """One line that says what it is."""
+    joint: JointName = "ankle"
+    """Joint that it is for; its segments are shank and foot of an ankle, else proximal and distal."""
     side: Side = "right"
     """Leg that its coordinates are for; on the other leg it is mirrored."""
     cuff: pathlib.Path | None = None
@@ -278,7 +283,7 @@ class Orthosis(Described):
     outsole: Outsole | None = None
     """Outsole of the plate, where it is one: worn instead of a shoe."""
     range_of_motion: tuple[_Angle, _Angle]
-    """Lowest and highest ankle angle that the device is built for; a muscle that locks within is
+    """Lowest and highest angle that the device is built for; a muscle that locks within is
     refused."""
     joint_centre: tuple[tuple[_Angle, _Length, _Length], ...] = ()
     """Centre of rotation where it moves, for fit-torque: rows of rising angle, forward, up."""
@@ -305,6 +310,25 @@ class Orthosis(Described):
                 nearest = nearest_name(str(name), known) or ""
                 raise refusal(f"is an unknown {info.field_name}", " or ".join(known), str(name), nearest)
         return tables
+
+    @model_validator(mode="after")
+    def _has_its_joints_segments(self) -> Self:
+        places = [
+            (f"muscle.{name}.{key}.segment", place.segment)
+            for name, group in self.muscle.items()
+            for key, place in zip(
+                ("origin", *(f"path.{k}" for k in range(len(group.path))), "insertion"),
+                group.places,
+                strict=False,  # none over a pulley
+            )
+        ]
+        tables = [(f"{kind}.{s}", s) for kind in ("anchor", "interface") for s in getattr(self, kind)]
+        own, known = self.words.segments, " or ".join(self.words.segments)
+        for key, segment in (*places, *tables):
+            if segment not in own:
+                problem = f"{segment!r} is not a segment of {a_joint(self.joint)}, its `joint`"
+                raise refusal(problem, known, key)
+        return self
 
     @model_validator(mode="after")
     def _anchors_are_pulled_on(self) -> Self:
@@ -360,6 +384,11 @@ class Orthosis(Described):
     def _air_is_connected(self) -> Self:
         check_network(self)
         return self
+
+    @property
+    def words(self) -> Joint:
+        """The words of its joint, and which way is positive."""
+        return JOINTS[self.joint]
 
     @property
     def switched(self) -> tuple[str, ...]:

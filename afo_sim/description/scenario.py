@@ -19,6 +19,7 @@ from afo_sim.description.control.controller import ControllerDescription
 from afo_sim.description.control.drive import Drive
 from afo_sim.description.control.sensor import Sensor
 from afo_sim.description.control.switching import Phases, PositiveTime, Timer
+from afo_sim.description.joint import a_joint
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.orthosis import Orthosis
 from afo_sim.description.quantity import Described, Quantity, refusal
@@ -32,7 +33,7 @@ MAX_STEPS = 20_000_000  # steps of one run: about 10 GB of rows
 
 
 class Shank(Described):
-    """Fixation of the shank, and the knee angle that the passive ankle depends on."""
+    """Fixation of the shank, or of the segment above another joint; the knee angle is the passive ankle's."""
 
     pose: Literal["fixed", "driven"] = "fixed"
     """Fixed in space, or driven by recorded walking."""
@@ -41,8 +42,6 @@ class Shank(Described):
 
     @model_validator(mode="after")
     def _has_a_knee(self) -> Self:
-        if self.pose == "fixed" and self.knee_angle is None:
-            raise refusal("is missing; a fixed shank needs it", 'such as "90 deg"', "knee_angle")
         if self.pose == "driven" and self.knee_angle is not None:
             raise refusal("follows from the gait where the shank is driven", "nothing", "knee_angle")
         return self
@@ -82,8 +81,8 @@ class Scenario(Described):
     """Compiled muscles, or the same in plain Python, much slower, to look inside."""
     supply: Supply
     """Compressed air."""
-    shank: Shank
-    """Fixation of the shank."""
+    shank: Shank = Shank()
+    """Fixation of the shank; that of the segment above another joint is fixed."""
     load_moment: _Moment = 0.0
     """Constant moment about the joint, against positive angles."""
     timer: Timer | None = None
@@ -154,6 +153,11 @@ class Scenario(Described):
 
     @model_validator(mode="after")
     def _walks_or_sits(self) -> Self:
+        if self.leg.joint == "ankle" and not self.walking and self.shank.knee_angle is None:
+            raise refusal("is missing; a fixed shank needs it", 'such as "90 deg"', "shank.knee_angle")
+        if self.leg.joint != "ankle" and self.walking:
+            problem = f"is recorded walking, and the leg's joint is {a_joint(self.leg.joint)}"
+            raise refusal(problem, 'a leg with joint = "ankle", or pose = "fixed"', "shank.pose")
         for key in ("gait", "patient"):
             there = getattr(self, key) is not None
             if there and not self.walking:
@@ -180,6 +184,10 @@ class Scenario(Described):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        if self.orthosis.anchored and self.orthosis.joint != self.leg.joint:
+            own, other = a_joint(self.leg.joint), a_joint(self.orthosis.joint)
+            problem = f"is for {other}, and the leg's joint is {own}"
+            raise refusal(problem, f'an orthosis with joint = "{self.leg.joint}"', "orthosis.joint")
         if self.orthosis.joint_centre:
             problem = "goes with fit-torque alone: the leg's ankle is a hinge, whose centre does not move"
             raise refusal(problem, "[], for a run about the hinge", "orthosis.joint_centre")

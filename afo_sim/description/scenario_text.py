@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from afo_sim.common import parse_quantity
+from afo_sim.description.joint import JOINTS, Joint
 
 _Scenario = Mapping[str, Any]
 
@@ -16,6 +17,11 @@ _REFERENCES = {  # who the same patient's other run is
 
 
 _AS_RECORDED = "muscles as in the patient's own recorded walk"  # instead of what is left of them
+
+
+def joint_words(scenario: _Scenario) -> Joint:
+    """Words of the joint that a scenario is about; an older one's has none but an ankle's."""
+    return JOINTS[scenario["leg"].get("joint", "ankle")]
 
 
 def body_mass(scenario: _Scenario) -> float:
@@ -87,9 +93,9 @@ def _tissue(patient: _Scenario) -> str:
 def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     gait = scenario.get("gait")
     if not gait:
-        knee = (scenario.get("shank") or {}).get("knee_angle")
-        fixed = "shank held still"
-        if knee is not None:
+        joint, knee = joint_words(scenario), (scenario.get("shank") or {}).get("knee_angle")
+        fixed = f"{joint.above} held still"
+        if knee is not None and joint is JOINTS["ankle"]:
             fixed += f", knee at {_in(knee, 'deg'):.0f}°"
         yield "motion", fixed
         return

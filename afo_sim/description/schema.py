@@ -50,6 +50,9 @@ SPECS: dict[str, type[BaseModel]] = {
 }
 KINDS = {spec: kind for kind, spec in SPECS.items()}
 SETS: dict[Any, Mapping[str, Any]] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # tables of a law's parameters
+# other words for keys that were an ankle's alone: everywhere, and of a leg
+ALSO = {"from_joint": "from_ankle"}
+ALSO_OF_LEG = ALSO | {"proximal": "shank", "distal": "foot", "hinge": "ankle"}
 _RANGES = ("pressure_range", "contraction_range")  # of a law's table, beside its parameters
 _MISSPELT = 0.6  # likeness from which on a name counts as a misspelt one
 
@@ -167,6 +170,8 @@ def fields_of(kind: Any, name: str = "") -> dict[str, Leaf]:
             continue
         marked = Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation
         default = None if info.is_required() else info.default
+        if info.default_factory_takes_validated_data:
+            default = info.get_default(call_default_factory=True, validated_data={"joint": "ankle"})
         found[key] = Leaf((key,), marked, info.is_required() and kind not in SETS, default, kind)
     return found
 
@@ -311,7 +316,7 @@ def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
                 allowed="as in insertion.from_ankle[0], path[1].surface.radius or "
                 "phases.dorsiflexor.inlet[0][1]",
             )
-        path += [*map(str, items), found[1]]
+        path += [*map(str, items), ALSO.get(found[1], found[1])]
         items = tuple(int(item) for item in re.findall("[0-9]+", found[2]))
     return tuple(path), items
 

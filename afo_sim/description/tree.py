@@ -11,7 +11,16 @@ from pydantic import BaseModel
 from afo_sim.common import InputError, assets
 from afo_sim.description.air.ratings import CONDUCTANCE, make_room
 from afo_sim.description.muscle import FrictionSet, LawSet
-from afo_sim.description.schema import SPECS, Path, dotted_key, files_of, references, split_key
+from afo_sim.description.schema import (
+    ALSO,
+    ALSO_OF_LEG,
+    SPECS,
+    Path,
+    dotted_key,
+    files_of,
+    references,
+    split_key,
+)
 
 FILES = {kind: names for kind in SPECS if (names := files_of(kind))}  # fields that are files beside the TOML
 SCENARIO_FILES = (*((table, key) for table, keys in FILES.items() for key in keys), ("gait", "cycle"))
@@ -21,7 +30,7 @@ class Tree:
     """A description being put together, and which file each part of it came from; its root is its own."""
 
     def __init__(self, kind: str, file: pathlib.Path | None, root: dict[str, Any]):
-        self.kind, self.root = kind, root
+        self.kind, self.root = kind, plain_keys(root, kind)
         self.files: dict[Path, pathlib.Path | None] = {(): file}
         self.set_keys: set[Path] = set()
         self.unfound: dict[Path, InputError] = {}  # names that stand for nothing
@@ -44,7 +53,7 @@ class Tree:
             file = assets.find(kind, holder[path[-1]], beside)
         except InputError as error:
             raise error.replaced(file=beside, field=".".join(inner)) from None
-        holder[path[-1]] = read_table(kind, file)
+        holder[path[-1]] = plain_keys(read_table(kind, file), kind)
         self.files[path] = file
 
     def follow_all(self, path: Path = (), holder: Any = None) -> None:
@@ -64,6 +73,7 @@ class Tree:
     def set(self, dotted: str, value: Any) -> None:
         """Put a value at a dotted key, following references on the way down."""
         path, items = split_key(dotted)
+        value = plain_keys(value, path[-1])
         self.set_keys.add((*path, *map(str, items)))
         node: Any = self.root
         for depth, key in enumerate(path[:-1], start=1):
@@ -111,6 +121,16 @@ def _references(kind: str, path: Path) -> dict[Path, str]:
         for pattern, referred in references(kind).items()
         if len(pattern) >= len(path) and all(p in ("*", key) for p, key in zip(pattern, path, strict=False))
     }
+
+
+def plain_keys(node: Any, name: str) -> Any:
+    """A description as it is written, at a name, with the one word for each key that has several."""
+    if isinstance(node, list):
+        return [plain_keys(item, "") for item in node]
+    if type(node) is not dict:
+        return node
+    words = ALSO_OF_LEG if name == "leg" else ALSO
+    return {words.get(key, key): plain_keys(value, key) for key, value in node.items()}
 
 
 def child_of(node: Any, name: str) -> Any:

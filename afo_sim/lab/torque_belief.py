@@ -18,6 +18,7 @@ from scipy.stats import t
 from afo_sim.common import Notice
 from afo_sim.lab.identifiability import Estimate, refused, unidentified, verdict
 from afo_sim.lab.torque_data import WITHOUT_AIR, Readings
+from afo_sim.lab.torque_device import ANCHORS
 from afo_sim.lab.torque_problem import Group, TorqueProblem, arms_off, errors, predict
 from afo_sim.lab.torque_solution import AT_BOUND, Alternative, Apart, HeldOut, Solution, bounds, levels, solve
 
@@ -217,8 +218,8 @@ def _held(problem: TorqueProblem) -> dict[str, set[float]]:
     for orthosis in (group.orthosis for group in problem.groups):
         cables = {muscle.cable.stiffness for muscle in orthosis.muscles_of(problem.chamber).values()}
         found["series_stiffness"] |= {float(k) for k in cables if np.isfinite(k)}
-        for name, segment in (("cuff_stiffness", "shank"), ("plate_stiffness", "foot")):
-            anchor = orthosis.anchor.get(segment)  # type: ignore[call-overload]
+        for name, segment in zip(ANCHORS, orthosis.words.segments, strict=True):
+            anchor = orthosis.anchor.get(segment)
             if anchor is not None and anchor.stiffness is not None:
                 found[name].add(float(anchor.stiffness))
     return found

@@ -5,7 +5,7 @@
     x(φ) = −r φ,        r constant          path over a pulley, from angle zero
     κ_path = (L0 + s − L)/L0                contraction ratio that the path leaves, s all that is in series
     κ = κ_path + [F/k + Σ z(P)]/L0          own contraction: cable k, anchors z under the pull P = Σ F
-    M = Σ r F                               torque, dorsiflexion positive
+    M = Σ r F                               torque, positive as the joint's angle: dorsiflexion, flexion
 
 The same balance as in a run at rest; here from the description alone, without leg. Friction at guides
 is left out: at rest it acts either way.
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from afo_sim.common import InputError, format_quantity
-from afo_sim.description import Mounting, MuscleGroup, Orthosis, at_rest, reader
+from afo_sim.description import Joint, Mounting, MuscleGroup, Orthosis, at_rest, reader
 from afo_sim.model import paths_of
 from afo_sim.physics import LAWS, anchor_displacement, on_anchors, row, tensions
 
@@ -30,7 +30,7 @@ HALVINGS = 50  # of the pull on the anchors, where several groups share them
 Anchor = tuple[
     float, float, float
 ]  # stiffness [N/m], or 0 and then force [N] and length [m] of one that stiffens
-ANCHORS = {"cuff_stiffness": "shank", "plate_stiffness": "foot"}
+ANCHORS = ("cuff_stiffness", "plate_stiffness")  # of the joint's segments, in this order
 CABLE = {"series_stiffness": ("stiffness", "N/m"), "offset": ("offset", "m")}
 
 
@@ -48,14 +48,14 @@ class Path:
 class Change:
     """What a fit puts in place of an orthosis' own values, SI; None leaves them.
 
-    `series_stiffness`, `offset` and `law` (by parameter) are of the muscles that are filled; `shank` and
-    `foot` are the anchors' stiffnesses.
+    `series_stiffness`, `offset` and `law` (by parameter) are of the muscles that are filled; `cuff` and
+    `plate` are the anchors' stiffnesses.
     """
 
     series_stiffness: float | None = None
     offset: float | None = None
-    shank: float | None = None
-    foot: float | None = None
+    cuff: float | None = None
+    plate: float | None = None
     law: Mapping[str, float] | None = None
 
 
@@ -67,7 +67,7 @@ def paths(
     Parameters
     ----------
     orthosis : described
-    angle : of the joint, dorsiflexion positive [rad] (n,)
+    angle : of the joint, signed as the orthosis' [rad] (n,)
     measured : lengths and moment arms [m] (2, n) in place of those described, by muscle group
 
     Raises
@@ -88,7 +88,8 @@ def paths(
             continue
         alike = group.alike
         for k in range(1 if alike else group.count):
-            length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(group, k, angle, *carried)
+            own = (orthosis.words, group, k, angle, *carried)
+            length, arm = guided[f"{name}_{k + 1}"] if group.path else _between(*own)
             found.append(Path(name, length, arm, group.count if alike else 1))
     return found
 
@@ -105,7 +106,8 @@ def _guided(orthosis: Orthosis, angle: np.ndarray) -> dict[str, tuple[np.ndarray
 def _carried(orthosis: Orthosis, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Where the foot's ankle point and the joint's centre are on the shank, forward + i up [m] (n,).
 
-    A foot that turns about c moves by dq/dφ = i (q − c), so q = e^(iφ) (q(0) − i ∫ e^(−is) c(s) ds).
+    A foot that turns about c moves by dq/dφ = i (q − c), so q = e^(iφ) (q(0) − i ∫ e^(−is) c(s) ds). Here φ
+    is toes up; a knee's flexion is −φ.
     """
     if not orthosis.joint_centre:
         return np.zeros(len(angle), complex), np.zeros(len(angle), complex)
@@ -113,27 +115,31 @@ def _carried(orthosis: Orthosis, angle: np.ndarray) -> tuple[np.ndarray, np.ndar
     if angle.min() < known[0] - BESIDE or angle.max() > known[-1] + BESIDE:
         asked = f"rows from {np.degrees(angle.min()):.4g} to {np.degrees(angle.max()):.4g} deg"
         raise InputError("ends within the readings", field="orthosis.joint_centre", allowed=asked)
-    centre, fine = CubicSpline(known, forward + 1j * up), np.linspace(known[0], known[-1], FINE)
+    turn = orthosis.words.turn
+    angle, order = turn * angle, np.argsort(turn * known)
+    known, middle = turn * known[order], (forward + 1j * up)[order]
+    centre, fine = CubicSpline(known, middle), np.linspace(known[0], known[-1], FINE)
     turned = CubicSpline(fine, np.exp(-1j * fine) * centre(fine)).antiderivative()
     return -1j * np.exp(1j * angle) * (turned(angle) - turned(0.0)), centre(angle)
 
 
 def _between(
-    group: MuscleGroup, number: int, angle: np.ndarray, moved: np.ndarray, centre: np.ndarray
+    joint: Joint, group: MuscleGroup, number: int, angle: np.ndarray, moved: np.ndarray, centre: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Length and moment arm of one muscle between two anchors; toe up is positive."""
+    """Length and moment arm of one muscle between two anchors."""
     assert group.origin is not None and group.insertion is not None
     side = number - 0.5 * (group.count - 1)
     ends = {}
     for end in (group.origin, group.insertion):
         x, y, z = end.from_ankle
         ends[end.segment] = (x, y + side * end.spacing, z)
-    (shank_x, shank_y, shank_z), (x, y, z) = ends["shank"], ends["foot"]
-    cos, sin = np.cos(angle), np.sin(angle)
+    (shank_x, shank_y, shank_z), (x, y, z) = (ends[segment] for segment in joint.segments)
+    cos, sin = np.cos(angle), joint.turn * np.sin(angle)  # toes up
     turned_x, turned_z = x * cos - z * sin + moved.real, x * sin + z * cos + moved.imag
     forward, aside, up = turned_x - shank_x, y - shank_y, turned_z - shank_z
     length = np.sqrt(forward**2 + aside**2 + up**2)
-    return length, (forward * (turned_z - centre.imag) - up * (turned_x - centre.real)) / length
+    arm = (forward * (turned_z - centre.imag) - up * (turned_x - centre.real)) / length
+    return length, joint.turn * arm
 
 
 def statics(
@@ -151,7 +157,7 @@ def statics(
 
     Returns
     -------
-    (torque of all muscles, dorsiflexion positive [N·m] (n,), pull on cuff and plate [N] (n,))
+    (torque of all muscles, signed as the angle [N·m] (n,), pull on cuff and plate [N] (n,))
     """
     anchors = _anchors(orthosis, change)
     pulling, torque, pull = [], np.zeros(len(pressure)), np.zeros(len(pressure))
@@ -175,8 +181,8 @@ def statics(
 def _anchors(orthosis: Orthosis, change: Change) -> tuple[Anchor, ...]:
     """The anchors that give: as described, or with the stiffness of a fit."""
     found: list[Anchor] = []
-    for segment, fitted in (("shank", change.shank), ("foot", change.foot)):
-        described: Mounting | None = orthosis.anchor.get(segment)  # type: ignore[call-overload]
+    for segment, fitted in zip(orthosis.words.segments, (change.cuff, change.plate), strict=True):
+        described: Mounting | None = orthosis.anchor.get(segment)
         if fitted is not None:
             found.append((fitted, 0.0, 0.0))
         elif described is not None and described.stiffening is not None:
@@ -266,7 +272,8 @@ def fitted_orthosis(
     table = orthosis.model_dump(mode="json", exclude_none=True)
     for name, value in values.items():
         if name in ANCHORS:
-            _anchor(table, ANCHORS[name], value, sources[name])
+            segment = orthosis.words.segments[ANCHORS.index(name)]
+            _anchor(table, segment, value, sources[name])
             continue
         for group in orthosis.muscles_of(chamber):
             muscle = table["muscle"][group]

@@ -298,8 +298,8 @@ def _change(problem: TorqueProblem, values: Mapping[str, float]) -> Change:
 
 def _cuff(orthosis: Orthosis, change: Change) -> float | None:
     """The stiffness of the cuff [N/m]; none of a rigid one, or of one that stiffens."""
-    described = orthosis.anchor.get("shank")
-    return change.shank or (described.stiffness if described is not None else None)
+    described = orthosis.anchor.get(orthosis.words.segments[0])
+    return change.cuff or (described.stiffness if described is not None else None)
 
 
 def require_possible(problem: TorqueProblem) -> None:
@@ -328,7 +328,7 @@ def require_possible(problem: TorqueProblem) -> None:
         sign = "positive" if most.sum() > 0.0 else "negative"
         raise InputError(
             f"has the wrong sign: the muscles of chamber {problem.chamber!r} turn the joint to {sign} "
-            "torques (dorsiflexion is positive)",
+            f"torques ({problem.groups[0].orthosis.words.directions[0]} is positive)",
             file=file,
             field="torque",
             value=f"{measured[np.argmax(np.abs(measured))]:.3g} N·m",

@@ -203,7 +203,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
         *times,
         size,
         scenario.timestep,
-        (scenario.simulated_side, orthosis.side),
+        (scenario.simulated_side, orthosis.side, orthosis.joint),
         scenario.walking,
         _values(scenario.ground or Ground()) if in_contact(scenario) else None,
         _values(leg, LEG_NOT_COMPILED),

@@ -21,14 +21,13 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, in_unit
-from afo_sim.description import Leg, MuscleGroup, Scenario, Side, Subtalar
+from afo_sim.description import MuscleGroup, Scenario, Side, Subtalar
 from afo_sim.model.mounting import ANKLE, SUBTALAR
 from afo_sim.physics import root
 
 INVERSION = "inversion"
 SPACING = np.radians(0.1)  # of the ankle angles between which arms are interpolated: to 2e-8 m
 BEYOND = 0.5  # the stops, by which the ankle may swing through them [rad]
-ANKLE_DIRECTIONS = Leg.model_fields["directions"].default
 STOP = [0.99, 0.999, 0.001, 0.5, 2.0]  # by MuJoCo's own stops 5 N·m would turn so light a foot 2° further
 SPRING_LIMIT = 0.5  # of (rate × time step)² at most; MuJoCo takes a joint's spring explicitly
 
@@ -56,10 +55,6 @@ def check_subtalar(scenario: Scenario) -> None:
     leg, field = scenario.leg, "leg.subtalar"
     if leg.subtalar is None:
         return
-    if leg.directions != ANKLE_DIRECTIONS:
-        problem = "belongs under an ankle, and this leg's joint is none"
-        allowed = "a leg whose directions are dorsiflexion and plantarflexion"
-        raise InputError(problem, allowed=allowed, field=field)
     for name, group in scenario.orthosis.muscle.items():
         if group.pulley is not None:
             problem = f"does not go with a pulley: the muscle {name} has no line about another axis"
@@ -221,7 +216,7 @@ def _has_side_moment(scenario: Scenario) -> bool:
     With a subtalar hinge all may, since its axis is oblique.
     """
     leg, groups = scenario.leg, scenario.orthosis.muscle.values()
-    if leg.directions != ANKLE_DIRECTIONS or not groups:
+    if leg.joint != "ankle" or not groups:
         return False
     return leg.subtalar is not None or any(map(_off_the_midline, groups))
 

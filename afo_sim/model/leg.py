@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, unknown
-from afo_sim.description import Leg, Scenario
+from afo_sim.description import JOINTS, WORN, Leg, Scenario
 from afo_sim.model.foot import hinge_toes, spring_toes
 from afo_sim.model.inversion import add_subtalar, free
 from afo_sim.model.mirror import leg_mirrored, mirror, orthosis_mirrored
@@ -52,7 +52,7 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
             )
     ankle = spec.joint(leg.ankle)
     if ankle.type != mujoco.mjtJoint.mjJNT_HINGE:
-        raise InputError("the ankle is not a hinge", file=leg.file, field="leg.ankle", value=leg.ankle)
+        raise InputError(f"the {leg.joint} is not a hinge", file=leg.file, field="leg.ankle", value=leg.ankle)
     ankle.name = ANKLE
     half = 0.5 * leg.damping  # MuJoCo takes it at the end of a step; the passive ankle adds the other half
     ankle.damping = half if np.isscalar(ankle.damping) else [half, 0.0, 0.0]
@@ -144,8 +144,8 @@ def _check_joints(names: Sequence[str], leg: Leg, subtalar: bool) -> None:
     joints = f"{'is the joint' if len(found) == 1 else 'are the joints'} {', '.join(found[:MOST_JOINTS])}"
     more = f" and {len(found) - MOST_JOINTS} more" if len(found) > MOST_JOINTS else ""
     raise InputError(
-        f"beside the ankle there {joints}{more} in the leg's file; the toes' hinge is described by [toes] in "
-        "the leg's TOML file",
+        f"beside the {leg.joint} there {joints}{more} in the leg's file; the toes' hinge is described by "
+        "[toes] in the leg's TOML file",
         file=leg.file,
         field="leg",
         allowed=_cut_out(leg),
@@ -155,7 +155,8 @@ def _check_joints(names: Sequence[str], leg: Leg, subtalar: bool) -> None:
 def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
     """Refuse a leg that is put together otherwise than everything here assumes."""
     leg = scenario.leg
-    joint, toes = model.joint(ANKLE), leg.toes
+    joint, toes, words = model.joint(ANKLE), leg.toes, JOINTS[leg.joint]
+    forward, left, up = words.axis
     hinges = [model.joint(toes.joint).id] if toes is not None and scenario.walking else []
     foot, shank = model.body(leg.foot).id, model.body(leg.shank).id
     data = native.scratch(model)
@@ -163,20 +164,25 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
     mujoco.mj_kinematics(model, data)
     turned = max(np.abs(data.xmat[body].reshape(3, 3) - np.eye(3)).max() for body in (foot, shank))
     for wrong, problem in (
-        (joint.bodyid[0] != foot, f"the ankle is not the joint of the body {leg.foot!r}"),
+        (joint.bodyid[0] != foot, f"the {leg.joint} is not the joint of the body {leg.foot!r}"),
         (model.body_parentid[foot] != shank, f"{leg.foot!r} does not hang on {leg.shank!r} directly"),
         (
             any(np.abs(data.xaxis[k] - RIGHTWARD).max() > 1e-6 for k in hinges),
             'the toes\' axis is not axis="0 -1 0", about which extension is positive',
         ),
-        (turned > 1e-6, "shank or foot is turned against x forward, y left, z up at zero ankle angle"),
         (
-            np.abs(data.xaxis[joint.id] - RIGHTWARD).max() > 1e-6,
-            'the ankle\'s axis is not axis="0 -1 0", about which dorsiflexion is positive',
+            turned > 1e-6,
+            f"{words.above} or {words.below} is turned against x forward, y left, z up at zero {leg.joint} "
+            "angle",
+        ),
+        (
+            np.abs(data.xaxis[joint.id] - words.axis).max() > 1e-6,
+            f'the {leg.joint}\'s axis is not axis="{forward:g} {left:g} {up:g}", about which '
+            f"{leg.directions[0]} is positive",
         ),
         (
             not model.jnt_limited[joint.id] or not np.isfinite(model.jnt_range[joint.id]).all(),
-            "the ankle has no range: it needs stops",
+            f"the {leg.joint} has no range: it needs stops",
         ),
     ):
         if wrong:
@@ -184,7 +190,9 @@ def check_leg(model: mujoco.MjModel, scenario: Scenario) -> None:
 
 
 def _cut_out(leg: Leg) -> str:
-    """The command that mends a leg."""
+    """The command that mends a leg; none cuts out another joint."""
+    if leg.joint != "ankle":
+        return f"two bodies with one hinge between them, as docs/joints.md has the {leg.joint}"
     return f"a leg cut out and turned by: afo-sim leg import {shlex.quote(str(leg.file))}"
 
 
@@ -195,11 +203,11 @@ def attach_parts(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.Mj
     joint_in_foot = np.array(ankle.pos)
     joint_in_shank = np.array(foot.pos) + joint_in_foot  # parallel axes at zero ankle angle
     mirrored = orthosis_mirrored(scenario)
-    anchors = {}
-    for segment, body, position, prefix, file in (
-        ("shank", shank, joint_in_shank, "cuff", orthosis.cuff),
-        ("foot", foot, joint_in_foot, "plate", orthosis.plate),
-    ):
+    anchors: dict[str, mujoco.MjsBody] = {}
+    places = ((shank, joint_in_shank), (foot, joint_in_foot))
+    for segment, (body, position) in zip(orthosis.words.segments, places, strict=True):
+        prefix = WORN[segment]
+        file: pathlib.Path | None = getattr(orthosis, prefix)
         if file is not None:
             body.add_frame(pos=position).attach_body(rigid_part(file, prefix, mirrored), f"{prefix}_", "")
         # a body of their own: the segment's stated inertia would swallow their mass

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from afo_sim.common import Notice
+from afo_sim.description import JOINTS, WORN
 from afo_sim.model.build import Built
 from afo_sim.model.mounting import ANKLE, muscle_names
 from afo_sim.model.outsole import SHOE
@@ -18,7 +19,8 @@ POSTURES = 21  # over the range of motion
 DEEP = 0.005  # depth below the skin from which on a muscle is said to pass through it [m]
 AT_END = 0.015  # of the path beside an end that itself lies in the leg: skin or plate there [m]
 BONE = 0.010  # distance from the line ankle–knee below which the path passes through bone [m]
-WORN = ("cuff_", "plate_", "shank_anchors", "foot_anchors", SHOE)  # how bodies begin that are no leg
+# how bodies begin that are no leg
+ADDED = ("cuff_", "plate_", *(f"{segment}_anchors" for segment in WORN), SHOE)
 PROBE = "probe of depth"  # name of the point that is moved about
 PROBE_RADIUS = 1e-6  # its radius [m]
 REACH = 0.05  # distance beyond which the distance of a shape is not computed [m]
@@ -95,16 +97,20 @@ def leg_shapes(built: Built) -> LegShapes:
 
 
 def leg_geoms(model: mujoco.MjModel, built: Built) -> dict[int, str]:
-    """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}."""
+    """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}.
+
+    About another joint the parts are called as its segments.
+    """
     leg = built.scenario.leg
+    above, below = JOINTS[leg.joint].above, JOINTS[leg.joint].below
     found = {}
     for geom in range(model.ngeom):
         body = model.body(model.geom_bodyid[geom]).name
-        worn = model.geom(geom).name.startswith(f"{SHOE}_") or body.startswith(WORN)
+        worn = model.geom(geom).name.startswith(f"{SHOE}_") or body.startswith(ADDED)
         if worn or model.geom_type[geom] in FLAT:
             continue
         if body == leg.shank or body == leg.foot or _hangs_on(model, geom, leg.foot):
-            part = {leg.shank: "shank", leg.foot: "foot"}.get(body, body or "foot")
+            part = {leg.shank: above, leg.foot: below}.get(body, body or below)
             found[geom] = part
     return found
 
@@ -116,10 +122,10 @@ def _hangs_on(model: mujoco.MjModel, geom: int, foot: str) -> bool:
     return body == above
 
 
-def _knee_height(shapes: LegShapes) -> float:
+def _knee_height(shapes: LegShapes, above: str = "shank") -> float:
     """Height of the topmost point of the shank's shapes above the ankle [m]; 0 of a shank without shapes."""
     ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id][2]
-    shank = [geom for geom, part in shapes.geoms.items() if part == "shank"]
+    shank = [geom for geom, part in shapes.geoms.items() if part == above]
     up = np.array([[0.0, 0.0, 1.0]])
     tops = [support(shapes.model, shapes.data, geom, up)[0, 2] for geom in shank]
     return float(max(tops, default=ankle) - ankle)
@@ -215,7 +221,8 @@ class ThroughLeg:
         """One sentence: muscle, angle, depth, part, and the fix."""
         at = f"at {np.degrees(self.angle):.0f} deg"
         if self.bone:
-            what = f"passes {1e3 * self.depth:.0f} mm from the line ankle–knee {at}: through bone"
+            line = "line ankle–knee" if self.part == "shank" else f"middle of the {self.part}"
+            what = f"passes {1e3 * self.depth:.0f} mm from the {line} {at}: through bone"
         else:
             what = f"passes {1e3 * self.depth:.0f} mm under the skin of the {self.part} {at}"
         way = "forward" if self.move > 0.0 else "back"
@@ -243,7 +250,8 @@ def through_leg(built: Built, shapes: LegShapes | None = None) -> list[ThroughLe
     shapes = leg_shapes(built) if shapes is None else shapes
     groups = muscle_names(built.scenario.orthosis)
     worst: dict[tuple[str, str, bool], ThroughLeg] = {}
-    top = _knee_height(shapes)
+    above = JOINTS[built.scenario.leg.joint].above
+    top = _knee_height(shapes, above)
     for angle in np.linspace(*built.scenario.orthosis.range_of_motion, POSTURES):
         shapes.pose(float(angle))
         for muscle in (name for name, group in groups.items() if group.pulley is None):
@@ -253,7 +261,7 @@ def through_leg(built: Built, shapes: LegShapes | None = None) -> list[ThroughLe
             points = at_lengths(corners, way)
             for found in [
                 *_in_parts(shapes, muscle, float(angle), points, way),
-                *_in_bone(shapes, muscle, float(angle), points, way, top),
+                *_in_bone(shapes, muscle, float(angle), points, way, top, above),
             ]:
                 key = found.muscle, found.part, found.bone
                 deeper = found.depth < worst[key].depth if found.bone and key in worst else True
@@ -281,7 +289,7 @@ def _in_parts(
 
 
 def _in_bone(
-    shapes: LegShapes, muscle: str, angle: float, points: np.ndarray, way: np.ndarray, top: float
+    shapes: LegShapes, muscle: str, angle: float, points: np.ndarray, way: np.ndarray, top: float, above: str
 ) -> list[ThroughLeg]:
     """The point nearest to the line from the ankle up to the knee, where it is nearer than BONE."""
     ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]
@@ -292,7 +300,7 @@ def _in_bone(
     nearest = int(away.argmin())
     if away[nearest] >= BONE:
         return []
-    return [_found(shapes, muscle, "shank", angle, float(away[nearest]), points, way, nearest, True)]
+    return [_found(shapes, muscle, above, angle, float(away[nearest]), points, way, nearest, True)]
 
 
 def _found(

@@ -51,7 +51,7 @@ def check_paths(angles: np.ndarray, lengths: np.ndarray, muscles: Iterable[str],
         if group.pulley is not None:
             continue
         if turns[column] or longest < body + (group.link_length or 0.0):
-            _check_sign(name, angles, lengths[:, column], orthosis.name)
+            _check_sign(name, angles, lengths[:, column], orthosis)
             _check_length(name, angles, lengths[:, column], group, orthosis.name)
 
 
@@ -60,19 +60,20 @@ def _body(muscle: Muscle) -> float:
     return muscle.end_length + muscle.nominal_length * (1.0 - muscle.limits.contraction_max)
 
 
-def _check_sign(name: str, angles: np.ndarray, length: np.ndarray, file: str) -> None:
+def _check_sign(name: str, angles: np.ndarray, length: np.ndarray, orthosis: Orthosis) -> None:
     """The moment arm r = −dL/dθ must not change its sign; between two angles it is −ΔL/Δθ."""
     arm = -np.diff(length) / np.diff(angles)
     low, high = float(arm.min()), float(arm.max())
     if not (low < -LEAST_ARM and high > LEAST_ARM):
         return
-    forward = high > -low  # which side the muscle is meant for
+    raises = high > -low  # which way the muscle is meant to turn the joint
+    forward = raises == (orthosis.words.turn > 0.0)
     turn = int(np.flatnonzero((arm[1:] > 0.0) != (arm[:-1] > 0.0))[0]) + 1
-    missing = -low if forward else high
+    missing = -low if raises else high
     raise InputError(
-        f"{name} passes through the ankle: at {np.degrees(angles[turn]):.0f} deg, within the range of "
-        f"motion, its moment arm changes its sign (it is {1e3 * low:.0f} to {1e3 * high:.0f} mm)",
-        file=file,
+        f"{name} passes through the {orthosis.joint}: at {np.degrees(angles[turn]):.0f} deg, within the "
+        f"range of motion, its moment arm changes its sign (it is {1e3 * low:.0f} to {1e3 * high:.0f} mm)",
+        file=orthosis.name,
         field=f"orthosis.muscle.{name.rsplit('_', 1)[0]}.origin.from_ankle",
         allowed=f"origin and insertion, or a point of the path, at least {math.ceil(1e3 * missing)} mm "
         f"further {'forward' if forward else 'back'}, or a narrower range_of_motion",

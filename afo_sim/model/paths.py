@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.description import MuscleGroup, Orthosis, PathPoint, Segment
+from afo_sim.description import JOINTS, Joint, MuscleGroup, Orthosis, PathPoint, Segment
 from afo_sim.model.mounting import ANKLE, muscle_names
 
 LATERAL = np.array([0.0, 1.0, 0.0])
@@ -125,7 +125,7 @@ def _add_pulley(
     """One muscle over a pulley: a fixed tendon of length −(moment arm) × angle.
 
     The arm's stated inertia is taken to hold pulley and muscles, so that they add no mass. For
-    pictures only, the pulley is a disc, and the muscle hangs straight between two sites of the shank:
+    pictures only, the pulley is a disc, and the muscle hangs straight between two sites of the upper body:
     the point where its cable touches the pulley, and one a quarter turn of cable above the muscle.
     """
     assert group.pulley is not None
@@ -134,10 +134,11 @@ def _add_pulley(
     offset = side(name, group) * group.pulley.spacing
     length = muscle.end_length - group.series_length
     height = length + 0.5 * math.pi * group.pulley.radius
+    above, below = anchors.values()
     for end, z in (("origin", height), ("insertion", 0.0)):
-        anchors["shank"].add_site(name=f"{name}_{end}", pos=[arm, offset, z], size=[0.005] * 3)
+        above.add_site(name=f"{name}_{end}", pos=[arm, offset, z], size=[0.005] * 3)
     half_width = 0.004 + (0.5 * group.pulley.spacing if group.count > 1 else 0.0)
-    anchors["foot"].add_geom(
+    below.add_geom(
         name=f"{name}_pulley",
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         fromto=[0.0, offset - half_width, 0.0, 0.0, offset + half_width, 0.0],
@@ -147,9 +148,6 @@ def _add_pulley(
         conaffinity=0,
         rgba=[0.55, 0.57, 0.6, 1.0],
     )
-
-
-SEGMENTS: tuple[Segment, ...] = ("shank", "foot")
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,11 +189,11 @@ class Paths:
     tendons: dict[str, int]
 
     def lengths(self, angles: np.ndarray) -> np.ndarray:
-        """Lengths over the ankle's angles [m] (n, n_muscle)."""
+        """Lengths over the joint's angles [m] (n, n_muscle)."""
         return np.array([data.ten_length[list(self.tendons.values())] for data in self._at(angles)])
 
     def moment_arms(self, angles: np.ndarray) -> np.ndarray:
-        """−dL/dθ over the ankle's angles, positive when tension dorsiflexes [m] (n, n_muscle)."""
+        """−dL/dθ over the joint's angles, positive when tension raises the angle [m] (n, n_muscle)."""
         dense = np.zeros((self.model.ntendon, 1))
         found = []
         for data in self._at(angles):
@@ -233,29 +231,32 @@ class Paths:
 
 def paths_of(orthosis: Orthosis) -> Paths:
     """The paths of an orthosis' muscles; those over pulleys are left out."""
-    return _paths(tuple(orthosis.anchored.items()))
+    return _paths(tuple(orthosis.anchored.items()), orthosis.words)
 
 
 @functools.lru_cache(maxsize=8)
-def _paths(groups: tuple[tuple[str, MuscleGroup], ...]) -> Paths:
+def _paths(groups: tuple[tuple[str, MuscleGroup], ...], joint: Joint) -> Paths:
     spec = mujoco.MjSpec()
-    shank = spec.worldbody.add_body(name="shank")
-    foot = shank.add_body(name="foot", mass=1.0, inertia=[1.0, 1.0, 1.0])
-    foot.explicitinertial = True
-    foot.add_joint(name=ANKLE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, -1.0, 0.0])
+    names = joint.segments
+    above = spec.worldbody.add_body(name=names[0])
+    below = above.add_body(name=names[1], mass=1.0, inertia=[1.0, 1.0, 1.0])
+    below.explicitinertial = True
+    below.add_joint(name=ANKLE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=joint.axis)
     alone = Orthosis.model_construct(
         range_of_motion=(0.0, 0.0), muscle=dict(groups), anchor={}, chamber={}
     )  # no chambers: paths have no air
-    add_tendons(spec, {"shank": shank, "foot": foot}, alone)
+    add_tendons(spec, dict(zip(names, (above, below), strict=True)), alone)
     model = spec.compile()
     return Paths(model, {name: model.tendon(name).id for name in muscle_names(alone)})
 
 
 def mean_length(group: MuscleGroup) -> float:
-    """Mean length of the paths of a group's muscles at an ankle angle of zero [m]; not of a pulley."""
+    """Mean length of the paths of a group's muscles at an angle of zero [m]; not of a pulley."""
     if not group.guided_by_surfaces:
         return fmean(group.path_lengths)
-    return float(_paths((("muscle", group),)).lengths(np.zeros(1)).mean())
+    ends = {place.segment for place in group.places}
+    joint = next(each for each in JOINTS.values() if ends <= {*each.segments})  # at zero all are alike
+    return float(_paths((("muscle", group),), joint).lengths(np.zeros(1)).mean())
 
 
 def turns(route: Route) -> np.ndarray:

@@ -19,7 +19,17 @@ import numpy as np
 import tomlkit
 
 from afo_sim.common import InputError, assets, check_writable, sealed_text, together, without_digests
-from afo_sim.description import Anchor, Leg, MuscleGroup, Orthosis, PathPoint, Provenance, Segment, load
+from afo_sim.description import (
+    Anchor,
+    Leg,
+    MuscleGroup,
+    Orthosis,
+    PathPoint,
+    Provenance,
+    Segment,
+    a_joint,
+    load,
+)
 from afo_sim.description.new import reference
 from afo_sim.description.portable import portable
 from afo_sim.model.paths import mean_length, paths_of
@@ -97,6 +107,9 @@ def refit(orthosis: Orthosis, shank: float = 1.0, foot: float = 1.0, *, words: s
     by = Ratio(shank, foot, words)
     if shank == foot == 1.0:
         return orthosis
+    if orthosis.joint != "ankle" and orthosis.anchored:
+        problem = f"goes with shank and foot, and the orthosis is for {a_joint(orthosis.joint)}"
+        raise InputError(problem, field="refit", allowed="an orthosis for an ankle")
     groups = {name: _rescaled(name, group, by) for name, group in orthosis.muscle.items()}
     changed = orthosis.model_copy(update={"muscle": groups})
     return load("orthosis", changed.model_dump(mode="json"))  # checked as a file is

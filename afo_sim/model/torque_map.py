@@ -15,7 +15,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, Notice, format_quantity, unknown
-from afo_sim.description import MuscleGroup, Scenario, load
+from afo_sim.description import JointName, MuscleGroup, Scenario, load
 from afo_sim.model.build import Built, build
 
 # Dorsiflexion torque that a drop foot needs, from and to [N·m] (computed for this project from gait).
@@ -29,8 +29,8 @@ LEAST_MOMENT = 1e-3  # range of moments below which the pressures have no effect
 class TorqueMap:
     """Static torque of one chamber's muscles alone; the others are at ambient pressure.
 
-    angles [rad] (n,), pressures gauge [Pa] (m,), torque, dorsiflexion positive [N·m] (n, m),
-    contraction, the least of its muscles' own contraction ratios [-] (n, m).
+    angles [rad] (n,), pressures gauge [Pa] (m,), torque, positive as the angles are [N·m] (n, m),
+    contraction, the least of its muscles' own contraction ratios [-] (n, m); joint, about which.
     """
 
     chamber: str
@@ -38,6 +38,7 @@ class TorqueMap:
     pressures: np.ndarray
     torque: np.ndarray
     contraction: np.ndarray
+    joint: JointName = "ankle"
 
 
 def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[TorqueMap]:
@@ -70,16 +71,16 @@ def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[
                         float(native.read_own(model, data.userdata, muscle).contraction)
                         for muscle in _members_of(built, chamber)
                     )
-            maps.append(TorqueMap(chamber, angles, pressures, torque, least))
+            maps.append(TorqueMap(chamber, angles, pressures, torque, least, built.scenario.leg.joint))
     return maps
 
 
 def require_angles(built: Built, angles: np.ndarray) -> None:
-    """Refuse angles beyond the ankle's stops."""
+    """Refuse angles beyond the joint's stops."""
     lower, upper = np.degrees(built.model.joint("ankle").range)
     if np.degrees(angles.min()) < lower - 1e-6 or np.degrees(angles.max()) > upper + 1e-6:
         raise InputError(
-            "goes beyond the ankle's stops",
+            f"goes beyond the {built.scenario.leg.joint}'s stops",
             field="angles",
             value=f"{np.degrees(angles.min()):g} to {np.degrees(angles.max()):g} deg",
             allowed=f"{lower:g} deg to {upper:g} deg",
@@ -124,7 +125,7 @@ def chamber_torque(built: Built, data: mujoco.MjData, chamber: str) -> float:
 
 def write_csv(maps: list[TorqueMap], path: pathlib.Path) -> None:
     """One row per chamber, angle and pressure."""
-    lines = ["chamber,ankle_angle [deg],pressure [bar],orthosis_torque [N*m]"]
+    lines = [f"chamber,{maps[0].joint}_angle [deg],pressure [bar],orthosis_torque [N*m]"]
     for found in maps:
         for angle, row in zip(np.degrees(found.angles), found.torque, strict=True):
             for pressure, torque in zip(found.pressures * 1e-5, row, strict=True):
@@ -142,14 +143,14 @@ def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[
 
     Returns
     -------
-    {chamber: {need: (lowest, highest angle [rad]) or None}} for chambers that dorsiflex; the lower
+    {chamber: {need: (lowest, highest angle [rad]) or None}} for chambers that dorsiflex an ankle; the lower
     bound of each need counts, and angles at which the braid is stretched do not.
     """
     found: dict[str, dict[str, tuple[float, float] | None]] = {}
     for entry in maps:
         column = int(np.argmin(np.abs(entry.pressures - pressure)))
         torque = np.where(entry.contraction[:, column] >= 0.0, entry.torque[:, column], -np.inf)
-        if entry.torque.max() <= -entry.torque.min():
+        if entry.joint != "ankle" or entry.torque.max() <= -entry.torque.min():
             continue
         found[entry.chamber] = {}
         for need, (least, _) in NEEDS.items():

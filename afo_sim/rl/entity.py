@@ -12,7 +12,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, unknown
 from afo_sim.control import Command, checked_pressure, coils
-from afo_sim.description import Orthosis, Side, load
+from afo_sim.description import Orthosis, Side, a_joint, load
 from afo_sim.legs import Found, find, tree_of
 from afo_sim.model import PASSIVE, Built, check_air, check_friction, check_longest, circuit_of, endless
 from afo_sim.model.build import build
@@ -105,6 +105,9 @@ class OrthosisEntity(Driven):
         self._parts: list[Any] = []
         self._ids: native.CircuitIds | None = None
         self.found: Found | None = None
+        if self.orthosis.anchored and self.orthosis.joint != "ankle":
+            problem = f"is for {a_joint(self.orthosis.joint)}, and an entity's is an ankle"
+            raise InputError(problem, field="orthosis", allowed="afo.attach, or an orthosis for an ankle")
         self._laid_out(side or self.orthosis.side)  # refused now, not at attaching
         self._coils = dict.fromkeys(self.orthosis.chamber, (0.0, 0.0))
 

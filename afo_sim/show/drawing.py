@@ -10,7 +10,7 @@ from typing import Any, Literal, overload
 import numpy as np
 
 from afo_sim.common import InputError, check_writable, replacing, unknown
-from afo_sim.description import Described
+from afo_sim.description import WORN, Described
 from afo_sim.model import AirScheme, Design, PathFacts, Source, arm, own, peak, pressure, taut, torques
 from afo_sim.model.design import design
 from afo_sim.show.air_drawing import scheme_of, write_air
@@ -72,7 +72,7 @@ def _sources(design: Design) -> str:
         ends = marked(f"ends {1e3 * kind.end_length:.0f} mm", kind, "end_length")
         told.append(f"{plain(kind.name, 20)}: {length}, {ends}, {marked('bore', kind, 'bore')}")
     for segment, mounting in design.built.scenario.orthosis.anchor.items():
-        part = "cuff" if segment == "shank" else "plate"
+        part = WORN[segment]
         if mounting.stiffness is not None:
             stiffness = f"{1e-3 * mounting.stiffness:.4g} kN/m"
             told.append(f"{part} {marked(stiffness, mounting, 'stiffness')}")

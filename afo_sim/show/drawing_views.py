@@ -8,7 +8,7 @@ from typing import Any, Literal
 import mujoco
 import numpy as np
 
-from afo_sim.description import MuscleGroup
+from afo_sim.description import JOINTS, MuscleGroup
 from afo_sim.model import (
     ANKLE,
     FLAT,
@@ -271,9 +271,10 @@ def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
 
 
 def _name_ghost(axis: Any, pose: Pose, angle: float) -> None:
-    """The angle, beside the foot's foremost point."""
+    """The angle, beside the foot's foremost point; of another joint, beside the farthest one."""
     shapes = np.concatenate(pose.outlines()["foot"])
-    tip = shapes[shapes[:, 0].argmax()]
+    far = shapes[:, 0] if pose.built.scenario.leg.joint == "ankle" else np.linalg.norm(shapes, axis=1)
+    tip = shapes[far.argmax()]
     text = f"{degrees(angle)} deg"
     look: dict[str, Any] = {"va": "center", "fontsize": _FONT, "color": "0.35"}
     axis.annotate(text, tip, (2.5, 0.0), textcoords="offset points", **look)
@@ -404,15 +405,17 @@ def _heights(axis: Any, design: Design, pose: Pose, scale: _Scale, box: Box) -> 
 def knee(design: Design) -> tuple[str, float] | None:
     """The knee above the ankle [m]: as the leg tells it; else the top of the shank's shapes.
 
-    A rig whose muscles all run over wheels has neither knee nor sole.
+    About another joint, the top of the segment above it. A rig whose muscles all run over wheels has neither
+    knee nor sole.
     """
     if not design.built.scenario.orthosis.anchored:
         return None
-    length = getattr(design.built.scenario.leg, "shank_length", None)
-    if length:
-        return "knee–ankle", float(length)
-    top = _extreme(design, ("shank",), highest=True)
-    return None if top is None else ("shank's top–ankle", top)
+    leg = design.built.scenario.leg
+    above = JOINTS[leg.joint].above
+    if leg.shank_length and leg.joint == "ankle":
+        return "knee–ankle", float(leg.shank_length)
+    top = _extreme(design, (above,), highest=True)
+    return None if top is None else (f"{above}'s top–{leg.joint}", top)
 
 
 def sole(design: Design, pose: Pose) -> tuple[str, float] | None:
@@ -425,7 +428,9 @@ def sole(design: Design, pose: Pose) -> tuple[str, float] | None:
     else:
         found = _extreme(design, None, highest=False)
         height = 0.0 if found is None else found
-    return ("ankle–sole", height) if height < -1e-3 else None
+    joint = design.built.scenario.leg.joint
+    end = "sole" if joint == "ankle" else "lowest"
+    return (f"{joint}–{end}", height) if height < -1e-3 else None
 
 
 def _extreme(design: Design, parts: tuple[str, ...] | None, *, highest: bool) -> float | None:
@@ -434,7 +439,7 @@ def _extreme(design: Design, parts: tuple[str, ...] | None, *, highest: bool) ->
     found = [
         pose.outline(g)[:, 1]
         for g, part in limb.items()
-        if (part in parts if parts is not None else part != "shank")
+        if (part in parts if parts is not None else part != JOINTS[design.built.scenario.leg.joint].above)
     ]
     if not found:
         return None

@@ -7,7 +7,7 @@ from typing import Self
 import mujoco
 import numpy as np
 
-from afo_sim.description import MuscleGroup
+from afo_sim.description import WORN, MuscleGroup
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,6 @@ class Carriage:
         return x
 
 
-_PARTS = {"shank": "cuff_", "foot": "plate_"}  # how the names of what an anchor carries begin
-
-
 class Mountings:
     """The cuff and the plate of a model, as far as a recording tells what they give."""
 
@@ -52,7 +49,7 @@ class Mountings:
         self, model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], columns: Collection[str]
     ) -> None:
         self.model = model
-        self.columns = {a: f"cuff/{a}/displacement" for a in _PARTS if f"cuff/{a}/displacement" in columns}
+        self.columns = {a: f"cuff/{a}/displacement" for a in WORN if f"cuff/{a}/displacement" in columns}
         self._bodies = {anchor: _carried(model, anchor) for anchor in self.columns}
         self._home = model.body_pos.copy()
         self._address, self._joints = model.jnt_qposadr, joint_columns(model)
@@ -82,7 +79,7 @@ def _carried(model: mujoco.MjModel, anchor: str) -> list[int]:
     """The bodies that move with an anchor: the ends of the muscles, and the cuff or the plate."""
     ends = model.body(f"{anchor}_anchors")
     beside = np.flatnonzero(model.body_parentid == ends.parentid[0])
-    return [int(b) for b in beside if b == ends.id or model.body(b).name.startswith(_PARTS[anchor])]
+    return [int(b) for b in beside if b == ends.id or model.body(b).name.startswith(f"{WORN[anchor]}_")]
 
 
 def _pull(model: mujoco.MjModel, groups: Mapping[str, MuscleGroup], anchor: str) -> float:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from afo_sim.common import InputError, Notice, parse_quantity, with_code
 from afo_sim.description import body_height, body_mass, worn
-from afo_sim.description.scenario_text import own_walk, reference
+from afo_sim.description.scenario_text import joint_words, own_walk, reference
 from afo_sim.metrics import NAMES, ROUND_OFF, Metric, lift, number
 
 if TYPE_CHECKING:
@@ -190,10 +190,11 @@ def doubts(
         found.append(
             Notice("filled-first", words, subject=", ".join(filled), key=" (--set start={} starts empty)")
         )
-    anchor = scenario["orthosis"].get("anchor", {}).get("shank", {})
+    segment = joint_words(scenario).segments[0]
+    anchor = scenario["orthosis"].get("anchor", {}).get(segment, {})
     if any(source["kind"] == "assumed" for source in anchor.get("provenance", {}).values()):
         words = "the cuff's compliance is assumed{key} and decides the result: run half and double"
-        subject = "orthosis.anchor.shank"
+        subject = f"orthosis.anchor.{segment}"
         found.append(Notice("cuff-assumed", words, subject=subject, key=f" ({subject})"))
     return [*found, *_of_muscles(scenario)]
 

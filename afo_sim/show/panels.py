@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import parse_quantity
+from afo_sim.description import WORN
 from afo_sim.gait import norm as gait_norm
 from afo_sim.show.run_view import PERCENT, PHASE, SET_PRESSURE, Over, RunView
 from afo_sim.show.style import (
@@ -368,7 +369,6 @@ def source(axis: Any, run: RunView, quantity: str) -> None:
 # Muscles and what they depend on: own contraction beside the path's, cuff and plate.
 _PATH = {"lw": 0.7, "zorder": 2.5}  # a path beside a muscle's own line
 _SLACK = ":"  # line style of a muscle that pulls on nothing
-_NAMES = {"shank": "cuff", "foot": "plate"}  # of the anchors
 
 
 def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
@@ -428,6 +428,6 @@ def pulls(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
 def _mountings(axis: Any, run: RunView, over: Over, quantity: str, factor: float) -> None:
     for anchor, style in zip(run.anchors, itertools.cycle(LINE_STYLES)):
         x, values = run.curves(f"cuff/{anchor}/{quantity}", over)
-        mean_and_spread(axis, factor * values, MOUNTINGS[anchor], _NAMES[anchor], x, style)
+        mean_and_spread(axis, factor * values, MOUNTINGS[WORN[anchor]], WORN[anchor], x, style)
     if over == "time":
         shade_stance(axis, run)

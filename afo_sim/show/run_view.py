@@ -166,7 +166,7 @@ class RunView:
 
     @property
     def anchors(self) -> list[str]:
-        """The anchors that give: "shank" for the cuff, "foot" for the plate."""
+        """The segments whose cuff or plate gives."""
         return [name.split("/")[1] for name in self.recording.columns if re.fullmatch(ANCHOR, name)]
 
     @property

@@ -42,7 +42,7 @@ MOMENT_STYLES: dict[str, Any] = {
     "ground": (0, (8, 1.5)),
     "frame": (0, (1, 3)),
 }
-MOUNTINGS = {"shank": "#000000", "foot": GREEN}  # cuff and plate
+MOUNTINGS = {"cuff": "#000000", "plate": GREEN}
 SOLE = {"toe": ORANGE, "ball": BLUE}  # points of the sole
 SCALE, SCALE_END = "plasma", 0.62  # colours of a scale on white, and the share of them that is dark enough
 MARKERS = (None, "o", "s", "^", "D", "v")  # of groups of muscles and chambers, in their order

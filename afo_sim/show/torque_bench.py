@@ -89,7 +89,7 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
     most = _RIGID * float(np.abs(readings.torque).max())  # rigid anchors on a locked braid pull without end
     low, high = axis.get_ylim()
     axis.set_ylim(max(low, -most), min(high, most))
-    axis.set_xlabel("angle [deg], dorsiflexion positive")
+    axis.set_xlabel(f"angle [deg], {group.orthosis.words.directions[0]} positive")
     axis.set_ylabel("torque [N·m]")
     name = readings.group if len(found.problem.groups) > 1 else readings.file.stem
     axis.set_title(plain(name))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from afo_sim.description import JOINTS
 from afo_sim.model import NEEDS, TorqueMap
 from afo_sim.show.panels import marked
 from afo_sim.show.style import COLOURS, MARKERS, SCALE, SCALE_END, ZERO, ink, plain, write_figure
@@ -35,12 +36,13 @@ def _page(figure: Any, maps: list[TorqueMap], title: str) -> None:
             label = f"{pressure * 1e-5:g} bar"
             look = {"color": colours[column], **marked(found.angles, MARKERS[column % len(MARKERS)])}
             axis.plot(np.degrees(found.angles), found.torque[:, column], label=label, **look)
-        if found.torque.max() > -found.torque.min():
+        if found.joint == "ankle" and found.torque.max() > -found.torque.min():
             _mark_needs(axis, float(np.degrees(found.angles[-1])))
         _shade_stretch(axis, found)
         axis.axhline(0.0, color=ZERO, lw=0.8)
-        axis.set_xlabel("ankle angle [deg], dorsiflexion +")
-        axis.set_ylabel("orthosis torque [N·m], dorsiflexion +")
+        positive = JOINTS[found.joint].directions[0]
+        axis.set_xlabel(f"{found.joint} angle [deg], {positive} +")
+        axis.set_ylabel(f"orthosis torque [N·m], {positive} +")
         axis.set_title(f"{plain(found.chamber)} chamber alone", loc="left")
         where = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 4}  # below all bands and curves
         axis.legend(title="gauge pressure", title_fontsize=8.0, alignment="left", **where)

@@ -185,7 +185,7 @@ COLUMNS = (
     Column(
         "ankle/moment/gravity",
         "N*m",
-        "dorsiflexion positive; weight of foot, plate and muscles",
+        "dorsiflexion positive; weight of what turns",
         lambda f: 0.0 - f.dof("qfrc_bias"),
         whole=True,
     ),
@@ -249,7 +249,7 @@ COLUMNS = (
     Column(
         "muscle/*/moment_arm",
         "m",
-        "-dL/dtheta of the path; positive when tension dorsiflexes",
+        "-dL/dtheta of the path; dorsiflexion positive",
         _moment_arm,
         whole=True,
     ),
@@ -377,7 +377,7 @@ DESCRIBED = {column.name: (column.unit, column.sign) for column in COLUMNS}
 DESCRIBED |= {f"qpos/{name}": ("m", "MuJoCo coordinate") for name in (*JOINTS[:2], SINK)}  # those that slide
 DESCRIBED[SOLVED] = ("", "1 in settled strides, whose air was solved for; 0 in those walked from the start")
 DESCRIBED |= {f"controller/{name}": entry for name, entry in TOLD.items()}
-SENSOR = "sensor/"
+SENSOR, POSITIVE = "sensor/", "dorsiflexion"
 
 
 def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[str, str]:
@@ -386,7 +386,7 @@ def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[st
     Parameters
     ----------
     column : its name
-    scenario : resolved, of the run; needed for "sensor/<name>"
+    scenario : resolved, of the run; needed for "sensor/<name>", and for another joint's positive direction
 
     Raises
     ------
@@ -394,17 +394,18 @@ def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[st
         The scenario has no such sensor, or this version of the program no such column.
     """
     if column.startswith(SENSOR):
-        return _of_sensor(column, (scenario or {}).get("sensor") or {})
-    if column in DESCRIBED:
-        return DESCRIBED[column]
+        return _of_sensor(column, scenario or {})
     kind, *name_and_rest = column.split("/")
-    pattern = "/".join([kind, "*", *name_and_rest[1:]])
+    pattern = column if column in DESCRIBED else "/".join([kind, "*", *name_and_rest[1:]])
     if pattern not in DESCRIBED:
         raise InputError("is not a column of this version of the program", field="column", value=column)
-    return DESCRIBED[pattern]
+    unit, sign = DESCRIBED[pattern]
+    directions = ((scenario or {}).get("leg") or {}).get("directions", [POSITIVE])
+    return unit, sign.replace(POSITIVE, directions[0])
 
 
-def _of_sensor(column: str, sensors: Mapping[str, Any]) -> tuple[str, str]:
+def _of_sensor(column: str, scenario: Mapping[str, Any]) -> tuple[str, str]:
+    sensors = scenario.get("sensor") or {}
     name, _, output = column.removeprefix(SENSOR).partition("/")
     if name not in sensors:
         problem = "is not a sensor of the scenario, which gives its unit"
@@ -415,5 +416,5 @@ def _of_sensor(column: str, sensors: Mapping[str, Any]) -> tuple[str, str]:
     bought = sensor.get("type") or {}
     if any(table.get("threshold") is not None for table in (sensor, bought)):
         return "", "1 above the threshold, 0 below"
-    unit, sign = describe(sensor["column"])
+    unit, sign = describe(sensor["column"], scenario)
     return unit, f"reading of {sensor['column']}: {sign}"

@@ -5,16 +5,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from afo_sim.description import MuscleGroup, Orthosis, Scenario, Segment
+from afo_sim.description import WORN, Joint, MuscleGroup, Orthosis, Scenario, Segment
 from afo_sim.metrics import Facts, MuscleLimits, Skin, Supply
 from afo_sim.model import Built, chamber_of, content_at_start, muscle_names, paths_of, side
 from afo_sim.physics import AIR, Gas
 
 LEFT = 1  # place in forward, left, up
 APART = np.radians(0.05)  # between angles at which the pieces of a guided path are looked at, at most
-
-
-PARTS = {"shank": "cuff", "foot": "plate"}  # what lies on a segment
 
 
 def facts_of(built: Built) -> Facts:
@@ -44,9 +41,7 @@ def _limits(group: MuscleGroup) -> tuple[float, float, float, float]:
 def _skins(orthosis: Orthosis) -> dict[str, Skin]:
     """Skin under cuff and plate, of those that `orthosis.interface` describes."""
     return {
-        PARTS[segment]: Skin(
-            interface.area, interface.friction, functools.partial(pull_on, orthosis, segment)
-        )
+        WORN[segment]: Skin(interface.area, interface.friction, functools.partial(pull_on, orthosis, segment))
         for segment, interface in orthosis.interface.items()
         if orthosis.anchored
     }
@@ -75,6 +70,7 @@ def pull_on(orthosis: Orthosis, segment: Segment, columns: Mapping[str, np.ndarr
 
     A muscle's tension F acts on the shank along its path, F (f − s)/|f − s|. There s is its end on the shank,
     and f its end on the foot, turned by the ankle's angle. On the foot acts the same force the other way.
+    Another joint's segments stand in their place.
     Points and surfaces of a path are held by the cuff or plate of their segment. So s and f are the ends of
     the straight piece between the segments, and F its tension, which friction at guides changes.
     Cuff and plate have no mass here: what the muscles do to them, they do to the skin.
@@ -93,7 +89,7 @@ def pull_on(orthosis: Orthosis, segment: Segment, columns: Mapping[str, np.ndarr
             for axis in range(3):
                 total[axis] += guided[name][:, axis] * force
             continue
-        path = _straight(name, group, angle, segment)
+        path = _straight(name, group, angle, segment, orthosis.words)
         over_length = force / np.sqrt(path[0] ** 2 + path[1] ** 2 + path[2] ** 2)
         for axis, along in enumerate(path):
             total[axis] += along * over_length
@@ -101,17 +97,18 @@ def pull_on(orthosis: Orthosis, segment: Segment, columns: Mapping[str, np.ndarr
 
 
 def _straight(
-    name: str, group: MuscleGroup, angle: np.ndarray, segment: Segment
+    name: str, group: MuscleGroup, angle: np.ndarray, segment: Segment, joint: Joint
 ) -> tuple[np.ndarray, float, np.ndarray]:
     """From a straight path's end on the segment to its other end, in the segment's axes [m]."""
     assert group.origin is not None and group.insertion is not None
-    cosine, sine = np.cos(angle), np.sin(angle)
-    turn = sine if segment == "shank" else -sine  # of the other segment in this one's axes: the foot, toe up
+    cosine, sine = np.cos(angle), joint.turn * np.sin(angle)
+    above, below = joint.segments
+    turn = sine if segment == above else -sine  # of the other segment in this one's axes: the foot, toe up
     ends: dict[Segment, np.ndarray] = {}
     for anchor in (group.origin, group.insertion):
         ends[anchor.segment] = np.array(anchor.from_ankle)
         ends[anchor.segment][LEFT] += side(name, group) * anchor.spacing
-    x, y, z = ends["foot" if segment == "shank" else "shank"]
+    x, y, z = ends[below if segment == above else above]
     forward, left, up = ends[segment]
     return x * cosine - z * turn - forward, y - left, x * turn + z * cosine - up
 

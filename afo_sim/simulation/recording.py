@@ -92,11 +92,17 @@ class Recording(Shown):
         return list(self.columns)
 
     def __getitem__(self, column: str) -> np.ndarray:
-        return self.columns[column]
+        return self.columns[self._own(column)]
 
     def describe(self, column: str) -> tuple[str, str]:
         """(unit, sign) of one of its columns."""
-        return describe(column, self.scenario)
+        return describe(self._own(column), self.scenario)
+
+    def _own(self, column: str) -> str:
+        """The column that is meant: "knee/angle" of a knee, "joint/angle" of any, is "ankle/angle"."""
+        kind, _, rest = column.partition("/")
+        named = column not in self.columns and kind in ("joint", self.scenario["leg"].get("joint"))
+        return f"ankle/{rest}" if named else column
 
     @property
     def ok(self) -> bool:

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
-from afo_sim.description import Described, Muscle, MuscleGroup, Scenario, provenance_note
+from afo_sim.description import WORN, Described, Muscle, MuscleGroup, Scenario, provenance_note
 from afo_sim.metrics import Facts, Metric, Window, cut, pressure_in_swing, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
 from afo_sim.physics.static_force import static_force
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
-from afo_sim.simulation.facts import PARTS, facts_of
+from afo_sim.simulation.facts import facts_of
 
 COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
 MOVED = 0.01  # of its length that a muscle may move in a step [-]
@@ -31,7 +31,7 @@ NOTHING = 1e-3  # work that is too little to judge [J]
 STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
 FINER = 4.0  # times as many steps, where nothing says how many would do
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
-WHO = {"shank": "it", "foot": "its strap"}  # presses on the skin of a segment
+WHO = {"cuff": "it", "plate": "its strap"}  # presses on the skin
 GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
 SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 
@@ -229,8 +229,8 @@ def limit_warnings(
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:
         where = _where_stopped(built, columns, lower, upper)
-        yield Notice(
-            "stop-reached", "the ankle reaches a stop of the joint{where}", subject=ANKLE, where=where
+        text = f"the {built.scenario.leg.joint} reaches a stop of the joint{{where}}"
+        yield Notice("stop-reached", text, subject=ANKLE, where=where
         )
     if (turned := columns.get("subtalar/angle")) is not None:
         lower, upper = built.model.joint(SUBTALAR).range
@@ -378,7 +378,7 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
     """
     limits, facts = built.scenario.limits, facts_of(built)
     for segment, interface in built.scenario.orthosis.interface.items():
-        part = PARTS[segment]
+        part = WORN[segment]
         if limits is None or part not in (facts.skins or {}):
             continue
         found = skin_metrics(facts, part, columns)
@@ -397,7 +397,7 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
             "{pull:.0f} N, more than the {worse}{limit_kind}); over {area:g} cm², at a friction of "
             "{friction:g}{kind}{in_swing}",
             subject=part,
-            who=WHO[segment],
+            who=WHO[part],
             pressure=pressure,
             beyond=pressure - discomfort,
             pull=found[f"{part}_pull_along"].value,

@@ -383,7 +383,7 @@ WALKING = (
     _column(
         "ankle/moment/gravity",
         "N*m",
-        "dorsiflexion positive; weight of foot, plate and muscles",
+        "dorsiflexion positive; weight of what turns",
         _gravity_moment,
         whole=True,
     ),

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from afo_sim.common import in_unit
-from afo_sim.description import MuscleGroup, Scenario
+from afo_sim.description import WORN, MuscleGroup, Scenario
 from afo_sim.description.orthosis import Chamber
 from afo_sim.model import mean_length
 
@@ -21,7 +21,6 @@ RADIUS, CONTRACTION = 0.005, 0.02  # of a pulley [m], [-]
 STIFFNESS, FLOW = 2.0, 1.5  # factors; FLOW of valves and tubes
 _LIMIT = 1.0 + 1e-9  # rounding of a pressure beside a limit [-]
 _WAYS = {0: "forward", 2: "up"}  # axes of an anchor's place
-_PARTS = {"shank": "cuff", "foot": "plate"}
 SIDES: tuple[Literal["inlet", "outlet"], ...] = ("inlet", "outlet")
 
 Barred = Literal["", "forbidden", "no air"]
@@ -247,7 +246,7 @@ def _air(scenario: Scenario, name: str, chamber: Chamber) -> Iterator[Step]:
 def _structure(scenario: Scenario) -> Iterator[Step]:
     """How cuff and plate give, and the thickness of the plate's sole."""
     for segment, mounting in scenario.orthosis.anchor.items():
-        at, name = f"orthosis.anchor.{segment}", f"{_PARTS[segment]} stiffness"
+        at, name = f"orthosis.anchor.{segment}", f"{WORN[segment]} stiffness"
         assumed = any(source.kind == "assumed" for source in mounting.provenance.values())
         found: list[Step] = []
         if mounting.stiffness is not None:

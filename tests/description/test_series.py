@@ -116,7 +116,7 @@ def test_what_cannot_be_is_refused_with_its_field(
 
 def test_anchors_that_no_muscle_pulls_on_are_refused(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match="over pulleys") as refused:
-        load("orthosis", "arm_s1", {"anchor.shank.stiffness": "4 kN/m"})
+        load("orthosis", "arm_s1", {"anchor.proximal.stiffness": "4 kN/m"})
     assert refused.value.field == "anchor"
     with pytest.raises(InputError, match="there is no muscle"):
         load("orthosis", "none", {"anchor.foot.stiffness": "4 kN/m"})

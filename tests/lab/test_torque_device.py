@@ -97,19 +97,19 @@ def test_the_pin_knees_torque_is_its_own_roots(name: str, stiffness: float, offs
     """A second geometry and a second bisection, on the tension of the spring."""
     test = pin_knee.knee_tests()[name]
     orthosis = knee_orthosis(test)
-    (path,) = geometry = paths(orthosis, test.angle)
+    (path,) = geometry = paths(orthosis, -test.angle)  # extension is positive there
     length, arm = pin_knee.path(test.angle)
     assert path.length == pytest.approx(length, abs=1e-12)
-    assert -path.arm == pytest.approx(arm, abs=1e-12)  # flexion is negative there and here
+    assert path.arm == pytest.approx(arm, abs=1e-12)
     found, _ = statics(orthosis, geometry, "flexor", test.pressure, Change(stiffness, offset))
-    assert found == pytest.approx(pin_knee.torque(test, stiffness, offset), abs=1e-6)
+    assert -found == pytest.approx(pin_knee.torque(test, stiffness, offset), abs=1e-6)
 
 
 def test_a_change_of_the_law_is_the_muscles_own() -> None:
     test = pin_knee.knee_tests()["48"]
     orthosis = knee_orthosis(test)
     other = reader.with_keys(orthosis, {"muscle.flexor.type.laws.bolen_2026.contraction_620": 0.2})
-    geometry = paths(orthosis, test.angle)
+    geometry = paths(orthosis, -test.angle)
     found = statics(orthosis, geometry, "flexor", test.pressure, Change(law={"contraction_620": 0.2}))[0]
     expected = statics(other, geometry, "flexor", test.pressure, Change())[0]
     assert found == pytest.approx(expected, rel=1e-12)

@@ -133,7 +133,7 @@ def test_a_parameter_of_the_law_comes_back_beside_the_stiffness() -> None:
 def test_a_cuffs_displacement_tells_its_stiffness() -> None:
     orthosis, rng = reader.load("orthosis", "s1"), np.random.default_rng(5)
     torque, pull = statics(
-        orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(offset=2e-3, shank=6e3)
+        orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(offset=2e-3, cuff=6e3)
     )
     data = data_of(torque + rng.normal(0.0, 0.05, 27))
     data["cuff [mm]"] = 1e3 * pull / 6e3 + rng.normal(0.0, 0.3, 27)
@@ -150,7 +150,7 @@ def test_torque_alone_does_not_tell_a_cuff_from_cables() -> None:
     """Three muscles on one cuff: F/k + 3 F/k_cuff is all that can be seen."""
     orthosis = reader.load("orthosis", "s1_short_links")
     torque = statics(
-        orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(series_stiffness=30e3, shank=6e3)
+        orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(series_stiffness=30e3, cuff=6e3)
     )[0]
     noise = np.random.default_rng(0).normal(0.0, 0.02, 27)
     names = ("series_stiffness", "cuff_stiffness")
@@ -163,7 +163,7 @@ def test_torque_alone_does_not_tell_a_cuff_from_cables() -> None:
 def test_a_held_cuff_that_is_too_soft_is_told(cuff: float, said: bool) -> None:
     """S1's cuff is described with 4 kN/m; the planted one is stiffer, or softer, and is not asked for."""
     orthosis = reader.load("orthosis", "s1_short_links")
-    torque = statics(orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(shank=cuff))[0]
+    torque = statics(orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(cuff=cuff))[0]
     found = fit_torque(data_of(torque), "s1_short_links", hold_out="none")
     assert any("try --fit cuff_stiffness" in warning for warning in found.warnings) is said
     assert not any(
@@ -235,7 +235,7 @@ def test_the_knees_law_is_not_told_at_its_one_pressure(knee: dict[str, TorqueFit
     from afo_sim.lab import knee_tests
 
     test = knee_tests()["48"]
-    data = {"angle [rad]": test.angle, "pressure [Pa]": test.pressure, "torque [N*m]": test.torque}
+    data = {"angle [rad]": -test.angle, "pressure [Pa]": test.pressure, "torque [N*m]": -test.torque}
     found = fit_torque(data, knee_orthosis(test), ("series_stiffness", "contraction_620"), hold_out="none")
     assert any("at one pressure" in warning for warning in found.warnings)
     assert found.intervals == {"series_stiffness": None, "contraction_620": None}

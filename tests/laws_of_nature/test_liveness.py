@@ -84,6 +84,7 @@ NOT_PHYSICAL = (
     "*.wrap_friction",
     "*.pulley",  # none here; test_arm.py moves those of the arm
     "*.directions",
+    "*.joint",  # test_any_joint.py has others
     "*side",  # the next tests move these two
     "leg.subtalar*",
     "*.frictions.*",

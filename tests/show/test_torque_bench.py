@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from campaign import size
 from command import call
-from knee import knee_orthosis
+from knee import knee_data, knee_orthosis
 from matplotlib.figure import Figure
 
-from afo_sim.common import assets
 from afo_sim.description import reader, toml_text
 from afo_sim.lab import Change, fit_torque, knee_tests, paths, statics
 from afo_sim.show import write_torque_figure
@@ -80,10 +79,9 @@ def test_command_takes_an_orthosis_for_each_group(
         table = knee_orthosis(knee_tests()[name]).model_dump(mode="json", exclude_none=True)
         (place / "orthosis.toml").write_text(toml_text(table), encoding="utf-8")
         options += ["--orthosis", f"{name}={place}"]
-    shipped, out = assets.folder("models") / "muscles" / "dmsp_10" / "pin_knee.csv", tmp_path / "out"
-    lines, data = shipped.read_text(encoding="utf-8").splitlines(), tmp_path / "knees.csv"
-    left_out = knee_tests().keys() - set(groups)
-    data.write_text("\n".join(line for line in lines if line.partition(",")[0] not in left_out))
+    columns, data, out = knee_data(), tmp_path / "knees.csv", tmp_path / "out"
+    rows = [row for row in zip(*columns.values(), strict=True) if row[0] in groups]
+    data.write_text("\n".join(",".join(map(str, row)) for row in (columns, *rows)))
     code, printed, complaint = call(capsys, "fit-torque", data, *options, "--hold-out", "group", "--out", out)
     assert code == 0, complaint
     if len(groups) == 5:  # tests/lab asks the fit itself

@@ -5,22 +5,22 @@ from collections.abc import Iterator
 import numpy as np
 
 from afo_sim.cli.doctor.kinds import Findings
-from afo_sim.description import Described, Leg, Orthosis, Scenario
+from afo_sim.description import JOINTS, WORN, Described, Leg, Orthosis, Scenario
 from afo_sim.description.scenario_text import reference
 from afo_sim.model import design_of, slack_everywhere, stability, sweep_ankle
 from afo_sim.model import rows as path_rows
 from afo_sim.model.build import build
 from afo_sim.simulation import described_policy, reference_of
 
-_SKIN = {"shank": "cuff", "foot": "plate's strap"}
+_SKIN = {"cuff": "cuff", "plate": "plate's strap"}
 
 
 def scenario(scenario: Scenario) -> Findings:
     """Stability, design, controller and warnings of a scenario that could run."""
-    built = build(scenario)
+    built, words = build(scenario), JOINTS[scenario.leg.joint]
     _, _, inertia = sweep_ankle(built.model, built.index, np.zeros(1))
     findings = [
-        ("foot, plate and muscles about the ankle", f"{inertia[0]:.4f} kg·m²"),
+        (f"{words.below}, plate and muscles about the {scenario.leg.joint}", f"{inertia[0]:.4f} kg·m²"),
         (
             "air number, rate × time step",
             f"{built.stability['air']:.3g} (accurate to {stability.AIR_ACCURATE:g})",
@@ -50,7 +50,7 @@ def orthosis(orthosis: Orthosis) -> Findings:
         *_air_path(orthosis),
         *(
             (
-                f"skin under the {_SKIN[segment]}",
+                f"skin under the {_SKIN[WORN[segment]]}",
                 f"{1e4 * lies.area:g} cm² ({_kind(lies, 'area')}), "
                 f"friction {lies.friction:g} ({_kind(lies, 'friction')})",
             )

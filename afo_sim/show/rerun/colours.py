@@ -43,7 +43,7 @@ MOMENTS = {
     "load": LIME,
 }
 SOLE = {"toe": (YELLOW, OCHRE), "ball": (SKY, BLUE)}  # own, recorded
-MOUNTINGS = {"shank": ("cuff", WHITE), "foot": ("plate", TEAL)}
+MOUNTINGS = {"cuff": WHITE, "plate": TEAL}
 FORCE = {"z": ("up", TEAL), "x": ("forward", ORANGE)}  # of the ground
 FLOOR, RANGE = RED, GREY
 VOLUMES = (MAGENTA, LIME, TEAL, WHITE)  # of an air path, beside chambers

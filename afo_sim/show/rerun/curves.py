@@ -7,7 +7,7 @@ import numpy as np
 import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
-from afo_sim.description import MuscleGroup
+from afo_sim.description import WORN, MuscleGroup
 from afo_sim.model import OUTLET, SOURCE, TUBE_END, VALVE_END, free, muscle_names
 from afo_sim.physics import AIR, Gas
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
@@ -140,7 +140,7 @@ def _mountings(source: Source) -> list[Curve]:
     """What cuff and plate give [mm], and the pull on them [N]."""
     found = []
     for anchor in source.named("cuff"):
-        name, colour = colours.MOUNTINGS[anchor]
+        name, colour = WORN[anchor], colours.MOUNTINGS[WORN[anchor]]
         found.append(Curve("mounting/gives/ends", name, colour, f"cuff/{anchor}/displacement", 1e3))
         found.append(Curve("mounting/pull/ends", name, colour, f"cuff/{anchor}/force"))
     return found
@@ -185,7 +185,7 @@ def compared_curves(source: Source, label: str, number: int, *, recorded: bool) 
             column = f"muscle/{muscle}/contraction"
             found.append(Curve(f"contraction/{group}/{label}", label, colour, column, 100.0))
     for anchor in source.named("cuff"):
-        name, _ = colours.MOUNTINGS[anchor]
+        name = WORN[anchor]
         column = f"cuff/{anchor}/displacement"
         found.append(Curve(f"mounting/gives/{name}/{label}", label, colour, column, 1e3))
         found.append(Curve(f"mounting/pull/{name}/{label}", label, colour, f"cuff/{anchor}/force"))

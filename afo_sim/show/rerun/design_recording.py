@@ -21,7 +21,7 @@ _SPEED = 10.0  # at which the ankle turns on the timeline of seconds [deg/s]
 _PLOTS = {
     "contraction": "contraction [%]: path thin, muscle thick",
     "arm": "moment arm [mm]",
-    "torque": "torque [N·m], dorsiflexion +",
+    "torque": "torque [N·m]",
     "length": "length [mm]: path thin, muscle with link and slack thick",
 }
 

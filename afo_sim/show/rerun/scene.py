@@ -173,7 +173,8 @@ def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
     if not view.groups:
         return
     given = np.sum([block[column] for column in view.mountings.columns.values()], axis=0)
-    ankle = position[:, model.body("shank_anchors").id]
+    above = ("shank_anchors", "proximal_anchors")
+    ankle = position[:, next(k for k in range(model.nbody) if model.body(k).name in above)]
     lines = guided_lines(model, block, view.groups, view.mountings)
     for number, muscle in enumerate(view.muscles):
         own = given if muscle.group.pulley is None else 0.0
