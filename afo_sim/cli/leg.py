@@ -116,11 +116,14 @@ class _Attachment:
 
     model: Annotated[Path, Argument(help="MJCF or URDF file of a whole model, or a shipped leg's name")]
     orthosis: Annotated[str, Option(help="a shipped orthosis' name, or the path of its TOML file or folder")]
-    shank: Annotated[str | None, Option(help="name of its body; sought by default")] = None
-    foot: Annotated[str | None, Option(help="name of the body that wears the plate")] = None
-    ankle: Annotated[str | None, Option(help="name of the hinge between them")] = None
+    joint: Annotated[str | None, Option("--joint", "--ankle", help="hinge; an ankle's is sought")] = None
+    proximal: Annotated[str | None, Option("--proximal", "--shank", help="body above the joint")] = None
+    distal: Annotated[str | None, Option("--distal", "--foot", help="body below it, with the plate")] = None
     side: Annotated[str | None, Option(help="right|left, where both are there")] = None
-    zero: Annotated[str | None, Option(help='the hinge where the ankle is at 0, "0 deg" by default')] = None
+    zero: Annotated[str | None, Option(help='the hinge where the joint is at 0, "0 deg" by default')] = None
+    sign: Annotated[int | None, Option(help="1|-1: whether the hinge's own coordinate rises in flexion")] = (
+        None
+    )
     supply: Annotated[str, Option(help="gauge pressure before the inlet valves")] = "4 bar"
     timestep: Annotated[str | None, Option(help='"1 ms"; the model\'s own by default')] = None
     prefix: Annotated[str, Option(help="of all names that are added")] = "afo_"
@@ -132,9 +135,9 @@ class _Attachment:
 @app.command("attach")
 @one_group
 def attach_command(worn: _Attachment) -> None:
-    """Put an orthosis on a leg of a whole model, which you then step from Python.
+    """Put an orthosis on a joint of a whole model, which you then step from Python.
 
-    A model that was written with it may be given again, for the other leg.
+    A model that was written with it may be given again, for another joint.
     """
     check_side(worn.side)
     model, name = worn.model, Path(worn.orthosis).stem
@@ -148,7 +151,7 @@ def attach_command(worn: _Attachment) -> None:
         from afo_sim.legs import attach, write_attached
         from afo_sim.legs.attached_files import attached
 
-        names = ("shank", "foot", "ankle", "side", "supply", "timestep", "prefix")
+        names = ("joint", "proximal", "distal", "side", "sign", "supply", "timestep", "prefix")
         before: Any = attached(model) if ours else model
         try:
             found = attach(before, worn.orthosis, zero=angle, **picked(worn, *names))
@@ -178,21 +181,22 @@ def _is_written(model: Path) -> bool:
 
 def _option(field: str) -> str:
     """The option that stands for an argument of `attach`."""
-    own = ("shank", "foot", "ankle", "side", "zero", "supply", "timestep", "prefix", "orthosis")
-    return f"--{field}" if field in own else field
+    own = "joint proximal distal sign shank foot ankle side zero supply timestep prefix orthosis"
+    return f"--{field}" if field in own.split() else field
 
 
 def _print(found: Any) -> None:
     """What was found, and where each input and state stands."""
     from afo_sim.common import in_unit
 
-    leg, model = found.found, found.model
-    axis = ", ".join(f"{x:.3f}" for x in -leg.sign * leg.axes[:, 1])
+    leg, model, words = found.found, found.model, found.orthosis.words
+    carrier = list(found.bodies.values())[1]
+    axis = ", ".join(f"{x:.3f}" for x in -words.turn * leg.sign * leg.axes[:, 1])
     rows = [
-        ["shank", f"{leg.shank} ({leg.how.get('shank', 'given')})"],
-        ["foot", f"{found.bodies['foot']} ({leg.how.get('foot', 'given')})"],
-        ["ankle", f"{leg.ankle} ({leg.how.get('ankle', 'given')}), axis {axis} in the world"],
-        ["dorsiflexion", "positive" if leg.sign > 0 else "negative, of the hinge's coordinate"],
+        [words.above, f"{leg.shank} ({leg.how.get('shank', 'above the hinge')})"],
+        [words.below, f"{carrier} ({leg.how.get('foot', 'below the hinge')})"],
+        [found.orthosis.joint, f"{leg.ankle} ({leg.how.get('ankle', 'given')}), axis {axis} in the world"],
+        [words.directions[0], "positive" if leg.sign > 0 else "negative, of the hinge's coordinate"],
         ["side", f"{leg.side} ({leg.how.get('side', 'given')})"],
         ["joints crossed", ", ".join(found.joints)],
         ["supply", f"{in_unit(found.supply, 'Pa', 'bar'):g} bar"],
@@ -200,7 +204,7 @@ def _print(found: Any) -> None:
         ["ctrl, model's own", f"0 to {found.own_controls.stop - 1}" if found.own_controls.stop else "none"],
         ["userdata", f"{found.userdata} to {model.nuserdata - 1}"],
     ]
-    print_table(f"{found.orthosis.name} on {leg.shank} and {found.bodies['foot']}", ["", ""], rows)
+    print_table(f"{found.orthosis.name} on {leg.shank} and {carrier}", ["", ""], rows)
     kinds = {
         "network": (found.ids.networks, "0: do not write"),
         "muscle": (found.muscles, "do not write"),

@@ -27,7 +27,7 @@ class Attached:
     model : with exact parameters; the user's own actuators come first, in their order
     spec : that it was compiled from; its text holds no parameters of the muscles
     orthosis, found : the device, and the leg that it is on
-    bodies : {"shank", "foot": name of the body that carries the device}
+    bodies : {segment: name of the body that carries the device}, the proximal one first
     joints : names of the joints that its muscles cross
     prefix : of all names that were added
     supply : gauge pressure before the inlet valves [Pa]
@@ -52,7 +52,7 @@ class Attached:
     legs: dict[str, "Attached"] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        return f"<{self.orthosis.name or 'orthosis'} on {self.bodies['shank']} and {self.bodies['foot']}>"
+        return f"<{self.orthosis.name or 'orthosis'} on {' and '.join(self.bodies.values())}>"
 
     @property
     def told(self) -> tuple[str, ...]:
@@ -155,7 +155,7 @@ class Attached:
         data.ctrl[list(self.chambers.values())] = pressure_of(pressure, "pressure")
 
     def angle(self, data: mujoco.MjData) -> float:
-        """Angle of the found ankle, dorsiflexion positive, from the posture taken as zero [rad]."""
+        """Angle of the joint, dorsiflexion or flexion positive, from the posture taken as zero [rad]."""
         place = int(self.model.joint(self.found.ankle).qposadr[0])
         return self.found.sign * (float(data.qpos[place]) - self.found.zero)
 
@@ -199,9 +199,9 @@ class Attached:
         return {name: float(self._own(data, muscle).contraction) for name, muscle in self.muscles.items()}
 
     def cuff_force(self, data: mujoco.MjData) -> dict[Segment, float]:
-        """Pull of all muscles on what is worn on shank and foot, summed along their paths [N]."""
+        """Pull of all muscles on what is worn on each segment, summed along their paths [N]."""
         pull = sum(self.force(data).values())
-        found: dict[Segment, float] = {"shank": pull, "foot": pull}
+        found: dict[Segment, float] = dict.fromkeys(self.bodies, pull)
         for segment in found:
             if segment in self.ids.anchors:
                 network, number = self.ids.anchors[segment]
@@ -210,7 +210,7 @@ class Attached:
 
     def displacement(self, data: mujoco.MjData) -> dict[Segment, float]:
         """Displacement of cuff and plate under that pull [m]; 0 where they are rigid."""
-        found: dict[Segment, float] = {"shank": 0.0, "foot": 0.0}
+        found: dict[Segment, float] = dict.fromkeys(self.bodies, 0.0)
         for segment in found:
             if segment in self.ids.anchors:
                 network, number = self.ids.anchors[segment]

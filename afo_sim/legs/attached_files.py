@@ -194,7 +194,9 @@ def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
 
 def _with_head(attached: Attached, path: pathlib.Path, text: str) -> str:
     """The MJCF text with a comment at its head that says what it lacks."""
-    devices = ", ".join(f"{leg.orthosis.name} on {leg.bodies['shank']}" for leg in attached.legs.values())
+    devices = ", ".join(
+        f"{leg.orthosis.name} on {next(iter(leg.bodies.values()))}" for leg in attached.legs.values()
+    )
     words = HEAD.format(
         name=attached.spec.modelname, devices=devices, sidecar=f"{path.stem}.toml", file=path.name
     )

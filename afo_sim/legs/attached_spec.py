@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, Notice, assets, in_unit
-from afo_sim.description import Orthosis, Segment, load
+from afo_sim.description import WORN, Orthosis, Segment, load
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.finding import Found
 from afo_sim.legs.mjcf import MANY_LINES, one_line
@@ -24,7 +24,7 @@ BIT = mujoco.mjtDisableBit
 SWITCHED_OFF = {
     BIT.mjDSBL_GRAVITY: "its file switches gravity off",
     BIT.mjDSBL_CONTACT: "its file switches contacts off",
-    BIT.mjDSBL_LIMIT: "its file switches the joints' stops off: nothing holds the ankle within its range",
+    BIT.mjDSBL_LIMIT: "its file switches the joints' stops off: nothing holds the joint within its range",
     BIT.mjDSBL_SPRING: "its file switches joints' and tendons' springs off",
     BIT.mjDSBL_DAMPER: "its file switches joints' and tendons' dampers off",
     BIT.mjDSBL_CONSTRAINT: "its file switches all constraints off: contacts, stops, equalities",
@@ -35,7 +35,6 @@ URDF_MESHES = (
     'meshes beside the file: <mujoco><compiler meshdir="FOLDER" strippath="true"/></mujoco> within <robot>; '
     'with discardvisual="true" only those of <collision>'
 )
-RIGID_PARTS: tuple[tuple[Segment, str], ...] = (("shank", "cuff"), ("foot", "plate"))
 
 
 def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached | None]:
@@ -164,7 +163,8 @@ def hang(
 ) -> tuple[dict[str, mujoco.MjsBody], mujoco.MjsDefault]:
     """Hang an orthosis' rigid parts on two bodies, in frames at the ankle: x forward, y left, z up."""
     anchors: dict[str, mujoco.MjsBody] = {}
-    for segment, kind in RIGID_PARTS:
+    for segment in orthosis.words.segments:
+        kind = WORN[segment]
         place = places[segment]
         frame = spec.body(place.body).add_frame(pos=place.position, quat=place.quaternion)
         file = getattr(orthosis, kind)
@@ -177,7 +177,7 @@ def hang(
         body = blank.worldbody.add_body(name="anchors")
         anchors[segment] = frame.attach_body(body, f"{prefix}{segment}_", "")
         anchors[segment].childclass = f"{prefix}{segment}_main"
-    return anchors, spec.find_default(f"{prefix}shank_main")
+    return anchors, spec.find_default(f"{prefix}{orthosis.words.segments[0]}_main")
 
 
 def ankle_frames(

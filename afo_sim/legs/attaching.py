@@ -11,10 +11,9 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, Notice, in_unit
-from afo_sim.description import Orthosis, Segment, Side, load
+from afo_sim.description import WORN, Orthosis, Segment, Side, load
 from afo_sim.legs.attached import Attached, number_of, pressure_of
 from afo_sim.legs.attached_spec import (
-    RIGID_PARTS,
     AnkleFrame,
     ankle_frames,
     compiled,
@@ -24,7 +23,8 @@ from afo_sim.legs.attached_spec import (
     place_files_whole,
     set_options,
 )
-from afo_sim.legs.finding import Found, find
+from afo_sim.legs.finding import Found
+from afo_sim.legs.finding_joint import find_worn
 from afo_sim.legs.mjcf import one_line, tree_of
 from afo_sim.legs.tree import Tree, listed
 from afo_sim.model import (
@@ -70,16 +70,20 @@ def attach(
     model: str | os.PathLike[str] | mujoco.MjSpec | Attached,
     orthosis: Described,
     *,
+    joint: str | None = None,
+    proximal: str | None = None,
+    distal: str | None = None,
     shank: str | None = None,
     foot: str | None = None,
     ankle: str | None = None,
     side: Side | None = None,
     zero: float | None = None,
+    sign: float | None = None,
     supply: str | float = SUPPLY,
     timestep: str | float | None = None,
     prefix: str = PREFIX,
 ) -> Attached:
-    """Put an orthosis' cuff, plate, muscles and air circuit on a leg of a whole MuJoCo model.
+    """Put an orthosis' cuff, plate, muscles and air circuit on a joint of a whole MuJoCo model.
 
     The model keeps its bodies, joints, muscles, gravity and tissue; nothing of the sort is added. It is then
     stepped by `mujoco.mj_step` within `Attached.callbacks()`.
@@ -89,10 +93,14 @@ def attach(
     model : MJCF or URDF file, a shipped leg's name, an MjSpec, which stays as it is, or what `attach` gave,
         for the other leg
     orthosis : a shipped name, a path, a description as a dict, or an Orthosis
-    shank, foot, ankle : names of bodies and hinge; sought by default. The plate goes onto the named foot, by
-        default onto the heaviest body that the ankle moves
+    joint : name of the hinge; an ankle's is sought by default
+    proximal, distal : names of the bodies above and below it that carry the device; by default those that the
+        hinge joins, and the heaviest body that an ankle moves
+    shank, foot, ankle : other words for proximal, distal and joint
     side : "right" or "left", where both are there
-    zero : the hinge's coordinate at which the ankle's angle is zero [rad]; 0 by default
+    zero : the hinge's coordinate at which the joint's angle is zero [rad]; 0 by default
+    sign : 1 where the hinge's own coordinate rises in flexion, else -1; by default the way in which its stops
+        reach farther. An ankle's follows from the foot
     supply : gauge pressure before the inlet valves, text or [Pa]
     timestep : text or [s]; the model's own by default
     prefix : of all names that are added
@@ -105,14 +113,17 @@ def attach(
     ------
     InputError
         The model cannot be read; a body or hinge is not there; a name would be there twice; the model holds
-        actuators that ask for callbacks of another program; a muscle locks, or turns inside out, within the
-        range of motion; the time step is too long (with the one that would do).
+        actuators that ask for callbacks of another program; the orthosis is for another joint; a muscle
+        locks, or turns inside out, within the range of motion; the time step is too long (with the one that
+        would do).
 
     Examples
     --------
     >>> leg = attach("adult_75kg", "s1")
     >>> sorted(leg.chambers)
     ['dorsiflexor', 'plantarflexor']
+    >>> attach("pin_knee", "pin_knee", joint="knee").bodies
+    {'proximal': 'thigh', 'distal': 'shank'}
     """
     device = orthosis if isinstance(orthosis, Orthosis) else load("orthosis", orthosis)
     spec, file, before = own_spec(model)
@@ -122,12 +133,14 @@ def attach(
     place_files_whole(spec, pathlib.Path(spec.modelfiledir or ""))
     bare = compiled(spec, file)
     tree = tree_of(bare)
-    found = find(tree, shank=shank, foot=foot, ankle=ankle, side=side, zero=zero)
-    bodies: dict[Segment, str] = {"shank": found.shank, "foot": foot or _heaviest(tree, found.foot)}
+    joint, proximal, distal = joint or ankle, proximal or shank, distal or foot
+    found = find_worn(tree, device, joint, proximal, distal, side=side, zero=zero, sign=sign)
+    carrier = distal or (_heaviest(tree, found.foot) if device.joint == "ankle" else found.foot)
+    bodies = dict(zip(device.words.segments, (found.shank, carrier), strict=True))
     if _named(spec, tree, bodies, found):
         bare = compiled(spec, file)
     changed = set_options(spec, step)
-    joints = _crossed(tree, found, bodies["foot"])
+    joints = _crossed(tree, found, carrier)
     # where another joint turns the foot too, parallel paths are not equally long
     inverts = joints != (found.ankle,)
     circuit = circuit_of(device, found.ankle, inverts=inverts, supply=endless(pressure))
@@ -267,7 +280,7 @@ def _check_spec(
         allowed = "an orthosis with muscles"
         raise InputError("has no muscle", field="orthosis", value=orthosis.name, allowed=allowed)
     if orthosis.joint_centre:
-        problem = "goes with fit-torque alone: the model's ankle is a hinge"
+        problem = "goes with fit-torque alone: the model's joint is a hinge"
         raise InputError(problem, field="orthosis.joint_centre")
     for name, group in orthosis.muscle.items():
         if group.pulley is not None:
@@ -308,7 +321,7 @@ def _check_foreign(actuator: mujoco.MjsActuator, file: pathlib.Path | None) -> N
 
 def masses(model: mujoco.MjModel, prefix: str) -> dict[str, float]:
     """Mass of every body that an orthosis has added [kg], by name."""
-    begin = tuple(f"{prefix}{kind}_" for pair in RIGID_PARTS for kind in pair)
+    begin = tuple(f"{prefix}{kind}_" for pair in WORN.items() for kind in pair)
     names = [model.body(number).name for number in range(model.nbody)]
     return {n: float(model.body_mass[k]) for k, n in enumerate(names) if n.startswith(begin)}
 
@@ -317,7 +330,7 @@ def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
     """Refuse a model whose compiler gives the orthosis, or the model itself, other masses than stated."""
     plain = mujoco.MjSpec()
     places: dict[Segment, AnkleFrame] = {}
-    for segment, _ in RIGID_PARTS:
+    for segment in attached.orthosis.words.segments:
         plain.worldbody.add_body(name=f"on_{segment}")
         places[segment] = AnkleFrame(f"on_{segment}", np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
     anchors, default = hang(plain, attached.orthosis, places, attached.prefix, mirrored=False)
@@ -349,7 +362,7 @@ def _check_muscles(attached: Attached) -> list[Notice]:
     if model.jnt_limited[joint.id]:
         ends = sorted(found.sign * (float(end) - found.zero) for end in joint.range)
         stops = ends[0], ends[1]
-    where = f"between the bodies {attached.bodies['shank']!r} and {attached.bodies['foot']!r}"
+    where = f"between the bodies {' and '.join(map(repr, attached.bodies.values()))}"
     try:
         check_paths(angles, lengths, attached.muscles, orthosis)
         warned = [
@@ -401,7 +414,7 @@ def _inverse_masses(model: mujoco.MjModel, muscles: list[int], ankle: str, coord
 
 def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
     """Notices of what is doubtful about an orthosis on this leg."""
-    found, orthosis, bodies = attached.found, attached.orthosis, attached.bodies
+    found, orthosis, carrier = attached.found, attached.orthosis, list(attached.bodies.values())[1]
     yield from found.notes
     if found.tilt > SQUARE_TILT:
         yield Notice(
@@ -415,9 +428,9 @@ def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
         others = [joint for joint in attached.joints if joint != found.ankle]
         words = "the muscles cross {joints} too, and move what moves there"
         yield Notice("joints-crossed", words, subject=found.ankle, joints=listed(others))
-    if bodies["foot"] != found.foot:
-        words = "the plate is on {plate!r}; the ankle {subject!r} moves it by {foot!r}"
-        yield Notice("plate-body", words, subject=found.ankle, plate=bodies["foot"], foot=found.foot)
+    if carrier != found.foot:
+        words = f"the plate is on {{plate!r}}; the {orthosis.joint} {{subject!r}} moves it by {{foot!r}}"
+        yield Notice("plate-body", words, subject=found.ankle, plate=carrier, foot=found.foot)
     total = sum(masses(attached.model, attached.prefix).values())
     words = "the orthosis adds {mass:.3g} kg; no tissue is added, the model has its own or none"
     yield Notice("mass-added", words, subject=attached.prefix, severity="note", mass=total)
