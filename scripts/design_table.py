@@ -18,7 +18,7 @@ ROWS: tuple[tuple[str, dict[str, object]], ...] = (
     ("3 bar, vented from 0.40", {PRESSURE: "3 bar", OUTLET: 0.40}),
     ("filled from 0.60", {INLET: 0.60}),
     ("two muscles in front, not three", {f"{FRONT}.count": 2}),
-    ("moment arm of 5 cm, not 6.5 cm", {f"{FRONT}.insertion.from_ankle[0]": "5 cm"}),
+    ("moment arm of 5 cm, not 6.5 cm", {f"{FRONT}.insertion.from_joint[0]": "5 cm"}),
     ("outlet valve three times as large", {}),
     ("links 15 mm shorter", {}),
     ("links 30 mm shorter", {}),

@@ -60,10 +60,10 @@ def knee(test: KneeTest) -> Orthosis:
     flexor = {
         "count": 1,
         "type": test.muscle.model_dump(mode="json", exclude_none=True),
-        "origin": {"segment": "shank", "from_ankle": [f"{forward} m", "0 m", f"{up} m"]},
+        "origin": {"segment": "shank", "from_joint": [f"{forward} m", "0 m", f"{up} m"]},
         "insertion": {
             "segment": "foot",
-            "from_ankle": [f"{x} m" for x in (TIBIA_ANCHOR[0], 0, TIBIA_ANCHOR[1])],
+            "from_joint": [f"{x} m" for x in (TIBIA_ANCHOR[0], 0, TIBIA_ANCHOR[1])],
         },
         "link_length": f"{FITTINGS + test.tendon} m",
     }

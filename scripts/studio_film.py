@@ -29,7 +29,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 SIZE, WIDE = (1280, 860), 900  # of the page, and of the film [pixel]
 RESTS = "document.getElementById('verdict').ariaBusy === 'false'"
 PRESSURE = '[data-key="supply.pressure"][type="range"]'
-ANCHOR = '[data-key="orthosis.muscle.dorsiflexor.insertion.from_ankle"]'
+ANCHOR = '[data-key="orthosis.muscle.dorsiflexor.insertion.from_joint"]'
 MASS = '[data-key="patient.body_mass"][type="range"]'
 OPENS = '[data-grip="phases.dorsiflexor.inlet 0 0"]'
 DRAGS = ((PRESSURE, -34.0, 0.0, 14), (ANCHOR, 14.0, 0.0, 10), (OPENS, -16.0, 0.0, 10))  # by [pixel], frames

@@ -47,7 +47,7 @@ def ends(scenario: Scenario, name: str, group: MuscleGroup) -> tuple[np.ndarray,
     beside = int(name.rsplit("_", 1)[1]) - 0.5 * (group.count + 1)
     found = []
     for anchor in (group.origin, group.insertion):
-        x, y, z = anchor.from_ankle
+        x, y, z = anchor.from_joint
         y += beside * anchor.spacing
         found.append(np.array([x, -y if mirrored else y, z]))
     return found[0], found[1]

@@ -68,7 +68,7 @@ def test_the_weight_at_rest_is_that_of_foot_plate_and_muscles(row: Any) -> None:
     parts = [(foot.mass, foot.centre[0], foot.centre[2]), PLATE]
     for group in orthosis.muscle.values():
         assert group.insertion is not None
-        x, _, z = group.insertion.from_ankle
+        x, _, z = group.insertion.from_joint
         parts.append((group.count * group.type.mass / 2.0, x, z))
     by_hand = -GRAVITY * sum(m * (x * np.cos(angle) - z * np.sin(angle)) for m, x, z in parts)
     assert row.run["ankle/moment/gravity"][0] == pytest.approx(by_hand, rel=1e-6)

@@ -26,10 +26,15 @@ class Anchor(Described):
 
     segment: Segment
     """Segment that it is fixed to."""
-    from_ankle: Coordinates
+    from_joint: Coordinates
     """Position in the segment at an angle of zero, from the ankle or other joint: forward, left, up."""
     spacing: Distance = 0.0
     """Distance between parallel muscles, to the side."""
+
+    @property
+    def from_ankle(self) -> Coordinates:
+        """As `from_joint`; the name of former versions."""
+        return self.from_joint
 
 
 class Surface(Described):
@@ -67,7 +72,7 @@ class Surface(Described):
         return math.hypot(*away) - self.radius
 
 
-class PathPoint(Described):
+class PathPoint(Anchor):
     """A place that the muscle's path runs through, or a surface centred there that it bends around.
 
     Points of a path stand in their order from origin to insertion. A surface stands between two points, of
@@ -75,12 +80,6 @@ class PathPoint(Described):
     pass through it.
     """
 
-    segment: Segment
-    """Segment that it is fixed to."""
-    from_ankle: Coordinates
-    """Position in the segment at an angle of zero, from the ankle or other joint: forward, left, up."""
-    spacing: Distance = 0.0
-    """Distance between parallel muscles, to the side."""
     surface: Surface | None = None
     """Surface around this place that the path bends around; without one the path runs through the place."""
 

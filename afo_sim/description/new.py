@@ -61,7 +61,7 @@ _EXAMPLES: dict[str, dict[str, Any]] = {
                 "path": [
                     {
                         "segment": "shank",
-                        "from_ankle": ["6.5 cm", "0 cm", "5 cm"],
+                        "from_joint": ["6.5 cm", "0 cm", "5 cm"],
                         "surface": {"shape": "cylinder", "radius": "1.5 cm", "axis": [0.0, 1.0, 0.0]},
                     }
                 ],

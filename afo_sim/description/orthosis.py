@@ -173,7 +173,7 @@ class MuscleGroup(Described):
                 sum(math.dist(a, b) for a, b in itertools.pairwise(self.beside(p, k) for p in points))
                 for k in range(self.count)
             )
-        forward, _, up = difference(self.origin.from_ankle, self.insertion.from_ankle)
+        forward, _, up = difference(self.origin.from_joint, self.insertion.from_joint)
         return tuple(math.hypot(forward, aside, up) for aside in self._asides)
 
     @property
@@ -183,7 +183,7 @@ class MuscleGroup(Described):
             return ()
         ends = (
             PathPoint.model_construct(
-                segment=end.segment, from_ankle=end.from_ankle, spacing=end.spacing, surface=None
+                segment=end.segment, from_joint=end.from_joint, spacing=end.spacing, surface=None
             )
             for end in (self.origin, self.insertion)
         )
@@ -197,7 +197,7 @@ class MuscleGroup(Described):
 
     def beside(self, place: PathPoint, number: int) -> Coordinates:
         """A place of its path as the parallel muscle `number` has it, from 0 [m]."""
-        x, y, z = place.from_ankle
+        x, y, z = place.from_joint
         return x, y + (number - 0.5 * (self.count - 1)) * place.spacing, z
 
     def _inside(self, number: int, muscle: int) -> PydanticCustomError | None:
@@ -242,7 +242,7 @@ class MuscleGroup(Described):
         bending = [place for place in self.places if place.surface is None or not place.surface.lateral]
         if all(place.surface is None for place in bending):
             return all(self._equally_far_aside(a, b) for a, b in itertools.pairwise(bending))
-        middles = [place.from_ankle[1] for place in bending]
+        middles = [place.from_joint[1] for place in bending]
         mirrored = all(place.surface is None or place.surface.is_its_mirror_image for place in bending)
         return self.count == 2 and mirrored and max(middles) - min(middles) <= ALIKE
 
@@ -256,7 +256,7 @@ class MuscleGroup(Described):
         """How far each parallel muscle's lower end is to the left of its upper end [m]; none of a pulley."""
         if self.origin is None or self.insertion is None:
             return ()
-        middle = difference(self.origin.from_ankle, self.insertion.from_ankle)[1]
+        middle = difference(self.origin.from_joint, self.insertion.from_joint)[1]
         spread = self.insertion.spacing - self.origin.spacing
         return tuple(middle + (k - 0.5 * (self.count - 1)) * spread for k in range(self.count))
 

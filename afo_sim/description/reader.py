@@ -62,9 +62,9 @@ PROBLEMS = {
     "less_than": "is out of range",
 }
 _FORMS = {
-    "from_ankle": '["6 cm", "0 cm", "30 cm"]',
+    "from_joint": '["6 cm", "0 cm", "30 cm"]',
     "axis": "[0.0, 1.0, 0.0]",
-    "path": '[{ segment = "shank", from_ankle = ["6 cm", "0 cm", "5 cm"] }]',
+    "path": '[{ segment = "shank", from_joint = ["6 cm", "0 cm", "5 cm"] }]',
     "range_of_motion": '["-20 deg", "20 deg"]',
     "inlet": '[["0 s", "4 s"]]',
     "outlet": '[["4 s", "8 s"]]',

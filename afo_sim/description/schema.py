@@ -50,8 +50,8 @@ SPECS: dict[str, type[BaseModel]] = {
 }
 KINDS = {spec: kind for kind, spec in SPECS.items()}
 SETS: dict[Any, Mapping[str, Any]] = {LawSet: LAWS, FrictionSet: FRICTIONS}  # tables of a law's parameters
-# other words for keys that were an ankle's alone: everywhere, and of a leg
-ALSO = {"from_joint": "from_ankle"}
+# other words for keys that are not an ankle's alone: everywhere, and of a leg
+ALSO = {"from_ankle": "from_joint"}
 ALSO_OF_LEG = ALSO | {"proximal": "shank", "distal": "foot", "hinge": "ankle"}
 _RANGES = ("pressure_range", "contraction_range")  # of a law's table, beside its parameters
 _MISSPELT = 0.6  # likeness from which on a name counts as a misspelt one
@@ -313,7 +313,7 @@ def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
             raise InputError(
                 "is not a valid key: an item of a list is its number in brackets, behind the list's name",
                 field=dotted,
-                allowed="as in insertion.from_ankle[0], path[1].surface.radius or "
+                allowed="as in insertion.from_joint[0], path[1].surface.radius or "
                 "phases.dorsiflexor.inlet[0][1]",
             )
         path += [*map(str, items), ALSO.get(found[1], found[1])]

@@ -131,7 +131,7 @@ def _between(
     side = number - 0.5 * (group.count - 1)
     ends = {}
     for end in (group.origin, group.insertion):
-        x, y, z = end.from_ankle
+        x, y, z = end.from_joint
         ends[end.segment] = (x, y + side * end.spacing, z)
     (shank_x, shank_y, shank_z), (x, y, z) = (ends[segment] for segment in joint.segments)
     cos, sin = np.cos(angle), joint.turn * np.sin(angle)  # toes up

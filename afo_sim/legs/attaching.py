@@ -435,7 +435,7 @@ def _doubts(attached: Attached, tree: Tree) -> Iterator[str]:
     words = "the orthosis adds {mass:.3g} kg; no tissue is added, the model has its own or none"
     yield Notice("mass-added", words, subject=attached.prefix, severity="note", mass=total)
     ends = [end for group in orthosis.muscle.values() for end in (group.origin, group.insertion) if end]
-    highest = max((end.from_ankle[2] for end in ends), default=0.0)
+    highest = max((end.from_joint[2] for end in ends), default=0.0)
     if found.shank_length is not None and highest > found.shank_length:
         yield Notice(
             "orthosis-too-long",

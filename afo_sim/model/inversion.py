@@ -225,6 +225,6 @@ def _off_the_midline(group: MuscleGroup) -> bool:
     if group.origin is None or group.insertion is None:
         return False
     oblique = [p.surface for p in group.path if p.surface is not None and p.surface.shape == "cylinder"]
-    ends = group.origin.from_ankle[1], group.insertion.from_ankle[1]
-    aside = [*ends, *(point.from_ankle[1] for point in group.path)]
+    ends = group.origin.from_joint[1], group.insertion.from_joint[1]
+    aside = [*ends, *(point.from_joint[1] for point in group.path)]
     return any(aside) or any(s.axis[0] or s.axis[2] for s in oblique)

@@ -229,7 +229,7 @@ class ThroughLeg:
         by = math.ceil(1e3 * abs(self.move))
         return Notice(
             "path-through-bone" if self.bone else "path-through-skin",
-            "{muscle} {what}; move {end}.from_ankle {way} by about {by} mm, or add a path point",
+            "{muscle} {what}; move {end}.from_joint {way} by about {by} mm, or add a path point",
             subject=f"{self.muscle}, {self.part}",
             muscle=self.muscle,
             what=what,

@@ -74,7 +74,7 @@ def _check_sign(name: str, angles: np.ndarray, length: np.ndarray, orthosis: Ort
         f"{name} passes through the {orthosis.joint}: at {np.degrees(angles[turn]):.0f} deg, within the "
         f"range of motion, its moment arm changes its sign (it is {1e3 * low:.0f} to {1e3 * high:.0f} mm)",
         file=orthosis.name,
-        field=f"orthosis.muscle.{name.rsplit('_', 1)[0]}.origin.from_ankle",
+        field=f"orthosis.muscle.{name.rsplit('_', 1)[0]}.origin.from_joint",
         allowed=f"origin and insertion, or a point of the path, at least {math.ceil(1e3 * missing)} mm "
         f"further {'forward' if forward else 'back'}, or a narrower range_of_motion",
     )
@@ -97,7 +97,7 @@ def _check_length(name: str, angles: np.ndarray, length: np.ndarray, group: Musc
         f"the path is {1e3 * length[long]:.0f} mm long, and {what} take "
         f"{1e3 * (body + (0.0 if alone else link)):.0f} mm",
         file=file,
-        field=f"{role}.origin.from_ankle" if alone else f"{role}.link_length",
+        field=f"{role}.origin.from_joint" if alone else f"{role}.link_length",
         value=None if alone else f"{1e3 * link:g} mm",
         allowed="anchors further apart, or a shorter muscle"
         if alone

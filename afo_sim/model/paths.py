@@ -62,7 +62,7 @@ def _add_path(
                 _add_point(anchors[point.segment], tendon, f"{name}_path{number}", name, group, point)
         offset = side(name, group) * anchor.spacing
         body = anchors[anchor.segment]
-        position = np.array(anchor.from_ankle) + np.array([0.0, offset, 0.0])
+        position = np.array(anchor.from_joint) + np.array([0.0, offset, 0.0])
         site = body.add_site(name=f"{name}_{end}", pos=position, size=[0.005] * 3)
         body.add_geom(
             name=f"{name}_{end}",
@@ -86,7 +86,7 @@ def _add_point(
     point: PathPoint,
 ) -> None:
     """A point or a surface of one muscle's path, on the body that carries the anchors of its segment."""
-    position = np.array(point.from_ankle) + side(name, group) * point.spacing * LATERAL
+    position = np.array(point.from_joint) + side(name, group) * point.spacing * LATERAL
     surface = point.surface
     if surface is None:
         body.add_site(name=label, pos=position, size=[0.004] * 3, rgba=GUIDE)

@@ -94,7 +94,7 @@ def refit(orthosis: Orthosis, shank: float = 1.0, foot: float = 1.0, *, words: s
     Examples
     --------
     >>> child = refit(load("orthosis", "s1"), shank=0.8, foot=0.8)
-    >>> round(child.muscle["dorsiflexor"].origin.from_ankle[2], 3)  # [m], of 0.3
+    >>> round(child.muscle["dorsiflexor"].origin.from_joint[2], 3)  # [m], of 0.3
     0.24
 
     Source
@@ -146,14 +146,14 @@ def _link_source(by: Ratio) -> str:
 
 def _moved(place: Any, by: Ratio) -> Any:
     """An anchor or point, with its surface, scaled with its segment."""
-    assert isinstance(place, Anchor | PathPoint)
+    assert isinstance(place, Anchor)
     ratio = by.of(place.segment)
     if ratio == 1.0:
         return place
     derived = Provenance(kind="derived", source=by.source(place.segment))
     changed: dict[str, Any] = {
-        "from_ankle": tuple(ratio * x for x in place.from_ankle),
-        "provenance": place.provenance | {"from_ankle": derived},
+        "from_joint": tuple(ratio * x for x in place.from_joint),
+        "provenance": place.provenance | {"from_joint": derived},
     }
     if isinstance(place, PathPoint) and place.surface is not None:
         surface = place.surface
@@ -268,7 +268,8 @@ def _write_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
     places += [(table["path"][k], place) for k, place in enumerate(group.path)]
     for entry, place in places:
         if by.of(place.segment) != 1.0:
-            entry["from_ankle"] = _derived([_cm(x) for x in place.from_ankle], by.source(place.segment))
+            entry.pop("from_ankle", None)  # the key's former word
+            entry["from_joint"] = _derived([_cm(x) for x in place.from_joint], by.source(place.segment))
             surface = getattr(place, "surface", None)
             if surface is not None:
                 entry["surface"]["radius"] = _derived(_cm(surface.radius), by.source(place.segment))

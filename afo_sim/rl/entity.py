@@ -346,7 +346,7 @@ def _added(model: mujoco.MjModel, segment: str) -> list[int]:
 def _above_the_knee(orthosis: Orthosis, found: Found) -> Iterator[str]:
     """A remark where muscles are anchored higher on the shank than this leg's knee."""
     ends = [end for group in orthosis.muscle.values() for end in (group.origin, group.insertion)]
-    highest = max((end.from_ankle[2] for end in ends if end and end.segment == "shank"), default=0.0)
+    highest = max((end.from_joint[2] for end in ends if end and end.segment == "shank"), default=0.0)
     if found.shank_length is not None and highest > found.shank_length:
         yield (
             f"muscles are anchored {highest * 100:.0f} cm above the ankle, and the shank {found.shank!r} is "

@@ -329,7 +329,7 @@ def _told(entry: PathFacts, points: np.ndarray) -> list[tuple[np.ndarray, str]]:
 
 def _anchor(word: str, anchor: Any) -> str:
     """Coordinates of an anchor, and how far apart its muscles are [mm]."""
-    x, y, z = (f"{1e3 * part:.4g}".replace("-", "−") for part in anchor.from_ankle)
+    x, y, z = (f"{1e3 * part:.4g}".replace("-", "−") for part in anchor.from_joint)
     apart = f"\n{1e3 * anchor.spacing:.4g} apart" if anchor.spacing else ""
     return f"{word}\n{x}, {y}, {z}{apart}"
 

@@ -106,7 +106,7 @@ def _straight(
     turn = sine if segment == above else -sine  # of the other segment in this one's axes: the foot, toe up
     ends: dict[Segment, np.ndarray] = {}
     for anchor in (group.origin, group.insertion):
-        ends[anchor.segment] = np.array(anchor.from_ankle)
+        ends[anchor.segment] = np.array(anchor.from_joint)
         ends[anchor.segment][LEFT] += side(name, group) * anchor.spacing
     x, y, z = ends[below if segment == above else above]
     forward, left, up = ends[segment]

@@ -312,8 +312,8 @@ def _anchors(scenario: Scenario) -> Message:
         for end in ("origin", "insertion"):
             anchor = getattr(group, end)
             if anchor is not None:
-                x, _, z = anchor.from_ankle
-                key = f"orthosis.muscle.{name}.{end}.from_ankle"
+                x, _, z = anchor.from_joint
+                key = f"orthosis.muscle.{name}.{end}.from_joint"
                 found[f"{name} {end}"] = {"key": key, "x": round(1e3 * x, 2), "z": round(1e3 * z, 2)}
     return found
 

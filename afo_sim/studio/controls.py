@@ -207,7 +207,7 @@ def _choices(kind: str) -> tuple[tuple[str, str], ...]:
     return tuple((name, str(getattr(load(kind, name), "description", ""))) for name in assets.names(kind))
 
 
-_ANCHOR = r"orthosis\.muscle\.[\w-]+\.(origin|insertion)\.from_ankle\[[012]\]"
+_ANCHOR = r"orthosis\.muscle\.[\w-]+\.(origin|insertion)\.from_joint\[[012]\]"
 _UNITS = {  # in which the page shows a number, by its key
     **{re.sub(r"\\{\w+\\}", r"[\\w-]+", re.escape(row.key)): row.unit for row in _ROWS},
     r"phases\.[\w-]+\.(inlet|outlet)(\[\d+\]\[[01]\])?": "",

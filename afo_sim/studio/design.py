@@ -23,7 +23,7 @@ SCENARIO, _VARIANT = "scenario.toml", "variant_{}.toml"  # in a saved folder
 _MARK = "# saved by afo-sim studio"  # first line of what may be replaced
 _NAMED, _LONGEST = "# variant ", 40  # second line of a variant, and letters of its name
 _STEPS = 500  # of the way back that are kept
-_ORIGIN, _INSERTION = ".origin.from_ankle[", ".insertion.from_ankle["
+_ORIGIN, _INSERTION = ".origin.from_joint[", ".insertion.from_joint["
 
 
 @functools.cache

@@ -157,11 +157,11 @@ def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
 def _moves(name: str, key: str, place: Any) -> Iterator[tuple[Any, Step]]:
     """A place of the path further back, forward, down and up, and the step that moves it there."""
     for axis, way in _WAYS.items():
-        amount = _Amount(f"{key}.from_ankle[{axis}]", place.from_ankle[axis], "m", "cm")
+        amount = _Amount(f"{key}.from_joint[{axis}]", place.from_joint[axis], "m", "cm")
         both = _added(f"{name} {way}, link to match", amount, ANCHOR)
         for step, by in zip(both, (-ANCHOR, ANCHOR), strict=True):
-            there = tuple(x + by if k == axis else x for k, x in enumerate(place.from_ankle))
-            yield place.model_copy(update={"from_ankle": there}), step
+            there = tuple(x + by if k == axis else x for k, x in enumerate(place.from_joint))
+            yield place.model_copy(update={"from_joint": there}), step
 
 
 def _matched(step: Step, group: MuscleGroup, moved: dict[str, Any], link: _Amount) -> Step:

@@ -130,7 +130,7 @@ SETS = {
     "unknown muscle": ("orthosis.muscle.dorsiflexor.type=s1_21mm", "did you mean 's1_215mm'"),
     "events not in a list": ("timer.dorsiflexor.inlet=4", 'is not a list; allowed: [["0 s", "4 s"]]'),
     "event of three": ('timer.dorsiflexor.inlet=[["0 s", "4 s", "5 s"]]', "too many items"),
-    "place not in a list": ("orthosis.muscle.dorsiflexor.origin.from_ankle=6 cm", "is not a list"),
+    "place not in a list": ("orthosis.muscle.dorsiflexor.origin.from_joint=6 cm", "is not a list"),
     "half a muscle": ("orthosis.muscle.dorsiflexor.count=2.5", "whole number"),
     "no such mode": ("callback=nativ", "'native' or 'python'"),
     "not KEY=VALUE": ("supply.pressure", "KEY=VALUE"),

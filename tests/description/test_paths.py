@@ -20,33 +20,33 @@ PATH = "orthosis.muscle.dorsiflexor.path"
 FRICTION = "orthosis.muscle.dorsiflexor.wrap_friction"
 ROLLER: dict[str, Any] = {
     "segment": "shank",
-    "from_ankle": ["4.5 cm", "0 cm", "5 cm"],
+    "from_joint": ["4.5 cm", "0 cm", "5 cm"],
     "surface": {"shape": "cylinder", "radius": "2 cm", "axis": [0, 1, 0]},
 }
-EYE: dict[str, Any] = {"segment": "shank", "from_ankle": ["7 cm", "0 cm", "2 cm"], "spacing": "2 cm"}
+EYE: dict[str, Any] = {"segment": "shank", "from_joint": ["7 cm", "0 cm", "2 cm"], "spacing": "2 cm"}
 FILE = """
 [muscle.dorsiflexor]
 count = 1
 type = "s1_215mm"
-origin = { segment = "shank", from_ankle = ["6 cm", "0 cm", "30 cm"] }
-insertion = { segment = "foot", from_ankle = ["6.5 cm", "0 cm", "-1 cm"] }
+origin = { segment = "shank", from_joint = ["6 cm", "0 cm", "30 cm"] }
+insertion = { segment = "foot", from_joint = ["6.5 cm", "0 cm", "-1 cm"] }
 link_length = "11.2 cm"
 wrap_friction = { value = 0.2, kind = "assumed", source = "nobody measured it" }
 
 [[muscle.dorsiflexor.path]]
 segment = "shank"
-from_ankle = { value = ["4.5 cm", "0 cm", "5 cm"], kind = "assumed", source = "drawn" }
+from_joint = { value = ["4.5 cm", "0 cm", "5 cm"], kind = "assumed", source = "drawn" }
 surface = { shape = "cylinder", radius = "2 cm", axis = [0, 1, 0] }
 
 [[muscle.dorsiflexor.path]]
 segment = "shank"
-from_ankle = ["7 cm", "0 cm", "2 cm"]
+from_joint = ["7 cm", "0 cm", "2 cm"]
 
 [muscle.plantarflexor]
 count = 1
 type = "s1_215mm"
-origin = { segment = "shank", from_ankle = ["-6 cm", "0 cm", "30 cm"] }
-insertion = { segment = "foot", from_ankle = ["-6 cm", "0 cm", "-3 cm"] }
+origin = { segment = "shank", from_joint = ["-6 cm", "0 cm", "30 cm"] }
+insertion = { segment = "foot", from_joint = ["-6 cm", "0 cm", "-3 cm"] }
 link_length = "11.5 cm"
 slack = "27 mm"
 
@@ -78,7 +78,7 @@ def own(tmp_path: pathlib.Path) -> pathlib.Path:
         ("gait.seed", ("gait", "seed"), ()),
         ("timer.a.inlet[0][1]", ("timer", "a", "inlet"), (0, 1)),
         ("a.path[1].surface.radius", ("a", "path", "1", "surface", "radius"), ()),
-        ("a.path[0].from_ankle[2]", ("a", "path", "0", "from_ankle"), (2,)),
+        ("a.path[0].from_joint[2]", ("a", "path", "0", "from_joint"), (2,)),
         ("a.path[10]", ("a", "path"), (10,)),
     ],
 )
@@ -97,20 +97,20 @@ def test_a_file_holds_a_path(own: pathlib.Path) -> None:
     group = load("orthosis", own).muscle["dorsiflexor"]
     assert [place.surface is not None for place in group.path] == [True, False]
     assert group.path[0].surface is not None and group.path[0].surface.radius == 0.02
-    assert group.path[0].provenance["from_ankle"].kind == "assumed"
+    assert group.path[0].provenance["from_joint"].kind == "assumed"
     assert (group.wrap_friction, group.provenance["wrap_friction"].kind) == (0.2, "assumed")
 
 
 def test_set_changes_one_number_of_a_path(own: pathlib.Path) -> None:
-    found = load("orthosis", own, {"muscle.dorsiflexor.path[0].from_ankle[0]": "4 cm"}).muscle["dorsiflexor"]
-    assert found.path[0].from_ankle == (0.04, 0.0, 0.05)
-    assert found.path[0].provenance["from_ankle"].kind == "user"
+    found = load("orthosis", own, {"muscle.dorsiflexor.path[0].from_joint[0]": "4 cm"}).muscle["dorsiflexor"]
+    assert found.path[0].from_joint == (0.04, 0.0, 0.05)
+    assert found.path[0].provenance["from_joint"].kind == "user"
     assert found.path[1] == load("orthosis", own).muscle["dorsiflexor"].path[1]
     assert tomllib.loads(own.read_text())  # and the file stays
     scenario = load("scenario", "seated", {"orthosis": str(own), f"{PATH}[0].surface.radius": "1 cm"})
     assert scenario.orthosis.muscle["dorsiflexor"].path[0].surface.radius == 0.01  # type: ignore[union-attr]
-    again = scenario.set({f"{PATH}[1].from_ankle[2]": "3 cm"})
-    assert again.orthosis.muscle["dorsiflexor"].path[1].from_ankle[2] == 0.03
+    again = scenario.set({f"{PATH}[1].from_joint[2]": "3 cm"})
+    assert again.orthosis.muscle["dorsiflexor"].path[1].from_joint[2] == 0.03
 
 
 def test_a_whole_path_comes_before_its_parts() -> None:
@@ -122,10 +122,10 @@ def test_a_whole_path_comes_before_its_parts() -> None:
 def test_every_number_of_a_path_is_a_key_that_can_be_set() -> None:
     scenario = load("scenario", "seated", {PATH: [ROLLER, EYE]})
     found = {key.key: key for key in keys("seated", sets={PATH: [ROLLER, EYE]}) if key.key.startswith(PATH)}
-    numbers = [f"{PATH}[0].from_ankle[{k}]" for k in range(3)] + [
+    numbers = [f"{PATH}[0].from_joint[{k}]" for k in range(3)] + [
         f"{PATH}[0].surface.axis[{k}]" for k in range(3)
     ]
-    numbers += [f"{PATH}[0].surface.radius", f"{PATH}[1].spacing", f"{PATH}[1].from_ankle[2]"]
+    numbers += [f"{PATH}[0].surface.radius", f"{PATH}[1].spacing", f"{PATH}[1].from_joint[2]"]
     assert set(numbers) <= set(found)
     assert not any(key.startswith(f"{PATH}[1].surface.") for key in found)
     for name in numbers:

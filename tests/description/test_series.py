@@ -27,8 +27,8 @@ def walk() -> Scenario:
 
 def group(**values: Any) -> MuscleGroup:
     """Three muscles between a shank's point 30 cm above and a foot's point 2 cm below the ankle."""
-    origin = {"segment": "shank", "from_ankle": ["6 cm", "0 cm", "30 cm"]}
-    insertion = {"segment": "foot", "from_ankle": ["6 cm", "0 cm", "-2 cm"]}
+    origin = {"segment": "shank", "from_joint": ["6 cm", "0 cm", "30 cm"]}
+    insertion = {"segment": "foot", "from_joint": ["6 cm", "0 cm", "-2 cm"]}
     table = {"count": 3, "type": "s1_215mm", "origin": origin, "insertion": insertion, "link_length": "10 cm"}
     for key, value in values.items():
         part, _, name = key.partition("_")
@@ -133,7 +133,7 @@ def test_an_offset_makes_a_muscle_slacker_by_its_length() -> None:
 
 
 def test_path_is_the_models_at_an_angle_of_zero(walk: Scenario) -> None:
-    sets = {f"{FRONT}.origin.spacing": "4 cm", f"{FRONT}.insertion.from_ankle[1]": "1 cm"}
+    sets = {f"{FRONT}.origin.spacing": "4 cm", f"{FRONT}.insertion.from_joint[1]": "1 cm"}
     built = build(walk.set(sets))
     data = mujoco.MjData(built.model)
     data.qpos[built.index.ankle_qpos] = 0.0
@@ -155,7 +155,7 @@ def test_path_is_the_models_at_an_angle_of_zero(walk: Scenario) -> None:
         # two stand equally far aside of the middle, to either side
         ({"origin_spacing": "2 cm", "insertion_spacing": "3 cm", "count": 2}, True),
         (
-            {"origin_spacing": "2 cm", "count": 2, "insertion_from_ankle": ["6 cm", "1 cm", "-2 cm"]},
+            {"origin_spacing": "2 cm", "count": 2, "insertion_from_joint": ["6 cm", "1 cm", "-2 cm"]},
             False,
         ),
     ],

@@ -38,7 +38,7 @@ def rolled(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def device(**more: Any) -> Orthosis:
     """One muscle ahead of the joint, on rigid anchors."""
     ends = {
-        name: {"segment": segment, "from_ankle": [f"{at.real} m", "0 m", f"{at.imag} m"]}
+        name: {"segment": segment, "from_joint": [f"{at.real} m", "0 m", f"{at.imag} m"]}
         for name, segment, at in (("origin", "shank", ORIGIN), ("insertion", "foot", INSERTION))
     }
     group = {"count": 1, "type": "s1_215mm", "link_length": f"{LINK} m", **ends}

@@ -58,13 +58,13 @@ def muscle_of(group: MuscleGroup, chamber: int) -> Muscle:
     assert origin is not None and insertion is not None and group.link_length is not None
     assert (kind.law, kind.friction, kind.damper) == ("tondu_lopez_2000_bladder", "none", None)
     assert (origin.segment, insertion.segment) == ("shank", "foot")
-    assert origin.spacing == insertion.spacing and origin.from_ankle[1] == insertion.from_ankle[1]  # planar
+    assert origin.spacing == insertion.spacing and origin.from_joint[1] == insertion.from_joint[1]  # planar
     law = kind.law_set.parameters
     return Muscle(
         count=group.count,
         chamber=chamber,
-        origin=(origin.from_ankle[0], origin.from_ankle[2]),
-        insertion=(insertion.from_ankle[0], insertion.from_ankle[2]),
+        origin=(origin.from_joint[0], origin.from_joint[2]),
+        insertion=(insertion.from_joint[0], insertion.from_joint[2]),
         series=kind.end_length + group.link_length + group.slack + group.cable.offset,
         cable=group.cable.stiffness,
         length=kind.total_length - kind.end_length,

@@ -344,7 +344,7 @@ def test_mirrored_arm_moves_the_other_way() -> None:
 
 
 FLEXOR = "orthosis.muscle.flexor"
-ANCHOR = {"segment": "shank", "from_ankle": ["5 cm", "0 cm", "30 cm"]}
+ANCHOR = {"segment": "shank", "from_joint": ["5 cm", "0 cm", "30 cm"]}
 
 
 @pytest.mark.parametrize(

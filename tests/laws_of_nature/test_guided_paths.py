@@ -106,7 +106,7 @@ def test_without_guides_a_run_has_neither_column_nor_loss() -> None:
 
 
 def test_a_friction_of_zero_is_the_same_run_to_the_last_bit() -> None:
-    path = [{"segment": "shank", "from_ankle": ["7 cm", "0 cm", "5 cm"], "spacing": "2.5 cm"}]
+    path = [{"segment": "shank", "from_joint": ["7 cm", "0 cm", "5 cm"], "spacing": "2.5 cm"}]
     sets = {"duration": "3 s", "orthosis.muscle.dorsiflexor.path": path}
     one = afo_sim.run("seated", sets)
     two = afo_sim.run("seated", sets | {"orthosis.muscle.dorsiflexor.wrap_friction": 0.0})

@@ -43,7 +43,7 @@ OUTPUTS = {
     "*.type.braid_stiffness": "muscle/{role}_1/force",
     "*.type.*": "muscle/{role}_1/force",
     "*.spacing": "muscle/{role}_1/length",
-    "*.from_ankle": "muscle/{role}_1/moment_arm",
+    "*.from_joint": "muscle/{role}_1/moment_arm",
     "orthosis.muscle.*": "muscle/{role}_1/contraction",
     "supply.pressure": "chamber/dorsiflexor/pressure",
     "shank.knee_angle": "ankle/moment/passive",
@@ -208,15 +208,15 @@ FRONT, SIDE, HEEL = (
 )
 PATHS: dict[str, tuple[Any, str]] = {
     f"{FRONT}.wrap_friction": (0.15, "muscle/dorsiflexor_1/joint_force"),
-    f"{FRONT}.path[0].from_ankle[0]": ("4.0 cm", "muscle/dorsiflexor_1/moment_arm"),
-    f"{FRONT}.path[0].from_ankle[2]": ("5.5 cm", "muscle/dorsiflexor_1/moment_arm"),
+    f"{FRONT}.path[0].from_joint[0]": ("4.0 cm", "muscle/dorsiflexor_1/moment_arm"),
+    f"{FRONT}.path[0].from_joint[2]": ("5.5 cm", "muscle/dorsiflexor_1/moment_arm"),
     f"{FRONT}.path[0].surface.radius": ("3.4 cm", "muscle/dorsiflexor_1/moment_arm"),
     f"{FRONT}.path[0].surface.axis[0]": (0.6, "muscle/dorsiflexor_1/moment_arm"),
     f"{FRONT}.path[0].surface.shape": ("sphere", "muscle/dorsiflexor_1/moment_arm"),
     f"{FRONT}.path[0].segment": ("foot", "muscle/dorsiflexor_1/moment_arm"),
-    f"{SIDE}.path[0].from_ankle[0]": ("5.2 cm", "muscle/dorsiflexor_side_1/moment_arm"),
-    f"{SIDE}.path[0].from_ankle[1]": ("1 cm", "muscle/dorsiflexor_side_1/moment_arm"),
-    f"{SIDE}.path[0].from_ankle[2]": ("6.5 cm", "muscle/dorsiflexor_side_1/moment_arm"),
+    f"{SIDE}.path[0].from_joint[0]": ("5.2 cm", "muscle/dorsiflexor_side_1/moment_arm"),
+    f"{SIDE}.path[0].from_joint[1]": ("1 cm", "muscle/dorsiflexor_side_1/moment_arm"),
+    f"{SIDE}.path[0].from_joint[2]": ("6.5 cm", "muscle/dorsiflexor_side_1/moment_arm"),
     f"{SIDE}.path[0].spacing": ("7 cm", "muscle/dorsiflexor_side_1/moment_arm"),
     f"{HEEL}.path[0].surface.radius": ("4.7 cm", "muscle/plantarflexor_1/moment_arm"),
 }
@@ -235,7 +235,7 @@ def test_path_and_its_friction_act(key: str, guided: Recording) -> None:
     if key.endswith("segment"):  # nothing slides on the foot
         own = {f"{FRONT}.wrap_friction": 0}
     if key.endswith("shape"):  # in the plane of its axis a sphere is passed as a cylinder is
-        own = {f"{FRONT}.path[0].from_ankle[1]": "1 cm"}
+        own = {f"{FRONT}.path[0].from_joint[1]": "1 cm"}
     before = (afo_sim.run(SCENARIO, GUIDED | own) if key.endswith("shape") else guided)[column]
     after = afo_sim.run(SCENARIO, GUIDED | own | {key: changed})[column]
     assert np.abs(after - before).max() > 1e-3 * np.abs(before).max(), f"{key} does not move {column}"
@@ -252,7 +252,7 @@ def test_stiffening_cuff_acts(key: str) -> None:
     assert np.abs(after - before).max() > 1e-4
 
 
-INSIDE = {"orthosis.muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "1 cm", "-1 cm"]}
+INSIDE = {"orthosis.muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", "1 cm", "-1 cm"]}
 SUBTALAR = {"leg.subtalar.stiffness": "10 N*m/rad", "leg.subtalar.damping": "0.1 N*m*s/rad"}
 
 

@@ -151,8 +151,8 @@ def lopsided() -> Orthosis:
         "orthosis",
         "s1",
         {
-            "muscle.dorsiflexor.origin.from_ankle": ["6 cm", "2 cm", "30 cm"],
-            "muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "3 cm", "-1 cm"],
+            "muscle.dorsiflexor.origin.from_joint": ["6 cm", "2 cm", "30 cm"],
+            "muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", "3 cm", "-1 cm"],
         },
     )
 
@@ -320,11 +320,11 @@ def test_parallel_muscles_differ_where_another_joint_tilts_the_foot(tmp_path: pa
     group = single["muscle"].pop("dorsiflexor")
     for name, aside in (("right", "-1.25 cm"), ("left", "1.25 cm")):
         ends = {
-            end: group[end] | {"from_ankle": list(group[end]["from_ankle"])}
+            end: group[end] | {"from_joint": list(group[end]["from_joint"])}
             for end in ("origin", "insertion")
         }
         for end in ends.values():
-            end["from_ankle"][1] = aside
+            end["from_joint"][1] = aside
         single["muscle"][name] = group | ends | {"count": 1, "chamber": "dorsiflexor"}
     found = []
     for device in (pair, single):
@@ -588,10 +588,10 @@ def test_refusals_are_one_sentence(case: str) -> None:
     assert len(str(caught.value)) < 500
 
 
-SHORT = {"muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "0 cm", "10 cm"]}
+SHORT = {"muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", "0 cm", "10 cm"]}
 THROUGH = {
-    "muscle.plantarflexor.origin.from_ankle": ["0 cm", "0 cm", "31 cm"],
-    "muscle.plantarflexor.insertion.from_ankle": ["0.2 cm", "0 cm", "-3 cm"],
+    "muscle.plantarflexor.origin.from_joint": ["0 cm", "0 cm", "31 cm"],
+    "muscle.plantarflexor.insertion.from_joint": ["0.2 cm", "0 cm", "-3 cm"],
 }
 TAUT = {
     "muscle.dorsiflexor.link_length": "1 cm",

@@ -148,12 +148,12 @@ def test_every_geometry_number_runs_clean_or_is_refused(factor: float) -> None:
         }
         changes = {f"{role}.{k}": format_quantity(v * factor, "m") for k, v in numbers.items() if v}
         for end in ("origin", "insertion"):
-            point = getattr(group, end).from_ankle
+            point = getattr(group, end).from_joint
             for axis in range(3):
                 moved = [x * factor if k == axis else x for k, x in enumerate(point)]
-                changes[f"{role}.{end}.from_ankle"] = [format_quantity(x, "m") for x in moved]
+                changes[f"{role}.{end}.from_joint"] = [format_quantity(x, "m") for x in moved]
                 outcomes.append(_outcome(changes, run_built))
-                del changes[f"{role}.{end}.from_ankle"]
+                del changes[f"{role}.{end}.from_joint"]
         outcomes += [_outcome({key: value}, run_built) for key, value in changes.items()]
     assert outcomes.count("clean") > 10
     assert set(outcomes) <= {"clean", "refused"}

@@ -20,7 +20,7 @@ from afo_sim.simulation.simulate import simulate
 
 STIFFNESS = 10.0  # [N·m/rad]
 HINGE = {"leg.subtalar.stiffness": "10 N*m/rad", "leg.subtalar.damping": "0.2 N*m*s/rad"}
-OUTSIDE = {"orthosis.muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "-1.5 cm", "-1 cm"]}
+OUTSIDE = {"orthosis.muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", "-1.5 cm", "-1 cm"]}
 FILLED = {"timer.dorsiflexor": {"inlet": [["0 s", "8 s"]]}, "duration": "6 s"}
 
 

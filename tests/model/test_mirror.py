@@ -160,8 +160,8 @@ def test_what_has_no_mirror_image_is_refused() -> None:
 
 
 ASYMMETRIC = {
-    "orthosis.muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "1.5 cm", "-1 cm"],
-    "orthosis.muscle.plantarflexor.origin.from_ankle": ["-6 cm", "-2 cm", "30 cm"],
+    "orthosis.muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", "1.5 cm", "-1 cm"],
+    "orthosis.muscle.plantarflexor.origin.from_joint": ["-6 cm", "-2 cm", "30 cm"],
 }
 LEFT: tuple[dict[str, str], ...] = ({"side": "left"}, {"leg.side": "left"}, {"orthosis.side": "left"})
 

@@ -46,9 +46,9 @@ def distance(name: str, angle: float) -> float:
     """Distance between S1's anchors of the middle of a group, the foot turned about the ankle [m]."""
     group = s1().muscle[name]
     assert group.origin is not None and group.insertion is not None
-    x, _, z = group.insertion.from_ankle  # toe up: x sin θ goes up
+    x, _, z = group.insertion.from_joint  # toe up: x sin θ goes up
     turned = x * math.cos(angle) - z * math.sin(angle), x * math.sin(angle) + z * math.cos(angle)
-    return math.hypot(turned[0] - group.origin.from_ankle[0], turned[1] - group.origin.from_ankle[2])
+    return math.hypot(turned[0] - group.origin.from_joint[0], turned[1] - group.origin.from_joint[2])
 
 
 def free_contraction(kind: Any, pressure: float) -> float:
@@ -261,7 +261,7 @@ def test_a_muscle_through_the_shin_is_found_with_depth_and_angle() -> None:
     """Its path leans in front of a vertical capsule of 45 mm: depth is 45 mm less the path's distance."""
     sets = {
         f"{FRONT}.count": 1,
-        f"{FRONT}.origin.from_ankle": ["3 cm", "0 cm", "30 cm"],
+        f"{FRONT}.origin.from_joint": ["3 cm", "0 cm", "30 cm"],
         f"{FRONT}.link_length": "12 cm",
     }
     built = afo.build("seated", sets)
@@ -282,20 +282,20 @@ def test_a_muscle_through_the_shin_is_found_with_depth_and_angle() -> None:
     assert found.angle == pytest.approx(angles[int(np.argmax(worst))], abs=1e-9)
     assert (found.end, found.move > 0.0) == ("origin", True)
     assert "14 mm under the skin of the shank at" in found.notice
-    assert "move origin.from_ankle forward" in found.notice
+    assert "move origin.from_joint forward" in found.notice
 
 
 def test_the_fix_that_is_told_takes_the_muscle_out() -> None:
-    sets = {f"{FRONT}.count": 1, f"{FRONT}.origin.from_ankle": ["3 cm", "0 cm", "30 cm"]}
+    sets = {f"{FRONT}.count": 1, f"{FRONT}.origin.from_joint": ["3 cm", "0 cm", "30 cm"]}
     sets |= {f"{FRONT}.link_length": "12 cm"}
     (found,) = (entry for entry in through_leg(afo.build("seated", sets)) if entry.role == "dorsiflexor")
     further = 3.0 + 100.0 * found.move
-    mended = sets | {f"{FRONT}.origin.from_ankle": [f"{further} cm", "0 cm", "30 cm"]}
+    mended = sets | {f"{FRONT}.origin.from_joint": [f"{further} cm", "0 cm", "30 cm"]}
     assert not [e for e in through_leg(afo.build("seated", mended)) if e.role == "dorsiflexor"]
 
 
 def test_a_muscle_clear_of_the_limb_is_not_told() -> None:
-    clear = {f"{BACK}.insertion.from_ankle": ["-9 cm", "0 cm", "-3 cm"], f"{BACK}.link_length": "12 cm"}
+    clear = {f"{BACK}.insertion.from_joint": ["-9 cm", "0 cm", "-3 cm"], f"{BACK}.link_length": "12 cm"}
     assert through_leg(afo.build("seated", clear)) == []
     assert through_leg(afo.build("arm-s1")) == []
 
@@ -304,8 +304,8 @@ def test_a_path_along_the_bone_is_told() -> None:
     """From behind the shin to the instep, above the ankle: it crosses the line ankle–knee."""
     across = {
         f"{FRONT}.count": 1,
-        f"{FRONT}.origin.from_ankle": ["-3 cm", "0 cm", "30 cm"],
-        f"{FRONT}.insertion.from_ankle": ["9 cm", "0 cm", "-1 cm"],
+        f"{FRONT}.origin.from_joint": ["-3 cm", "0 cm", "30 cm"],
+        f"{FRONT}.insertion.from_joint": ["9 cm", "0 cm", "-1 cm"],
         f"{FRONT}.link_length": "13 cm",
     }
     found = [entry for entry in through_leg(afo.build("seated", across)) if entry.bone]
@@ -316,12 +316,12 @@ def test_a_path_along_the_bone_is_told() -> None:
 
 def test_a_path_with_points_is_followed() -> None:
     """Its corners are the points that the file names; a point takes the muscle out of the shin."""
-    inside = {f"{FRONT}.origin.from_ankle": ["4 cm", "0 cm", "30 cm"], f"{FRONT}.link_length": "12 cm"}
+    inside = {f"{FRONT}.origin.from_joint": ["4 cm", "0 cm", "30 cm"], f"{FRONT}.link_length": "12 cm"}
     told = [
         e for e in through_leg(afo.build("seated", inside | {f"{FRONT}.count": 1})) if e.role == "dorsiflexor"
     ]
     assert told == [] or told[0].depth < 0.007
-    point = {"segment": "shank", "from_ankle": ["7 cm", "0 cm", "12 cm"]}
+    point = {"segment": "shank", "from_joint": ["7 cm", "0 cm", "12 cm"]}
     built = afo.build(
         "seated", {f"{FRONT}.count": 1, f"{FRONT}.path": [point], f"{FRONT}.link_length": "12 cm"}
     )
@@ -335,9 +335,9 @@ def test_a_path_with_points_is_followed() -> None:
 
 def test_an_arc_around_a_surface_is_as_long_as_mujoco_says() -> None:
     surface = {"shape": "cylinder", "radius": "22 mm"}
-    place = {"segment": "shank", "from_ankle": ["-4 cm", "0 cm", "5 cm"], "surface": surface}
+    place = {"segment": "shank", "from_joint": ["-4 cm", "0 cm", "5 cm"], "surface": surface}
     built = afo.build(
-        "seated", {f"{BACK}.path": [place], f"{BACK}.insertion.from_ankle": ["-5.5 cm", "0 cm", "-4 cm"]}
+        "seated", {f"{BACK}.path": [place], f"{BACK}.insertion.from_joint": ["-5.5 cm", "0 cm", "-4 cm"]}
     )
     model = built.full_model
     data = mujoco.MjData(model)
@@ -356,14 +356,14 @@ def test_an_arc_around_a_surface_is_as_long_as_mujoco_says() -> None:
 def test_a_moment_arm_that_changes_its_sign_is_refused() -> None:
     """The path passes over the ankle: at the angle told, the ankle lies on the line between the anchors."""
     through = {
-        f"{FRONT}.origin.from_ankle": ["1 cm", "0 cm", "30 cm"],
-        f"{FRONT}.insertion.from_ankle": ["-0.3 cm", "0 cm", "-3 cm"],
+        f"{FRONT}.origin.from_joint": ["1 cm", "0 cm", "30 cm"],
+        f"{FRONT}.insertion.from_joint": ["-0.3 cm", "0 cm", "-3 cm"],
         f"{FRONT}.link_length": "14 cm",
     }
     with pytest.raises(InputError, match="passes through the ankle") as refused:
         afo.build("seated", through)
     error = refused.value
-    assert error.field == "orthosis.muscle.dorsiflexor.origin.from_ankle"
+    assert error.field == "orthosis.muscle.dorsiflexor.origin.from_joint"
     assert error.file == "s1"
     assert "further" in error.allowed and "range_of_motion" in error.allowed
 
@@ -380,9 +380,9 @@ def test_a_moment_arm_that_changes_its_sign_is_refused() -> None:
 def test_a_muscle_that_does_not_fit_between_its_anchors_is_refused() -> None:
     with pytest.raises(InputError, match="does not fit on its path") as refused:
         afo.build(
-            "seated", {f"{FRONT}.type": "dmsp_20", f"{FRONT}.origin.from_ankle": ["6 cm", "0 cm", "15 cm"]}
+            "seated", {f"{FRONT}.type": "dmsp_20", f"{FRONT}.origin.from_joint": ["6 cm", "0 cm", "15 cm"]}
         )
-    assert refused.value.field == "orthosis.muscle.dorsiflexor.origin.from_ankle"
+    assert refused.value.field == "orthosis.muscle.dorsiflexor.origin.from_joint"
 
 
 def test_a_link_that_leaves_no_room_is_refused_with_the_longest_that_does() -> None:

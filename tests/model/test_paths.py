@@ -24,7 +24,7 @@ HIGH, LOW = np.array([0.06, 0.30]), np.array([0.065, -0.01])  # S1's anchors, fo
 
 def point(segment: str, x: float, z: float, **more: Any) -> dict[str, Any]:
     """In the plane of each muscle, which are 2.5 cm apart."""
-    place = {"segment": segment, "from_ankle": [f"{x} m", "0 m", f"{z} m"], "spacing": "2.5 cm"}
+    place = {"segment": segment, "from_joint": [f"{x} m", "0 m", f"{z} m"], "spacing": "2.5 cm"}
     return place | more
 
 
@@ -93,7 +93,7 @@ def test_a_path_touches_a_surface_only_where_the_straight_line_would_pass_throug
 
 @pytest.mark.parametrize("segment", ["shank", "foot"])
 def test_a_cable_over_a_cylinder_about_the_ankle_has_its_radius_for_moment_arm(segment: str) -> None:
-    radius, low = 0.045, {"insertion.from_ankle": ["2 cm", "0 cm", "-5 cm"]}
+    radius, low = 0.045, {"insertion.from_joint": ["2 cm", "0 cm", "-5 cm"]}
     orthosis = guided(roller(segment, 0.0, 0.0, radius), **low)
     paths = paths_of(orthosis)
     data = mujoco.MjData(paths.model)
@@ -128,7 +128,7 @@ def test_path_through_points_is_their_polyline(places: tuple[tuple[str, float, f
 def test_sphere_off_the_middle_is_passed_on_a_great_circle() -> None:
     """The plane through both ends and the centre cuts it in a circle: the planar formula holds in that."""
     centre, radius = np.array([0.045, 0.004, 0.05]), 0.03
-    place = {"segment": "shank", "from_ankle": [f"{x} m" for x in centre]}
+    place = {"segment": "shank", "from_joint": [f"{x} m" for x in centre]}
     paths = paths_of(guided(place | {"surface": {"shape": "sphere", "radius": f"{radius} m"}}, count=1))
     for angle, length in zip(ANGLES, paths.lengths(ANGLES)[:, 0], strict=True):
         low = turned(LOW, angle)
@@ -203,9 +203,9 @@ def test_muscles_are_alike_only_where_their_paths_are_of_one_length(
     count: int, spacings: tuple[float, float, float], aside: float, surface: Any
 ) -> None:
     """Called alike they must be so; called different they may be alike by chance, but no shifted ones."""
-    place: dict[str, Any] = {"segment": "shank", "from_ankle": ["0.045 m", f"{aside} m", "0.05 m"]}
+    place: dict[str, Any] = {"segment": "shank", "from_joint": ["0.045 m", f"{aside} m", "0.05 m"]}
     if surface == "none":
-        place["from_ankle"][0] = "0.08 m"
+        place["from_joint"][0] = "0.08 m"
     elif surface == "sphere":
         place["surface"] = {"shape": "sphere", "radius": "3 cm"}
     else:
@@ -262,7 +262,7 @@ def test_a_point_that_comes_to_lie_inside_a_surface_of_the_other_segment_is_refu
 
 
 def test_a_jump_beyond_the_range_of_motion_is_warned_of() -> None:
-    sets = {"orthosis": "guided", "orthosis.muscle.dorsiflexor.path[0].from_ankle[0]": "5.5 cm"}
+    sets = {"orthosis": "guided", "orthosis.muscle.dorsiflexor.path[0].from_joint[0]": "5.5 cm"}
     found = build(load("scenario", "seated", sets)).warnings
     assert any("would jump through it" in warning and "beyond that angle" in warning for warning in found)
 

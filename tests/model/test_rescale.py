@@ -14,7 +14,7 @@ from afo_sim.model import Ratio, fits, lengths_of, paths_of, write_rescaled
 from afo_sim.model.leg import lengthen
 from afo_sim.model.rescale import refit
 
-ROLLER = {"segment": "shank", "from_ankle": ["4.5 cm", "0 cm", "5 cm"], "surface": {"radius": "2 cm"}}
+ROLLER = {"segment": "shank", "from_joint": ["4.5 cm", "0 cm", "5 cm"], "surface": {"radius": "2 cm"}}
 
 
 def s1(**sets: object) -> Orthosis:
@@ -37,7 +37,7 @@ def lengthened(orthosis: Orthosis, taller: float) -> mujoco.MjModel:
         for anchor in (group.origin, group.insertion):
             assert anchor is not None
             body = shank if anchor.segment == "shank" else foot
-            site = body.add_site(name=f"{name}_{anchor.segment}", pos=list(anchor.from_ankle))
+            site = body.add_site(name=f"{name}_{anchor.segment}", pos=list(anchor.from_joint))
             tendon.wrap_site(site.name)
     lengthen(spec, taller)
     return spec.compile()
@@ -97,8 +97,8 @@ def test_there_and_back_again() -> None:
         found = back.muscle[name]
         assert found.link_length == pytest.approx(group.link_length, abs=1e-12)
         for end in ("origin", "insertion"):
-            assert getattr(found, end).from_ankle == pytest.approx(getattr(group, end).from_ankle, abs=1e-15)
-            assert getattr(found, end).provenance["from_ankle"].kind == "derived"
+            assert getattr(found, end).from_joint == pytest.approx(getattr(group, end).from_joint, abs=1e-15)
+            assert getattr(found, end).provenance["from_joint"].kind == "derived"
             assert getattr(found, end).spacing == getattr(group, end).spacing
     roller = there.muscle["dorsiflexor"].path[0]
     assert roller.surface is not None and roller.surface.radius == pytest.approx(0.8 * 0.02)
@@ -141,7 +141,7 @@ def test_a_fit_is_that_of_straight_lines_between_the_anchors(taller: float) -> N
     orthosis = refit(s1(muscle__dorsiflexor__count=1), taller, taller)
     group, found = orthosis.muscle["dorsiflexor"], fits(orthosis)["dorsiflexor"]
     assert group.origin is not None and group.insertion is not None
-    (x1, _, z1), (x2, _, z2) = group.origin.from_ankle, group.insertion.from_ankle
+    (x1, _, z1), (x2, _, z2) = group.origin.from_joint, group.insertion.from_joint
 
     def contraction(angle: float) -> float:
         c, s = math.cos(angle), math.sin(angle)  # toe up turns forward to upward
@@ -165,7 +165,7 @@ def test_a_file_says_the_same_and_keeps_its_comments(tmp_path: pathlib.Path) -> 
         assert read.muscle[name].link_length == pytest.approx(group.link_length, abs=1e-12)
         for end in ("origin", "insertion"):
             one, other = getattr(read.muscle[name], end), getattr(group, end)
-            assert one.from_ankle == pytest.approx(other.from_ankle, abs=1e-12)
+            assert one.from_joint == pytest.approx(other.from_joint, abs=1e-12)
             assert one.provenance == other.provenance
     assert read.cuff is not None and read.cuff.is_file()
     with pytest.raises(InputError, match="--force"):

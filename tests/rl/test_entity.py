@@ -386,7 +386,7 @@ def test_an_orthosis_too_long_for_a_leg_is_told() -> None:
         "orthosis",
         "s1",
         {
-            "muscle.dorsiflexor.origin.from_ankle": ["6 cm", "0 cm", "60 cm"],
+            "muscle.dorsiflexor.origin.from_joint": ["6 cm", "0 cm", "60 cm"],
             "muscle.dorsiflexor.link_length": "41.2 cm",
         },
     )
@@ -526,8 +526,8 @@ def test_elements_say_the_leg_as_names_do() -> None:
 def test_the_left_orthosis_is_the_right_ones_mirror_image() -> None:
     """An orthosis with its front muscles 2 cm to the left, on a humanoid whose legs are alike to 1 cm."""
     lateral = {
-        "muscle.dorsiflexor.origin.from_ankle": ["6 cm", "2 cm", "30 cm"],
-        "muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "2 cm", "-1 cm"],
+        "muscle.dorsiflexor.origin.from_joint": ["6 cm", "2 cm", "30 cm"],
+        "muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", "2 cm", "-1 cm"],
     }
     places = {}
     for side in ("right", "left"):

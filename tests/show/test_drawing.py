@@ -36,7 +36,7 @@ def own_orthosis(folder: pathlib.Path) -> pathlib.Path:
     text = text.replace("$1", "one").replace('-1 cm"], spacing = "2.5 cm"', '-1 cm"], spacing = "4 cm"')
     text = text.replace('description = "S1', f'description = "{"a $brace$ that lifts " * 9}')
     link = 'link_length = "11.2 cm"'
-    guide = '{ segment = "shank", from_ankle = ["7 cm", "0 cm", "9 cm"], spacing = "3 cm" }'
+    guide = '{ segment = "shank", from_joint = ["7 cm", "0 cm", "9 cm"], spacing = "3 cm" }'
     assert link in text
     (folder / "orthosis.toml").write_text(text.replace(link, f"path = [{guide}]\n{link}"))
     return folder

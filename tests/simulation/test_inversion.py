@@ -10,8 +10,8 @@ from afo_sim.metrics.torque import inversion_peaks
 from afo_sim.model import muscle_names
 from afo_sim.simulation import Recording
 
-INSIDE = {"orthosis.muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", "1.5 cm", "-1 cm"]}
-CROSSING = INSIDE | {"orthosis.muscle.plantarflexor.origin.from_ankle": ["-6 cm", "-2 cm", "30 cm"]}
+INSIDE = {"orthosis.muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", "1.5 cm", "-1 cm"]}
+CROSSING = INSIDE | {"orthosis.muscle.plantarflexor.origin.from_joint": ["-6 cm", "-2 cm", "30 cm"]}
 BOTH_FILLED = {
     "timer.plantarflexor": {"inlet": [["0 s", "1 s"]], "outlet": [["1 s", "8 s"]]},
     "orthosis.muscle.plantarflexor.slack": "5 mm",
@@ -50,7 +50,7 @@ def test_a_path_pulls_the_foot_from_its_last_point_on_the_shank(side: str) -> No
     """Of a path through a point on either segment only the piece between them pulls the one to the other."""
     upper, lower = np.array([0.07, 0.02, 0.10]), np.array([0.065, 0.01, 0.02])
     path = [
-        {"segment": segment, "from_ankle": [f"{x} m" for x in place]}
+        {"segment": segment, "from_joint": [f"{x} m" for x in place]}
         for segment, place in (("shank", upper), ("foot", lower))
     ]
     group = "orthosis.muscle.dorsiflexor"
@@ -70,7 +70,7 @@ def test_a_path_pulls_the_foot_from_its_last_point_on_the_shank(side: str) -> No
 def test_muscle_on_the_inside_inverts_and_on_the_outside_everts() -> None:
     """A right leg's inside is to the left; lifted there, the sole turns to the inside."""
     for y, sign in (("1.5 cm", 1.0), ("-1.5 cm", -1.0)):
-        insertion = {"orthosis.muscle.dorsiflexor.insertion.from_ankle": ["6.5 cm", y, "-1 cm"]}
+        insertion = {"orthosis.muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", y, "-1 cm"]}
         _, run = seated(insertion)
         assert sign * run[INVERSION].sum() > 0.0
         of_inside, of_outside = (run.metrics[f"peak_{way}_moment"] for way in ("inversion", "eversion"))

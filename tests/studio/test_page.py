@@ -16,8 +16,8 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium here to show the page"),
 ]
 PRESSURE = '[data-key="supply.pressure"][type="range"]'
-ORIGIN = '[data-key="orthosis.muscle.dorsiflexor.origin.from_ankle"]'
-INSERTION = '[data-key="orthosis.muscle.dorsiflexor.insertion.from_ankle"]'
+ORIGIN = '[data-key="orthosis.muscle.dorsiflexor.origin.from_joint"]'
+INSERTION = '[data-key="orthosis.muscle.dorsiflexor.insertion.from_joint"]'
 OPENS = '[data-grip="phases.dorsiflexor.inlet 0 0"]'
 RESTS = "document.getElementById('verdict').ariaBusy === 'false'"
 SOCKETS = """window.sockets = []; window.WebSocket = class extends WebSocket {

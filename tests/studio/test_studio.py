@@ -27,7 +27,7 @@ client = pytest.importorskip("websockets.sync.client")
 exceptions = pytest.importorskip("websockets.exceptions")
 SCENARIO = "walk-dropfoot-afo"
 PRESSURE, LINK = "supply.pressure", "orthosis.muscle.dorsiflexor.link_length"
-AHEAD = "orthosis.muscle.dorsiflexor.insertion.from_ankle[0]"
+AHEAD = "orthosis.muscle.dorsiflexor.insertion.from_joint[0]"
 
 
 class Tab:

@@ -14,8 +14,8 @@ TWO = {
     "orthosis.muscle.helper": {
         "count": 2,
         "type": "s1_215mm",
-        "origin": {"segment": "shank", "from_ankle": ["6 cm", "0 cm", "30 cm"]},
-        "insertion": {"segment": "foot", "from_ankle": ["6.5 cm", "0 cm", "-1 cm"]},
+        "origin": {"segment": "shank", "from_joint": ["6 cm", "0 cm", "30 cm"]},
+        "insertion": {"segment": "foot", "from_joint": ["6.5 cm", "0 cm", "-1 cm"]},
         "link_length": "11.2 cm",
     },
     "orthosis.chamber.helper": {
@@ -67,7 +67,7 @@ def test_an_anchor_moves_at_the_same_tautness() -> None:
             lengths = []
             for each in (before, group):
                 assert each.origin and each.insertion and each.link_length is not None
-                ends = zip(each.origin.from_ankle, each.insertion.from_ankle, strict=True)
+                ends = zip(each.origin.from_joint, each.insertion.from_joint, strict=True)
                 path = math.sqrt(sum((a - b) ** 2 for a, b in ends))
                 lengths.append(path - each.type.total_length - each.link_length)
             assert lengths[0] == pytest.approx(lengths[1], abs=1e-6), step.name

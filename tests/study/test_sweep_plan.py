@@ -23,7 +23,7 @@ from afo_sim.description import load
 from afo_sim.study import Cases, cases_of, design, sweep_plan
 
 PRESSURE = '[parameters.pressure]\nkey = "supply.pressure"\nfrom = "2 bar"\nto = "6 bar"\n'
-ARM = "orthosis.muscle.dorsiflexor.insertion.from_ankle[0]"
+ARM = "orthosis.muscle.dorsiflexor.insertion.from_joint[0]"
 THREE = (
     PRESSURE
     + '[parameters.start]\nkey = "phases.dorsiflexor.inlet[0][0]"\nfrom = 0.45\nto = 0.75\n'
@@ -54,8 +54,8 @@ def refused(folder: pathlib.Path, head: str, parameters: str = PRESSURE, **optio
 def test_an_item_of_a_list_is_set_alone() -> None:
     before = load("scenario", "walk-dropfoot-afo")
     after = load("scenario", "walk-dropfoot-afo", {ARM: "7 cm", "phases.dorsiflexor.inlet[0][1]": 0.9})
-    insertion = after.orthosis.muscle["dorsiflexor"].insertion.from_ankle
-    assert insertion == (0.07, *before.orthosis.muscle["dorsiflexor"].insertion.from_ankle[1:])
+    insertion = after.orthosis.muscle["dorsiflexor"].insertion.from_joint
+    assert insertion == (0.07, *before.orthosis.muscle["dorsiflexor"].insertion.from_joint[1:])
     assert after.phases.chambers["dorsiflexor"].inlet == ((0.5, 0.9),)
     assert after.phases.chambers["dorsiflexor"].outlet == before.phases.chambers["dorsiflexor"].outlet
 
@@ -338,7 +338,7 @@ def test_the_scenario_gets_exactly_the_cases_values(
     scenario = load("scenario", "walk-dropfoot-afo", found.sets(0))
     read = (
         scenario.supply.pressure,
-        scenario.orthosis.muscle["dorsiflexor"].insertion.from_ankle[0],
+        scenario.orthosis.muscle["dorsiflexor"].insertion.from_joint[0],
         scenario.patient.dorsiflexor_strength,
         scenario.gait.ankle_offset,
         scenario.orthosis.chamber["dorsiflexor"].inlet.conductance,
