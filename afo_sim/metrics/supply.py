@@ -141,7 +141,7 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
         "exergy_efficiency_positive",
         "percent",
         "Efficiency of the air, positive work",
-        "positive work on the ankle, of the exergy taken",
+        "positive work on the joint, of the exergy taken",
     ),
     of=Of.RUN,
     made_of=("exergy_taken", "positive_work", "skeleton_work"),
@@ -213,7 +213,7 @@ def air_of(stride: Stride) -> Found:
         "Exergy of the air vented",
         f"as it is in the chamber or volume that it leaves; {EACH}",
     ),
-    ("positive_work", "J", "Positive work on the ankle", f"of the orthosis' torque; {EACH}"),
+    ("positive_work", "J", "Positive work on the joint", f"of the orthosis' torque; {EACH}"),
     of=Of.WORN,
 )
 def flow_of(stride: Stride) -> Found:

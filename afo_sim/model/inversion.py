@@ -21,7 +21,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, in_unit
-from afo_sim.description import MuscleGroup, Scenario, Side, Subtalar
+from afo_sim.description import JOINTS, MuscleGroup, Scenario, Side, Subtalar
 from afo_sim.model.mounting import ANKLE, SUBTALAR
 from afo_sim.physics import root
 
@@ -216,7 +216,7 @@ def _has_side_moment(scenario: Scenario) -> bool:
     With a subtalar hinge all may, since its axis is oblique.
     """
     leg, groups = scenario.leg, scenario.orthosis.muscle.values()
-    if leg.joint != "ankle" or not groups:
+    if leg.directions != JOINTS["ankle"].directions or not groups:
         return False
     return leg.subtalar is not None or any(map(_off_the_midline, groups))
 
