@@ -230,8 +230,7 @@ def limit_warnings(
     if angle.min() <= lower or angle.max() >= upper:
         where = _where_stopped(built, columns, lower, upper)
         text = f"the {built.scenario.leg.joint} reaches a stop of the joint{{where}}"
-        yield Notice("stop-reached", text, subject=ANKLE, where=where
-        )
+        yield Notice("stop-reached", text, subject=ANKLE, where=where)
     if (turned := columns.get("subtalar/angle")) is not None:
         lower, upper = built.model.joint(SUBTALAR).range
         if turned.min() <= lower or turned.max() >= upper:

@@ -146,7 +146,7 @@ def values(design: Design) -> dict[str, tuple[str, str, bool]]:
 
 def _label(name: str) -> str:
     """A key in words where it is an anchor's or a time of a valve, else as it is."""
-    if place := re.fullmatch(r"orthosis\.muscle\.([\w-]+)\.(\w+)\.from_ankle\[(\d)\]", name):
+    if place := re.fullmatch(r"orthosis\.muscle\.([\w-]+)\.(\w+)\.from_joint\[(\d)\]", name):
         return f"{place[1]} {place[2]}, {('forward', 'sideways', 'up')[int(place[3])]}"
     if time := re.fullmatch(r"phases\.([\w-]+)\.(\w+)\[(\d+)\]\[([01])\]", name):
         return f"{time[1]} {time[2]}, bar {int(time[3]) + 1} {('opens', 'shuts')[int(time[4])]}"
