@@ -1,19 +1,24 @@
 """How well the gait phase is estimated: every shipped walker, even and uneven, noisy, through a stop.
 
 python scripts/phase_table.py
+python scripts/phase_table.py --events
 python scripts/phase_table.py --figure models/scenarios/pictures/phase.png
+python scripts/phase_table.py --c docs/phase.h
 """
 
 import argparse
+import concurrent.futures
 import functools
 import pathlib
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import phase_events
 
 from afo_sim.common import assets
-from afo_sim.control import PhaseEstimate
+from afo_sim.control import PhaseEstimate, phase_estimate
 from afo_sim.description import Gait, load
 from afo_sim.gait import GaitCycle
 from afo_sim.model import persons_stride, phase_at
@@ -146,12 +151,105 @@ def table(*, switch: float, noise: float, seeds: int = 3) -> Iterator[str]:
         )
 
 
+def curve(walker: str) -> phase_events.Curve:
+    """The shank of one of `walkers` over the phase [deg]."""
+    return lambda phase: np.degrees(_cycle(walker).signal("shank_angle", phase))
+
+
+def through_events(
+    walker: str, names: tuple[str, ...], *, switch: bool, seed: int
+) -> tuple[phase_events.Walk, phase_events.Judged]:
+    """Walk through events, and judge the estimate."""
+    walk = phase_events.walk(curve(walker), _cycle(walker).stride_time, names, seed)
+    estimate, phase, ready = PhaseEstimate(), np.empty(len(walk.angle)), np.zeros(len(walk.angle), dtype=bool)
+    for k, angle in enumerate(walk.angle):
+        estimate.update(float(angle), 1.0 / phase_events.RATE, bool(walk.struck[k]) and switch)
+        phase[k], ready[k] = estimate.phase, estimate.ready
+    return walk, phase_events.judged(walk, phase, ready)
+
+
+def _of_seed(walker: str, switch: bool, seed: int) -> tuple[tuple[str, ...], phase_events.Judged]:
+    """All events in an order of their own."""
+    names = tuple(np.random.default_rng(seed).permutation(list(phase_events.EVENTS)))
+    return names, through_events(walker, names, switch=switch, seed=seed)[1]
+
+
+def events_table(seeds: int) -> Iterator[str]:
+    """Lines of a table in Markdown: the worst walker and seed of each event, alone and with a foot switch."""
+    yield "| event | error over 10 % while `ready` [ms] | error two strides later [%] |\n|---|---|---|"
+    worst: dict[str, list[tuple[float, float, float, float]]] = {name: [] for name in phase_events.EVENTS}
+    shares = []
+    with concurrent.futures.ProcessPoolExecutor(2) as pool:
+        for walker in walkers():
+            for seed in range(seeds):
+                (names, alone), (_, struck) = pool.map(_of_seed, [walker] * 2, (False, True), [seed] * 2)
+                for name, *found in zip(
+                    names, alone.lies, struck.lies, alone.late, struck.late, strict=False
+                ):
+                    worst[name].append((1e3 * found[0], 1e3 * found[1], found[2], found[3]))
+                shares.append((alone.steady, struck.steady, alone.defined, struck.defined))
+                shares[-1] += (alone.lies[-1], struck.lies[-1])
+    for name, rows in worst.items():
+        most, late = np.max(rows, axis=0), np.array(rows)[:, 2:]
+        over = " and ".join(f"{np.sum(late[:, k] > 5.0)}" for k in range(2))
+        yield (
+            f"| {name} | {most[0]:.0f}, {most[1]:.0f} | {most[2]:.1f}, {most[3]:.1f} "
+            f"(above 5 %: {over} of {len(rows)}) |"
+        )
+    least, longest = 100.0 * np.min(shares, axis=0), 10.0 * np.max(shares, axis=0)
+    yield f"\n`ready` in steady walking {least[0]:.1f}, {least[1]:.1f} % and of all time"
+    yield f"{least[2]:.1f}, {least[3]:.1f} % at least; over 10 % while `ready` there {longest[4:]} s at most"
+
+
+def written_c(text: str) -> str:
+    """A header with this project's constants and templates between its marks."""
+    estimate = phase_estimate
+    constants: dict[str, float] = {
+        name: value
+        for name, value in vars(estimate).items()
+        if name.isupper() and isinstance(value, float) and re.search(rf"\b{name}\b", text)
+    }
+    for name, (shortest, longest) in {"WINDOW": estimate.WINDOW, "STRIDE": estimate.STRIDES}.items():
+        constants |= {f"SHORTEST_{name}": shortest, f"LONGEST_{name}": longest}
+    constants |= dict(zip(("WAKING_RATE", "WAKING_PHASE"), estimate.WAKING, strict=True))
+    lines = [f"#define {name} R({value!r})" for name, value in sorted(constants.items())]
+    lines += [f"#define {name} {getattr(estimate, name)}" for name in ("HARMONICS", "LOOKS", "EXTREMES")]
+    rows = [
+        "    {"
+        + ", ".join(f"R({value:.9g})" for value in (t.stride_time, t.lowest, t.highest, t.low, t.high))
+        + ",\n      {"
+        + ", ".join(f"R({value:.9g})" for value in t.series)
+        + "}},"
+        for t in estimate.templates()
+    ]
+    rows = [
+        f"#define TEMPLATES {len(rows)}",
+        "static const template_t templates[TEMPLATES] = {",
+        *rows,
+        "};",
+    ]
+    for mark, block in (("constants", lines), ("templates", rows)):
+        pattern = rf"(/\* begin {mark}[^\n]*\n).*?(/\* end {mark} \*/)"
+        text = re.sub(
+            pattern, lambda m, block=block: "\n".join([m[1].rstrip(), *block, m[2]]), text, flags=re.S
+        )
+    return text
+
+
 def main() -> None:
-    """Print the tables, or draw the figure."""
+    """Print the tables, draw the figure, or write the constants of the C header."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
     parser.add_argument("--figure", type=pathlib.Path, help="draw the figure into this file instead")
     parser.add_argument("--seeds", type=int, default=5, help="of stride times and noise; 5 by default")
+    parser.add_argument("--events", action="store_true", help="print the table of turns, stops and ramps")
+    parser.add_argument("--c", type=pathlib.Path, help="write constants and templates into this header")
     arguments = parser.parse_args()
+    if arguments.c is not None:
+        arguments.c.write_text(written_c(arguments.c.read_text(encoding="utf-8")), encoding="utf-8")
+        return
+    if arguments.events:
+        print("\n".join(events_table(arguments.seeds)))
+        return
     if arguments.figure is not None:
         draw(arguments.figure)
         return

@@ -2,18 +2,22 @@
 
 The walker's first swing starts it: from its highest angle to its lowest the shank takes a known share of the
 stride. From there an oscillator (`physics/oscillator.py`) follows the angle. What it knows before the first
-stride is the population's shank (`Template`), which also says where in the shape the heel strikes.
-It learns the walker's own shape. A foot switch, where there is one, tells it the walker's own heel strike.
+stride is the population's shank (`Shank`), which also says where in the shape the heel strikes.
+It learns the walker's own shape. A foot switch, where there is one, gives it the walker's own heel strike.
+
+Where the angle is not as expected, its size and mean are trusted the less: a turn or a short step halves the
+one and moves the other at once, and the phase then comes from when the shank turns round, not from how far
+it goes. It is believed after the angle has agreed with what was expected for most of a stride, and no longer
+when it does not.
 """
 
 import functools
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.physics import SHAPE, advance, correct
+from afo_sim.physics import SHAPE, advance, correct, loosen_size
 from afo_sim.physics.oscillator import origin, series, turn
 
 HARMONICS = 6
@@ -28,7 +32,7 @@ SHANK = (
 # published means of 42 adults (Fukuchi, Fukuchi & Duarte 2018). A line through them; assumed beyond them.
 STANCE, STANCE_TIME, STANCE_RATE = 0.603, 1.046, 0.085  # [-] at [s], and what it gains per time [1/s]
 SHORTEST, LONGEST = 0.8, 1.8  # stride times beyond which stance stays as it is [s]
-SAMPLES = 512  # of a stride in which extremes are looked for
+SAMPLES, EXTREMES = 512, 128  # of a stride of the published curve; in which extremes are looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +81,26 @@ def _template(stride_time: float) -> Template:
     found = np.fft.rfft(shape)[: HARMONICS + 1] / SAMPLES
     series = np.empty(2 * HARMONICS + 1)
     series[0], series[1::2], series[2::2] = found[0].real, 2.0 * found[1:].real, -2.0 * found[1:].imag
-    lowest, highest = phase[shape.argmin()], phase[shape.argmax()]
+    return template_of(stride_time, series)
+
+
+@functools.cache
+def _waves() -> np.ndarray:
+    """What a shape changes by with each of its series, at `EXTREMES` phases."""
+    order = np.arange(1, HARMONICS + 1)
+    angle = 2.0 * np.pi * np.outer(np.arange(EXTREMES) / EXTREMES, order)
+    waves = np.ones((EXTREMES, 2 * HARMONICS + 1))
+    waves[:, 1::2], waves[:, 2::2] = np.cos(angle), np.sin(angle)
+    return waves
+
+
+def template_of(stride_time: float, series: np.ndarray) -> Template:
+    """The template of a series; its lowest angle comes after its highest."""
+    shape = _waves() @ series
+    lowest, highest = int(shape.argmin()), int(shape.argmax())
+    after = lowest if lowest > highest else lowest + EXTREMES
     return Template(
-        stride_time, series, float(lowest), float(highest), float(shape.min()), float(shape.max())
+        stride_time, series, after / EXTREMES, highest / EXTREMES, float(shape[lowest]), float(shape[highest])
     )
 
 
@@ -87,24 +108,35 @@ def _template(stride_time: float) -> Template:
 RANGE = math.radians(25.0)  # that the shank moves in a swing at least
 PAST = math.radians(6.0)  # that the shank has come back from an extreme when it counts as one
 SLOWEST, FASTEST = 0.2, 3.0  # rate of strides [1/s]
-LOST = math.radians(20.0)  # by which the shank differs from what is expected where it has lost the walker
-AGREES = 0.08  # phase by which a swing may differ from the oscillator before this begins anew [-]
+# Phase by which a swing may differ from the oscillator before this begins anew, alone and with a foot switch,
+# and by which a heel strike may before it is believed more than the shape [-]
+AGREES, AGREES_STRUCK, LATE = 0.08, 0.2, 0.08
+UNLIKE_SWING = math.radians(8.0)  # by which the extremes of the shape may differ from those of the swing
 # What is not known when it begins: phase [-], rate [-] of itself, mean and first harmonic of the angle; the
-# others go with one over their order.
-PHASE, RATE, MEAN, FIRST = 0.04, 0.25, math.radians(6.0), math.radians(4.0)
+# others go with one over their order. Half as much of a shape that the walker has shown before.
+PHASE, RATE, MEAN, FIRST, AGAIN = 0.04, 0.25, math.radians(6.0), math.radians(4.0), 0.5
 UNSTEADY = 0.3  # by which the rate wanders in a stride, of itself
+# By which the angle's size wanders in a stride, of itself, and its mean [rad], while the misfit (below) is as
+# large as `LEARNT`; their variances fall with its square.
+SIZE, SHIFT = 0.28, 0.095
 UNLIKE = math.radians(0.2)  # by which the shape wanders in a second
 # Error of a sample every 10 ms: at first of the shape, which it forgets in so many strides; later of the
 # sensor, and of strides that differ.
 BEGUN, LEARNT, FORGOTTEN, SAMPLE = math.radians(3.5), math.radians(1.5), 2.5, 0.01
 STRIKE = 0.006  # error of a foot switch [-]
+# The angle agrees while its misfit, a root mean square over so much of a stride, stays below the first;
+# beyond the second the shape is not this walker's any more.
+MISFIT, LOST, RECENT = math.radians(2.0), math.radians(7.0), 0.05
+AGREED, AGREED_STANDING = 0.9, 0.75  # strides that it agreed for until it is believed; of who stands
+CERTAIN = 0.05  # standard deviation of a phase that is believed [-]
 # Who stands moves the shank less in so long [rad], [s]: who walks slowly turns it round as slowly, so that it
 # is looked at for a share of the stride, within bounds; for the longest while no stride is known.
 STILL, WINDOW, SHARE = math.radians(1.2), (0.25, 0.5), 0.2
-WAKING = 0.5, 0.01  # what is not known of who stands: rate [1/s], phase [-]
+LOOK, LOOKS = 0.025, 20  # time from one look for that to the next [s]; looks that are kept
+WAKING = 0.3, 0.03  # what is not known of who stands: rate [1/s], phase [-]
 SEEN, HOLD = 1.5, 10.0  # strides in which a foot switch counts; how often a stride turns the shape back
 AVERAGED = 2.0  # how often a stride the rate that is stated is renewed
-KNOWN = 0.9  # strides that it has followed until it is ready
+STRIDES = 0.33, 5.0  # durations of a stride [s]
 BACK = 0.05  # phase by which it waits instead of running back [-]
 
 
@@ -124,20 +156,24 @@ class PhaseEstimate:
         """Forget the walker."""
         self._swings = _Swings()
         self._window = WINDOW[1]  # in which who stands is found [s]
-        self._lately: deque[float] = deque()  # samples of it
+        self._looks = np.zeros((LOOKS, 2))  # the latest last: angle, phase
+        self._looked, self._since_look = 0, 0.0
         self._state = np.zeros(SHAPE + 2 * HARMONICS + 1)
         self._covariance = np.zeros((len(self._state), len(self._state)))
         self._wave = np.zeros(len(self._state))
         self._striking = np.zeros(len(self._state))
-        self._striking[0] = 1.0  # of the state, what a foot switch tells
+        self._striking[0] = 1.0  # of the state, what a foot switch measures
         self._follows = False
-        self._followed = 0.0  # strides
-        self._lost = False  # until the next swing
+        self._age = 0.0  # of the shape, strides
+        self._agreed = 0.0  # strides, since the angle was last not as expected
+        self._misfit = self._worst = 0.0  # mean square of late, and its largest since the last swing [rad²]
         self._stated = -math.inf  # phase, with whole strides
         self._rate = 0.0  # of strides of late [1/s]
-        self._kept = (self._state, self._covariance)  # when a swing agreed last
+        self._cadence = 0.0  # rate of the last whole stride [1/s]
+        self._kept: Template | None = None  # shape of the walker when it was believed
         self._origin = 0.0  # of the shape, to which it is held
         self._unstruck = math.inf  # strides since the foot switch closed
+        self._since_strike = self._since_swing = math.inf  # [s]
         self.stopped = False
 
     @property
@@ -152,8 +188,8 @@ class PhaseEstimate:
 
     @property
     def ready(self) -> bool:
-        """Whether it has followed the walker long enough to be believed."""
-        return self._follows and not self._lost and self._followed >= KNOWN
+        """Whether the angle has agreed with the phase for long enough to believe it."""
+        return self._follows and self._agreed >= AGREED and float(self._covariance[0, 0]) < CERTAIN**2
 
     def update(self, value: float, dt: float, struck: bool = False) -> None:
         """Take in a sample.
@@ -162,12 +198,14 @@ class PhaseEstimate:
         """
         if not (math.isfinite(value) and dt > 0.0):
             return  # a sample that was lost
-        self.stopped = self._stands(value, dt)
+        stood, self.stopped = self.stopped, self._stands(value, dt)
+        self._since_swing += dt
+        self._since_strike += dt
         if self.stopped:
-            self._swings = _Swings()
-            self._stand()
-            self._averaged(dt)
+            self._stand(value, dt, begins=not stood)
             return
+        if stood:
+            self._state[1] = self._cadence  # he goes on as fast as he walked before
         swing = self._swings.after(value, dt)
         if swing is not None:
             self._swung(swing)
@@ -176,19 +214,49 @@ class PhaseEstimate:
 
     def _stands(self, value: float, dt: float) -> bool:
         """Whether the shank has hardly moved of late."""
-        self._lately.append(value)
-        enough = max(round(self._window / dt), 2)
-        while len(self._lately) > enough:
-            self._lately.popleft()
-        return len(self._lately) == enough and float(np.std(self._lately)) < STILL
+        self._since_look += dt
+        if self._since_look < LOOK - 1e-4:
+            return self.stopped
+        self._since_look = 0.0
+        self._looks[:-1] = self._looks[1:]
+        self._looks[-1] = value, self._state[0]
+        self._looked += 1
+        angles = self._looks[-self._enough :, 0]
+        return self._looked >= self._enough and float(np.std(angles)) < STILL
 
-    def _stand(self) -> None:
-        """The phase stays; how fast it goes on is not known."""
+    @property
+    def _enough(self) -> int:
+        """Looks that find who stands."""
+        return int(self._window / LOOK + 0.5)
+
+    def _stand(self, value: float, dt: float, begins: bool) -> None:
+        """The phase stays where it was when he stopped; how fast it goes on is not known."""
+        self._swings = _Swings()
+        self._since_swing = self._since_strike = self._unstruck = math.inf
+        if not self._follows:
+            return
+        gone = self._state[0] - self._looks[-self._enough, 1]
+        if begins and 0.0 < gone < 0.5:
+            self._state[0] -= gone
+            self._stated = float(self._state[0])
+        if begins and self._kept:  # what seemed to be another shape was that he stopped
+            self._state[SHAPE:] = self._kept.series
         rate, phase = WAKING
         self._state[1] = 0.0
         self._covariance[1, :] = self._covariance[:, 1] = 0.0
         self._covariance[1, 1] = rate**2
         self._covariance[0, 0] = max(self._covariance[0, 0], phase**2)
+        expected, slope = series(self._state, self._wave)
+        off = abs(value - expected) - CERTAIN * abs(slope)  # more than an error of the phase explains
+        self._misfit = max(off, 0.0) ** 2
+        self._agreed = AGREED_STANDING if self._misfit < MISFIT**2 and self._kept else 0.0
+        self._averaged(dt)
+
+    def _agree(self, surprise: float, gone: float) -> None:
+        """Take in by how much the angle was not as expected [rad], for a part of a stride."""
+        self._misfit += min(gone / RECENT, 1.0) * (surprise**2 - self._misfit)
+        self._worst = max(self._worst, self._misfit)
+        self._agreed = self._agreed + gone if self._misfit < MISFIT**2 else 0.0
 
     def _loosen(self, phase: float, rate: float) -> None:
         """Forget how phase and rate go with the rest; their variances are given."""
@@ -197,64 +265,87 @@ class PhaseEstimate:
         self._covariance[0, 0], self._covariance[1, 1] = phase, rate
 
     def _swung(self, swing: "_Swing") -> None:
-        """Begin with a swing, or anew where the oscillator has lost the walker."""
-        template = after_swing(swing.duration)
+        """Begin with a swing, or anew where it contradicts the oscillator."""
+        like = after_swing(swing.duration)
+        template = self._kept or like
         rate = (template.lowest - template.highest) / swing.duration
         if not SLOWEST < rate < FASTEST:
             return
-        self._window = min(max(SHARE * template.stride_time, WINDOW[0]), WINDOW[1])
+        self._window = min(max(SHARE * like.stride_time, WINDOW[0]), WINDOW[1])
+        stride = self._since_swing - swing.ago
+        self._since_swing = swing.ago
+        whole = STRIDES[0] < stride < STRIDES[1]
+        self._cadence = 1.0 / stride if whole else self._cadence or rate
         phase = template.lowest + rate * swing.ago
-        if not self._follows:
-            self._learn(template, swing)
-        elif abs(_apart(self._state[0], phase)) < AGREES and not self._lost:
-            self._kept = self._state.copy(), self._covariance.copy()
-            return
-        else:  # what it has learnt since then was not this walker's shape
-            self._state[:], self._covariance[:, :] = self._kept
-        self._follows, self._followed, self._lost = True, 0.0, False
-        self._stated, self._rate = -math.inf, rate
-        self._state[:SHAPE] = phase, rate
-        self._loosen(PHASE**2, (RATE * rate) ** 2)
-        self._kept = self._state.copy(), self._covariance.copy()
+        if not self._follows or self._contradicted(swing, phase):
+            self._begin(template, swing)
+            self._state[:SHAPE] = phase, self._cadence
+            self._loosen(PHASE**2, (RATE * rate) ** 2)
+        elif self._agreed > 1.0:
+            self._kept = template_of(like.stride_time, self._state[SHAPE:].copy())
+        self._worst = 0.0
 
-    def _learn(self, template: Template, swing: "_Swing") -> None:
-        """Begin with the population's shape between this walker's extremes."""
+    def _contradicted(self, swing: "_Swing", phase: float) -> bool:
+        """Whether the oscillator's phase or shape is not that of a swing that ends at a phase."""
+        shape = template_of(0.0, self._state[SHAPE:])
+        return (
+            abs(_apart(self._state[0], phase)) > (AGREES_STRUCK if self._unstruck < SEEN else AGREES)
+            or max(abs(shape.high - swing.high), abs(shape.low - swing.low)) > UNLIKE_SWING
+            or self._worst > LOST**2
+        )
+
+    def _begin(self, template: Template, swing: "_Swing") -> None:
+        """Begin with a shape, between this swing's extremes; one that was kept is used once."""
         share = (swing.high - swing.low) / (template.high - template.low)
         self._state[SHAPE:] = share * template.series
         self._state[SHAPE] += 0.5 * (swing.high + swing.low - share * (template.high + template.low))
         self._origin = origin(self._state)
+        first = FIRST * (AGAIN if self._kept else 1.0)
         order = np.repeat(np.arange(1, HARMONICS + 1), 2)
-        self._covariance[:, :] = np.diag(np.concatenate([[0.0, 0.0, MEAN**2], (FIRST / order) ** 2]))
+        self._covariance[:, :] = np.diag(np.concatenate([[0.0, 0.0, MEAN**2], (first / order) ** 2]))
+        self._age = self._age if self._kept else 0.0
+        self._kept, self._follows, self._stated = None, True, -math.inf
+        self._agreed, self._misfit, self._rate = 0.0, 0.0, self._cadence
 
     def _follow(self, value: float, dt: float, struck: bool) -> None:
         """Go on by a sample."""
         state, covariance, wave = self._state, self._covariance, self._wave
         rate = float(state[1])
-        self._followed += rate * dt
+        gone = rate * dt
+        self._age += gone
+        self._unstruck += gone
         # as much in a stride of any duration; who starts has a rate of 0
         advance(state, covariance, dt, UNSTEADY**2 * max(rate**3, 0.1), UNLIKE**2)
+        loose = dt * max(rate, SLOWEST) * min(self._misfit / LEARNT**2, 1.0)
+        loosen_size(state, covariance, SIZE**2 * loose, SHIFT**2 * loose)
         surprise = value - series(state, wave)[0]
-        if self._lost or (self._followed > KNOWN and abs(surprise) > LOST):
-            self._lost = True  # it learns nothing, and goes on as before until the next swing
-            self._stated = float(state[0])
-            return
-        error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._followed / FORGOTTEN)
+        self._agree(surprise, max(gone, 0.5 * dt))
+        error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._age / FORGOTTEN)
         correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt)
         if struck:
-            late = _apart(0.5 * dt * state[1], state[0])  # it closed half a sample ago
-            if abs(late) > AGREES:
-                state[0] += late
-                self._loosen(STRIKE**2, float(covariance[1, 1]))
-                self._stated = -math.inf
-            else:
-                correct(state, covariance, self._striking, late, STRIKE**2)
-            self._unstruck = 0.0
-        self._hold(rate * dt)
+            self._strike(dt)
+        self._hold(gone)
         state[1] = min(max(state[1], 0.0), FASTEST)
         self._averaged(dt)
         phase = float(state[0] + state[1] * self._lead)
         if not 0.0 < self._stated - phase < BACK:
             self._stated = phase
+
+    def _strike(self, dt: float) -> None:
+        """Take in a heel strike: a little of phase, or all where the shape has it elsewhere."""
+        late = _apart(0.5 * dt * self._state[1], self._state[0])  # it closed half a sample ago
+        if STRIDES[0] < self._since_strike < STRIDES[1]:
+            self._cadence = 1.0 / self._since_strike
+        if abs(late) < LATE:
+            correct(self._state, self._covariance, self._striking, late, STRIKE**2)
+        else:
+            if self._misfit < MISFIT**2:
+                turn(self._state, late)  # the shape is the walker's, at another phase
+            else:
+                self._state[:SHAPE] = self._state[0] + late, self._cadence
+            self._loosen(STRIKE**2, (0.5 * RATE * self._cadence) ** 2)
+            self._stated, self._agreed = -math.inf, 0.0
+        self._unstruck, self._since_strike = 0.0, 0.5 * dt
 
     def _averaged(self, dt: float) -> None:
         """The rate over about half a stride: within a stride it errs to either side."""
@@ -265,7 +356,6 @@ class PhaseEstimate:
 
         A foot switch says where that is. Without one it is where the population's fundamental lies.
         """
-        self._unstruck += gone
         if self._unstruck < SEEN:
             self._origin = origin(self._state)
         else:

@@ -62,6 +62,7 @@ from .laws import LAWS as LAWS
 from .oscillator import SHAPE as SHAPE
 from .oscillator import advance as advance
 from .oscillator import correct as correct
+from .oscillator import loosen_size as loosen_size
 from .passive_ankle import KNEE_LIMIT as KNEE_LIMIT
 from .passive_ankle import passive_moment as passive_moment
 from .passive_ankle import passive_moments as passive_moments

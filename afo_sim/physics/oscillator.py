@@ -64,6 +64,21 @@ def advance(state: np.ndarray, covariance: np.ndarray, step: float, unsteady: fl
 
 
 @register_jitable
+def loosen_size(state: np.ndarray, covariance: np.ndarray, size: float, shift: float) -> None:
+    """Let the signal's size and mean become less certain; its shape stays as certain as it was.
+
+    Parameters
+    ----------
+    state, covariance : (n,), (n, n)
+    size : relative variance that all of the series but a₀ gain together
+    shift : variance that a₀ gains [unit²]
+    """
+    shape = state[SHAPE + 1 :]
+    covariance[SHAPE + 1 :, SHAPE + 1 :] += size * np.outer(shape, shape)
+    covariance[SHAPE, SHAPE] += shift
+
+
+@register_jitable
 def correct(
     state: np.ndarray, covariance: np.ndarray, wave: np.ndarray, error: float, variance: float
 ) -> None:

@@ -61,6 +61,16 @@ def test_a_step_passes_as_by_its_matrix() -> None:
     assert spread == pytest.approx(matrix @ covariance @ matrix.T + noise, abs=1e-12)
 
 
+def test_a_looser_size_scales_the_signal_about_its_mean() -> None:
+    state, covariance = drawn(7)
+    spread, wave = covariance.copy(), np.empty(N)
+    oscillator.loosen_size(state, spread, 0.04, 0.5)
+    found, _ = oscillator.series(state, wave)
+    wave[0] = 0.0  # of the shape alone
+    # a signal s · (y − a₀) + a₀ + m with independent s and m
+    assert wave @ (spread - covariance) @ wave == pytest.approx(0.04 * (found - state[2]) ** 2 + 0.5)
+
+
 @pytest.mark.parametrize("shift", [0.01, -0.3, 2.2])
 def test_turning_keeps_the_signal(shift: float) -> None:
     state, _ = drawn(5)

@@ -1,0 +1,502 @@
+/* The gait phase from the shank's angle, in C99: what `afo_sim.control.PhaseEstimate` does, name by name.
+ *
+ * phase_begin(&p, lead)                once
+ * phase_update(&p, angle, dt, struck)  with each sample; believe phase_now(&p) while phase_ready(&p)
+ *
+ * Constants and templates are written by `python scripts/phase_table.py --c docs/phase.h`.
+ */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#ifndef PHASE_REAL
+#define PHASE_REAL float
+#endif
+typedef PHASE_REAL real_t;
+#define R(x) ((real_t)(x))
+#define PHASE_MATH(name) \
+    static inline real_t name##_r(real_t x) \
+    { \
+        return sizeof(real_t) == sizeof(float) ? R(name##f((float)x)) : R(name((double)x)); \
+    }
+PHASE_MATH(sin)
+PHASE_MATH(cos)
+PHASE_MATH(exp)
+PHASE_MATH(floor)
+PHASE_MATH(fabs)
+
+#define SHAPE 2
+#define STATES (SHAPE + 2 * HARMONICS + 1)
+#define NEVER R(1e9)
+#define TURN R(6.283185307179586)
+
+/* begin constants */
+#define AGAIN R(0.5)
+#define AGREED R(0.9)
+#define AGREED_STANDING R(0.75)
+#define AGREES R(0.08)
+#define AGREES_STRUCK R(0.2)
+#define AVERAGED R(2.0)
+#define BACK R(0.05)
+#define BEGUN R(0.061086523819801536)
+#define CERTAIN R(0.05)
+#define FASTEST R(3.0)
+#define FIRST R(0.06981317007977318)
+#define FORGOTTEN R(2.5)
+#define HOLD R(10.0)
+#define LATE R(0.08)
+#define LEARNT R(0.026179938779914945)
+#define LONGEST_STRIDE R(5.0)
+#define LONGEST_WINDOW R(0.5)
+#define LOOK R(0.025)
+#define LOST R(0.12217304763960307)
+#define MEAN R(0.10471975511965978)
+#define MISFIT R(0.03490658503988659)
+#define PAST R(0.10471975511965978)
+#define PHASE R(0.04)
+#define RANGE R(0.4363323129985824)
+#define RATE R(0.25)
+#define RECENT R(0.05)
+#define SAMPLE R(0.01)
+#define SEEN R(1.5)
+#define SHARE R(0.2)
+#define SHIFT R(0.095)
+#define SHORTEST_STRIDE R(0.33)
+#define SHORTEST_WINDOW R(0.25)
+#define SIZE R(0.28)
+#define SLOWEST R(0.2)
+#define STILL R(0.020943951023931952)
+#define STRIKE R(0.006)
+#define UNLIKE R(0.003490658503988659)
+#define UNLIKE_SWING R(0.13962634015954636)
+#define UNSTEADY R(0.3)
+#define WAKING_PHASE R(0.03)
+#define WAKING_RATE R(0.3)
+#define HARMONICS 6
+#define LOOKS 20
+#define EXTREMES 128
+/* end constants */
+
+typedef struct {
+    real_t stride_time, lowest, highest, low, high;
+    real_t series[STATES - SHAPE];
+} template_t;
+/* begin templates: stride time, phases of the lowest and highest angle, the angles, the series */
+#define TEMPLATES 39
+static const template_t templates[TEMPLATES] = {
+    {R(0.6), R(0.9765625), R(0.65625), R(-0.335076495), R(0.912522041),
+      {R(0.283374761), R(-0.422807067), R(-0.250322471), R(-0.150821654), R(0.150166312), R(-0.00886930941), R(0.0356392324), R(-0.012097385), R(0.0130161603), R(-0.00330476458), R(0.00665767261), R(-0.000716848935), R(0.00143868801)}},
+    {R(0.65), R(0.9765625), R(0.65625), R(-0.335076495), R(0.912522041),
+      {R(0.283374761), R(-0.422807067), R(-0.250322471), R(-0.150821654), R(0.150166312), R(-0.00886930941), R(0.0356392324), R(-0.012097385), R(0.0130161603), R(-0.00330476458), R(0.00665767261), R(-0.000716848935), R(0.00143868801)}},
+    {R(0.7), R(0.9765625), R(0.65625), R(-0.335076495), R(0.912522041),
+      {R(0.283374761), R(-0.422807067), R(-0.250322471), R(-0.150821654), R(0.150166312), R(-0.00886930941), R(0.0356392324), R(-0.012097385), R(0.0130161603), R(-0.00330476458), R(0.00665767261), R(-0.000716848935), R(0.00143868801)}},
+    {R(0.75), R(0.9765625), R(0.65625), R(-0.335076495), R(0.912522041),
+      {R(0.283374761), R(-0.422807067), R(-0.250322471), R(-0.150821654), R(0.150166312), R(-0.00886930941), R(0.0356392324), R(-0.012097385), R(0.0130161603), R(-0.00330476458), R(0.00665767261), R(-0.000716848935), R(0.00143868801)}},
+    {R(0.8), R(0.9765625), R(0.65625), R(-0.335076495), R(0.912522041),
+      {R(0.283374761), R(-0.422807067), R(-0.250322471), R(-0.150821654), R(0.150166312), R(-0.00886930941), R(0.0356392324), R(-0.012097385), R(0.0130161603), R(-0.00330476458), R(0.00665767261), R(-0.000716848935), R(0.00143868801)}},
+    {R(0.85), R(0.9765625), R(0.65625), R(-0.334930414), R(0.912321256),
+      {R(0.28262558), R(-0.417525745), R(-0.254696841), R(-0.155986675), R(0.147589481), R(-0.00881117421), R(0.0377314998), R(-0.0118931039), R(0.0126224456), R(-0.00349766638), R(0.00695707904), R(-0.000512038059), R(0.00157925998)}},
+    {R(0.9), R(0.9765625), R(0.6640625), R(-0.334784991), R(0.912557001),
+      {R(0.281876437), R(-0.412197904), R(-0.25896278), R(-0.161076317), R(0.144804195), R(-0.00892536318), R(0.0398864164), R(-0.0116034752), R(0.0122658082), R(-0.00372804661), R(0.00721489884), R(-0.000309446805), R(0.00175863333)}},
+    {R(0.95), R(0.9765625), R(0.6640625), R(-0.334640641), R(0.912454475),
+      {R(0.281127317), R(-0.406825901), R(-0.263119881), R(-0.166081869), R(0.141813842), R(-0.00921792221), R(0.0420915071), R(-0.0112321121), R(0.0119582205), R(-0.0039880997), R(0.00742516222), R(-0.00011703922), R(0.00197721801)}},
+    {R(1), R(0.9765625), R(0.671875), R(-0.334496945), R(0.91255045),
+      {R(0.280378204), R(-0.401412091), R(-0.26716779), R(-0.170994797), R(0.138622182), R(-0.0096939887), R(0.0443338399), R(-0.0107840227), R(0.0117113045), R(-0.0042690684), R(0.0075831516), R(5.71638517e-05), R(0.00223383793)}},
+    {R(1.05), R(0.9765625), R(0.671875), R(-0.334352591), R(0.912551594),
+      {R(0.279629082), R(-0.39595883), R(-0.271106205), R(-0.175806761), R(0.135233336), R(-0.0103577603), R(0.0466000933), R(-0.0102655723), R(0.0115361812), R(-0.00456142943), R(0.00768554096), R(0.00020538174), R(0.0025257301)}},
+    {R(1.1), R(0.9765625), R(0.6796875), R(-0.33420533), R(0.912442782),
+      {R(0.278879951), R(-0.390468496), R(-0.274934894), R(-0.180509623), R(0.131651812), R(-0.0112124542), R(0.0488765956), R(-0.00968446053), R(0.0114433391), R(-0.0048550664), R(0.00773051641), R(0.000320348901), R(0.00284857078)}},
+    {R(1.15), R(0.9765625), R(0.6796875), R(-0.334051966), R(0.912552882),
+      {R(0.27813084), R(-0.384943509), R(-0.27865372), R(-0.185095466), R(0.127882518), R(-0.0122602612), R(0.0511493767), R(-0.00904968645), R(0.0114424893), R(-0.00513946799), R(0.00771788971), R(0.000395604537), R(0.0031965402)}},
+    {R(1.2), R(0.9765625), R(0.6875), R(-0.333888449), R(0.912172321),
+      {R(0.277381733), R(-0.379386209), R(-0.282262538), R(-0.18955664), R(0.123930605), R(-0.0135023991), R(0.053404382), R(-0.00837132062), R(0.0115423643), R(-0.00540411828), R(0.00764911248), R(0.000425858249), R(0.00356260889)}},
+    {R(1.25), R(0.9765625), R(0.6875), R(-0.333709938), R(0.912396765),
+      {R(0.276632613), R(-0.373798931), R(-0.285761259), R(-0.193885751), R(0.11980154), R(-0.0149390731), R(0.0556274536), R(-0.0076604874), R(0.0117506521), R(-0.00563863738), R(0.00752729561), R(0.00040714508), R(0.00393868176)}},
+    {R(1.3), R(0.9765625), R(0.6875), R(-0.333510913), R(0.911886529),
+      {R(0.275883464), R(-0.368184004), R(-0.289149841), R(-0.19807567), R(0.115501092), R(-0.0165694712), R(0.0578044051), R(-0.00692925396), R(0.0120738828), R(-0.00583302415), R(0.00735719506), R(0.000337024813), R(0.00431584192)}},
+    {R(1.35), R(0.984375), R(0.6953125), R(-0.333466331), R(0.912026531),
+      {R(0.275134268), R(-0.36254375), R(-0.292428292), R(-0.202119546), R(0.111035325), R(-0.0183917647), R(0.0599210952), R(-0.00619051001), R(0.0125173267), R(-0.00597789447), R(0.00714516482), R(0.000214736828), R(0.00468462673)}},
+    {R(1.4), R(0.984375), R(0.6953125), R(-0.333540628), R(0.911615533),
+      {R(0.274385189), R(-0.356880724), R(-0.295596941), R(-0.206010859), R(0.106410937), R(-0.0204028228), R(0.0619632845), R(-0.00545819311), R(0.0130848353), R(-0.0060645266), R(0.00689938827), R(4.14120559e-05), R(0.0050349837)}},
+    {R(1.45), R(0.984375), R(0.703125), R(-0.333593587), R(0.911398522),
+      {R(0.273636131), R(-0.351197106), R(-0.298655794), R(-0.20974338), R(0.101634367), R(-0.0225988909), R(0.0639172884), R(-0.00474626428), R(0.0137788488), R(-0.00608563608), R(0.00662906472), R(-0.000180000075), R(0.00535748323)}},
+    {R(1.5), R(0.984375), R(0.703125), R(-0.333618797), R(0.911092791),
+      {R(0.27288704), R(-0.345495132), R(-0.301604963), R(-0.213311184), R(0.0967123863), R(-0.0249751889), R(0.0657696112), R(-0.00406916873), R(0.0146003544), R(-0.00603513204), R(0.00634468256), R(-0.000444763474), R(0.00564303344)}},
+    {R(1.55), R(0.984375), R(0.7109375), R(-0.333609726), R(0.910486167),
+      {R(0.272137898), R(-0.339777074), R(-0.304444659), R(-0.216708668), R(0.0916520691), R(-0.0275259214), R(0.067507042), R(-0.00344167177), R(0.0155488055), R(-0.00590834307), R(0.00605787135), R(-0.00074636296), R(0.00588322373)}},
+    {R(1.6), R(0.984375), R(0.7109375), R(-0.333559982), R(0.910292798),
+      {R(0.271388688), R(-0.334045192), R(-0.307175142), R(-0.219930564), R(0.0864607043), R(-0.0302443599), R(0.0691167709), R(-0.00287862868), R(0.0166220998), R(-0.0057022246), R(0.00578114756), R(-0.00107663328), R(0.00607071758)}},
+    {R(1.65), R(0.984375), R(0.71875), R(-0.333463495), R(0.909286333),
+      {R(0.27063944), R(-0.328301786), R(-0.3097968), R(-0.222971975), R(0.081145872), R(-0.0331227773), R(0.0705864311), R(-0.0023948984), R(0.0178165002), R(-0.0054155081), R(0.00552779401), R(-0.00142584402), R(0.00619950907)}},
+    {R(1.7), R(0.984375), R(0.71875), R(-0.333314581), R(0.90921587),
+      {R(0.26989047), R(-0.322549448), R(-0.312310552), R(-0.225828603), R(0.0757158498), R(-0.0361520103), R(0.0719041228), R(-0.00200546639), R(0.0191262533), R(-0.00504898778), R(0.00531206828), R(-0.00178244748), R(0.00626511428)}},
+    {R(1.75), R(0.984375), R(0.71875), R(-0.333109001), R(0.908300014),
+      {R(0.269141445), R(-0.316790015), R(-0.3147163), R(-0.228496041), R(0.0701778709), R(-0.0393233339), R(0.0730588422), R(-0.00172395214), R(0.0205449337), R(-0.00460523346), R(0.00514709737), R(-0.00213510331), R(0.00626554025)}},
+    {R(1.8), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(1.85), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(1.9), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(1.95), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.05), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.1), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.15), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.2), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.25), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.3), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.35), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.4), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.45), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+    {R(2.5), R(0.984375), R(0.7265625), R(-0.332843226), R(0.907887506),
+      {R(0.268392349), R(-0.311025678), R(-0.317014495), R(-0.230970437), R(0.0645399098), R(-0.0426266489), R(0.0740400431), R(-0.00156392597), R(0.0220642399), R(-0.00408880219), R(0.00504653993), R(-0.00247131159), R(0.00620050635)}},
+};
+/* end templates */
+
+typedef struct {
+    real_t lead, window, since_look, looks[LOOKS][2]; /* the latest last: angle, phase */
+    real_t state[STATES], covariance[STATES][STATES], wave[STATES];
+    real_t age, agreed, misfit, worst, stated, rate, cadence, origin, unstruck, since_strike, since_swing;
+    real_t before, high, low, since_high, since_low; /* of a swing that is looked for */
+    uint8_t looked, follows, stopped, falls, has_kept;
+    template_t kept;
+} phase_t;
+
+static inline real_t least(real_t a, real_t b) { return a < b ? a : b; }
+static inline real_t most(real_t a, real_t b) { return a > b ? a : b; }
+static inline real_t apart(real_t a, real_t b)
+{
+    const real_t off = a - b + R(0.5);
+    return off - floor_r(off) - R(0.5);
+}
+
+static real_t phase_series(const real_t *shape, real_t phase, real_t *wave)
+{
+    const real_t one = cos_r(TURN * phase), two = sin_r(TURN * phase);
+    real_t cosine = 1, sine = 0, signal = shape[0];
+    wave[0] = wave[1] = 0;
+    wave[SHAPE] = 1;
+    for (int k = 1; k <= HARMONICS; k++) {
+        const real_t next = cosine * one - sine * two;
+        sine = sine * one + cosine * two;
+        cosine = next;
+        wave[2 * k + 1] = cosine;
+        wave[2 * k + 2] = sine;
+        signal += shape[2 * k - 1] * cosine + shape[2 * k] * sine;
+        wave[0] += TURN * (real_t)k * (shape[2 * k] * cosine - shape[2 * k - 1] * sine);
+    }
+    return signal;
+}
+
+static void phase_template(template_t *t, real_t stride_time, const real_t *series)
+{
+    real_t wave[STATES];
+    int lowest = 0, highest = 0;
+    memcpy(t->series, series, sizeof t->series);
+    t->stride_time = stride_time;
+    for (int k = 0; k < EXTREMES; k++) {
+        const real_t angle = phase_series(series, (real_t)k / EXTREMES, wave);
+        if (k == 0 || angle < t->low) { t->low = angle; lowest = k; }
+        if (k == 0 || angle > t->high) { t->high = angle; highest = k; }
+    }
+    t->lowest = (real_t)(lowest > highest ? lowest : lowest + EXTREMES) / EXTREMES;
+    t->highest = (real_t)highest / EXTREMES;
+}
+
+static void phase_correct(phase_t *p, const real_t *wave, real_t error, real_t variance)
+{
+    real_t spread[STATES];
+    for (int i = 0; i < STATES; i++) {
+        spread[i] = 0;
+        for (int j = 0; j < STATES; j++)
+            spread[i] += p->covariance[i][j] * wave[j];
+    }
+    for (int i = 0; i < STATES; i++)
+        variance += wave[i] * spread[i];
+    for (int i = 0; i < STATES; i++) {
+        const real_t gain = spread[i] / variance;
+        p->state[i] += gain * error;
+        for (int j = 0; j <= i; j++)
+            p->covariance[i][j] = p->covariance[j][i] -= gain * spread[j];
+    }
+}
+
+static void phase_loosen(phase_t *p, real_t phase, real_t rate)
+{
+    for (int j = 0; j < STATES; j++)
+        p->covariance[0][j] = p->covariance[1][j] = p->covariance[j][0] = p->covariance[j][1] = 0;
+    p->covariance[0][0] = phase;
+    p->covariance[1][1] = rate;
+}
+
+static inline real_t phase_origin(const phase_t *p)
+{
+    return R(atan2((double)p->state[SHAPE + 2], (double)p->state[SHAPE + 1])) / TURN;
+}
+
+static void phase_turn(phase_t *p, real_t shift)
+{
+    const real_t one = cos_r(TURN * shift), two = sin_r(TURN * shift);
+    real_t cosine = 1, sine = 0;
+    p->state[0] += shift;
+    for (int k = 1; k <= HARMONICS; k++) {
+        real_t *a = &p->state[2 * k + 1], *b = &p->state[2 * k + 2];
+        const real_t next = cosine * one - sine * two, before = *a;
+        sine = sine * one + cosine * two;
+        cosine = next;
+        *a = before * cosine - *b * sine;
+        *b = before * sine + *b * cosine;
+    }
+}
+
+static void phase_no_swing(phase_t *p)
+{
+    p->falls = 0;
+    p->before = p->low = NEVER;
+    p->high = -NEVER;
+    p->since_high = p->since_low = 0;
+}
+
+static void phase_begin(phase_t *p, real_t lead)
+{
+    memset(p, 0, sizeof *p);
+    phase_no_swing(p);
+    p->lead = lead;
+    p->window = LONGEST_WINDOW;
+    p->stated = -NEVER;
+    p->unstruck = p->since_strike = p->since_swing = NEVER;
+}
+
+static inline int phase_ready(const phase_t *p)
+{
+    return p->follows && p->agreed >= AGREED && p->covariance[0][0] < CERTAIN * CERTAIN;
+}
+static inline real_t phase_now(const phase_t *p) { return p->stated - floor_r(p->stated); }
+static inline int phase_enough(const phase_t *p) { return (int)(p->window / LOOK + R(0.5)); }
+
+static int phase_stands(phase_t *p, real_t value, real_t dt)
+{
+    const int enough = phase_enough(p);
+    real_t mean = 0, square = 0;
+    p->since_look += dt;
+    if (p->since_look < LOOK - R(1e-4))
+        return p->stopped;
+    p->since_look = 0;
+    memmove(p->looks[0], p->looks[1], sizeof p->looks - sizeof p->looks[0]);
+    p->looks[LOOKS - 1][0] = value;
+    p->looks[LOOKS - 1][1] = p->state[0];
+    if (p->looked < LOOKS)
+        p->looked++;
+    for (int k = LOOKS - enough; k < LOOKS; k++)
+        mean += p->looks[k][0] / (real_t)enough;
+    for (int k = LOOKS - enough; k < LOOKS; k++)
+        square += (p->looks[k][0] - mean) * (p->looks[k][0] - mean) / (real_t)enough;
+    return p->looked >= enough && square < STILL * STILL;
+}
+
+static void phase_agree(phase_t *p, real_t surprise, real_t gone)
+{
+    p->misfit += least(gone / RECENT, 1) * (surprise * surprise - p->misfit);
+    p->worst = most(p->worst, p->misfit);
+    p->agreed = p->misfit < MISFIT * MISFIT ? p->agreed + gone : 0;
+}
+
+static inline void phase_averaged(phase_t *p, real_t dt)
+{
+    p->rate += (p->state[1] - p->rate) * least(AVERAGED * dt * most(p->rate, SLOWEST), 1);
+}
+
+static void phase_stand(phase_t *p, real_t value, real_t dt, int begins)
+{
+    const real_t gone = p->state[0] - p->looks[LOOKS - phase_enough(p)][1];
+    real_t off;
+    phase_no_swing(p);
+    p->since_swing = p->since_strike = p->unstruck = NEVER;
+    if (!p->follows)
+        return;
+    if (begins && gone > 0 && gone < R(0.5))
+        p->stated = p->state[0] -= gone;
+    if (begins && p->has_kept)
+        memcpy(p->state + SHAPE, p->kept.series, sizeof p->kept.series);
+    p->state[1] = 0;
+    for (int j = 0; j < STATES; j++)
+        p->covariance[1][j] = p->covariance[j][1] = 0;
+    p->covariance[1][1] = WAKING_RATE * WAKING_RATE;
+    p->covariance[0][0] = most(p->covariance[0][0], WAKING_PHASE * WAKING_PHASE);
+    off = fabs_r(value - phase_series(p->state + SHAPE, p->state[0], p->wave)) - CERTAIN * fabs_r(p->wave[0]);
+    p->misfit = off > 0 ? off * off : 0;
+    p->agreed = p->misfit < MISFIT * MISFIT && p->has_kept ? AGREED_STANDING : 0;
+    phase_averaged(p, dt);
+}
+
+static int phase_swing(phase_t *p, real_t value, real_t dt)
+{
+    p->since_high += dt;
+    p->since_low += dt;
+    if (p->falls) {
+        if (value < p->low) {
+            p->low = value;
+            p->since_low = 0;
+        }
+        return value >= p->low + PAST;
+    }
+    p->before = least(p->before, value);
+    if (value > p->high || (value < p->high - PAST && p->high - p->before <= RANGE)) {
+        p->high = value; /* nothing came before a fall from it */
+        p->since_high = 0;
+    } else if (value < p->high - PAST) {
+        p->falls = 1;
+        p->low = value;
+        p->since_low = 0;
+    }
+    return 0;
+}
+
+static void phase_swung(phase_t *p)
+{
+    const real_t duration = p->since_high - p->since_low, ago = p->since_low, stride = p->since_swing - ago;
+    const template_t *like = templates, *t;
+    template_t shape;
+    real_t rate, phase, share, first;
+    for (int k = 1; k < TEMPLATES; k++) {
+        t = &templates[k];
+        if (fabs_r((t->lowest - t->highest) * t->stride_time - duration)
+            < fabs_r((like->lowest - like->highest) * like->stride_time - duration))
+            like = t;
+    }
+    t = p->has_kept ? &p->kept : like;
+    rate = (t->lowest - t->highest) / duration;
+    if (!(rate > SLOWEST && rate < FASTEST))
+        return;
+    p->window = least(most(SHARE * like->stride_time, SHORTEST_WINDOW), LONGEST_WINDOW);
+    p->since_swing = ago;
+    if (stride > SHORTEST_STRIDE && stride < LONGEST_STRIDE)
+        p->cadence = 1 / stride;
+    else if (!(p->cadence > 0))
+        p->cadence = rate;
+    phase = t->lowest + rate * ago;
+    phase_template(&shape, like->stride_time, p->state + SHAPE);
+    if (!p->follows || fabs_r(apart(p->state[0], phase)) > (p->unstruck < SEEN ? AGREES_STRUCK : AGREES)
+        || most(fabs_r(shape.high - p->high), fabs_r(shape.low - p->low)) > UNLIKE_SWING || p->worst > LOST * LOST) {
+        share = (p->high - p->low) / (t->high - t->low);
+        for (int k = SHAPE; k < STATES; k++)
+            p->state[k] = share * t->series[k - SHAPE];
+        p->state[SHAPE] += R(0.5) * (p->high + p->low - share * (t->high + t->low));
+        p->origin = phase_origin(p);
+        first = FIRST * (p->has_kept ? AGAIN : 1);
+        memset(p->covariance, 0, sizeof p->covariance);
+        p->covariance[SHAPE][SHAPE] = MEAN * MEAN;
+        for (int k = SHAPE + 1; k < STATES; k++)
+            p->covariance[k][k] = first * first / (real_t)(((k - 1) / 2) * ((k - 1) / 2));
+        if (!p->has_kept)
+            p->age = 0;
+        p->has_kept = 0;
+        p->follows = 1;
+        p->stated = -NEVER;
+        p->agreed = p->misfit = 0;
+        p->rate = p->state[1] = p->cadence;
+        p->state[0] = phase;
+        phase_loosen(p, PHASE * PHASE, RATE * rate * RATE * rate);
+    } else if (p->agreed > 1) {
+        p->kept = shape;
+        p->has_kept = 1;
+    }
+    p->worst = 0;
+}
+
+static void phase_strike(phase_t *p, real_t dt)
+{
+    const real_t late = apart(R(0.5) * dt * p->state[1], p->state[0]), striking[STATES] = { 1 };
+    if (p->since_strike > SHORTEST_STRIDE && p->since_strike < LONGEST_STRIDE)
+        p->cadence = 1 / p->since_strike;
+    if (fabs_r(late) < LATE) {
+        phase_correct(p, striking, late, STRIKE * STRIKE);
+    } else {
+        if (p->misfit < MISFIT * MISFIT) {
+            phase_turn(p, late);
+        } else {
+            p->state[0] += late;
+            p->state[1] = p->cadence;
+        }
+        phase_loosen(p, STRIKE * STRIKE, R(0.25) * RATE * RATE * p->cadence * p->cadence);
+        p->stated = -NEVER;
+        p->agreed = 0;
+    }
+    p->unstruck = 0;
+    p->since_strike = R(0.5) * dt;
+}
+
+static void phase_follow(phase_t *p, real_t value, real_t dt, int struck)
+{
+    real_t *state = p->state, error, surprise, phase;
+    const real_t rate = state[1], gone = rate * dt, loose = dt * most(rate, SLOWEST) * least(p->misfit / (LEARNT * LEARNT), 1);
+    p->age += gone;
+    p->unstruck += gone;
+    state[0] += dt * rate;
+    for (int j = 0; j < STATES; j++)
+        p->covariance[0][j] += dt * p->covariance[1][j];
+    for (int j = 0; j < STATES; j++)
+        p->covariance[j][0] += dt * p->covariance[j][1];
+    p->covariance[1][1] += dt * UNSTEADY * UNSTEADY * most(rate * rate * rate, R(0.1));
+    p->covariance[SHAPE][SHAPE] += dt * UNLIKE * UNLIKE + loose * SHIFT * SHIFT;
+    for (int i = SHAPE + 1; i < STATES; i++) {
+        const real_t size = loose * SIZE * SIZE * state[i];
+        p->covariance[i][i] += dt * UNLIKE * UNLIKE / (real_t)(((i - 1) / 2) * ((i - 1) / 2));
+        for (int j = SHAPE + 1; j <= i; j++)
+            p->covariance[i][j] = p->covariance[j][i] += size * state[j];
+    }
+    surprise = value - phase_series(state + SHAPE, state[0], p->wave);
+    phase_agree(p, surprise, most(gone, R(0.5) * dt));
+    error = LEARNT + (BEGUN - LEARNT) * exp_r(-p->age / FORGOTTEN);
+    phase_correct(p, p->wave, surprise, error * error * SAMPLE / dt);
+    if (struck)
+        phase_strike(p, dt);
+    if (p->unstruck < SEEN)
+        p->origin = phase_origin(p);
+    else
+        phase_turn(p, gone * HOLD * apart(p->origin, phase_origin(p)));
+    state[1] = least(most(state[1], 0), FASTEST);
+    phase_averaged(p, dt);
+    phase = state[0] + state[1] * p->lead;
+    if (!(p->stated > phase && p->stated - phase < BACK))
+        p->stated = phase;
+}
+
+/* A sample of the shank's angle [rad], time since the one before [s], whether the heel has struck in it. */
+static void phase_update(phase_t *p, real_t value, real_t dt, int struck)
+{
+    const uint8_t stood = p->stopped;
+    if (!(value - value == 0) || !(dt > 0))
+        return; /* a sample that was lost */
+    p->stopped = (uint8_t)phase_stands(p, value, dt);
+    p->since_swing = least(p->since_swing + dt, NEVER);
+    p->since_strike = least(p->since_strike + dt, NEVER);
+    if (p->stopped) {
+        phase_stand(p, value, dt, !stood);
+        return;
+    }
+    if (stood)
+        p->state[1] = p->cadence;
+    if (phase_swing(p, value, dt)) {
+        if (p->high - p->low > RANGE)
+            phase_swung(p);
+        p->falls = 0;
+        p->before = p->low;
+        p->high = value;
+        p->since_high = 0;
+    }
+    if (p->follows)
+        phase_follow(p, value, dt, struck);
+}
