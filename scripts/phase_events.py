@@ -4,6 +4,7 @@ A stride is a curve of the shank over the phase, a duration and an amplitude. Th
 the walker's own heel strikes, and undefined (NaN) where he stands or begins to walk.
 """
 
+import functools
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ RATE = 100.0  # of samples [1/s]
 NOISE, VARIED = 0.5, 0.02  # of the angle [deg], of the stride time [-]; standard deviations
 DRIFT = 0.05  # of the sensor, most [deg/s]; it turns back at 4°
 BEFORE, AFTER = 8, 8  # strides of steady walking before the first event and after each
+TURNS = (0.5, 0.6, 0.75, 0.8, 0.85, 1.2)  # amplitudes of their three strides
 Curve = Callable[[np.ndarray], np.ndarray]  # shank [deg] over the phase [-]
 
 
@@ -34,21 +36,18 @@ class Stride:
     stands: tuple[float, float, float] | tuple[()] = ()
 
 
-def _turn(amplitude: float, about: float) -> list[Stride]:
-    return [Stride(amplitude=amplitude, about=about)] * 3
-
-
 def _ramp(to: float) -> list[Stride]:
     return [Stride(duration=1.0 / cadence) for cadence in np.linspace(1.0, to, 6)] + [
         Stride(duration=1.0 / cadence) for cadence in np.linspace(to, 1.0, 6)
     ]
 
 
+def _turn(amplitude: float, random: np.random.Generator) -> list[Stride]:
+    return [Stride(amplitude=amplitude, about=float(random.integers(2)))] * 3
+
+
 EVENTS: dict[str, Callable[[np.random.Generator], list[Stride]]] = {
-    **{
-        f"turn × {amplitude:g}": lambda random, amplitude=amplitude: _turn(amplitude, random.integers(2))
-        for amplitude in (0.5, 0.6, 0.75, 0.8, 0.85, 1.2)
-    },
+    **{f"turn × {amplitude:g}": functools.partial(_turn, amplitude) for amplitude in TURNS},
     "short steps": lambda random: [Stride(duration=0.85, amplitude=0.75)] * 4,
     "stop": lambda random: [Stride(stands=(random.uniform(0.05, 0.95), random.uniform(1.0, 5.0), np.nan))],
     "stop, new start": lambda random: [
@@ -89,9 +88,9 @@ def walk(curve: Curve, stride_time: float, names: tuple[str, ...], seed: int) ->
     """Events in turn, with steady walking between them."""
     random = np.random.default_rng(seed)
     plan: list[tuple[Stride, int]] = [(Stride(), -1)] * BEFORE
-    for number, name in enumerate(names):
-        plan += [(stride, number) for stride in EVENTS[name](random)]
-        plan += [(Stride(), number)] * 2 + [(Stride(), -1)] * (AFTER - 2)
+    for of, name in enumerate(names):
+        plan += [(stride, of) for stride in EVENTS[name](random)]
+        plan += [(Stride(), of)] * 2 + [(Stride(), -1)] * (AFTER - 2)
     mean = float(np.mean(curve(np.arange(100) / 100)))
     pieces = [_piece(curve, mean, stride, stride_time, random) for stride, _ in plan]
     ends = np.cumsum([piece.time[-1] for piece in pieces])
@@ -107,7 +106,7 @@ def walk(curve: Curve, stride_time: float, names: tuple[str, ...], seed: int) ->
     drift = DRIFT * random.uniform(-1.0, 1.0) * time
     angle = angle + 4.0 - np.abs(drift % 16.0 - 8.0) + NOISE * random.standard_normal(len(time))
     struck = np.diff(number, prepend=0) > 0
-    event = np.array([number for _, number in plan])[number]
+    event = np.array([of for _, of in plan])[number]
     return Walk(np.radians(angle), phase, struck, event, names)
 
 

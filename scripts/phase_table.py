@@ -178,7 +178,7 @@ def events_table(seeds: int) -> Iterator[str]:
     """Lines of a table in Markdown: the worst walker and seed of each event, alone and with a foot switch."""
     yield "| event | error over 10 % while `ready` [ms] | error two strides later [%] |\n|---|---|---|"
     worst: dict[str, list[tuple[float, float, float, float]]] = {name: [] for name in phase_events.EVENTS}
-    shares = []
+    shares: list[tuple[float, ...]] = []
     with concurrent.futures.ProcessPoolExecutor(2) as pool:
         for walker in walkers():
             for seed in range(seeds):
@@ -188,7 +188,13 @@ def events_table(seeds: int) -> Iterator[str]:
                 ):
                     worst[name].append((1e3 * found[0], 1e3 * found[1], found[2], found[3]))
                 shares.append((alone.steady, struck.steady, alone.defined, struck.defined))
-                shares[-1] += (alone.lies[-1], struck.lies[-1])
+    yield from _rows(worst)
+    least = 100.0 * np.min(shares, axis=0)
+    yield f"\n`ready` in steady walking {least[0]:.1f}, {least[1]:.1f} % of the time at least"
+    yield f"`ready` of all time with a defined phase {least[2]:.1f}, {least[3]:.1f} % at least"
+
+
+def _rows(worst: Mapping[str, list[tuple[float, float, float, float]]]) -> Iterator[str]:
     for name, rows in worst.items():
         most, late = np.max(rows, axis=0), np.array(rows)[:, 2:]
         over = " and ".join(f"{np.sum(late[:, k] > 5.0)}" for k in range(2))
@@ -196,9 +202,6 @@ def events_table(seeds: int) -> Iterator[str]:
             f"| {name} | {most[0]:.0f}, {most[1]:.0f} | {most[2]:.1f}, {most[3]:.1f} "
             f"(above 5 %: {over} of {len(rows)}) |"
         )
-    least, longest = 100.0 * np.min(shares, axis=0), 10.0 * np.max(shares, axis=0)
-    yield f"\n`ready` in steady walking {least[0]:.1f}, {least[1]:.1f} % and of all time"
-    yield f"{least[2]:.1f}, {least[3]:.1f} % at least; over 10 % while `ready` there {longest[4:]} s at most"
 
 
 def written_c(text: str) -> str:
@@ -229,10 +232,9 @@ def written_c(text: str) -> str:
         "};",
     ]
     for mark, block in (("constants", lines), ("templates", rows)):
-        pattern = rf"(/\* begin {mark}[^\n]*\n).*?(/\* end {mark} \*/)"
-        text = re.sub(
-            pattern, lambda m, block=block: "\n".join([m[1].rstrip(), *block, m[2]]), text, flags=re.S
-        )
+        begin = text.index("\n", text.index(f"/* begin {mark}")) + 1
+        end = text.index(f"/* end {mark} */")
+        text = text[:begin] + "".join(f"{line}\n" for line in block) + text[end:]
     return text
 
 
