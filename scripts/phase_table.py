@@ -1,7 +1,7 @@
 """How well the gait phase is estimated: every shipped walker, even and uneven, noisy, through a stop.
 
 python scripts/phase_table.py
-python scripts/phase_table.py --events
+python scripts/phase_table.py events
 python scripts/phase_table.py --figure models/scenarios/pictures/phase.png
 python scripts/phase_table.py --c docs/phase.h
 """
@@ -242,15 +242,15 @@ def main() -> None:
     """Print the tables, draw the figure, or write the constants of the C header."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
     parser.add_argument("--figure", type=pathlib.Path, help="draw the figure into this file instead")
-    parser.add_argument("--seeds", type=int, default=5, help="of stride times and noise; 5 by default")
-    parser.add_argument("--events", action="store_true", help="print the table of turns, stops and ramps")
+    parser.add_argument("table", nargs="?", default="errors", choices=("errors", "events"))
+    parser.add_argument("--seeds", type=int, help="of stride times and noise; 5 by default, of events 10")
     parser.add_argument("--c", type=pathlib.Path, help="write constants and templates into this header")
     arguments = parser.parse_args()
     if arguments.c is not None:
         arguments.c.write_text(written_c(arguments.c.read_text(encoding="utf-8")), encoding="utf-8")
         return
-    if arguments.events:
-        print("\n".join(events_table(arguments.seeds)))
+    if arguments.table == "events":
+        print("\n".join(events_table(arguments.seeds or 10)))
         return
     if arguments.figure is not None:
         draw(arguments.figure)
@@ -258,7 +258,7 @@ def main() -> None:
     for switch, words in SWITCHES.items():
         for noise in (0.0, NOISE):
             print(f"\n{words}, noise of {np.degrees(noise):g}°:\n")
-            print("\n".join(table(switch=switch, noise=noise, seeds=arguments.seeds)))
+            print("\n".join(table(switch=switch, noise=noise, seeds=arguments.seeds or 5)))
 
 
 def draw(path: pathlib.Path) -> None:
