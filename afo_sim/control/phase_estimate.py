@@ -132,8 +132,8 @@ CERTAIN = 0.05  # standard deviation of a phase that is believed [-]
 # Who stands moves the shank less in so long [rad], [s]: who walks slowly turns it round as slowly, so that it
 # is looked at for a share of the stride, within bounds; for the longest while no stride is known.
 STILL, WINDOW, SHARE = math.radians(1.2), (0.25, 0.5), 0.2
-# Least time from one look for that to the next [s], and looks that are kept. A look falls on a sample: at 100 Hz
-# they are 30 ms apart, and the time above is a fifth longer; at 50 Hz 40 ms, and it is three fifths longer.
+# Least time from one look for that to the next [s], and looks that are kept. A look falls on a sample: at
+# 100 Hz they are 30 ms apart, and the time above is a fifth longer; at 50 Hz 40 ms and three fifths.
 LOOK, LOOKS = 0.025, 20
 WAKING = 0.3, 0.03  # what is not known of who stands: rate [1/s], phase [-]
 SEEN, HOLD = 1.5, 10.0  # strides in which a foot switch counts; how often a stride turns the shape back
