@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     from afo_sim.legs import Imported
 
 
+_Forward = Annotated[
+    str | None, Option(help='where the foot points, in the file\'s axes, "x", "-y" or "1 0 0"')
+]
+_Package = Annotated[list[Path] | None, Option(help="folder of a URDF file's meshes; may be given again")]
+
+
 @dataclass(frozen=True)
 class Cut:
     """Options of `leg import`: a model, and which leg of it."""
@@ -30,6 +36,7 @@ class Cut:
     zero: Annotated[
         str | None, Option(help="the file's coordinate where the ankle's angle is 0, \"0 deg\"")
     ] = None
+    forward: _Forward = None
     range: Annotated[
         tuple[str, str] | None,
         Option(metavar="FROM TO", help='stops, "-50 deg" "30 deg"; the file\'s by default'),
@@ -37,9 +44,7 @@ class Cut:
     toes: Annotated[str | None, Option(help="hinge of the toes to keep; others are welded")] = None
     body_mass: Annotated[str | None, Option(help='of the person, "72 kg"')] = None
     body_height: Annotated[str | None, Option(help='of the person, "1.72 m"')] = None
-    package: Annotated[
-        list[Path] | None, Option(help="folder in which package:// meshes of a URDF lie; may be given again")
-    ] = None
+    package: _Package = None
     name: Annotated[str | None, Option(help="of the leg; by default the folder's or file's")] = None
     force: Annotated[bool, Option("--force", help="replace a leg that is in the folder")] = False
 
@@ -68,7 +73,7 @@ def leg_import_command(cut: Cut) -> None:
             body_mass=mass,
             body_height=height,
             packages=tuple(cut.package or ()),
-            **picked(cut, "shank", "foot", "ankle", "side", "toes", "name", "force"),
+            **picked(cut, "shank", "foot", "ankle", "side", "forward", "toes", "name", "force"),
             picture=draw,
         )
     rows = [list(row) for row in imported.rows]
@@ -124,6 +129,8 @@ class _Attachment:
     sign: Annotated[int | None, Option(help="1|-1: whether the hinge's own coordinate rises in flexion")] = (
         None
     )
+    forward: _Forward = None
+    package: _Package = None
     supply: Annotated[str, Option(help="gauge pressure before the inlet valves")] = "4 bar"
     timestep: Annotated[str | None, Option(help='"1 ms"; the model\'s own by default')] = None
     prefix: Annotated[str, Option(help="of all names that are added")] = "afo_"
@@ -151,10 +158,11 @@ def attach_command(worn: _Attachment) -> None:
         from afo_sim.legs import attach, write_attached
         from afo_sim.legs.attached_files import attached
 
-        names = ("joint", "proximal", "distal", "side", "sign", "supply", "timestep", "prefix")
+        names = ("joint", "proximal", "distal", "side", "sign", "forward", "supply", "timestep", "prefix")
         before: Any = attached(model) if ours else model
         try:
-            found = attach(before, worn.orthosis, zero=angle, **picked(worn, *names))
+            packages = tuple(worn.package or ())
+            found = attach(before, worn.orthosis, zero=angle, packages=packages, **picked(worn, *names))
         except InputError as error:
             raise error.renamed(_option, str) from None
         written = write_attached(found, out, force=worn.force, mjb=worn.mjb)
@@ -181,7 +189,7 @@ def _is_written(model: Path) -> bool:
 
 def _option(field: str) -> str:
     """The option that stands for an argument of `attach`."""
-    own = "joint proximal distal sign shank foot ankle side zero supply timestep prefix orthosis"
+    own = "joint proximal distal sign shank foot ankle side zero forward supply timestep prefix orthosis"
     return f"--{field}" if field in own.split() else field
 
 

@@ -15,10 +15,9 @@ from .importing import default_folder as default_folder
 from .importing import import_leg as import_leg
 from .leg_numbers import LegNumbers as LegNumbers
 from .leg_numbers import doubtful_notes as doubtful_notes
-from .mjcf import compile_file as compile_file
 from .mjcf import tree_of as tree_of
+from .reading import read_body as read_body
 from .reading import read_tree as read_tree
-from .reading import second_opinion as second_opinion
 from .tree import Part as Part
 from .tree import Shape as Shape
 from .tree import Tree as Tree

@@ -19,9 +19,10 @@ from afo_sim.common import InputError, assets, check_text, parse_toml, read_text
 from afo_sim.description import Orthosis, load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.legs.attached import Attached
-from afo_sim.legs.attached_spec import compiled, files_of, own_spec
+from afo_sim.legs.attached_spec import compiled, own_spec
 from afo_sim.legs.attaching import completed
 from afo_sim.legs.finding import Found
+from afo_sim.legs.mjcf import files_of
 from afo_sim.model import circuit_of, endless
 from afo_sim.native import mujoco_library
 
@@ -109,7 +110,7 @@ def attached(path: str | pathlib.Path) -> Attached:
     """
     path = pathlib.Path(path)
     sidecar = path.with_suffix(".toml")
-    spec, file, _ = own_spec(path)
+    spec, _, _ = own_spec(path)
     if not sidecar.is_file():
         problem = "is missing: the muscles' parameters stand in it"
         raise InputError(problem, file=sidecar, allowed="the files that afo-sim attach has written")
@@ -119,7 +120,7 @@ def attached(path: str | pathlib.Path) -> Attached:
         if table["version"] != VERSION:
             problem = f"is of version {table['version']}, and this program reads {VERSION}"
             raise InputError(problem, file=sidecar, field="version")
-        model = compiled(spec, file)
+        model = compiled(spec, path)
         found = [_leg(leg, model, spec, sidecar) for leg in legs]
         return completed(found)[0]
     except (UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:

@@ -2,8 +2,7 @@
 
 import os
 import pathlib
-import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +14,11 @@ from afo_sim.common import InputError, Notice, assets, in_unit
 from afo_sim.description import WORN, Orthosis, Segment, load
 from afo_sim.legs.attached import Attached
 from afo_sim.legs.finding import Found
-from afo_sim.legs.mjcf import MANY_LINES, one_line
-from afo_sim.model import examine, rigid_part
+from afo_sim.legs.mjcf import mujoco_says, place_files_whole
+from afo_sim.legs.reading import read_spec
+from afo_sim.legs.tree import Tree
+from afo_sim.legs.urdf_files import Packages
+from afo_sim.model import rigid_part
 
 IMPLICITFAST = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 BIT = mujoco.mjtDisableBit
@@ -30,50 +32,30 @@ SWITCHED_OFF = {
     BIT.mjDSBL_CONSTRAINT: "its file switches all constraints off: contacts, stops, equalities",
     BIT.mjDSBL_EQUALITY: "its file switches equality constraints off",
 }
-# MuJoCo's importer looks for a mesh by its path, and knows no packages
-URDF_MESHES = (
-    'meshes beside the file: <mujoco><compiler meshdir="FOLDER" strippath="true"/></mujoco> within <robot>; '
-    'with discardvisual="true" only those of <collision>'
-)
 
 
-def own_spec(model: Any) -> tuple[mujoco.MjSpec, pathlib.Path | None, Attached | None]:
-    """A spec of its caller's own, the file that it was read from, and the orthosis that is on it already."""
+def own_spec(model: Any, packages: Packages = ()) -> tuple[mujoco.MjSpec, Tree, Attached | None]:
+    """A spec of its caller's own, what was remarked on reading it, and the orthosis that is on it already."""
     if isinstance(model, Attached):
-        return model.spec.copy(), None, model
+        return model.spec.copy(), Tree(None, {}), model
     if isinstance(model, mujoco.MjSpec):
         spec = model.copy()
         spec.compiler.fusestatic = False
-        return spec, None, None
+        place_files_whole(spec, pathlib.Path(spec.modelfiledir or ""))
+        return spec, Tree(None, {}), None
     if not isinstance(model, str | os.PathLike):
         allowed = "a path, a mujoco.MjSpec, or what attach gave"
         raise InputError("is not a valid model", field="model", value=type(model).__name__, allowed=allowed)
     file = pathlib.Path(model)
     if not file.exists() and str(model) in assets.names("leg"):
         file = load("leg", str(model)).file
-    if not file.is_file():
-        raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
-    examine(file)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            spec = mujoco.MjSpec.from_file(str(file))
-        except MANY_LINES as error:
-            raise InputError(f"MuJoCo cannot read it: {one_line(error)}", file=file) from None
-    spec.compiler.fusestatic = False  # a body without a joint would lose its name
-    return spec, file, None
+    return *read_spec(file, packages=packages), None
 
 
 def compiled(spec: mujoco.MjSpec, file: pathlib.Path | None) -> mujoco.MjModel:
     """A spec's model, without parameters; MuJoCo's reason in one line where it cannot be compiled."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            return spec.compile()
-        except MANY_LINES as error:
-            problem = f"MuJoCo cannot compile it: {one_line(error)}"
-            packaged = file is not None and file.suffix.lower() == ".urdf" and "package:" in problem
-            raise InputError(problem, file=file, allowed=URDF_MESHES if packaged else "") from None
+    with mujoco_says(file):
+        return spec.compile()
 
 
 def set_options(spec: mujoco.MjSpec, step: float | None) -> list[str]:
@@ -112,41 +94,6 @@ def grow_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjModel) -> None:
 def _states(spec: mujoco.MjSpec, first: int) -> int:
     """States of the actuators from a number on, each of which has its own number of them."""
     return sum(max(actuator.actdim, 0) for actuator in list(spec.actuators)[first:])
-
-
-def files_of(spec: mujoco.MjSpec) -> Iterator[tuple[Any, str, str]]:
-    """Every element that refers to a file: (element, file, folder of such files in the spec)."""
-    for elements, folder in (
-        (spec.meshes, "meshdir"),
-        (spec.hfields, "meshdir"),
-        (spec.skins, "meshdir"),
-        (spec.textures, "texturedir"),
-    ):
-        for element in elements:
-            if element.file:
-                yield element, element.file, getattr(element.compiler, folder, "") or ""
-
-
-def place_files_whole(spec: mujoco.MjSpec, folder: pathlib.Path) -> None:
-    """Name meshes and pictures by their whole path, so that they are found from anywhere."""
-    for element, named, below in files_of(spec):
-        if named not in spec.assets:
-            element.file = _whole(folder, below, pathlib.Path(named).name if spec.strippath else named)
-    for texture in spec.textures:
-        for k, named in enumerate(texture.cubefiles):
-            if named and named not in spec.assets:
-                texture.cubefiles[k] = _whole(folder, texture.compiler.texturedir or "", named)
-    spec.strippath = False
-    if all(pathlib.Path(file).is_absolute() for _, file, _ in files_of(spec)):
-        spec.meshdir = spec.texturedir = ""
-
-
-def _whole(folder: pathlib.Path, below: str, file: str) -> str:
-    """The whole path of a file; as it is where there is no such file, which MuJoCo reports."""
-    for path in (folder / below / file, pathlib.Path(below) / file):
-        if path.is_file():
-            return str(path.resolve())
-    return file
 
 
 @dataclass(frozen=True, eq=False)

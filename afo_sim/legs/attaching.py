@@ -20,13 +20,14 @@ from afo_sim.legs.attached_spec import (
     grow_keyframes,
     hang,
     own_spec,
-    place_files_whole,
     set_options,
 )
-from afo_sim.legs.finding import Found
+from afo_sim.legs.cutting import check_masses
+from afo_sim.legs.finding import Direction, Found
 from afo_sim.legs.finding_joint import find_worn
 from afo_sim.legs.mjcf import one_line, tree_of
 from afo_sim.legs.tree import Tree, listed
+from afo_sim.legs.urdf_files import Packages
 from afo_sim.model import (
     add_tendons,
     check_air,
@@ -79,6 +80,8 @@ def attach(
     side: Side | None = None,
     zero: float | None = None,
     sign: float | None = None,
+    forward: Direction | None = None,
+    packages: Packages = (),
     supply: str | float = SUPPLY,
     timestep: str | float | None = None,
     prefix: str = PREFIX,
@@ -101,6 +104,8 @@ def attach(
     zero : the hinge's coordinate at which the joint's angle is zero [rad]; 0 by default
     sign : 1 where the hinge's own coordinate rises in flexion, else -1; by default the way in which its stops
         reach farther. An ankle's follows from the foot
+    forward : where an ankle's foot points, in the model's axes, as in `find`
+    packages : folders in which the meshes of a URDF file lie
     supply : gauge pressure before the inlet valves, text or [Pa]
     timestep : text or [s]; the model's own by default
     prefix : of all names that are added
@@ -126,15 +131,17 @@ def attach(
     {'proximal': 'thigh', 'distal': 'shank'}
     """
     device = orthosis if isinstance(orthosis, Orthosis) else load("orthosis", orthosis)
-    spec, file, before = own_spec(model)
+    spec, read, before = own_spec(model, packages)
+    file = read.file
     step = None if timestep is None else _seconds(timestep)
     pressure = pressure_of(supply, "supply")
     _check_spec(spec, file, device, prefix, before)
-    place_files_whole(spec, pathlib.Path(spec.modelfiledir or ""))
     bare = compiled(spec, file)
-    tree = tree_of(bare)
+    tree = dataclasses.replace(tree_of(bare), file=file)
     joint, proximal, distal = joint or ankle, proximal or shank, distal or foot
-    found = find_worn(tree, device, joint, proximal, distal, side=side, zero=zero, sign=sign)
+    found = find_worn(tree, device, joint, proximal, distal, side=side, zero=zero, sign=sign, forward=forward)
+    if device.joint == "ankle":
+        check_masses(read if read.parts else tree, found)
     carrier = distal or (_heaviest(tree, found.foot) if device.joint == "ankle" else found.foot)
     bodies = dict(zip(device.words.segments, (found.shank, carrier), strict=True))
     if _named(spec, tree, bodies, found):
@@ -159,7 +166,7 @@ def attach(
         whole, spec, device, found, bodies, joints, prefix, pressure, circuit, ids, userdata=first
     )
     legs = [] if before is None else before.legs.values()
-    return _checked(attached, legs, bare, tree, changed)
+    return _checked(attached, legs, bare, tree, [*read.notes, *changed])
 
 
 def _add_muscles(

@@ -1,20 +1,21 @@
 """Which parts and which hinge of a tree can be a shank, a foot and the ankle, by names and structure."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common import InputError, nearest_name
 from afo_sim.description import Side
-from afo_sim.legs.extent import outline
+from afo_sim.legs.extent import moved, outline
 from afo_sim.legs.tree import Joint, Part, Tree, listed
 
 SHANK_WORDS = re.compile(
     r"shank|shin|calf|tibia|lower[ _-]?leg|leg[ _-]?lower|(?<![a-z])[rl][ _-]?lleg|crus|knee"
 )
-FOOT_WORDS = re.compile(r"foot|ankle|talus|calcn|calcaneus|hindfoot")
-ANKLE_WORDS = re.compile(r"ankle|talocrural|foot|_ak[xyz]$")
+FOOT_WORDS = re.compile(r"foot|ankle|(?<![a-z])ank(?![a-z])|talus|calcn|calcaneus|hindfoot")
+ANKLE_WORDS = re.compile(r"ankle|(?<![a-z])ank(?![a-z])|talocrural|foot|_ak[xyz]$")
 THIGH_WORDS = re.compile(r"thigh|femur|upper[ _-]?leg|hip")
 # Joints and parts of a foot that are not the ankle.
 BEYOND_WORDS = re.compile(r"subtalar|roll|invers|evers|mtp|toe|forefoot|hallux|phalan")
@@ -24,6 +25,8 @@ SIDES: dict[Side, re.Pattern[str]] = {
     side: re.compile(rf"{side}|(?:^|[^a-z]){letter}t?(?:[^a-z]|$)|(?:^|[^a-z]){letter}[ _-]?(?:{PART_WORDS})")
     for side, letter in LETTERS.items()
 }
+LONG_CHAIN = 5  # hinges of a leg that has an ankle: hip, knee and ankle; an animal's robot has three
+TOGETHER = 0.06  # [m] within which the hinges of one ankle lie
 MOST_NAMES = 24  # that an error lists
 LATERAL_COSINE = 0.5  # cosine; a hinge that is called an ankle is one if its axis is this near to lateral
 
@@ -50,13 +53,13 @@ def candidates(tree: Tree, shank: str | None, foot: str | None, ankle: str | Non
         return [_between(tree, shank, foot, {"shank": "given", "foot": "given"})]
     if foot is not None:
         return [_above(tree, foot)]
-    shanks = [shank] if shank is not None else _named_shanks(tree)
+    shanks = [shank] if shank is not None else named_shanks(tree)
     said = "given" if shank is not None else "by its name"
     found = _lowest(tree, [leg for name in shanks if (leg := _below(tree, name, said))])
     if shank is not None and not found:
         problem = f"no hinge hangs below the body {shank!r}"
         raise InputError(problem, field="foot", allowed=listed(_names(tree.below(shank)[1:])))
-    return found or _by_joints(tree) or _without_a_hinge(tree, shanks)
+    return found or _by_joints(tree) or _without_a_hinge(tree, shanks) or _by_chains(tree)
 
 
 def way(tree: Tree, shank: str, foot: str) -> list[Part]:
@@ -145,11 +148,11 @@ def _ankle_of(tree: Tree, shank: str, chain: list[Part], hinges: list[tuple[str,
         for joint in part.joints
         if joint.kind == "hinge"
     }
-    pool = [name for name, _ in hinges if not _has(BEYOND_WORDS, name)] or list(lies)
-    pool = [name for name in pool if _has(ANKLE_WORDS, name) and lies[name] >= LATERAL_COSINE] or pool
+    pool = [name for name, _ in hinges if not has(BEYOND_WORDS, name)] or list(lies)
+    pool = [name for name in pool if has(ANKLE_WORDS, name) and lies[name] >= LATERAL_COSINE] or pool
     best = max(pool, key=lies.__getitem__)
     others = ", ".join(name for name in lies if name != best)
-    called = "called so, and " if _has(ANKLE_WORDS, best) else ""
+    called = "called so, and " if has(ANKLE_WORDS, best) else ""
     return best, f"{called}its axis is the most lateral one, beside {others}"
 
 
@@ -171,34 +174,32 @@ def _lateral(tree: Tree, shank: str, chain: list[Part]) -> np.ndarray:
 
 def _above(tree: Tree, foot: str) -> Candidate:
     """The leg of a foot: the ankle is the hinge that it hangs on, or one above it."""
-    part: Part | None = tree.parts[foot]
-    while part is not None and not _hinges([part]):
-        part = tree.parts[part.parent] if part.parent is not None else None
+    part = next((part for part in upward(tree, foot) if _hinges([part])), None)
     if part is None or part.parent is None:
         raise InputError("is attached to no hinge", field="foot", value=foot, allowed=listed(_feet(tree)))
     shank = _shank_over(tree, part)
-    said = "by its name" if _has(SHANK_WORDS, shank) else f"the body above {part.name!r}"
+    said = "by its name" if has(SHANK_WORDS, shank) else f"the body above {part.name!r}"
     return _between(tree, shank, foot, {"shank": said, "foot": "given"})
 
 
 def _shank_over(tree: Tree, part: Part) -> str:
     """The nearest body above that is called a shank; else the one next above."""
     assert part.parent is not None
-    name: str | None = part.parent
-    while name is not None and not _has(THIGH_WORDS, name):
-        if _has(SHANK_WORDS, name) and not _has(FOOT_WORDS, name):
-            return name
-        name = tree.parts[name].parent
+    for above in upward(tree, part.parent):
+        if has(THIGH_WORDS, above.name):
+            break
+        if has(SHANK_WORDS, above.name) and not has(FOOT_WORDS, above.name):
+            return above.name
     return part.parent
 
 
 def _feet(tree: Tree) -> list[str]:
-    return [name for name in tree.parts if _has(FOOT_WORDS, name)]
+    return [name for name in tree.parts if has(FOOT_WORDS, name)]
 
 
-def _named_shanks(tree: Tree) -> list[str]:
+def named_shanks(tree: Tree) -> list[str]:
     """Bodies called a shank."""
-    return [name for name in tree.parts if _has(SHANK_WORDS, name) and not _has(FOOT_WORDS, name)]
+    return [name for name in tree.parts if has(SHANK_WORDS, name) and not has(FOOT_WORDS, name)]
 
 
 def _lowest(tree: Tree, legs: list[Candidate]) -> list[Candidate]:
@@ -209,7 +210,7 @@ def _lowest(tree: Tree, legs: list[Candidate]) -> list[Candidate]:
 def _without_a_hinge(tree: Tree, shanks: list[str]) -> list[Candidate]:
     """No leg; refuses feet that are called so but are fixed, or hang on another joint than a hinge."""
     for shank in shanks:
-        feet = [part.name for part in tree.below(shank)[1:] if _has(FOOT_WORDS, part.name)]
+        feet = [part.name for part in tree.below(shank)[1:] if has(FOOT_WORDS, part.name)]
         if feet:
             _between(tree, shank, feet[0], {"shank": "by its name", "foot": "by its name"})
     return []
@@ -218,14 +219,12 @@ def _without_a_hinge(tree: Tree, shanks: list[str]) -> list[Candidate]:
 def _below(tree: Tree, shank: str, said: str) -> Candidate | None:
     """The leg below a shank; None where no foot hangs there."""
     below = tree.below(shank)[1:]
-    feet = [part for part in below if _has(FOOT_WORDS, part.name) and not _has(BEYOND_WORDS, part.name)]
-    feet = feet or [part for part in below if _has(FOOT_WORDS, part.name)]
+    feet = [part for part in below if has(FOOT_WORDS, part.name) and not has(BEYOND_WORDS, part.name)]
+    feet = feet or [part for part in below if has(FOOT_WORDS, part.name)]
     reached = [part for part in feet if _hinges(way(tree, shank, part.name))]
     if reached:
         deepest = max(reached, key=lambda part: len(way(tree, shank, part.name)))
-        rolled = [
-            part for part in below if _has(FOOT_WORDS, part.name) and way(tree, deepest.name, part.name)
-        ]
+        rolled = [part for part in below if has(FOOT_WORDS, part.name) and way(tree, deepest.name, part.name)]
         how = {"shank": said, "foot": "by its name"}
         return _between(tree, shank, rolled[-1].name if rolled else deepest.name, how)
     hinged = [part for part in below if _hinges([part])]
@@ -243,11 +242,9 @@ def _by_joints(tree: Tree) -> list[Candidate]:
         for name, (part, joint) in tree.joints().items()
         if joint.kind == "hinge" and part.parent is not None
     }
-    named = [name for name in hinges if _has(ANKLE_WORDS, name) and not _has(BEYOND_WORDS, name)]
+    named = [name for name in hinges if has(ANKLE_WORDS, name) and not has(BEYOND_WORDS, name)]
     said = "by its name" if named else "the only hinge"
-    only = [
-        name for name, part in hinges.items() if not _has(SHANK_WORDS, part.name)
-    ]  # which would be a knee
+    only = [name for name, part in hinges.items() if not has(SHANK_WORDS, part.name)]  # which would be a knee
     names = named or (only if len(hinges) == 1 else [])
     feet = {hinges[name].name: name for name in names}
     found = []
@@ -261,6 +258,28 @@ def _by_joints(tree: Tree) -> list[Candidate]:
     return [leg for leg in unlike.values() if leg.shank not in feet_found]
 
 
+def _by_chains(tree: Tree) -> list[Candidate]:
+    """The legs of a body that numbers its links: two long chains of hinges, with the ankle at their ends."""
+    found = []
+    for name in tree.parts:
+        if "leg" not in name.lower() or _hinges(tree.below(name)[1:]) or not _hinges([tree.parts[name]]):
+            continue
+        chain = [part for part in upward(tree, name) if _hinges([part])]
+        places = [moved(tree.world_pose(p.name), _hinges([p])[0][1].position[None])[0] for p in chain]
+        far = [k for k, place in enumerate(places) if np.linalg.norm(place - places[0]) > TOGETHER]
+        if len(chain) >= LONG_CHAIN and far:
+            how = {"shank": "the link above the last hinges of the leg", "foot": "the last link of the leg"}
+            found.append(_between(tree, chain[far[0]].name, name, how))
+    return found if len(found) == 2 else []
+
+
+def upward(tree: Tree, name: str | None) -> Iterator[Part]:
+    """A part and all that it hangs on."""
+    while name is not None:
+        yield tree.parts[name]
+        name = tree.parts[name].parent
+
+
 def _no_such(kind: str, field: str, name: str, names: list[str], file: object) -> InputError:
     """An error for a name that a file lacks: the names that it has, and the nearest one."""
     return InputError(
@@ -272,20 +291,20 @@ def _no_such(kind: str, field: str, name: str, names: list[str], file: object) -
     )
 
 
-def _has(words: re.Pattern[str], name: str) -> bool:
+def has(words: re.Pattern[str], name: str) -> bool:
     """Whether a name holds one of the words."""
-    return words.search(_plain(name)) is not None
+    return words.search(plain(name)) is not None
 
 
 def side_of(*names: str) -> Side | None:
     """The side in the first name that holds one; None where none does, or where a name holds both."""
     for name in names:
-        named: list[Side] = [side for side, words in SIDES.items() if _has(words, name)]
+        named: list[Side] = [side for side, words in SIDES.items() if has(words, name)]
         if len(named) == 1:
             return named[0]
     return None
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
     """A name in small letters, with camelCase broken up: RightFoot → right_foot."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()

@@ -7,8 +7,9 @@ import numpy as np
 
 from afo_sim.common import InputError
 from afo_sim.legs.extent import lower_edge, moved, outline
-from afo_sim.legs.finding import KNEE, STEEPEST, Found, knee_of, turned_about
-from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, listed, shift
+from afo_sim.legs.finding import KNEE, STEEPEST, Found, knee_of
+from afo_sim.legs.massless import LEAST_INERTIA
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, listed, shift, turned_about
 from afo_sim.model import OLD_TOE, POINTS
 
 SHANK, FOOT, ANKLE = "shank", "foot", "ankle"
@@ -53,7 +54,8 @@ def cut(
     InputError
         Shank or foot has no mass, an inertia is not positive, the ankle or the toes have no stops.
     """
-    _check_masses(tree, found)
+    check_masses(tree, found)
+    tree = _seen(tree)
     ankle = _ankle(tree, found, range)
     into = _inverse(_frame(found.axes, found.centre))
     turn = turned_about(*_line(tree, found.ankle), found.zero - tree.joints()[found.ankle][1].zero)
@@ -81,6 +83,16 @@ def cut(
         parts[SHANK] = dataclasses.replace(parts[SHANK], points=points)
     leg = Tree(tree.file, parts, notes=tree.notes)
     return leg if toes is None else _with_toes(tree, found, leg, names, into @ turn, toes)
+
+
+def _seen(tree: Tree) -> Tree:
+    """A tree without the shapes that are there for contact, where a part shows others."""
+    parts = {}
+    for name, part in tree.parts.items():
+        shown = [shape for shape in part.shapes if not shape.touches] or part.shapes
+        shapes = tuple(dataclasses.replace(shape, touches=False) for shape in shown)
+        parts[name] = dataclasses.replace(part, shapes=shapes)
+    return dataclasses.replace(tree, parts=parts)
 
 
 def left_behind(tree: Tree, found: Found) -> dict[str, tuple[str, ...]]:
@@ -222,12 +234,6 @@ def _stops(
     if not (np.isfinite([low, high]).all() and low < high):
         problem = f"the hinge {name!r} of {file or 'the model'} has no stops, and an ankle needs them"
         raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
-    if high - low > 2.0 * np.pi:
-        problem = (
-            f"the hinge {name!r} of {file or 'the model'} goes from {np.degrees(low):.4g} to "
-            f"{np.degrees(high):.4g} deg: are its stops degrees, and read as radians?"
-        )
-        raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
     ends = sorted((sign * (low - zero), sign * (high - zero)))
     text = f"{np.degrees(ends[0]):.4g} to {np.degrees(ends[1]):.4g} deg"
     if high - low < NARROWEST or high - low > 2.0 * np.pi:
@@ -241,8 +247,8 @@ def _stops(
     return float(ends[0]), float(ends[1])
 
 
-def _check_masses(tree: Tree, found: Found) -> None:
-    """Refuse a leg that nothing can be computed of."""
+def check_masses(tree: Tree, found: Found) -> None:
+    """Refuse a leg that nothing can be computed of; other parts are not judged."""
     foot = tree.below(found.foot)
     shank = [part for part in tree.below(found.shank) if part not in foot]
     for field, parts in (("shank", shank), ("foot", foot)):
@@ -262,11 +268,12 @@ def _check_inertia(part: Part, field: str, file: object) -> None:
         problem = f"a mass or inertia in {file or 'the model'} is not a number"
         raise InputError(problem, field=field, value=part.name, allowed="numbers")
     least, middle, most = _principal(part.inertia)
-    slack = 1e-9 * max(abs(most), 1e-300)
+    slack = 1e-9 * abs(most) + LEAST_INERTIA
     if part.mass < 0.0 or least < -slack or least + middle < most * (1.0 - ROUNDED) - slack:
         moments = ", ".join(f"{moment:.3g}" for moment in (least, middle, most))
         raise InputError(
-            f"no body has the mass {part.mass:g} kg with the principal moments of inertia {moments} kg m2",
+            f"no body has the mass {part.mass:g} kg with the principal moments of inertia {moments} kg m2 "
+            "about its centre of mass",
             file=file,
             field=field,
             value=part.name,

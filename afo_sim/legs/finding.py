@@ -1,21 +1,28 @@
 """Shank, foot and ankle in a tree: which parts are meant, and which way is up and forward."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common import InputError, Notice
 from afo_sim.description import Side
-from afo_sim.legs.candidates import Candidate, candidates, side_of, way
+from afo_sim.legs.ankles import check_foot, check_name
+from afo_sim.legs.candidates import Candidate, candidates, named_shanks, side_of, upward, way
 from afo_sim.legs.extent import moved, outline, sole_slope
-from afo_sim.legs.tree import Part, Tree, listed
+from afo_sim.legs.tree import Part, Tree, listed, turned_about
 
 STEEPEST = np.radians(35.0)  # of an ankle's axis; oblique ones of OpenSim's models have 10 to 20 deg
 NOTED_TILT = np.radians(5.0)  # of an axis from which on a note says so
-STEEP_SOLE = np.radians(20.0)  # against forward: more than a shoe's heel gives
 NEAR_AXIS = np.radians(5.0)  # of a shank's own axis beside the line to its centre of mass
 KNEE = "knee"  # point of a shank
+Direction = str | Sequence[float]
+# {name: direction of the file's axes}
+DIRECTIONS = {
+    f"{sign}{name}": float(f"{sign}1") * np.eye(3)[k]
+    for k, name in enumerate("xyz")
+    for sign in ("", "+", "-")
+}
 LONGEST_SEGMENT = 1.0  # [m] of a shank or a foot; above it lengths are no metres
 ASIDE = 0.02  # [m] of an ankle's centre beside the foot's, of a foot beside the midline
 
@@ -64,6 +71,7 @@ def find(
     ankle: str | None = None,
     side: Side | None = None,
     zero: float | None = None,
+    forward: Direction | None = None,
 ) -> Found:
     """Find a leg in a tree; what is given by name is taken, the rest is sought.
 
@@ -74,6 +82,8 @@ def find(
     side : needed where both legs are there and nothing else tells which one is meant
     zero : the file's coordinate at which the ankle's angle is zero [rad]; by default 0, which then has to lie
         between its stops
+    forward : where the foot points, in the file's axes: "x", "-y", "1 0 0" or three numbers; by default where
+        it reaches farther
 
     Raises
     ------
@@ -88,9 +98,10 @@ def find(
         )
     if side not in (None, "right", "left"):
         raise InputError("is not a valid choice", field="side", value=side, allowed="right or left")
+    given = None if forward is None else _direction(forward)
     legs = candidates(tree, shank, foot, ankle)
     if len(legs) > 1:
-        legs = _of_side(tree, legs, side)
+        legs = _of_side(tree, legs, side, given)
     if not legs:
         raise InputError(
             f"no leg is found in {tree.file or 'the model'}: {_why_none(tree)}",
@@ -99,9 +110,27 @@ def find(
         )
     if side is not None and shank is foot is ankle is None:
         _check_side(legs[0], side)
-    found = _measured(tree, legs[0], side, _zero(tree, legs[0].ankle, zero))
+    check_name(legs[0], tree.file)
+    found = _measured(tree, legs[0], side, _zero(tree, legs[0].ankle, zero), given)
     _check_lengths(tree, found)
+    sole = found.sole if zero is None else None
+    check_foot(tree, legs[0], found.centre, found.axes, sole, found.sign)
     return found
+
+
+def _direction(given: Direction) -> np.ndarray:
+    """A direction of the file's axes, of length one (3,)."""
+    words = given.split() if isinstance(given, str) else given
+    try:
+        found = (
+            DIRECTIONS[given] if isinstance(given, str) and given in DIRECTIONS else np.array(words, float)
+        )
+    except (TypeError, ValueError):
+        found = np.zeros(3)
+    if found.shape != (3,) or not 1e-6 < np.linalg.norm(found) < 1e6:
+        allowed = "x, -x, y, -y, z, -z of the file's axes, or three numbers, as 1 0 0"
+        raise InputError("is not a valid direction", field="forward", value=str(given), allowed=allowed)
+    return np.asarray(found / np.linalg.norm(found))
 
 
 def _zero(tree: Tree, ankle: str, given: float | None) -> float:
@@ -137,7 +166,8 @@ def _why_none(tree: Tree) -> str:
     """Why no leg is found: no hinge, or names that tell nothing."""
     kinds = {name: joint.kind for name, (_, joint) in tree.joints().items()}
     if "hinge" in kinds.values():
-        return "its names tell no shank, foot and ankle"
+        shanks = listed(named_shanks(tree))
+        return f"no hinge hangs below {shanks}" if shanks else "its names tell no shank, foot and ankle"
     if not kinds:
         return "it has no joint"
     return f"an ankle is a hinge, and its joints are {listed([f'{n} ({k})' for n, k in kinds.items()])}"
@@ -152,9 +182,13 @@ def _check_side(leg: Candidate, side: Side) -> None:
         raise InputError(problem, field="side", value=side, allowed=allowed)
 
 
-def _of_side(tree: Tree, legs: list[Candidate], side: Side | None) -> list[Candidate]:
+def _of_side(
+    tree: Tree, legs: list[Candidate], side: Side | None, forward: np.ndarray | None
+) -> list[Candidate]:
     """The one leg of a side, out of several."""
-    sides = _other_side([_side(tree, leg)[0] for leg in legs])
+    sides = _other_side([_side(tree, leg, forward=forward)[0] for leg in legs])
+    if len(legs) == 2 and sides[0] == sides[1]:  # as of leg_r0 and leg_r1
+        sides = [_side(tree, leg, forward=forward, named=False)[0] for leg in legs]
     both = "; ".join(
         f"{leg.shank} and {leg.foot}" + (f" ({s})" if s else "") for leg, s in zip(legs, sides, strict=True)
     )
@@ -177,7 +211,9 @@ def _other_side(sides: list[Side | None]) -> list[Side | None]:
     return sides
 
 
-def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float) -> Found:
+def _measured(
+    tree: Tree, leg: Candidate, side: Side | None, zero: float, forward: np.ndarray | None
+) -> Found:
     """Axes, lengths and side of a leg."""
     part, joint = tree.joints()[leg.ankle]
     pose = tree.world_pose(part.name)
@@ -196,7 +232,8 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float) -> Fou
     up /= np.linalg.norm(up)
     weight = _centre_of_mass(tree, leg.foot)
     weight = None if weight is None else moved(turn, weight[None])[0]
-    ahead, how_forward, notes = _forward(np.cross(axis, up), centre, points, weight)
+    bends = _knee_bends(tree, leg.shank, centre)
+    ahead, how_forward, notes = _forward(np.cross(axis, up), centre, points, weight, bends, forward)
     sign = float(np.sign(np.cross(axis, ahead) @ up))
     left = -sign * axis
     axes = np.stack([np.cross(left, up), left, up], axis=1)
@@ -219,8 +256,6 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float) -> Fou
         notes.append(_oblique(leg.ankle, tilt, float(along @ left)))
     if len(local) > 1:
         notes += _wide(leg.ankle, float(np.ptp(local[:, 1])), float(np.ptp(local[:, 0])))
-    if sole is not None:
-        notes += _steep(leg.foot, sole, zero, sign)
     if weight is not None:
         notes += _aside(leg.ankle, float((weight - centre) @ left))
     return Found(
@@ -240,16 +275,6 @@ def _measured(tree: Tree, leg: Candidate, side: Side | None, zero: float) -> Fou
         sole=sole,
         notes=tuple(notes),
     )
-
-
-def turned_about(axis: np.ndarray, centre: np.ndarray, angle: float) -> np.ndarray:
-    """Pose of a turn [rad] about an axis of length one through a centre [m] (4, 4)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    pose = np.eye(4)
-    pose[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    pose[:3, 3] = centre - pose[:3, :3] @ centre
-    return pose
 
 
 def welded(tree: Tree, shank: str, ankle: str) -> tuple[str, ...]:
@@ -360,51 +385,76 @@ def _centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
 
 
 def _forward(
-    along: np.ndarray, centre: np.ndarray, points: np.ndarray, weight: np.ndarray | None
+    along: np.ndarray,
+    centre: np.ndarray,
+    points: np.ndarray,
+    weight: np.ndarray | None,
+    bends: np.ndarray,
+    given: np.ndarray | None,
 ) -> tuple[np.ndarray, str, list[Notice]]:
     """The sense of forward along a line (3,), how it was found, and notes.
 
-    A foot reaches farther ahead of its ankle than behind, and its centre of mass lies ahead.
+    A foot reaches farther ahead of its ankle than behind, its mass lies ahead, and a knee bends backward.
     """
     ahead = along / np.linalg.norm(along)
+    if given is not None:
+        if abs(given @ ahead) < 0.5:
+            problem = f"is more than 60 deg off {_shown(ahead)}, along which the foot points or away from it"
+            raise InputError(problem, field="forward", value=_shown(given), allowed="a direction near it")
+        return np.sign(given @ ahead) * ahead, "given", []
     reach = (points - centre) @ ahead if len(points) else np.zeros(1)
-    farther = float(reach.max() + reach.min())
+    front, back = float(reach.max()), float(0.0 - reach.min())
+    farther = (front - back) / max(front + back, 0.01)
     heavier = 0.0 if weight is None else float((weight - centre) @ ahead)
-    by_shape = abs(farther) > 0.1 * float(np.ptp(reach)) and np.ptp(reach) > 0.01
-    by_mass = abs(heavier) > 2e-3
-    if not by_shape and not by_mass:
-        raise InputError(
-            "nothing shows which way the foot points: it reaches as far ahead of the ankle's axis as behind",
-            field="foot",
-            allowed="a foot with its centre of mass or its shapes ahead of the ankle, and no hinge along it",
-        )
-    sense = np.sign(farther if by_shape else heavier)
-    notes = []
-    if by_shape and by_mass and farther * heavier < 0.0:
-        words = (
-            "the foot's shapes reach farther to one side of the ankle, and its centre of mass lies on the "
-            "other: forward is where the shapes reach"
-        )
-        notes.append(Notice("forward-contradicted", words, subject="foot"))
-    reasons = [
-        w for w, tells in (("shapes reach farther", by_shape), ("centre of mass lies", by_mass)) if tells
-    ]
-    return sense * ahead, "where the foot's " + ", its ".join(reasons), notes
+    spans = f"{1000 * front:.0f} mm to one side of the ankle's axis and {1000 * back:.0f} mm to the other"
+    if abs(farther) > 0.1:
+        words = "the foot reaches {spans}, where its centre of mass lies: forward is where it reaches farther"
+        against = farther * heavier < 0.0 and abs(heavier) > 2e-3
+        notes = [Notice("forward-contradicted", words, subject="foot", spans=spans)] if against else []
+        return np.sign(farther) * ahead, "where the foot's shapes reach farther", notes
+    if abs(bends @ ahead) > 0.5:
+        return -np.sign(bends @ ahead) * ahead, "against the way that the knee bends", []
+    if abs(farther) > 0.05:
+        words = "the foot reaches {spans}: forward is taken where it reaches farther"
+        close = Notice("forward-close", words, subject="foot", spans=spans)
+        return np.sign(farther) * ahead, "where the foot's shapes reach a little farther", [close]
+    if front + back < 0.01 and abs(heavier) > 2e-3:
+        return np.sign(heavier) * ahead, "where the foot's centre of mass lies", []
+    problem = f"nothing shows where it points: along {_shown(ahead)} it reaches {spans}"
+    allowed = '`--forward x`, in Python `forward="x"`: a direction of the file\'s axes'
+    raise InputError(problem, field="foot", allowed=allowed)
 
 
-def _side(tree: Tree, leg: Candidate, axes: np.ndarray | None = None) -> tuple[Side | None, str]:
+def _knee_bends(tree: Tree, shank: str, ankle: np.ndarray) -> np.ndarray:
+    """Where the hinge above a shank whose stops allow one way moves the ankle (3,); else zeros."""
+    part = next((part for part in upward(tree, shank) if part.joints), tree.parts[shank])
+    if [joint.kind for joint in part.joints] != ["hinge"] or part.parent is None:
+        return np.zeros(3)
+    knee, pose = part.joints[0], tree.world_pose(part.name)
+    low, high = np.subtract(knee.range or (-1.0, 1.0), knee.zero)
+    arm = ankle - moved(pose, knee.position[None])[0]
+    swing = np.sign(low + high) * np.cross(pose[:3, :3] @ knee.axis, arm)
+    one_way = abs(low + high) > 0.5 * (high - low)
+    return np.asarray(swing / np.linalg.norm(swing)) if one_way and swing.any() else np.zeros(3)
+
+
+def _side(
+    tree: Tree,
+    leg: Candidate,
+    axes: np.ndarray | None = None,
+    *,
+    forward: np.ndarray | None = None,
+    named: bool = True,
+) -> tuple[Side | None, str]:
     """Side of a leg by names, else by where it stands against the body; None where nothing shows."""
-    named = side_of(leg.shank, leg.foot, leg.ankle, *(part.name for part in tree.below(leg.foot)))
-    if named is not None:
-        return named, "by its name"
-    root = tree.parts[leg.shank]
-    while root.parent is not None:
-        root = tree.parts[root.parent]
-    if root.name == leg.shank:
+    word = side_of(leg.shank, leg.foot, leg.ankle, *(part.name for part in tree.below(leg.foot)))
+    if word is not None and named:
+        return word, "by its name"
+    if tree.parts[leg.shank].parent is None:
         return None, ""
     if axes is None:
         try:
-            axes = _measured(tree, leg, "right", 0.0).axes
+            axes = _measured(tree, leg, "right", 0.0, forward).axes
         except InputError:
             return None, ""
     middle = _centre_of(tree, list(tree.parts.values()))
@@ -429,20 +479,6 @@ def _wide(ankle: str, width: float, length: float) -> Iterator[Notice]:
             subject=ankle,
             width=width,
             length=length,
-        )
-
-
-def _steep(foot: str, sole: float, zero: float, sign: float) -> Iterator[Notice]:
-    """Where the sole is steep at the ankle's zero [rad]."""
-    if abs(sole) > STEEP_SOLE:
-        flat = zero - sign * sole
-        yield Notice(
-            "sole-steep",
-            f"at the file's {np.degrees(zero):g} deg the sole stands {np.degrees(sole):.0f} deg toe up "
-            f"against the perpendicular to the shank; a zero of {np.degrees(flat):.0f} deg would lay it flat",
-            subject=foot,
-            sole=sole,
-            flat=flat,
         )
 
 

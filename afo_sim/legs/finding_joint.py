@@ -10,7 +10,7 @@ from afo_sim.description import JOINTS, JointName, Orthosis, Side, a_joint
 from afo_sim.legs.attached import number_of
 from afo_sim.legs.candidates import side_of
 from afo_sim.legs.extent import moved
-from afo_sim.legs.finding import ASIDE, STEEPEST, Found, find, turned_about
+from afo_sim.legs.finding import ASIDE, STEEPEST, Direction, Found, find, turned_about
 from afo_sim.legs.tree import Joint, Part, Tree, listed
 
 NAMED: Mapping[JointName, re.Pattern[str]] = {
@@ -31,6 +31,7 @@ def find_worn(
     side: Side | None,
     zero: float | None,
     sign: float | None,
+    forward: Direction | None,
 ) -> Found:
     """The joint that a device is for: an ankle is sought, another one is about the hinge that is named.
 
@@ -50,7 +51,11 @@ def find_worn(
     if device.joint == "ankle":
         if sign is not None:
             raise InputError("follows from the foot of an ankle", field="sign", value=sign, allowed="nothing")
-        return find(tree, shank=proximal, foot=distal, ankle=joint, side=side, zero=zero)
+        names = {"shank": proximal, "foot": distal, "ankle": joint}
+        return find(tree, **names, side=side, zero=zero, forward=forward)
+    if forward is not None:
+        problem = "is of an ankle's foot; the axes of another joint follow from its hinge"
+        raise InputError(problem, field="forward", value=forward, allowed="nothing")
     part, hinge = _hinge(tree, device.joint, joint, side)
     above = _above(tree, part, hinge, proximal)
     if distal is not None and distal not in [each.name for each in tree.below(part.name)]:

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from afo_sim.common import InputError, Notice, Shown, check_writable, sealed_text, together
 from afo_sim.description import Side, load
 from afo_sim.legs.cutting import cut, left_behind, with_sole
-from afo_sim.legs.finding import Found, find
+from afo_sim.legs.finding import Direction, Found, find
 from afo_sim.legs.leg_description import leg_readme, leg_toml, person_notes, table, tissue_notes
 from afo_sim.legs.leg_numbers import LegNumbers, doubtful_notes
 from afo_sim.legs.mjcf_out import MESHES, write_leg_file
-from afo_sim.legs.reading import read_tree, second_opinion
+from afo_sim.legs.reading import read_body
 from afo_sim.legs.tree import Tree
 from afo_sim.legs.urdf_files import Packages
 
@@ -39,7 +39,6 @@ class Imported(Shown):
     sole : where the sole's points come from, in words
     left_behind : {kind: names} of what the file holds beside the leg
     toes : name of the file's hinge that was kept
-    opinion : differences to MuJoCo's own reading of a URDF; None of other files
     notes : notices for the user
     folder : it was written to; None where it was not
     """
@@ -51,14 +50,13 @@ class Imported(Shown):
     sole: str
     left_behind: dict[str, tuple[str, ...]]
     toes: str | None
-    opinion: tuple[str, ...] | None
     notes: tuple[str, ...]
     folder: pathlib.Path | None = None
 
     @property
     def rows(self) -> list[tuple[str, str, str]]:
         """A table: what, how much, how it was found."""
-        return table(self.leg, self.found, self.numbers, self.sole, self.toes, self.left_behind, self.opinion)
+        return table(self.leg, self.found, self.numbers, self.sole, self.toes, self.left_behind)
 
 
 Picture = Callable[[Imported, pathlib.Path], None]
@@ -73,6 +71,7 @@ def import_leg(
     ankle: str | None = None,
     side: Side | None = None,
     zero: float | None = None,
+    forward: Direction | None = None,
     range: tuple[float, float] | None = None,
     toes: str | None = None,
     body_mass: float | None = None,
@@ -88,12 +87,12 @@ def import_leg(
     ----------
     file : of a leg, or of a whole body
     out : the leg's folder; nothing is written without it
-    shank, foot, ankle, side : as in `find`
+    shank, foot, ankle, side, forward : as in `find`
     zero : the file's coordinate of the ankle at which its angle is zero [rad]
     range : stops of the ankle, dorsiflexion positive [rad]; the file's by default
     toes : the file's hinge of the toes, which is kept; all other joints are welded
     body_mass, body_height : of the person whose leg it is [kg], [m]
-    packages : where the meshes of a URDF file lie, as in `read_urdf`
+    packages : folders in which the meshes of a URDF file lie
     name : of the leg; by default the folder's
     force : replace a leg that is in the folder
     picture : draws the leg into a file
@@ -119,8 +118,8 @@ def import_leg(
     folder = None if out is None else pathlib.Path(out)
     if folder is not None:
         _check_folder(folder, file, force)
-    tree = read_tree(file, packages=packages)
-    found = find(tree, shank=shank, foot=foot, ankle=ankle, side=side, zero=zero)
+    tree = read_body(file, packages)
+    found = find(tree, shank=shank, foot=foot, ankle=ankle, side=side, zero=zero, forward=forward)
     leg, sole = with_sole(cut(tree, found, range=range, toes=toes))
     imported = Imported(
         name=name or (folder.resolve().name if folder is not None else _plain(file.stem)),
@@ -130,7 +129,6 @@ def import_leg(
         sole=sole,
         left_behind=left_behind(tree, found),
         toes=toes,
-        opinion=second_opinion(tree) if file.suffix.lower() == ".urdf" else None,
         notes=tuple(_notes(tree, found, leg, sole, body_mass, body_height)),
     )
     if folder is None:

@@ -30,7 +30,6 @@ def table(
     sole: str,
     toes: str | None,
     left: dict[str, tuple[str, ...]],
-    opinion: tuple[str, ...] | None,
 ) -> list[Row]:
     """Rows of what, how much, and how it was found."""
     how = found.how
@@ -60,11 +59,6 @@ def table(
         rows.append(("toes", toes, "kept as the hinge of the toes, its axis taken as transverse"))
     for kind, names in left.items():
         rows.append((f"left behind: {kind}", f"{len(names)}", listed(names, 6)))
-    if opinion is not None:
-        differences = "; ".join(opinion[:3]) + (f"; and {len(opinion) - 3} more" if len(opinion) > 3 else "")
-        rows.append(
-            ("MuJoCo's own URDF reader", "differs" if opinion else "agrees", differences or "to 1e-6")
-        )
     return rows
 
 

@@ -1,46 +1,58 @@
-"""Chains of massless parts, as URDF has them for a hip, as one part with several joints."""
+"""A tree that MuJoCo can move: no part without mass or inertia hangs on a joint."""
 
 import dataclasses
 
 import numpy as np
 
-from afo_sim.legs.tree import Joint, Part, Tree, listed
+from afo_sim.legs.tree import Joint, Part, Tree, reading_note
 
-SCALAR = ("hinge", "slide")
+# Of a part on a joint [kg], [kg·m²]: MuJoCo takes less than 1e-15 for none, and these move nothing else.
+LEAST_MASS, LEAST_INERTIA = 1e-12, 1e-14
+IDLE = 1e-10  # [kg] or [kg·m²] of all that a joint moves
 
 
-def merged(tree: Tree) -> Tree:
-    """The same tree with fewer massless parts: their joints stand on the part below, as MJCF has them.
+def movable(tree: Tree) -> Tree:
+    """The same tree, where parts on joints have at least a trifle of mass and inertia.
 
-    MuJoCo moves no body without mass. A massless part M that nothing but one other part C hangs on moves it
-    by T_M J_M T_C J_C = (T_M T_C) (T_C⁻¹ J_M T_C) J_C: its joints, in the axes of C, before those of C.
-    A part with points or with a second child stays; shapes of a part that goes are left out, and told.
+    What a massless part carries gives its joint inertia, as in a hip of three hinges. A joint that moves no
+    mass at all is taken as stiff. Impossible inertias become the nearest possible ones.
     """
-    parts = dict(tree.parts)
-    gone: list[str] = []
-    for name in list(parts):
-        below = [part for part in parts.values() if part.parent == name]
-        if len(below) == 1 and _bare(parts[name]) and all(joint.kind in SCALAR for joint in below[0].joints):
-            parts[below[0].name] = _joined(parts[name], below[0])
-            gone.append(name)
-            del parts[name]
-    notes = [f"massless links are taken together with the one below: {listed(gone)}"] if gone else []
-    return dataclasses.replace(tree, parts=parts, notes=(*tree.notes, *notes))
+    poses = {name: tree.world_pose(name) for name in tree.parts}
+    still = [
+        joint.name
+        for part in tree.parts.values()
+        for joint in part.joints
+        if joint.kind in ("hinge", "slide") and _inertia_about(tree, poses, part, joint) < IDLE
+    ]
+    parts = {name: _with_inertia(part, still) for name, part in tree.parts.items()}
+    raised = [name for name, part in tree.parts.items() if parts[name].inertia is not part.inertia]
+    idle = "joints that move no mass are taken as stiff: {names}"
+    odd = "parts that have no inertia of a body are given the nearest: {names}"
+    kinds = (("joints-idle", idle, still), ("inertias-raised", odd, raised))
+    notes = [reading_note(code, text, names) for code, text, names in kinds if names]
+    moving = {joint.name for part in parts.values() for joint in part.joints}
+    couplings = tuple(each for each in tree.couplings if moving.issuperset(each[:2]))
+    return dataclasses.replace(tree, parts=parts, notes=(*tree.notes, *notes), couplings=couplings)
 
 
-def _bare(part: Part) -> bool:
-    """Whether a part moves, and has no mass and no points."""
-    moves = part.joints and all(joint.kind in SCALAR for joint in part.joints)
-    return bool(moves) and not (part.mass or part.inertia.any() or part.points)
+def _with_inertia(part: Part, still: list[str]) -> Part:
+    joints = tuple(joint for joint in part.joints if joint.name not in still)
+    moments, axes = np.linalg.eigh(part.inertia)
+    if not joints or (part.mass >= LEAST_MASS and moments[0] >= LEAST_INERTIA):
+        return dataclasses.replace(part, joints=joints)
+    inertia = axes * np.maximum(moments, LEAST_INERTIA) @ axes.T
+    return dataclasses.replace(part, joints=joints, mass=max(part.mass, LEAST_MASS), inertia=inertia)
 
 
-def _joined(above: Part, part: Part) -> Part:
-    back = np.linalg.inv(part.pose)
-    joints = (*(_seen(joint, back) for joint in above.joints), *part.joints)
-    return dataclasses.replace(part, parent=above.parent, pose=above.pose @ part.pose, joints=joints)
-
-
-def _seen(joint: Joint, back: np.ndarray) -> Joint:
-    """A joint in other axes; `back` is the pose in them of the axes that it stands in (4, 4)."""
-    place = back[:3, :3] @ joint.position + back[:3, 3]
-    return dataclasses.replace(joint, axis=back[:3, :3] @ joint.axis, position=place)
+def _inertia_about(tree: Tree, poses: dict[str, np.ndarray], moved: Part, joint: Joint) -> float:
+    """Inertia of a joint's part, and of all that hangs on it, about a hinge [kg·m²]; of a slide its mass."""
+    frame = poses[moved.name]
+    axis, place, total = frame[:3, :3] @ joint.axis, frame[:3, :3] @ joint.position + frame[:3, 3], 0.0
+    for part in tree.below(moved.name):
+        pose = poses[part.name]
+        across = np.cross(axis, pose[:3, :3] @ part.centre + pose[:3, 3] - place)
+        own = pose[:3, :3].T @ axis
+        total += (
+            part.mass if joint.kind == "slide" else own @ part.inertia @ own + part.mass * across @ across
+        )
+    return float(total)

@@ -4,6 +4,8 @@ import dataclasses
 import pathlib
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -58,40 +60,97 @@ MANY_LINES = (ValueError, RuntimeError, OSError, mujoco.FatalError)
 def read_mjcf(file: str | pathlib.Path) -> Tree:
     """Read a MuJoCo model file (MJCF)."""
     file = pathlib.Path(file)
-    model, warned = compile_file(file)
-    found = tree_of(model)
-    found = dataclasses.replace(found, file=file, notes=(*found.notes, *warned))
+    spec, notes = spec_of_file(file)
+    with mujoco_says(file) as warned:
+        found = tree_of(spec.compile())
+    found = dataclasses.replace(found, file=file, notes=(*found.notes, *notes, *warned))
     check_finite(found)
     return found
 
 
-def compile_file(file: pathlib.Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """A model file as MuJoCo compiles it, with every body that stands in it, and MuJoCo's warnings."""
+def spec_of_file(file: pathlib.Path) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
+    """A model file as a spec, with every body that stands in it, and notices of reading it."""
     if not file.is_file():
         raise InputError("is a folder" if file.is_dir() else "there is no such file", file=file)
     examine(file)
+    with mujoco_says(file) as warned:
+        if file.suffix == ".xml":  # MuJoCo itself goes by the suffix
+            spec = mujoco.MjSpec.from_file(str(file.absolute()))
+        else:
+            pieces = {piece.name: piece.read_bytes() for piece in file.parent.glob("*.xml")}
+            spec = mujoco.MjSpec.from_string(read_text(file), include=pieces)
+            spec.modelfiledir = str(file.parent)
+    spec.compiler.fusestatic = False  # a body that is fixed keeps its name and its mass
+    place_files_whole(spec, pathlib.Path(spec.modelfiledir or ""))
+    return spec, (*warned, *_without_missing(spec, file))
+
+
+@contextmanager
+def mujoco_says(file: pathlib.Path | None) -> Iterator[list[str]]:
+    """MuJoCo's errors as one sentence, and its warnings as notices."""
+    notices: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            spec = _spec(file)
-            spec.compiler.fusestatic = False  # a body that is fixed keeps its name and its mass
-            model = spec.compile()
+            yield notices
         except MANY_LINES as error:
             raise InputError(f"MuJoCo cannot read it: {one_line(error)}", file=file) from None
-    return model, tuple(
-        Notice("mujoco-warning", "MuJoCo says: {subject}", subject=one_line(warning.message))
-        for warning in caught
-    )
+    words = "MuJoCo says: {subject}"
+    notices += [Notice("mujoco-warning", words, subject=one_line(one.message)) for one in caught]
 
 
-def _spec(file: pathlib.Path) -> mujoco.MjSpec:
-    """A model file as a spec; MuJoCo itself goes by the suffix."""
-    if file.suffix in (".xml", ".urdf"):
-        return mujoco.MjSpec.from_file(str(file))
-    pieces = {piece.name: piece.read_bytes() for piece in file.parent.glob("*.xml")}
-    spec = mujoco.MjSpec.from_string(read_text(file), include=pieces)
-    spec.modelfiledir = str(file.parent)
-    return spec
+def _without_missing(spec: mujoco.MjSpec, file: pathlib.Path) -> Iterator[Notice]:
+    """Leave out meshes that are not there, where no mass depends on them."""
+    missing = {
+        mesh.name or pathlib.Path(mesh.file).stem: mesh
+        for mesh in spec.meshes
+        if mesh.file and mesh.file not in spec.assets and not pathlib.Path(mesh.file).is_file()
+    }
+    geoms = [geom for geom in spec.geoms if geom.meshname in missing]
+    for geom in geoms:
+        if not (geom.parent.explicitinertial or geom.mass == 0.0 or geom.parent == spec.worldbody):
+            problem = f"there is no such file, and the mass of the body {geom.parent.name!r} depends on it"
+            raise InputError(problem, file=file, field="mesh", value=missing[geom.meshname].file)
+    for element in (*geoms, *missing.values()):
+        spec.delete(element)
+    if missing:
+        text = "meshes that are not found are not shown, and touch nothing: {names}"
+        yield reading_note("meshes-missing", text, sorted(missing))
+
+
+def files_of(spec: mujoco.MjSpec) -> Iterator[tuple[Any, str, str]]:
+    """Every element that refers to a file: (element, file, folder of such files in the spec)."""
+    for elements, folder in (
+        (spec.meshes, "meshdir"),
+        (spec.hfields, "meshdir"),
+        (spec.skins, "meshdir"),
+        (spec.textures, "texturedir"),
+    ):
+        for element in elements:
+            if element.file:
+                yield element, element.file, getattr(element.compiler, folder, "") or ""
+
+
+def place_files_whole(spec: mujoco.MjSpec, folder: pathlib.Path) -> None:
+    """Name meshes and pictures by their whole path, so that they are found from anywhere."""
+    for element, named, below in files_of(spec):
+        if named not in spec.assets:
+            element.file = _whole(folder, below, pathlib.Path(named).name if spec.strippath else named)
+    for texture in spec.textures:
+        for k, named in enumerate(texture.cubefiles):
+            if named and named not in spec.assets:
+                texture.cubefiles[k] = _whole(folder, texture.compiler.texturedir or "", named)
+    spec.strippath = False
+    if all(pathlib.Path(file).is_absolute() for _, file, _ in files_of(spec)):
+        spec.meshdir = spec.texturedir = ""
+
+
+def _whole(folder: pathlib.Path, below: str, file: str) -> str:
+    """The whole path of a file; as it is where there is no such file, which MuJoCo reports."""
+    for path in (folder / below / file, pathlib.Path(below) / file):
+        if path.is_file():
+            return str(path.resolve())
+    return file
 
 
 def one_line(error: Exception | Warning | str) -> str:

@@ -6,6 +6,7 @@ MuJoCo's own writer keeps about six digits; here every number reads again as it 
 import pathlib
 import re
 from collections.abc import Iterable
+from typing import Any
 from xml.etree import ElementTree
 
 import mujoco
@@ -26,7 +27,7 @@ def write_leg_file(tree: Tree, path: pathlib.Path, model: str, comment: str = ""
     for file, shape in dict(names.values()).items():
         target = path.parent / MESHES / file
         target.parent.mkdir(exist_ok=True)
-        _write_mesh(shape, target)
+        target.write_bytes(_mesh_content(shape, file))
         files.append(target)
     path.write_text(leg_text(tree, model, comment), encoding="utf-8")
     return files
@@ -51,14 +52,31 @@ def _solid(shape: Shape) -> bool:
     return shape.kind != "mesh" or len(np.unique(shape.vertices, axis=0)) >= 4
 
 
-def _write_mesh(shape: Shape, path: pathlib.Path) -> None:
+def _mesh_content(shape: Shape, file: str) -> bytes:
     import trimesh  # large, and needed for meshes only
 
     mesh = trimesh.Trimesh(shape.vertices, shape.faces, process=False)
-    mesh.export(str(path), file_type=path.suffix[1:])
+    content = mesh.export(file_type=file.rpartition(".")[2])
+    return content.encode() if isinstance(content, str) else content
 
 
-def leg_text(tree: Tree, model: str, comment: str = "") -> str:
+def spec_of(tree: Tree) -> mujoco.MjSpec:
+    """A tree as a spec, with its couplings and the shapes that touch."""
+    assets = {file: _mesh_content(shape, file) for file, shape in _mesh_files(tree).values()}
+    text = leg_text(tree, tree.file.stem if tree.file else "body", meshdir="")
+    spec: Any = mujoco.MjSpec.from_string(text, assets=assets)
+    for joint, other, offset, multiplier in tree.couplings:
+        spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_JOINT,
+            name1=joint,
+            name2=other,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            data=[offset, multiplier, *[0.0] * (mujoco.mjNEQDATA - 2)],
+        )
+    return spec  # type: ignore[no-any-return]
+
+
+def leg_text(tree: Tree, model: str, comment: str = "", meshdir: str = MESHES) -> str:
     """A tree as MJCF text; its meshes stand in files of `_mesh_files`."""
     root = ElementTree.Element("mujoco", model=_clean(model))
     if comment:
@@ -66,7 +84,7 @@ def leg_text(tree: Tree, model: str, comment: str = "") -> str:
     compiler = {"angle": "radian", "autolimits": "true"}
     meshes = _mesh_files(tree)
     if meshes:
-        compiler["meshdir"] = MESHES
+        compiler["meshdir"] = meshdir
     ElementTree.SubElement(root, "compiler", compiler)
     if meshes:
         asset = ElementTree.SubElement(root, "asset")
@@ -173,4 +191,4 @@ def _geom(shape: Shape, name: str, meshes: dict[int, tuple[str, Shape]]) -> dict
         found["mesh"] = _stem(meshes[id(shape.vertices)][0])
     else:
         found["size"] = _numbers(shape.size[: SIZES[shape.kind]])
-    return found | {"contype": "0", "conaffinity": "0"}
+    return found | ({"group": "3"} if shape.touches else {"contype": "0", "conaffinity": "0"})

@@ -1,7 +1,7 @@
 """A tree of rigid parts and joints, whatever file it came from, with poses and names; SI, plain numbers."""
 
 import pathlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -12,8 +12,6 @@ from afo_sim.common import InputError, Notice
 
 JointKind = Literal["hinge", "slide", "ball", "free"]
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
-OF_A_PART = ("pose", "mass", "centre", "inertia")
-OF_A_JOINT = ("axis", "position", "damping", "friction", "armature", "stiffness", "spring_reference", "zero")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +45,7 @@ class Shape:
     pose : in the part's axes (4, 4)
     size : as MuJoCo's geom_size [m] (3,); half lengths and radii; of no meaning for a mesh
     vertices, faces : of a mesh [m] (n, 3), (m, 3); empty otherwise
+    touches : it is there for contact, beside those that are seen
     """
 
     name: str
@@ -56,6 +55,7 @@ class Shape:
     vertices: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
     faces: np.ndarray = field(default_factory=lambda: np.empty((0, 3), dtype=int))
     rgba: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)
+    touches: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +88,14 @@ class Tree:
     parts : by name
     beside : what else stands in the file, in words by kind: {"tendons": ("soleus_r", …), "actuators": …}
     notes : remarks on reading it, for the user
+    couplings : joints that follow another: (joint, the other, offset, multiplier)
     """
 
     file: pathlib.Path | None
     parts: dict[str, Part]
     beside: dict[str, tuple[str, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    couplings: tuple[tuple[str, str, float, float], ...] = ()
 
     def children(self, name: str) -> list[Part]:
         """The parts that hang on a part directly."""
@@ -142,6 +144,16 @@ def shift(position: np.ndarray) -> np.ndarray:
     return found
 
 
+def turned_about(axis: np.ndarray, centre: np.ndarray, angle: float) -> np.ndarray:
+    """Pose of a turn [rad] about an axis of length one through a centre [m] (4, 4)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    pose = np.eye(4)
+    pose[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    pose[:3, 3] = centre - pose[:3, :3] @ centre
+    return pose
+
+
 def own_names(given: Iterable[str], fallback: Iterable[str]) -> list[str]:
     """Each given name, or its fallback where it is empty; no two are the same.
 
@@ -184,34 +196,23 @@ def reading_note(code: str, text: str, names: Iterable[str], **data: Any) -> Not
 
 def check_finite(tree: Tree) -> None:
     """Refuse a tree with a number that is not finite."""
-    found = [
+    numbers: list[tuple[str, Any]] = []
+    for part in tree.parts.values():
+        name = f"part {part.name!r}"
+        numbers += [(f"{name}: point {point!r}", at) for point, at in part.points.items()]
+        owners = [(name, part), *((f"joint {joint.name!r}", joint) for joint in part.joints)]
+        owners += [(f"{name}: shape {shape.name!r}", shape) for shape in part.shapes]
+        numbers += [(f"{owner}: {key}", value) for owner, one in owners for key, value in vars(one).items()]
+    refuse(
         InputError("is not finite", file=tree.file, field=field)
-        for part in tree.parts.values()
-        for field in (
-            *_part_fields(part),
-            *(field for joint in part.joints for field in _joint_fields(joint)),
-        )
-    ]
+        for field, value in numbers
+        if np.asarray(value).dtype.kind == "f" and not np.isfinite(value).all()
+    )
+
+
+def refuse(problems: Iterable[InputError]) -> None:
+    """Raise the first problem, with the others beside it; nothing where there is none."""
+    found = list(problems)
     if found:
         found[0].others = tuple(found[1:])
         raise found[0]
-
-
-def _part_fields(part: Part) -> Iterator[str]:
-    for name in OF_A_PART:
-        if not np.isfinite(getattr(part, name)).all():
-            yield f"part {part.name!r}: {name}"
-    for name, place in part.points.items():
-        if not np.isfinite(place).all():
-            yield f"part {part.name!r}: point {name!r}"
-    for shape in part.shapes:
-        if not all(np.isfinite(numbers).all() for numbers in (shape.pose, shape.size, shape.vertices)):
-            yield f"part {part.name!r}: shape {shape.name!r}"
-
-
-def _joint_fields(joint: Joint) -> Iterator[str]:
-    for name in OF_A_JOINT:
-        if not np.isfinite(getattr(joint, name)).all():
-            yield f"joint {joint.name!r}: {name}"
-    if joint.range is not None and not np.isfinite(joint.range).all():
-        yield f"joint {joint.name!r}: range"

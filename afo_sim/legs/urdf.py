@@ -3,14 +3,15 @@
 import dataclasses
 import io
 import pathlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from afo_sim.common import InputError, Notice, nearest_name
-from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, own_names, reading_note
+from afo_sim.legs.massless import LEAST_INERTIA
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, listed, own_names, reading_note, refuse
 from afo_sim.legs.urdf_files import (
     Packages,
     find_mesh,
@@ -26,42 +27,37 @@ from afo_sim.legs.urdf_files import (
 LARGE_MESH = 5.0  # [m] no link of a body or a device is that long …
 NEAR_JOINTS = 2.0  # [m] … whose joints lie that near
 WORLD = "world"  # root link that stands for what nothing moves
-TRIANGLE = 1e-5  # relative: CAD programs write six digits, which a thin plate's moments break the rule by
 
 
-def read_urdf(file: str | pathlib.Path, *, packages: Packages = ()) -> Tree:
+def read_urdf(file: str | pathlib.Path, *, packages: Packages = (), contact: bool = False) -> Tree:
     """Read a URDF file through yourdfpy.
 
     A link is a part, its frame the part's axes. A fixed joint is a part without joints. A link without
     <inertial>, or of 0 kg, is a massless part. Notices report these, meshes that are not found, joints that
-    follow others, and revolute joints without a range.
+    follow others, and revolute joints without a range. Masses and inertias are not judged: whoever uses a
+    part does so. With `contact`, <collision> is read beside <visual>.
     """
     file = pathlib.Path(file)
     root = robot_element(file)
     root.set("name", root.get("name") or file.stem)
     odd = without_odd_shapes(root)
-    _refuse(text_problems(root, file))
+    refuse(text_problems(root, file))
     split_commas(root)
     capsules = take_capsules(root)
     robot = _parsed(root, file)
-    _refuse(_problems(robot, file))
-    reading = _Reading(file, packages, robot, capsules)
+    refuse(_problems(robot, file))
+    reading = _Reading(file, packages, robot, capsules, contact)
     parts = reading.parts()
+    rules = [(joint.name, joint.mimic) for joint in robot.joints if joint.mimic is not None]
+    couplings = tuple((name, rule.joint, rule.offset, rule.multiplier) for name, rule in rules)
     notes = [reading_note("shapes-left-out", "left out: {why} ({names})", odd[why], why=why) for why in odd]
     return Tree(
         file=file,
         parts=parts,
-        beside=_beside(root, robot),
-        notes=(*notes, *reading.remarks(), *_mimics(robot)),
+        beside=_beside(root, [name for name, _ in rules]),
+        notes=(*notes, *reading.remarks(), *map(_following, couplings)),
+        couplings=couplings,
     )
-
-
-def _refuse(problems: Iterable[InputError]) -> None:
-    found = list(problems)
-    if found:
-        first = found[0]
-        first.others = tuple(found[1:])
-        raise first
 
 
 def _parsed(root: Any, file: pathlib.Path) -> Any:
@@ -81,42 +77,13 @@ def _parsed(root: Any, file: pathlib.Path) -> Any:
 
 
 def _problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
-    """Everything that makes a robot impossible, with the way to mend it."""
+    """What makes a robot's joints impossible, with the way to mend it."""
     if not robot.links:
         yield InputError("has no <link>", file=file)
-    moved = {joint.child for joint in robot.joints if joint.type != "fixed"}
-    for link in robot.links:
-        for problem in _inertial_problems(link, link.name in moved):
-            yield InputError(problem, file=file, field=f"link {link.name!r}")
     for joint in robot.joints:
         for problem in _joint_problems(joint):
             yield InputError(problem, file=file, field=f"joint {joint.name!r}")
     yield from _tree_problems(robot, file)
-
-
-def _inertial_problems(link: Any, moved: bool) -> Iterator[str]:
-    if link.inertial is None:
-        return
-    mass, inertia = link.inertial.mass, link.inertial.inertia
-    if mass is None:
-        yield 'its <inertial> has no <mass value="…"/> [kg]; without mass it needs no <inertial>'
-    elif mass < 0:
-        yield f"its mass of {mass:g} kg is negative"
-    if inertia is None:
-        if mass:
-            yield "its <inertial> has no <inertia> [kg·m²]"
-        return
-    if not inertia.any() and not (mass and moved):
-        return  # a massless link, or a point mass that does not turn by itself
-    smallest, middle, largest = np.linalg.eigvalsh(inertia)
-    moments = f"principal moments {smallest:g}, {middle:g}, {largest:g} kg·m²"
-    if smallest <= 0:
-        yield f"its inertia is not positive definite: {moments}; give that about the centre of mass, in kg·m²"
-    elif smallest + middle < largest * (1 - TRIANGLE):
-        yield (
-            f"no body has its inertia: of the {moments}, the two smaller ones together are less than the "
-            "largest; give that about the centre of mass, in kg·m²"
-        )
 
 
 def _joint_problems(joint: Any) -> Iterator[str]:
@@ -133,10 +100,9 @@ def _joint_problems(joint: Any) -> Iterator[str]:
 
 
 def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
-    """Each link has one joint to its parent, except the one that all hang on."""
+    """Each link has at most one joint to a parent, and hangs on a root."""
     links = [link.name for link in robot.links]
     above: dict[str, list[Any]] = {name: [] for name in links}
-    meant: set[str | None] = set()  # by a misspelled name: no second problem
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in above:
@@ -145,7 +111,6 @@ def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
                 yield InputError(
                     "is not a link of the file", file=file, field=place, value=name, nearest=near
                 )
-                meant.add(near)
         if joint.child in above:
             above[joint.child].append(joint)
     for name, joints in above.items():
@@ -153,52 +118,13 @@ def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
             names = " and ".join(repr(joint.name) for joint in joints)
             problem = f"has two parents, by the joints {names}: take one of them out"
             yield InputError(problem, file=file, field=f"link {name!r}")
-    yield from _unreached(above, meant, file)
-
-
-def _unreached(
-    above: dict[str, list[Any]], meant: set[str | None], file: pathlib.Path
-) -> Iterator[InputError]:
-    roots = [name for name, joints in above.items() if not joints]
-    parents = {name: [j.parent for j in joints if j.parent in above] for name, joints in above.items()}
-    for circle in _circles(parents):
-        problem = f"is attached to itself: {' → '.join([*circle, circle[0]])}; take out one of the joints"
-        yield InputError(problem, file=file, field=f"link {circle[0]!r}")
-    if len(roots) < 2:
-        return
-    ancestors = {name: _ancestors(name, parents) for name in above}
-    root = max(roots, key=lambda one: sum(one in found for found in ancestors.values()))
-    for name in roots:
-        if name != root and name not in meant:
-            problem = f"no joint reaches it, while {root!r} is the root: add a joint with it as the child"
-            yield InputError(problem, file=file, field=f"link {name!r}")
-
-
-def _ancestors(name: str, parents: dict[str, list[str]]) -> set[str]:
-    found: set[str] = set()
-    todo = [name]
-    while todo:
-        one = todo.pop()
-        if one not in found:
-            found.add(one)
-            todo += parents[one]
-    return found
-
-
-def _circles(parents: dict[str, list[str]]) -> list[list[str]]:
-    """Links that hang on themselves, each circle once, parents first; by the first parent of each."""
-    found: list[list[str]] = []
-    done: set[str] = set()
-    for name in parents:
-        path: list[str] = []
-        one: str | None = name
-        while one is not None and one not in done and one not in path:
-            path.append(one)
-            one = next(iter(parents[one]), None)
-        if one is not None and one in path:
-            found.append(path[path.index(one) :][::-1])
-        done |= set(path)
-    return found
+    circling = {name: joints for name, joints in above.items() if joints}
+    while hung := [name for name, joints in circling.items() if joints[0].parent not in circling]:
+        for name in hung:
+            del circling[name]
+    if circling:
+        problem = f"is attached to itself, by the links {listed(circling)}; take out one of the joints"
+        yield InputError(problem, file=file, field=f"link {next(iter(circling))!r}")
 
 
 # --------------------------------------------------------------------------------------------- what is read
@@ -212,13 +138,17 @@ class _Reading:
     packages: Packages
     robot: Any
     capsules: set[tuple[str, str, int]]
+    contact: bool = False
     world: str | None = None
+    loaded: dict[tuple[pathlib.Path, str], tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     massless: list[str] = field(default_factory=list)
+    points: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
     broken: list[str] = field(default_factory=list)
     endless: list[str] = field(default_factory=list)
     large: list[str] = field(default_factory=list)
     planar: list[str] = field(default_factory=list)
+    alone: list[str] = field(default_factory=list)
 
     def parts(self) -> dict[str, Part]:
         """Parents before children, in the order of the file."""
@@ -227,12 +157,14 @@ class _Reading:
         for joint in self.robot.joints:
             joints.setdefault(joint.parent, []).append(joint)
         children = {joint.child for joint in self.robot.joints}
-        root = next(name for name in links if name not in children)
-        found, todo = {}, [root]
-        if self._is_world(links[root]):
-            self.world = root
-        else:
-            found[root] = self._part(links[root], None, joints.get(root, []))
+        roots = [name for name in links if name not in children]
+        found, todo = {}, list(roots)
+        for root in roots:
+            if self._is_world(links[root]):
+                self.world = root
+            else:
+                found[root] = self._part(links[root], None, joints.get(root, []))
+        self.alone = roots if len(roots) > 1 else []
         while todo:
             for joint in joints.get(todo.pop(0), []):
                 found[joint.child] = self._part(links[joint.child], joint, joints.get(joint.child, []))
@@ -262,12 +194,14 @@ class _Reading:
         inertial = link.inertial
         if inertial is None or not inertial.mass:
             self.massless.append(link.name)
+        elif inertial.inertia is None or np.abs(inertial.inertia).max() < LEAST_INERTIA:
+            self.points.append(link.name)
         if inertial is None:
             return 0.0, np.zeros(3), np.zeros((3, 3))
         origin = _origin(inertial.origin)
         turn = origin[:3, :3]
         inertia = np.zeros((3, 3)) if inertial.inertia is None else turn @ inertial.inertia @ turn.T
-        return float(inertial.mass), origin[:3, 3].copy(), (inertia + inertia.T) / 2
+        return float(inertial.mass or 0.0), origin[:3, 3].copy(), (inertia + inertia.T) / 2
 
     def _joints(self, joint: Any) -> tuple[Joint, ...]:
         dynamics = _dynamics(joint)
@@ -299,16 +233,18 @@ class _Reading:
         return float(lower), float(upper)
 
     def _shapes(self, link: Any, below: list[Any]) -> Iterator[Shape]:
-        """What is to be seen; of a link that shows nothing, what it collides with."""
-        several, word = (link.visuals, "visual") if link.visuals else (link.collisions, "collision")
-        reach = max([np.linalg.norm(_origin(joint.origin)[:3, 3]) for joint in below], default=0.0)
-        names = own_names([shape.name or "" for shape in several], [f"{link.name}_shape"] * len(several))
-        for number, (shape, name) in enumerate(zip(several, names, strict=True)):
-            made = self._shape(shape, name, float(reach))
+        """What is to be seen; of a link that shows nothing, or for contact, what it collides with."""
+        reach = float(max([np.linalg.norm(_origin(joint.origin)[:3, 3]) for joint in below], default=0.0))
+        shapes = [(shape, "visual", number) for number, shape in enumerate(link.visuals)]
+        if self.contact or not shapes:
+            shapes += [(shape, "collision", number) for number, shape in enumerate(link.collisions)]
+        names = own_names([shape.name or "" for shape, *_ in shapes], [f"{link.name}_shape"] * len(shapes))
+        for (shape, word, number), name in zip(shapes, names, strict=True):
+            made = self._shape(shape, name, reach)
             if made is not None and (link.name, word, number) in self.capsules:
                 made = dataclasses.replace(made, kind="capsule")
             if made is not None:
-                yield made
+                yield dataclasses.replace(made, touches=self.contact and word == "collision")
 
     def _shape(self, shape: Any, name: str, reach: float) -> Shape | None:
         geometry, pose, rgba = shape.geometry, _origin(shape.origin), self._rgba(shape)
@@ -329,8 +265,9 @@ class _Reading:
         if path is None:
             self.missing.append(mesh.filename)
             return None
+        key = path, str(mesh.scale)
         try:
-            vertices, faces = load_mesh(path, mesh.scale)
+            vertices, faces = self.loaded[key] = self.loaded.get(key) or load_mesh(path, mesh.scale)
         except ValueError as error:
             self.broken.append(f"{mesh.filename} ({' '.join(str(error).split())})")
             return None
@@ -354,6 +291,7 @@ class _Reading:
         """What a user would not expect of the parts."""
         for code, text, names in (
             ("massless-links", "links without mass: {names}", self.massless),
+            ("point-masses", "links whose inertia is zero are point masses: {names}", self.points),
             (
                 "meshes-missing",
                 "meshes that are not found, and not shown: {names}; give their folder as `packages`, or in "
@@ -362,6 +300,7 @@ class _Reading:
             ),
             ("meshes-broken", "meshes that cannot be read, and are not shown: {names}", self.broken),
             ("joints-endless", "joints whose range is not given are without stops: {names}", self.endless),
+            ("roots-several", "links that no joint reaches stand by themselves: {names}", self.alone),
             ("joints-planar", "a planar joint is read as two slides and a hinge: {names}", self.planar),
             (
                 "meshes-large",
@@ -397,19 +336,17 @@ def _dynamics(joint: Any) -> dict[str, float]:
     return {"damping": float(damping or 0.0), "friction": float(friction or 0.0)}
 
 
-def _mimics(robot: Any) -> Iterator[Notice]:
-    for joint in robot.joints:
-        if joint.mimic is not None:
-            rule = f"{joint.mimic.multiplier:g} × {joint.mimic.joint} + {joint.mimic.offset:g}"
-            words = "joint {subject} follows another, {rule}; here it moves by itself"
-            yield Notice("joint-mimics", words, subject=joint.name, rule=rule)
+def _following(coupling: tuple[str, str, float, float]) -> Notice:
+    name, other, offset, multiplier = coupling
+    words = "joint {subject} follows another, {rule}; in a leg alone it moves by itself"
+    return Notice("joint-mimics", words, subject=name, rule=f"{multiplier:g} × {other} + {offset:g}")
 
 
-def _beside(root: Any, robot: Any) -> dict[str, tuple[str, ...]]:
+def _beside(root: Any, mimics: list[str]) -> dict[str, tuple[str, ...]]:
     gazebo = [f"gazebo {element.get('reference', '')}".strip() for element in root.findall("gazebo")]
     found = {
         "transmissions": tuple(element.get("name", "") for element in root.findall("transmission")),
-        "mimic joints": tuple(joint.name for joint in robot.joints if joint.mimic is not None),
+        "mimic joints": tuple(mimics),
         "simulator's additions": (*gazebo, *("mujoco" for _ in root.findall("mujoco"))),
     }
     return {kind: names for kind, names in found.items() if names}

@@ -96,7 +96,7 @@ def _parsed(file: pathlib.Path) -> tuple[Any, list[str]]:
     plain = {"remove_blank_text": True, "remove_comments": True, "remove_pis": True}
     parser = etree.XMLParser(**plain, resolve_entities=False, no_network=True, recover=True)
     try:
-        root = etree.fromstring(content_of(file), parser)
+        root = etree.fromstring(content_of(file).strip(b"\0 \t\r\n"), parser)
     except etree.XMLSyntaxError:
         root = None
     faults = [fault for fault in parser.error_log if fault.domain_name != "NAMESPACE"]
@@ -269,7 +269,8 @@ def find_mesh(name: str, file: pathlib.Path, packages: Packages) -> pathlib.Path
 
     `package://NAME/REST` and `model://NAME/REST` are sought in the folder given for that name, in the given
     folders, beside the file and above it, and in ROS_PACKAGE_PATH: as FOLDER/NAME/REST, as FOLDER/REST where
-    the folder has that name, and last as FOLDER/REST. Other names are paths, relative to the file.
+    the folder has that name, and last as FOLDER/REST. Other names are paths, relative to the file or a given
+    folder, or name a file in one.
     """
     for candidate in _candidates(name.strip(), file, packages):
         with contextlib.suppress(OSError):  # a name too long for the system
@@ -282,7 +283,7 @@ def _candidates(name: str, file: pathlib.Path, packages: Packages) -> Iterator[p
     if isinstance(packages, str | os.PathLike):
         packages = (packages,)
     named = dict(packages) if isinstance(packages, Mapping) else {}
-    given = map(pathlib.Path, named.values() if isinstance(packages, Mapping) else packages)
+    given = [pathlib.Path(folder) for folder in (named.values() if named else packages)]
     ros = filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
     folders = [*given, *file.absolute().parents, *map(pathlib.Path, ros)]
     scheme = next((scheme for scheme in SCHEMES if name.startswith(scheme)), "")
@@ -290,6 +291,7 @@ def _candidates(name: str, file: pathlib.Path, packages: Packages) -> Iterator[p
         path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
         for text in dict.fromkeys((path, path.replace("\\", "/"))):
             yield from (folder / text for folder in [file.absolute().parent, *folders])
+            yield from (folder / pathlib.PurePath(text).name for folder in given)
         return
     package, _, rest = name.removeprefix(scheme).partition("/")
     if package in named:

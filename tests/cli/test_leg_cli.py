@@ -124,8 +124,8 @@ def test_wrong_options_are_told_in_a_sentence(
         ("aside.xml", LEG.read_bytes().replace(b'range="-50 30"', b'range="5 30"')),
         ("along.xml", LEG.read_bytes().replace(b'axis="0 -1 0"', b'axis="0 0 1"')),
         (
-            "mesh.xml",
-            LEG.read_bytes().replace(b"<worldbody>", b'<asset><mesh file="a.stl"/></asset><worldbody>'),
+            "include.xml",
+            LEG.read_bytes().replace(b"<worldbody>", b'<include file="a.xml"/><worldbody>'),
         ),
     ],
 )

@@ -203,7 +203,7 @@ def test_without_shapes_a_huge_inertia_is_told() -> None:
 
 
 def test_degrees_that_were_read_as_radians_are_refused() -> None:
-    with pytest.raises(InputError, match="from -2292 to 1719 deg: are its stops degrees"):
+    with pytest.raises(InputError, match="from -2292 to 1719 deg, which is not an ankle's range: degrees"):
         doubts(with_ankle(shipped(), {"range": (-40.0, 30.0)}))
 
 

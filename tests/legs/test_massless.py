@@ -1,39 +1,34 @@
-"""Massless parts taken together with the one below."""
+"""Parts without mass or inertia, as MuJoCo can move them."""
 
+import mujoco
+import numpy as np
 import pytest
-from urdf_texts import BODY, joint, link, robot
+from urdf_texts import BODY, INERTIA, joint, link, robot
 
-from afo_sim.legs.massless import merged
+from afo_sim.legs.massless import movable
+from afo_sim.legs.mjcf_out import spec_of
 from afo_sim.legs.urdf import read_urdf
 
+NOTHING = '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
 
-def test_a_hip_of_three_hinges_is_one_part(tmp_path) -> None:
-    links = link("pelvis") + link("a", "") + link("b", "") + link("thigh", BODY)
-    joints = (
-        joint("continuous", '<origin xyz="0 0 1"/><axis xyz="1 0 0"/>', name="x", parent="pelvis", child="a")
-        + joint("continuous", '<origin rpy="0 0 1.5707963267948966"/>', name="y", parent="a", child="b")
-        + joint("continuous", '<origin xyz="0 0 0.1"/>', name="z", parent="b", child="thigh")
+
+def test_a_joint_that_moves_nothing_is_stiff_and_others_keep_their_inertia(tmp_path) -> None:
+    """Of a point of 2 kg on a massless gimbal, 0.1 m beside one axis and 0.2 m beside the other."""
+    links = (
+        link("pelvis") + link("gimbal", "") + link("foot", BODY.replace(INERTIA, NOTHING)) + link("tip", "")
     )
+    joints = joint("continuous", '<axis xyz="0 0 1"/>', name="z", parent="pelvis", child="gimbal")
+    joints += joint("continuous", '<axis xyz="1 0 0"/>', name="x", parent="gimbal", child="foot")
+    joints += joint("continuous", name="idle", parent="foot", child="tip")
     file = tmp_path / "hip.urdf"
     file.write_text(robot(links + joints))
-    tree = merged(read_urdf(file))
-    assert list(tree.parts) == ["pelvis", "thigh"]
-    thigh = tree.parts["thigh"]
-    assert [one.name for one in thigh.joints] == ["x", "y", "z"]
-    # turned about z by 90°, the first hinge's x axis is the thigh's −y; it is 0.1 m below the thigh's frame
-    assert thigh.joints[0].axis == pytest.approx([0, -1, 0], abs=1e-12)
-    assert thigh.joints[0].position == pytest.approx([0, 0, -0.1], abs=1e-12)
-    assert thigh.pose[:3, 3] == pytest.approx([0, 0, 1.1])
-    assert "a, b" in tree.notes[-1]
-
-
-def test_what_has_mass_or_two_children_stays(tmp_path) -> None:
-    links = link("pelvis") + link("a", "") + link("left") + link("right")
-    joints = joint("continuous", name="x", parent="pelvis", child="a")
-    joints += joint("fixed", name="l", parent="a", child="left")
-    joints += joint("fixed", name="r", parent="a", child="right")
-    file = tmp_path / "hip.urdf"
-    file.write_text(robot(links + joints))
-    tree = read_urdf(file)
-    again = merged(tree)
-    assert again.parts == tree.parts and again.notes == tree.notes
+    tree = movable(read_urdf(file))
+    assert [note.code for note in tree.notes[-2:]] == ["joints-idle", "inertias-raised"]
+    model = spec_of(tree).compile()
+    assert [model.joint(k).name for k in range(model.njnt)] == ["z", "x"]
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    full = np.zeros((2, 2))
+    mujoco.mj_fullM(model, data, full)
+    assert full[0, 0] == pytest.approx(2 * 0.1**2, rel=1e-9)
+    assert full[1, 1] == pytest.approx(2 * 0.2**2, rel=1e-9)

@@ -179,6 +179,12 @@ def test_a_fixed_body_keeps_its_mass(tmp_path: pathlib.Path) -> None:
     )
 
 
+MESH_MASS = (
+    '<mujoco><asset><mesh file="bone.stl"/></asset><worldbody><body name="light"><joint/>'
+    '<geom type="mesh" mesh="bone"/></body></worldbody></mujoco>'
+)
+
+
 @pytest.mark.parametrize(
     ("text", "word"),
     [
@@ -187,7 +193,7 @@ def test_a_fixed_body_keeps_its_mass(tmp_path: pathlib.Path) -> None:
         ("<robots/>", "robots"),
         ('<mujoco><worldbody><body><joint type="hing"/></body></worldbody></mujoco>', "hing"),
         ('<mujoco><include file="other.xml"/></mujoco>', "other.xml"),
-        ('<mujoco><asset><mesh file="bone.stl"/></asset></mujoco>', "bone.stl"),
+        (MESH_MASS, "bone.stl.*the body 'light' depends on it"),
         ('<mujoco><extension><plugin plugin="my.plugin"/></extension></mujoco>', "my.plugin"),
         ('<mujoco><worldbody><body name="light"><joint/></body></worldbody></mujoco>', "light"),
     ],

@@ -3,34 +3,19 @@
 import pathlib
 import shlex
 
-import mujoco
 import numpy as np
 
 from afo_sim.cli.doctor.kinds import Findings
 from afo_sim.common import InputError
 from afo_sim.description import Side
-from afo_sim.legs import LegNumbers, Tree, compile_file, cut, doubtful_notes, find, read_tree
+from afo_sim.legs import LegNumbers, Tree, cut, doubtful_notes, find, read_body
 
 
-def mjcf(path: pathlib.Path) -> Findings:
-    """Masses and joints as MuJoCo reads them."""
-    model, _ = compile_file(path)
-    findings = [("mass", f"{model.body_subtreemass[0]:.4g} kg")]
-    for body in range(1, model.nbody):
-        findings.append((f"body {model.body(body).name}", f"{model.body_mass[body]:.4g} kg"))
-    for joint in range(model.njnt):
-        kind = mujoco.mjtJoint(int(model.jnt_type[joint])).name.removeprefix("mjJNT_").lower()
-        lower, upper = np.degrees(model.jnt_range[joint])
-        span = f", {lower:g} to {upper:g} deg" if model.jnt_limited[joint] and kind == "hinge" else ""
-        findings.append((f"joint {model.joint(joint).name}", kind + span))
-    return findings + (_leg_in(path) if model.njnt else [])
-
-
-def urdf(path: pathlib.Path) -> Findings:
-    """As `leg import` reads it: MuJoCo's own importer knows no packages and no links without mass."""
-    tree = read_tree(path)
+def body(path: pathlib.Path) -> Findings:
+    """Masses and joints as `leg import` and `attach` read them, and what a leg of it would be."""
+    tree = read_body(path)
     findings = [("mass", f"{sum(part.mass for part in tree.parts.values()):.4g} kg")]
-    findings += [(f"link {part.name}", f"{part.mass:.4g} kg") for part in tree.parts.values() if part.mass]
+    findings += [(f"body {part.name}", f"{part.mass:.4g} kg") for part in tree.parts.values() if part.mass]
     for name, (_, joint) in tree.joints().items():
         span = ""
         if joint.range is not None and joint.kind == "hinge":
@@ -38,15 +23,11 @@ def urdf(path: pathlib.Path) -> Findings:
             span = f", {lower:g} to {upper:g} deg"
         findings.append((f"joint {name}", joint.kind + span))
     findings += [("note", note) for note in tree.notes]
-    return findings + (_leg_in(path) if tree.joints() else [])
+    return findings + (_leg_in(tree, path) if tree.joints() else [])
 
 
-def _leg_in(path: pathlib.Path) -> Findings:
-    """The leg that `leg import` would cut out of a model, or both."""
-    try:
-        tree = read_tree(path)
-    except InputError as error:
-        return [("leg", f"cannot be cut out: {error.problem}")]
+def _leg_in(tree: Tree, path: pathlib.Path) -> Findings:
+    """The leg that `leg import` would cut out of a body, or both."""
     try:
         return _found(tree, None, path)
     except InputError as error:

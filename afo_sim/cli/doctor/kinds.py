@@ -15,9 +15,9 @@ _HERE = "afo_sim.cli.doctor"
 # {suffix of a file: "module:function" of this package that takes its path}
 _OF_SUFFIX = {
     ".toml": "kinds:check_toml",
-    ".urdf": "bodies:urdf",
-    ".xml": "bodies:mjcf",
-    ".mjcf": "bodies:mjcf",
+    ".urdf": "bodies:body",
+    ".xml": "bodies:body",
+    ".mjcf": "bodies:body",
     ".csv": "kinds:check_gait",
 }
 # {kind of description: "module:function" that takes what the reader makes of it}

@@ -83,6 +83,6 @@ def _kind(described: Described, key: str) -> str:
 
 def leg(leg: Leg) -> Findings:
     """What is in a leg's model."""
-    from afo_sim.cli.doctor.bodies import mjcf  # which knows the room of legs
+    from afo_sim.cli.doctor.bodies import body  # which knows the room of legs
 
-    return mjcf(leg.file)
+    return body(leg.file)
