@@ -151,22 +151,23 @@ class _Walk:
 
 def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> list[_Walk]:
     """The walks from where a search in longer steps has ended; where that finds nothing, as they are."""
-    found, longer = list(walks), {}
+    found = list(walks)
+    longer: dict[int, dict[int, _Walk]] = {}  # by its steps a stride: as many steps may last a bit longer
     for k, walk in enumerate(walks):
         if (there := coarse(walk.built, walk.control)) is not None:
             built, control = there
             state = at_heel_strike(walk.built, walk.case.state, built.scenario.timestep)
-            longer[k] = _Walk(built, control, Case(built.model, state, walk.case.policy))
-    if not longer:
-        return found
-    party, places = _Party(list(longer.values()), mode, ("userdata",), ROUGH), list(longer)
-    for place, search, failure in party.ended(workspace):
-        k, walk = places[place], walks[places[place]]
-        found[k] = dataclasses.replace(walk, steps=search.strides * party.n)
-        if failure is None and search.found:
-            state = at_heel_strike(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
-            case = dataclasses.replace(walk.case, state=state)
-            found[k] = dataclasses.replace(found[k], case=case, slopes=search.slopes())
+            near = _Walk(built, control, Case(built.model, state, walk.case.policy))
+            longer.setdefault(steps_of_stride(built.scenario), {})[k] = near
+    for alike in longer.values():
+        party, places = _Party(list(alike.values()), mode, ("userdata",), ROUGH), list(alike)
+        for place, search, failure in party.ended(workspace):
+            k, walk = places[place], walks[places[place]]
+            found[k] = dataclasses.replace(walk, steps=search.strides * party.n)
+            if failure is None and search.found:
+                state = at_heel_strike(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
+                case = dataclasses.replace(walk.case, state=state)
+                found[k] = dataclasses.replace(found[k], case=case, slopes=search.slopes())
     return found
 
 

@@ -229,6 +229,18 @@ def test_a_case_is_to_the_bit_what_it_is_alone() -> None:
                 assert rows.tobytes() == found.rollout.rows[name].tobytes(), name
 
 
+def test_strides_of_as_many_steps_may_have_other_numbers_of_longer_steps() -> None:
+    """1.0992 and 1.1008 s are 550 steps of about 2 ms, and 137 and 138 of about 8 ms."""
+    times = [{"gait.stride_time": f"{time} s", "timestep": "2 ms"} for time in (1.0992, 1.1008)]
+    builts = [build(two_strides(scenario().set(sets))) for sets in times]
+    controls = [schedule.controls(built) for built in builts]
+    together = settle(builts, controls)
+    for built, control, found in zip(builts, controls, together, strict=True):
+        (expected,) = settle([built], [control])
+        assert found.found and (found.strides, found.steps) == (expected.strides, expected.steps)
+        assert found.rollout.rows["qpos"].tobytes() == expected.rollout.rows["qpos"].tobytes()
+
+
 def test_what_fails_while_it_is_sought_is_an_outcome() -> None:
     _, settled = solved(scenario(timestep="4 ms", load_moment="1000 N*m"))
     assert not settled.found and "stops" in str(settled.rollout.failure)
