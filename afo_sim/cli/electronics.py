@@ -23,21 +23,24 @@ def electronics_command(
     read: Annotated[
         Path | None, Option(metavar="CSV", help="compare a log of switchings with the simulation instead")
     ] = None,
-    within: Annotated[str, Option(help="difference of times that --read passes over")] = "1 ms",
+    firmware: Annotated[Path | None, Option(metavar="PATH", help="compare C that runs in the loop")] = None,
+    within: Annotated[str, Option(help="difference of times that a comparison passes over")] = "1 ms",
     force: Annotated[bool, Option("--force", help="replace another scenario's export")] = False,
 ) -> None:
     """Timer or state machine as C for a board: header, Arduino sketch, a check on the PC; or read a log."""
     values = read_sets(sets)
-    if read is not None and out is not None:
-        raise InputError(
-            "writes nothing beside --read", field="out", value=str(out), allowed="one of the two"
-        )
+    given = {"out": out, "read": read, "firmware": firmware}
+    named = [name for name, path in given.items() if path is not None]
+    if len(named) > 1:
+        problem = f"does not go with --{named[1]}"
+        raise InputError(problem, field=named[0], value=str(given[named[0]]), allowed="one of the two")
     passed = quantity("--within", within, "s")
     if not 0.0 <= passed <= 10.0:
         raise InputError("is out of range", field="--within", value=within, allowed="0 ms to 10 s")
     short_lived()
-    if read is not None:
-        _compare(scenario, values, read, passed)
+    compared = read or firmware
+    if compared is not None:
+        _compare(scenario, values, compared, passed, in_loop=compared is firmware)
         return
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common import as_stored, together
@@ -80,15 +83,24 @@ def _texts(now: dict[str, Any], board: Any, found: Any) -> dict[str, str]:
     return texts | ({"inputs.csv": found.inputs_text()} if len(found.times) else {})
 
 
-def _compare(scenario: str, values: dict[str, Any], file: Path, within: float) -> None:
-    """Compare a log with the simulation; exit code 1 where they differ."""
+def _compare(scenario: str, values: dict[str, Any], file: Path, within: float, *, in_loop: bool) -> None:
+    """Compare a log, or firmware in the loop, with the simulation; exit code 1 where they differ."""
     with progress("reading, compiling the muscles") as report:
         from afo_sim.control import differences, read_log
         from afo_sim.description import load
-        from afo_sim.export import board_of, commanded
+        from afo_sim.export import Firmware, board_of, commanded
+        from afo_sim.simulation import run_controlled
 
         description = load("scenario", scenario, values or None)
-        log = read_log(file, board_of(description).chambers)
+        if in_loop:
+            firmware = Firmware(file, list(description.orthosis.chamber))
+            rate = description.controller.rate if description.controller else 1.0 / description.timestep
+            recording = run_controlled(description, firmware, rate, progress=report)
+            if not recording.ok:
+                raise InputError(f"there is nothing to compare: {recording.status}", field="--firmware")
+            log = firmware.log
+        else:
+            log = read_log(file, board_of(description).chambers)
         if log.end <= 0.0:
             problem = "ends at 0 ms: there is nothing to compare"
             raise InputError(problem, file=file, field="time_ms", allowed="a log that goes on")

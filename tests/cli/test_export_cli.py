@@ -1,6 +1,7 @@
 """`afo-sim export` and `electronics`: files for other programs and for a board."""
 
 import pathlib
+import shutil
 
 import pytest
 from command import call
@@ -97,6 +98,14 @@ def test_a_timer_is_written_and_its_own_commands_read_back(
     assert code == 1 and "switching 1: outlet at 4020.000 ms, simulated outlet at 4000.000 ms" in out
 
 
+@pytest.mark.skipif(not shutil.which("cc"), reason="firmware is compiled by cc")
+def test_an_export_runs_in_the_loop(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+    seated = ("electronics", "seated", "--set", "duration=4.2 s")
+    assert call(capsys, *seated, "--out", tmp_path / "board")[0] == 0
+    code, out, _ = call(capsys, *seated, "--firmware", tmp_path / "board", "--within", "0 ms")
+    assert code == 0 and "they switch alike, within 0 ms" in out
+
+
 def test_an_export_is_not_replaced_by_another_scenarios(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -116,6 +125,7 @@ def test_an_export_is_not_replaced_by_another_scenarios(
         (("seated", "--read", "no/such.csv"), "there is no such file"),
         (("seated", "--read", "a.csv", "--out", "b"), "one of the two"),
         (("seated", "--read", "a.csv", "--within", "3 bar"), "--within"),
+        (("seated", "--firmware", "no/such.c"), "neither a C file nor the folder of an export"),
     ],
 )
 def test_what_is_refused(

@@ -1,6 +1,7 @@
 """Exported boards, compiled by this machine's compiler."""
 
 import functools
+import os
 import pathlib
 import shutil
 import subprocess
@@ -9,9 +10,10 @@ from typing import Any
 import pytest
 
 from afo_sim.description import Scenario, load
-from afo_sim.export import board_of, header, host, sketch
+from afo_sim.export import Firmware, board_of, header, host, sketch
 
 HERE = pathlib.Path(__file__).with_name("board")
+CHAMBERS = ("dorsiflexor", "plantarflexor")
 STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-O1")
 
 
@@ -40,12 +42,23 @@ def compile_host(folder: pathlib.Path, *options: str) -> pathlib.Path:
     return program
 
 
-def compile_sketch(folder: pathlib.Path) -> pathlib.Path:
+def compile_sketch(folder: pathlib.Path, *options: str) -> pathlib.Path:
     program = folder / "board"
     named = f'-DSKETCH="{folder / "valves" / "valves.ino"}"'
     command = [compiler("c++", "g++", "clang++"), "-std=c++11", *STRICT, f"-I{HERE}", named]
-    subprocess.run([*command, "-o", program, HERE / "main.cpp"], check=True)
+    subprocess.run([*command, *options, "-o", program, HERE / "main.cpp"], check=True)
     return program
+
+
+def on_avr(folder: pathlib.Path, *options: str) -> Firmware:
+    """The sketch on a simulated ATmega328P, which prints to serial.txt; skipped where that cannot be made."""
+    command = [compiler("avr-g++"), "-std=c++11", "-mmcu=atmega328p", "-Os", "-Wall", "-Wextra", "-Werror"]
+    if not all(map(os.path.exists, ("/usr/include/simavr/sim_avr.h", "/usr/lib/avr/include/avr/io.h"))):
+        pytest.skip("this machine has no libsimavr-dev and avr-libc, and no board is simulated")
+    elf, named = folder / "avr.elf", f'-DSKETCH="{folder / "valves" / "valves.ino"}"'
+    subprocess.run([*command, named, "-o", elf, HERE / "avr.cpp"], check=True)
+    made = (f'-DELF="{elf}"', f'-DSERIAL="{folder / "serial.txt"}"', "-lsimavr", *options)
+    return Firmware(HERE / "simavr.c", CHAMBERS, options=made)
 
 
 def printed(program: pathlib.Path, *arguments: object) -> str:

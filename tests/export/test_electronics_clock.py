@@ -5,7 +5,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from export.boards import compile_host, compile_sketch, controlled, export, printed, timed
+from export.boards import CHAMBERS, compile_host, compile_sketch, controlled, export, printed, timed
 
 from afo_sim.common import InputError
 from afo_sim.control import Log, differences, read_log
@@ -14,7 +14,6 @@ from afo_sim.export import board_of, commanded
 from afo_sim.export.electronics.board import Clock
 from afo_sim.export.electronics.exporting import switchings
 
-CHAMBERS = ("dorsiflexor", "plantarflexor")
 WRAP = 2**32
 
 
@@ -78,6 +77,24 @@ def test_the_sketch_fails_safe(folder: pathlib.Path) -> None:
         # filling at 0.8 s: the dorsiflexor's inlet and the plantarflexor's outlet
         assert found.stderr.split() == ["boot", "0", "end", str(end)]
         assert ("# stopped: the loop came round too late" in found.stdout) == (arguments[:1] == ["late"])
+
+
+def test_contacts_that_bounce_switch_once(folder: pathlib.Path) -> None:
+    # opened at 0.7 s and closed 50 ms later, each with 10 ms of bounces: off at once, on after 20 ms of rest
+    found = subprocess.run(
+        [compile_sketch(folder), "1", "0", "bounce", "700"], capture_output=True, text=True, check=True
+    )
+    coils = ["0:1", "160:2", "500:1", "550:2", "700:0", "779:1", "939:2"]  # [ms]: coils that have current
+    assert found.stderr.split() == ["boot", "0", *coils, "end", "2"]
+    assert found.stdout.count("time_ms") == 2
+
+
+def test_a_watchdogs_reset_is_said(folder: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    (tmp_path / "hardware").mkdir()
+    says = "inline bool watchdog_enable_caused_reboot() { return true; }"
+    (tmp_path / "hardware" / "watchdog.h").write_text(says)
+    board = compile_sketch(folder, "-DARDUINO_ARCH_RP2040", f"-I{tmp_path}")
+    assert printed(board, "0.8", "0") == "# stopped: the watchdog reset the board\n"
 
 
 def test_phases_of_a_steady_walk_are_a_clock_to_the_microsecond(tmp_path: pathlib.Path) -> None:

@@ -8,6 +8,10 @@
 #include "valves.h"
 #if defined(__AVR__)
 #include <avr/wdt.h>
+#elif defined(ARDUINO_ARCH_ESP32)
+#include <esp_system.h>
+#elif defined(ARDUINO_ARCH_RP2040)
+#include <hardware/watchdog.h>
 #endif
 
 // ---- Wiring: to be edited -------------------------------------------------------------------------
@@ -18,12 +22,17 @@ static const uint8_t INLET_OPEN = HIGH;   // level that opens the valve: HIGH of
 static const uint8_t OUTLET_OPEN = HIGH;
 static const uint8_t RUN_PIN = @RUN_PIN@;  // run switch to ground; open: all coils off, the clock is set back
 static const uint32_t LATE_MS = 100;  // longest time between two loops
+// The run switch counts as closed, or as open since boot, once its contact rested for so long; an open one
+// switches off at once. Assumed: three times Ganssle's longest bounce, 6.2 ms (A Guide to Debouncing, 2004).
+static const uint32_t DEBOUNCE_MS = 20;
 @CHANNELS@
 // ---------------------------------------------------------------------------------------------------
 
 static valves_t valves;
 static uint32_t last_ms, last_tick, next_tick, coils_put;
 static uint64_t elapsed;  // ticks since the beginning
+static uint32_t moved_ms;  // when the contact of the run switch last moved
+static bool contact;  // closed
 static bool running = false;
 static bool armed = false;  // the run switch was open since boot
 static const char *fault = NULL;
@@ -73,25 +82,40 @@ static void print_chamber(uint8_t k, uint32_t coils) {  // a row as host.c print
 static void put(uint32_t coils, bool all) {
   if (!all && coils == coils_put) return;
   write_valves(coils);  // before the slow port
+  if (all) Serial.println("time_ms,chamber,inlet,outlet");
   for (uint8_t k = 0; k < VALVES_CHAMBERS; k++)
     if (all || ((coils ^ coils_put) & (VALVES_INLET(k) | VALVES_OUTLET(k)))) print_chamber(k, coils);
   coils_put = coils;
 }
 @READ@
-void setup() {
+static bool watchdog_reset() {  // whether it was the watchdog that reset the board
 #if defined(__AVR__)
-  if (MCUSR & _BV(WDRF)) fault = "the watchdog";  // where the bootloader passes it on
-  MCUSR = 0;
+  const bool found = (MCUSR & _BV(WDRF)) != 0;  // where the bootloader leaves it
+  MCUSR = 0;  // else the watchdog stays on
   wdt_disable();
+  return found;
+#elif defined(ARDUINO_ARCH_ESP32)
+  const esp_reset_reason_t why = esp_reset_reason();
+  return why == ESP_RST_INT_WDT || why == ESP_RST_TASK_WDT;  // by others it begins after an upload, too
+#elif defined(ARDUINO_ARCH_RP2040)
+  return watchdog_enable_caused_reboot();
+#else
+  return false;  // not known here
 #endif
+}
+
+void setup() {
+  const bool by_watchdog = watchdog_reset();
   all_off();  // before the pins drive: a gate is never high for a moment
   for (uint8_t k = 0; k < VALVES_CHAMBERS; k++)
     for (uint8_t side = 0; side < 2; side++) pinMode(PINS[k][side], OUTPUT);
   all_off();
   pinMode(RUN_PIN, INPUT_PULLUP);
   Serial.begin(115200);
-  if (digitalRead(RUN_PIN) == LOW) Serial.println("# open the run switch, then close it");
-@CALIBRATED@  last_ms = millis();
+  if (by_watchdog) stop("the watchdog reset the board");
+  contact = digitalRead(RUN_PIN) == LOW;
+  if (contact && fault == NULL) Serial.println("# open the run switch, then close it");
+@CALIBRATED@  last_ms = moved_ms = millis();
 #if defined(__AVR__)
   wdt_enable(WDTO_250MS);
 #endif
@@ -102,7 +126,13 @@ static void begin(uint32_t tick) {
   elapsed = 0;
   last_tick = next_tick = tick;
   valves_begin(&valves, tick);
-  Serial.println("time_ms,chamber,inlet,outlet");
+}
+
+static bool still(uint32_t ms) {  // whether the run switch's contact is at rest
+  const bool closed = digitalRead(RUN_PIN) == LOW;
+  if (closed != contact) moved_ms = ms;
+  contact = closed;
+  return (uint32_t)(ms - moved_ms) >= DEBOUNCE_MS;
 }
 
 void loop() {
@@ -116,13 +146,14 @@ void loop() {
     all_off();
     return;
   }
-  if (digitalRead(RUN_PIN) != LOW) {
+  const bool rests = still(ms);
+  if (!contact) {
     all_off();
     running = false;
-    armed = true;
+    armed = armed || rests;
     return;
   }
-  if (!armed) return;
+  if (!armed || (!running && !rests)) return;
   const bool first = !running;
   uint32_t tick = board_tick();
   if (first) begin(tick);
