@@ -18,7 +18,7 @@ static void on_byte(struct avr_irq_t *irq, uint32_t value, void *unused)
 {
     (void)irq, (void)unused;
     if (value == 't' && zero == 0)
-        zero = avr->cycle - 1600;
+        zero = avr->cycle - 800; /* so that pins move between two looks at them */
     fputc((int)value, serial);
     fflush(serial);
 }
@@ -42,6 +42,7 @@ static void sense(const board_t *board)
 void setup(const board_t *board)
 {
     elf_firmware_t firmware = { 0 };
+    uint32_t quiet = 0;
 
     elf_read_firmware(ELF, &firmware);
     serial = fopen(SERIAL, "w");
@@ -52,6 +53,7 @@ void setup(const board_t *board)
     avr->vcc = avr->avcc = avr->aref = 5000;
     avr_extint_set_strict_lvl_trig(avr, 0, 0); /* else pins 2 and 3 are polled in each cycle */
     avr_extint_set_strict_lvl_trig(avr, 1, 0);
+    avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &quiet);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), on_byte, NULL);
     pin('D', 6, 1);
     sense(board);
