@@ -208,6 +208,13 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
 
 
+def along(built: Built, walk: Walk) -> Built:
+    """The same leg on another healthy walker's path, with what the patient's own ankle does in it."""
+    scenario, size = built.scenario, Size.of(built.scenario)
+    bare = geometry_of(scenario, _circuit(scenario), size).bare_foot(size.heavier, scenario.leg)
+    return dataclasses.replace(built, walk=walk, active=active(walk, bare, scenario, built.body_mass))
+
+
 def _recorded_active(scenario: Scenario, body_mass: float) -> Active:
     """What a patient's own ankle did in what was worn when the walk was recorded.
 

@@ -1,5 +1,6 @@
 """A compiled scenario as a dm_control Physics: same model, same start, same bits as a run."""
 
+import copy
 from types import TracebackType
 from typing import Any, NoReturn, Self
 
@@ -27,7 +28,7 @@ class ScenarioPhysics(Forkable, dm.Physics):
     are shut until they are commanded. Readers report the present state, in a run's units and signs.
     """
 
-    _memory = ("_commander.commands", "_supply", "_control", "_whole")
+    _memory: tuple[str, ...] = ("_commander.commands", "_supply", "_control", "_whole")
 
     def __init__(self, built: Built, *, timed: bool = True):
         if built.scenario.callback != "native":
@@ -36,7 +37,8 @@ class ScenarioPhysics(Forkable, dm.Physics):
         self.built, self.timed, self._of = built, timed, (built.scenario,)
         self._hold = native.Hold()
         try:
-            self._model = built.full_model  # with the shapes that are drawn; it moves alike
+            # of its own, whose numbers may be changed; with the shapes that are drawn it moves alike
+            self._model = copy.copy(built.full_model)
             self._schedule = schedule.controls(built)
             first = self._schedule[0]
             native.assert_rows(built.model)

@@ -37,8 +37,7 @@ def _one(name: str, repeats: int) -> list[Figure]:
             environment.step(action)
 
     coils, made = coils_of(actions), environment.task.setting
-    first = made.draw(np.random.RandomState(0))[0].step  # as of every round
-    inputs = made.inputs[first : first + PERIODS * steps].copy()
+    inputs = made.draw(np.random.RandomState(0))[0].inputs[: PERIODS * steps].copy()  # as of every round
     inputs[:, made.valves] = np.repeat(coils, steps, axis=0)
 
     def plain() -> None:
@@ -75,7 +74,7 @@ def _afresh(environment: OrthosisEnvironment, call: Callable[[], None]) -> Calla
 def _many(name: str, threads: int, repeats: int) -> list[Figure]:
     """The vector environment beside `mujoco.batch` alone, with the same inputs, through the same states."""
     envs = OrthosisVectorEnv(name, SIMULATIONS, threads=threads)
-    made, stepped = envs.setting, envs._episodes.stepped
+    made, episodes = envs.setting, envs._episodes
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (BATCH_PERIODS, SIMULATIONS, 2))
 
     def whole() -> float:
@@ -87,10 +86,12 @@ def _many(name: str, threads: int, repeats: int) -> list[Figure]:
 
     def bare() -> float:
         envs.reset(seed=0)
-        first = stepped.taken[:, None, None] + made.steps * np.arange(BATCH_PERIODS)[:, None]
-        inputs = made.inputs[np.swapaxes(first + np.arange(made.steps), 0, 1)]
+        rows = np.stack([start.inputs[: BATCH_PERIODS * made.steps] for start in episodes.starts])
+        inputs = np.ascontiguousarray(
+            np.swapaxes(rows.reshape(SIMULATIONS, BATCH_PERIODS, made.steps, -1), 0, 1)
+        )
         inputs[..., made.valves] = coils_of(actions)[:, :, None]
-        batch = stepped.stepper.batch  # type: ignore[attr-defined]
+        batch = episodes.stepped.stepper.batch  # type: ignore[attr-defined]
         begun = time.perf_counter()
         for one in inputs:
             batch.rollout(made.steps, one, CONTROL, record=[])

@@ -19,7 +19,9 @@ from afo_sim.metrics import (
     GROUPS,
     OTHER,
     WORDS,
+    Facts,
     Metric,
+    Skin,
     ankle_metrics,
     compressor_metrics,
     energy_metrics,
@@ -32,7 +34,6 @@ from afo_sim.metrics import (
 )
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
-from afo_sim.metrics.facts import Facts, Skin
 from afo_sim.metrics.metric import METRICS, entry, measured, reported, reporting
 from afo_sim.metrics.safety import (
     cuff,

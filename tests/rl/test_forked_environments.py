@@ -40,7 +40,7 @@ def suites(env: Any) -> np.ndarray:
     return np.array([np.concatenate(list(env.step(action[0]).observation.values())) for action in ACTIONS])
 
 
-@pytest.mark.parametrize("task", ["seated_tracking", "dropfoot_walk"])
+@pytest.mark.parametrize("task", ["seated_tracking", "dropfoot_walk", "dropfoot_day"])
 @pytest.mark.parametrize("play", [single, vector, suites])
 def test_an_environment_and_its_forks_go_on_alike(task: str, play: Any) -> None:
     if play is single:
@@ -106,15 +106,16 @@ def test_stable_baselines_sees_single_environments(monkeypatch: pytest.MonkeyPat
             monkeypatch.setitem(sys.modules, f"stable_baselines3{name}", types.ModuleType("stub"))
         sys.modules["stable_baselines3.common.vec_env"].VecEnv = Protocol  # type: ignore[attr-defined]
     made = importlib.import_module(module).OrthosisVecEnv
-    envs, alone = made(OrthosisVectorEnv("dropfoot_walk", 2)), gymnasium.make(gym_id("dropfoot_walk"))
+    envs, alone = made(OrthosisVectorEnv("seated_tracking", 2)), gymnasium.make(gym_id("seated_tracking"))
     assert envs.get_attr("render_mode") == [None, None] and envs.env_is_wrapped(object) == [False, False]
     envs.seed(4)
     np.testing.assert_allclose(envs.reset()[1], alone.reset(seed=5)[0], rtol=1e-12)
-    for k in range(501):
+    periods = envs.envs.setting.task.periods
+    for k in range(periods + 1):
         envs.step_async(ACTIONS[k % 60])
         seen, rewards, over, infos = envs.step_wait()
         expected, reward, _, truncated, _ = alone.step(ACTIONS[k % 60, 1])
-        assert over[1] == infos[1]["TimeLimit.truncated"] == truncated == (k == 499)
+        assert over[1] == infos[1]["TimeLimit.truncated"] == truncated == (k == periods - 1)
         assert rewards[1] == pytest.approx(reward, abs=1e-6) and rewards.dtype == np.float32
         if truncated:
             np.testing.assert_allclose(infos[1]["terminal_observation"], expected, rtol=1e-9)

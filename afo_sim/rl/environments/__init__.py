@@ -8,7 +8,7 @@ from afo_sim.rl.environments.tasks import TASKS
 
 def gym_id(name: str) -> str:
     """Gymnasium's name of a task: "afo_sim/SeatedTracking-v0"."""
-    return f"afo_sim/{''.join(word.title() for word in name.split('_'))}-v0"
+    return f"afo_sim/{''.join(word.title() for word in name.split('_'))}-v{TASKS[name].version}"
 
 
 def register() -> None:

@@ -1,20 +1,23 @@
 """Episodes of a task, side by side: simulations stepped together, each with its own start and script."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol, Self
 
 import numpy as np
 
-from afo_sim.common import InputError, SimulationError
+from afo_sim import native
+from afo_sim.common import AMBIENT_PRESSURE, InputError, SimulationError
 from afo_sim.description import Scenario, load
 from afo_sim.model import Built
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
-from afo_sim.rl.environments.readers import FIELDS, readers
 from afo_sim.rl.environments.task import Reader, Sample, Task, coils_of
-from afo_sim.rl.environments.tasks import TASKS, task_of
 from afo_sim.simulation import Stepped
+
+Rows = Mapping[str, np.ndarray]  # fields of the last step (width, n)
+FIELDS = ("actuator_force", "qfrc_actuator", "userdata")  # of MjData, beside the state
 
 
 class Random(Protocol):
@@ -25,113 +28,130 @@ class Random(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Start:
-    """A state that an episode begins in.
+    """What an episode is stepped from.
 
-    step : number of the first step
+    built : compiled scenario
+    inputs : of every step, before the action (n_step, nu)
     state : mjSTATE_INTEGRATION row
-    rows : the sample that is seen of it (width,): of the step before, at the scenario's start of the start
+    rows : the sample that is seen of it, by field (width,)
+    number : of whose start it is, by which `Setting.start_of` knows it
     """
 
-    step: int
+    built: Built
+    inputs: np.ndarray
     state: np.ndarray
     rows: Mapping[str, np.ndarray]
+    number: int
+
+    @classmethod
+    def of(cls, built: Built, number: int = 0) -> Self:
+        """The scenario's own start."""
+        stepped = Stepped([built], fields=FIELDS)
+        try:
+            rows = {name: values[0, 0].copy() for name, values in stepped.begun.items()}
+            return cls(built, schedule.controls(built), stepped.cases[0].state.copy(), rows, number)
+        finally:
+            stepped.close()
 
 
-@dataclass(frozen=True)
+COILS = ("inlet", "outlet")  # of a chamber, in order
+# an episode: its start, and what belongs to its samples (periods + 1, width)
+Drawn = tuple[Start, np.ndarray]
+# observations (n, n_observed), rewards (n,), and parts of the reward by name (n,)
+Seen = tuple[np.ndarray, np.ndarray, Mapping[str, np.ndarray]]
+
+
+class View(Protocol):
+    """What a task sees of some simulations, and what that is worth."""
+
+    moment: Any
+    """All that it remembers; it may be assigned again, and is copied by whoever keeps it."""
+
+    def begin(self, ids: np.ndarray, drawn: Sequence[Drawn]) -> np.ndarray:
+        """Begin episodes; observations of their starts (n, n_observed)."""
+        ...
+
+    def see(self, ids: np.ndarray, rows: Rows, coils: np.ndarray) -> Seen:
+        """The samples of the next period, whose coils [-] were as given (n, 2 n_chamber)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
 class Setting:
-    """A task on its compiled scenario.
+    """A task on a compiled scenario, from which episodes are drawn.
 
-    task, built : of it
-    steps : of a control period
-    inputs : of every step, before the action (n_step, nu)
-    valves : actuators of the coils, in the order of `coils_of`
-    readers : of columns
-    times : of an episode's samples, since its start (periods + 1,) [s]
-    starts : of which an episode draws one
-    low, high : ends of the measuring ranges (n_observed,)
-    sets : laid over the task's scenario
+    again : function and arguments that make such a one, also in another process
     """
 
     task: Task
-    built: Built
-    steps: int
-    inputs: np.ndarray
-    valves: list[int]
-    readers: Mapping[str, Reader]
-    times: np.ndarray
-    starts: tuple[Start, ...]
-    low: np.ndarray
-    high: np.ndarray
-    sets: Mapping[str, Any] = field(default_factory=dict)
+    start: Start
+    again: tuple[Callable[..., Any], tuple[Any, ...]]
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        known = TASKS.get(self.task.name) is self.task
-        return setting, (self.task.name if known else self.task, self.sets)
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return self.again
+
+    @property
+    def built(self) -> Built:
+        """The scenario that is drawn, and whose names are used."""
+        return self.start.built
+
+    @property
+    def steps(self) -> int:
+        """Of a control period."""
+        return round(self.task.period / self.built.scenario.timestep)
 
     @property
     def chambers(self) -> list[str]:
         """Names of the chambers, in the order of the action."""
         return list(self.built.index.chambers)
 
-    def draw(self, random: Random) -> tuple[Start, np.ndarray]:
-        """An episode: its start, and what it asks for at its samples (periods + 1, width)."""
-        chosen, *draws = random.uniform(0.0, 1.0, size=1 + self.task.draws)
-        start = self.starts[int(chosen * len(self.starts))]
+    @property
+    def valves(self) -> list[int]:
+        """Actuators of the coils, in the order of `coils_of`."""
+        return [self.built.index.valves[f"{name}_{side}"] for name in self.chambers for side in COILS]
+
+    @cached_property
+    def ranges(self) -> np.ndarray:
+        """Lower and upper ends of the measuring ranges (2, n_observed)."""
+        return np.array([(one.low, one.high) for one in self.task.observed]).T
+
+    def draw(self, random: Random) -> Drawn:
+        """An episode: its start, and what it asks for at its samples, which are a step old."""
+        _, *draws = random.uniform(0.0, 1.0, size=1 + self.task.draws)
+        times = np.arange(self.task.periods + 1) * self.task.period - self.built.scenario.timestep
+        times[0] = 0.0
         if self.task.script is None:
-            return start, np.empty((len(self.times), 0))
-        return start, self.task.script(np.array(draws), self.times)
+            return self.start, np.empty((len(times), 0))
+        return self.start, self.task.script(np.array(draws), times)
 
-    def sample(self, rows: Mapping[str, np.ndarray], step: Any, script: np.ndarray) -> Sample:
-        """The sample of a step: see `Sample`."""
-        return Sample(self.readers, rows, step, script)
+    def start_of(self, number: int) -> Start:
+        """The start of a number."""
+        return self.start
 
-    def observation(self, sample: Sample) -> np.ndarray:
-        """The observation (n_observed,) or (n_observed, n), within the measuring ranges."""
-        raw = np.array([one.of(sample) for one in self.task.observed])
-        found: np.ndarray = np.minimum(np.maximum(raw.T, self.low), self.high).T
-        return found
-
-    def carried(self, sample: Sample) -> np.ndarray:
-        """The columns whose gain the next reward needs (n_carried,) or (n_carried, n)."""
-        return np.array([sample[name] for name in self.task.carried])
+    def view(self, count: int) -> View:
+        """What sees some simulations."""
+        return Sight(self, count)
 
 
-def setting(task: Task | str, sets: Mapping[str, Any] | None = None) -> Setting:
+def setting(task: Task, sets: Mapping[str, Any] | None = None) -> Setting:
     """Compile a task."""
-    task = task_of(task) if isinstance(task, str) else task
-    _refuse_own(task, sets or {})
-    scenario = load("scenario", task.scenario, {**(sets or {}), **task.sets})
-    _refuse_commanders(scenario)
-    built = build(scenario)
-    steps = round(task.period / built.scenario.timestep)
-    index = built.index
-    valves = [index.valves[f"{name}_{side}"] for name in index.chambers for side in ("inlet", "outlet")]
-    times = np.arange(task.periods + 1) * task.period - built.scenario.timestep  # a sample is a step old
-    times[0] = 0.0
-    return Setting(
-        task,
-        built,
-        steps,
-        schedule.controls(built),
-        valves,
-        readers(built),
-        times,
-        _starts(task, built, steps),
-        np.array([one.low for one in task.observed]),
-        np.array([one.high for one in task.observed]),
-        dict(sets or {}),
-    )
+    check_sets(task, sets)
+    start = Start.of(build(load("scenario", task.scenario, {**(sets or {}), **task.sets})))
+    return Setting(task, start, (setting, (task, sets)))
 
 
-def _refuse_own(task: Task, sets: Mapping[str, Any]) -> None:
+def check_sets(task: Task, sets: Mapping[str, Any] | None) -> None:
+    """Refuse keys that are the task's own, and what would command the valves beside the action."""
+    sets = {} if sets is None else sets
     if not isinstance(sets, Mapping):
         allowed = 'as in {"supply.pressure": "3 bar"}'
         raise InputError("is not a dict of keys and values", field="sets", value=sets, allowed=allowed)
     own = [key for key in sets if key in task.sets]
     if own:
         raise InputError("is the task's own", field=own[0], value=sets[own[0]], allowed=task.sets[own[0]])
+    _refuse_commanders(load("scenario", task.scenario, {**sets, **task.sets}))
 
 
 def _refuse_commanders(scenario: Scenario) -> None:
@@ -147,37 +167,77 @@ def _refuse_commanders(scenario: Scenario) -> None:
         raise InputError(problem, field="drive", value=", ".join(scenario.drive), allowed="none")
 
 
-def _starts(task: Task, built: Built, steps: int) -> tuple[Start, ...]:
-    stepped = Stepped([built], fields=FIELDS)
-    try:
-        if task.strides is None:
-            rows = {name: values[0, 0].copy() for name, values in stepped.begun.items()}
-            return (Start(0, stepped.cases[0].state.copy(), rows),)
-        return tuple(_walked(task.strides, built, stepped, steps, task.periods * steps))
-    finally:
-        stepped.close()
+def readers(built: Built) -> Mapping[str, Reader]:
+    """Columns of the last step by name: the formulas of `simulation/columns.py`, addresses looked up once."""
 
+    def place(field: str, at: int, less: float = 0.0) -> Reader:
+        return lambda s: s.rows[field][at] - less
 
-def _walked(
-    strides: tuple[int, int], built: Built, stepped: Stepped, steps: int, episode: int
-) -> list[Start]:
-    """States of the scenario's walking with its own valve timing, at every control period of some strides."""
-    walk = built.walk
-    assert walk is not None
-    phase = walk.phase[1 : 1 + built.scenario.n_step]
-    found: list[Start] = []
-    while (step := int(stepped.taken[0])) + steps < len(phase) and phase[step] < strides[1]:
-        rows = stepped.advance([0], stepped.inputs(0, steps)[None])
-        if stepped.failures:
-            raise stepped.failures[0]
-        step += steps
-        if strides[0] <= phase[step] < strides[1]:
-            last = {name: values[0, -1].copy() for name, values in rows.items()}
-            found.append(Start(step, stepped.state(0), last))
-    if not found or found[-1].step + episode > len(phase):
-        problem = "walks too slowly for an episode: its strides end after the scenario"
-        raise InputError(problem, field="gait", allowed=f"{strides[1]} strides and {episode} steps")
+    index, model = built.index, built.model
+    found = {
+        "ankle/angle": place("qpos", index.ankle_qpos),
+        "ankle/velocity": place("qvel", index.ankle_dof),
+    }
+    for chamber, actuator in index.chambers.items():
+        # read from arrays of addresses, the air's numbers are their own addresses
+        at = native.read_air(model, np.arange(model.na), np.arange(model.nuserdata), actuator)
+        found[f"chamber/{chamber}/pressure"] = place("userdata", int(at.absolute_pressure), AMBIENT_PRESSURE)
+        found[f"chamber/{chamber}/mass"] = place("act", int(at.mass))
     return found
+
+
+class Remembering:
+    """A `View` whose memory is some of its attributes."""
+
+    _memory: tuple[str, ...]
+
+    @property
+    def moment(self) -> dict[str, Any]:
+        """As `View`."""
+        return {name: getattr(self, name) for name in self._memory}
+
+    @moment.setter
+    def moment(self, moment: Mapping[str, Any]) -> None:
+        vars(self).update(moment)
+
+
+class Sight(Remembering):
+    """The `View` of a task with a script: its samples."""
+
+    _memory = ("taken", "scripts")
+
+    def __init__(self, setting: Setting, count: int):
+        self.setting, self.readers = setting, readers(setting.built)
+        self.taken = np.zeros(count, int)  # periods of the episode
+        self.scripts = np.zeros((count, *setting.draw(np.random.default_rng(0))[1].shape))
+
+    def begin(self, ids: np.ndarray, drawn: Sequence[Drawn]) -> np.ndarray:
+        """As `View`."""
+        self.taken[ids], self.scripts[ids] = 0, [script for _, script in drawn]
+        return self.observation(self._sample(ids, rows_of(drawn)))
+
+    def see(self, ids: np.ndarray, rows: Rows, coils: np.ndarray) -> Seen:
+        """As `View`."""
+        self.taken[ids] += 1
+        sample, reward = self._sample(ids, rows), self.setting.task.reward
+        assert reward is not None
+        return self.observation(sample), np.array(reward(sample), float), {}
+
+    def observation(self, sample: Sample) -> np.ndarray:
+        """Within the measuring ranges (n_observed,) or (n, n_observed)."""
+        raw = np.array([one.of(sample) for one in self.setting.task.observed])
+        return np.ascontiguousarray(np.clip(raw.T, *self.setting.ranges))
+
+    def _sample(self, ids: np.ndarray, rows: Rows) -> Sample:
+        taken = np.minimum(self.taken[ids], self.scripts.shape[1] - 1)
+        steps = np.maximum(taken * self.setting.steps - 1, 0)
+        return Sample(self.readers, rows, steps, self.scripts[ids, taken].T)
+
+
+def rows_of(drawn: Sequence[Drawn]) -> Rows:
+    """The samples that are seen of starts."""
+    first = drawn[0][0].rows
+    return {name: np.stack([start.rows[name] for start, _ in drawn], axis=1) for name in first}
 
 
 @dataclass(frozen=True)
@@ -188,78 +248,67 @@ class Outcome:
     reward : (n,)
     over : whether the episode's time is up (n,)
     failures : of those that have become unstable, by place; their observation is that of the last good step
+    parts : of the reward by name, where it has parts (n,)
     """
 
     observation: np.ndarray
     reward: np.ndarray
     over: np.ndarray
     failures: Mapping[int, SimulationError]
+    parts: Mapping[str, np.ndarray]
 
 
 class Episodes:
     """Simulations of one task that are stepped together, with the callbacks held until `close`."""
 
-    MEMORY = ("stepped.moment", "scripts", "taken", "carried")  # what decides what follows
+    MEMORY = ("numbers", "stepped.moment", "view.moment")  # what decides what follows, in this order
 
     def __init__(self, setting: Setting, count: int = 1, threads: int = 1):
-        self.setting = setting
+        self.setting, self.starts = setting, [setting.start] * count
         self.stepped = Stepped([setting.built], count=count, fields=FIELDS, threads=threads)
-        width = setting.draw(np.random.default_rng(0))[1].shape[1]
-        self.scripts = np.zeros((count, len(setting.times), width))
-        self.taken = np.zeros(count, int)  # periods of the episode
-        self.carried = np.zeros((len(setting.task.carried), count))
-        self._inputs: dict[int, np.ndarray] = {}
-        self._offsets = np.arange(setting.steps)
+        self.view = setting.view(count)
 
     def __len__(self) -> int:
         return len(self.stepped)
 
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Of the starts that are stepped on from."""
+        return tuple(start.number for start in self.starts)
+
+    @numbers.setter
+    def numbers(self, numbers: Sequence[int]) -> None:
+        self.starts = [self.setting.start_of(number) for number in numbers]
+        self.stepped.replace_models([start.built for start in self.starts])
+
     def begin(self, numbers: Sequence[int], randoms: Sequence[Random]) -> np.ndarray:
         """Begin an episode in some simulations, drawn by the random numbers of each; observations (n, …)."""
-        drawn = [self.setting.draw(random) for random in randoms]
-        starts = [start for start, _ in drawn]
-        self.stepped.begin(numbers, [start.state for start in starts], [start.step for start in starts])
-        ids = np.array(numbers, int)
-        self.taken[ids] = 0
-        self.scripts[ids] = [script for _, script in drawn]
-        rows = {name: np.stack([start.rows[name] for start in starts], axis=1) for name in starts[0].rows}
-        steps = np.maximum([start.step - 1 for start in starts], 0)
-        return self._seen(ids, rows, steps)[0]
+        return self.begin_drawn(numbers, [self.setting.draw(random) for random in randoms])
+
+    def begin_drawn(self, numbers: Sequence[int], drawn: Sequence[Drawn]) -> np.ndarray:
+        """Begin given episodes in some simulations."""
+        for k, (start, _) in zip(numbers, drawn, strict=True):
+            self.starts[k] = start
+        self.stepped.replace_models([start.built for start in self.starts])
+        self.stepped.begin(numbers, [start.state for start, _ in drawn], [0] * len(drawn))
+        return self.view.begin(np.array(numbers, int), drawn)
 
     def step(self, numbers: Sequence[int], action: np.ndarray) -> Outcome:
         """Step some simulations by one control period.
 
         Units: action (n, n_chamber).
         """
-        setting, ids = self.setting, np.array(numbers, int)
-        first = self.stepped.taken[ids]
-        inputs = self._block(len(ids))
-        np.take(setting.inputs, first[:, None] + self._offsets, axis=0, out=inputs, mode="clip")
-        inputs[..., setting.valves] = coils_of(action)[:, None]
+        steps, taken, coils = self.setting.steps, self.stepped.taken, coils_of(action)
+        inputs = np.stack([self.starts[k].inputs[taken[k] : taken[k] + steps] for k in numbers])
+        inputs[..., self.setting.valves] = coils[:, None]
         rows = self.stepped.advance(numbers, inputs)
-        self.taken[ids] += 1
-        last = {name: values[:, -1].T for name, values in rows.items()}
-        observation, sample, gained = self._seen(ids, last, first + setting.steps - 1)
+        last, ids = {name: values[:, -1].T for name, values in rows.items()}, np.array(numbers, int)
+        observation, reward, parts = self.view.see(ids, last, coils)
         failures = {p: self.stepped.failures[k] for p, k in enumerate(numbers) if k in self.stepped.failures}
-        reward = np.array(setting.task.reward(sample, gained), float)
-        reward[list(failures)] = 0.0
-        return Outcome(observation, reward, self.taken[ids] >= setting.task.periods, failures)
-
-    def _seen(
-        self, ids: np.ndarray, rows: Mapping[str, np.ndarray], steps: np.ndarray
-    ) -> tuple[np.ndarray, Any, np.ndarray]:
-        script = self.scripts[ids, self.taken[ids]].T
-        sample = self.setting.sample(rows, steps, script)
-        carried = self.setting.carried(sample).reshape(len(self.carried), len(ids))
-        gained = carried - self.carried[:, ids]
-        self.carried[:, ids] = carried
-        return np.ascontiguousarray(self.setting.observation(sample).T), sample, gained
-
-    def _block(self, count: int) -> np.ndarray:
-        if count not in self._inputs:
-            self._inputs.clear()
-            self._inputs[count] = np.empty((count, self.setting.steps, self.setting.inputs.shape[1]))
-        return self._inputs[count]
+        for each in (reward, *parts.values()):
+            each[list(failures)] = 0.0
+        over = taken[ids] >= self.setting.task.periods * steps
+        return Outcome(observation, reward, over, failures, parts)
 
     def close(self) -> None:
         """Give the callbacks back; a second call does nothing."""

@@ -3,7 +3,7 @@
 import copy
 import os
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from operator import index
 from typing import Any
 
@@ -12,8 +12,9 @@ import numpy as np
 
 from afo_sim.common import InputError, missing_extra, unknown
 from afo_sim.model import ANKLE
-from afo_sim.rl.environments.episodes import Episodes, Setting, setting
+from afo_sim.rl.environments.episodes import Episodes, Setting
 from afo_sim.rl.environments.task import checked
+from afo_sim.rl.environments.tasks import setting_of
 from afo_sim.simulation import Forkable
 
 try:
@@ -31,7 +32,7 @@ ABOVE = np.array([0.0, 0.0, 0.15])  # from the ankle to the middle of the pictur
 
 def observation_space(made: Setting) -> Any:
     """The measuring ranges, in SI."""
-    return gymnasium.spaces.Box(made.low, made.high, dtype=np.float64)
+    return gymnasium.spaces.Box(*made.ranges, dtype=np.float64)
 
 
 def action_space(made: Setting) -> Any:
@@ -66,14 +67,15 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         task: str | Setting = "seated_tracking",
         sets: Mapping[str, Any] | None = None,
         render_mode: str | None = None,
+        patients: str | Iterable[int] | None = None,
     ):
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise unknown(
                 render_mode, list(RENDER_MODES), field="render_mode", problem="there is no such mode"
             )
         self.render_mode = render_mode
-        self.setting = task if isinstance(task, Setting) else setting(task, sets)
-        self._of = (self.setting.built.scenario,)
+        self.setting = task if isinstance(task, Setting) else setting_of(task, sets, patients)
+        self._of = self.setting.again[1]
         self.metadata = type(self).metadata | _about(self.setting)
         self.observation_space = observation_space(self.setting)
         self.action_space = action_space(self.setting)
@@ -97,8 +99,9 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         if not self._going:
             raise InputError("the episode is over, or has not begun: reset()", field="step")
         outcome = self._episodes.step([0], checked(action, self.action_space.shape)[None])
-        info = {"failure": str(outcome.failures[0])} if outcome.failures else {}
+        info: dict[str, Any] = {"failure": str(outcome.failures[0])} if outcome.failures else {}
         truncated = bool(outcome.over[0]) or bool(info)
+        info |= {name: float(part[0]) for name, part in outcome.parts.items()}
         self._going = not truncated
         return outcome.observation[0], float(outcome.reward[0]), False, truncated, info
 
@@ -158,9 +161,10 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
 
     Parameters
     ----------
-    task : "seated_tracking" or "dropfoot_walk"
+    task : "seated_tracking", "dropfoot_walk" or "dropfoot_day"
     num_envs : simulations
     sets : dotted keys and values laid over the task's scenario
+    patients : of "dropfoot_day": "training", "held-out" or numbers
     threads : that step; all processors by default
     """
 
@@ -173,10 +177,11 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         num_envs: int = 1,
         sets: Mapping[str, Any] | None = None,
         threads: int | None = None,
+        patients: str | Iterable[int] | None = None,
     ):
-        made = task if isinstance(task, Setting) else setting(task, sets)
+        made = task if isinstance(task, Setting) else setting_of(task, sets, patients)
         self.setting, self.num_envs = made, _positive("num_envs", num_envs)
-        self._of = made.built.scenario, num_envs
+        self._of = *made.again[1], num_envs
         self.metadata = type(self).metadata | _about(made)
         self.single_observation_space, self.single_action_space = observation_space(made), action_space(made)
         self.observation_space = batch_space(self.single_observation_space, num_envs)

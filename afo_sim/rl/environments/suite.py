@@ -4,7 +4,7 @@ Its Physics sees the last step as a run's row, its Task rewards it.
 """
 
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import mujoco
@@ -12,9 +12,9 @@ import numpy as np
 
 from afo_sim.common import InputError
 from afo_sim.rl.dm import dm  # noqa: F401  one sentence where dm_control is missing
-from afo_sim.rl.environments.episodes import Setting, setting
+from afo_sim.rl.environments.episodes import FIELDS, Setting, Start
 from afo_sim.rl.environments.task import checked, coils_of
-from afo_sim.rl.environments.tasks import task_of
+from afo_sim.rl.environments.tasks import setting_of, task_of
 from afo_sim.rl.physics import FULL, ScenarioPhysics
 from afo_sim.simulation import STATE, Forkable, state_parts
 
@@ -28,13 +28,15 @@ BEFORE = sum(int(getattr(mujoco.mjtState, f"mjSTATE_{name.upper()}")) for name i
 class TaskPhysics(ScenarioPhysics):
     """A scenario's Physics with the row of its last step: the state before it, and the forces in it."""
 
+    _memory = ("number", *ScenarioPhysics._memory)
+
     def __init__(self, setting: Setting):
         super().__init__(setting.built, timed=False)
-        self.setting = setting
+        self.setting, self._begun = setting, setting.start
         model = self.model.ptr
         self._row = np.zeros(mujoco.mj_stateSize(model, BEFORE))
         parts = {name: values[0] for name, values in state_parts(model, self._row[None]).items()}
-        forces = {name: getattr(self.data.ptr, name) for name in _forces(setting)}
+        forces = {name: getattr(self.data.ptr, name) for name in FIELDS}
         self.rows: Mapping[str, np.ndarray] = parts | forces
         self._to_look = model, self.data.ptr, self._row, BEFORE
 
@@ -50,13 +52,29 @@ class TaskPhysics(ScenarioPhysics):
         for k, chamber in enumerate(self.built.index.chambers):
             self._commander.commands[chamber] = on[2 * k], on[2 * k + 1]
 
-    def begin(self, state: np.ndarray) -> None:
-        """Go to a state of a run, an mjSTATE_INTEGRATION row."""
-        mujoco.mj_setState(self.model.ptr, self.data.ptr, state, FULL)
+    @property
+    def number(self) -> int:
+        """Of the start that is stepped on from; assigned, its model's numbers and inputs are there."""
+        return self._begun.number
 
+    @number.setter
+    def number(self, number: int) -> None:
+        self._take(self.setting.start_of(number))
 
-def _forces(setting: Setting) -> list[str]:
-    return [name for name in setting.starts[0].rows if name not in STATE]
+    def begin(self, start: Start) -> None:
+        """Go to a start, with the numbers of its model and its inputs."""
+        self._take(start)
+        mujoco.mj_setState(self.model.ptr, self.data.ptr, start.state, FULL)
+
+    def _take(self, start: Start) -> None:
+        if start.built is not self.built:
+            model = start.built.full_model
+            for name in dir(model):
+                numbers = getattr(self.model.ptr, name)
+                if isinstance(numbers, np.ndarray) and numbers.flags.writeable:
+                    numbers[:] = getattr(model, name)
+        self.built = self._commander.built = start.built
+        self._schedule, self._begun = start.inputs, start
 
 
 class OrthosisTask(control.Task):
@@ -71,11 +89,9 @@ class OrthosisTask(control.Task):
         self._random = random  # where dm_control's tasks have it, and wrappers that reseed write it
         self._shape = (len(setting.chambers),)
         self._names = [one.name for one in setting.task.observed]
+        self._view, self._one = setting.view(1), np.zeros(1, int)
         # dm_control looks at an observation before the first episode, where its spec is not asked for
-        start, none = setting.starts[0], np.zeros(setting.draw(np.random.default_rng(0))[1].shape[1])
-        self._sample = setting.sample(start.rows, max(start.step - 1, 0), none)
-        self._gained = self._carried = setting.carried(self._sample)
-        self._period, self._next, self._script = 0, start.step, none[None]
+        self._seen = self._view.begin(self._one, [setting.draw(np.random.RandomState(0))])[0]
 
     @property
     def random(self) -> np.random.RandomState:
@@ -93,37 +109,29 @@ class OrthosisTask(control.Task):
         return self.setting.task.meanings
 
     def initialize_episode(self, physics: TaskPhysics) -> None:
-        """Draw a start and what the episode asks for."""
-        start, self._script = self.setting.draw(self.random)
-        physics.begin(start.state)
-        self._period = 0
-        self._sample = self.setting.sample(start.rows, max(start.step - 1, 0), self._script[0])
-        self._gained = self._carried = self.setting.carried(self._sample)
-        self._next = start.step
+        """Draw an episode."""
+        drawn = self.setting.draw(self.random)
+        physics.begin(drawn[0])
+        self._seen = self._view.begin(self._one, [drawn])[0]
 
     def before_step(self, action: Any, physics: TaskPhysics) -> None:
         """Command the valves; InputError where it is not a valid action."""
         action = getattr(action, "continuous_actions", action)
-        physics.command(coils_of(checked(action, self._shape)))
+        self._coils = coils_of(checked(action, self._shape))
+        physics.command(self._coils)
 
     def after_step(self, physics: TaskPhysics) -> None:
         """Look at the last step."""
-        self._period += 1
-        self._next += self.setting.steps
-        script = self._script[min(self._period, len(self._script) - 1)]
-        self._sample = self.setting.sample(physics.rows, self._next - 1, script)
-        if self.setting.task.carried:
-            before, self._carried = self._carried, self.setting.carried(self._sample)
-            self._gained = self._carried - before
+        rows = {name: values[:, None] for name, values in physics.rows.items()}
+        (self._seen,), (self._reward,), _ = self._view.see(self._one, rows, self._coils[None])
 
     def get_reward(self, physics: TaskPhysics) -> float:
         """Of the last step."""
-        return float(self.setting.task.reward(self._sample, self._gained))
+        return float(self._reward)
 
     def get_observation(self, physics: TaskPhysics) -> "OrderedDict[str, np.ndarray]":
         """Of the last step, in new arrays (1,)."""
-        seen = self.setting.observation(self._sample)
-        return OrderedDict(zip(self._names, seen[:, None], strict=True))
+        return OrderedDict(zip(self._names, self._seen[:, None].copy(), strict=True))
 
     def action_spec(self, physics: TaskPhysics) -> Any:
         """One number from −1 to 1 for each chamber."""
@@ -152,18 +160,17 @@ class OrthosisEnvironment(Forkable, control.Environment):
     """dm_control's Environment of a task; it gives the muscle callbacks back when it is closed."""
 
     _memory = (
-        *(f"_physics.{name}" for name in ScenarioPhysics._memory),
-        *(f"_task._{name}" for name in ("random", "script", "period", "gained", "carried", "next")),
-        *("_step_count", "_reset_next_step"),
+        *(f"_physics.{name}" for name in TaskPhysics._memory),
+        *("_task._random", "_task._view.moment", "_task._seen", "_step_count", "_reset_next_step"),
     )
 
     def __init__(self, setting: Setting, random: Any, limit: float, more: Mapping[str, Any]):
         task = OrthosisTask(setting, random, bounded=not more.get("flat_observation"))
         super().__init__(TaskPhysics(setting), task, limit, n_sub_steps=setting.steps, **more)
-        self._of, self._more = (setting.built.scenario, limit), more
+        self._of, self._more = (*setting.again[1], limit), more
 
     def _like(self) -> tuple[Any, tuple[Any, ...]]:
-        return type(self), (self.task.setting, None, self._of[1], self._more)
+        return type(self), (self.task.setting, None, self._of[-1], self._more)
 
     def close(self) -> None:
         """Free the simulation; a second call does nothing."""
@@ -178,8 +185,14 @@ def seated_tracking(**kwargs: Any) -> OrthosisEnvironment:
 
 @SUITE.add("orthosis")
 def dropfoot_walk(**kwargs: Any) -> OrthosisEnvironment:
-    """Walking with a drop foot: clear the floor in swing, with little air."""
+    """Walking with a drop foot on S1's orthosis: what the verdict asks."""
     return _environment("dropfoot_walk", **kwargs)
+
+
+@SUITE.add("orthosis")
+def dropfoot_day(**kwargs: Any) -> OrthosisEnvironment:
+    """A random patient and device: starts, stops, a turn, changes of cadence, sensors with errors."""
+    return _environment("dropfoot_day", **kwargs)
 
 
 ALL_TASKS = tuple((DOMAIN, name) for name in SUITE)
@@ -194,8 +207,9 @@ def load(
 
     Parameters
     ----------
-    task_name : "seated_tracking" or "dropfoot_walk"
+    task_name : "seated_tracking", "dropfoot_walk" or "dropfoot_day"
     task_kwargs : `random`, a seed or a RandomState; `sets`, dotted keys and values laid over the scenario;
+        `patients` of "dropfoot_day", "training", "held-out" or numbers;
         `time_limit` of an episode [s], the task's own by default and at most
     environment_kwargs : of `dm_control.rl.control.Environment`: `flat_observation`, `legacy_step`
 
@@ -217,6 +231,7 @@ def _environment(
     name: str,
     random: Any = None,
     sets: Mapping[str, Any] | None = None,
+    patients: str | Iterable[int] | None = None,
     time_limit: float | None = None,
     environment_kwargs: Mapping[str, Any] | None = None,
 ) -> OrthosisEnvironment:
@@ -227,4 +242,4 @@ def _environment(
     if not task.period <= limit <= task.duration:
         allowed = f"{task.period:g} to {task.duration:g} s"
         raise InputError("is out of range", field="time_limit", value=limit, allowed=allowed)
-    return OrthosisEnvironment(setting(task, sets), random, limit, more)
+    return OrthosisEnvironment(setting_of(name, sets, patients), random, limit, more)

@@ -71,12 +71,12 @@ class Task:
     period : from one action to the next [s]
     duration : of an episode [s]
     observed : numbers of the observation, in order
-    reward : of the last sample, and of what `carried` has gained since the one before (n_carried, …)
     lowest, highest : bounds of the reward
-    carried : columns whose gain the reward needs
+    reward : of the last sample; None of days of patients, which are worth `reward.WEIGHTS`
     draws : random numbers from 0 to 1 that `script` takes
     script : what an episode asks for, from its draws and the times of its samples (k,) [s]: (k, width)
-    strides : walking begins at a random instant between these strides; at the scenario's start by default
+    patients : pool of which days are drawn; None for the scenario's own patient
+    version : in Gymnasium's name; another one has other rewards
     """
 
     name: str
@@ -85,14 +85,14 @@ class Task:
     period: float
     duration: float
     observed: tuple[Observed, ...]
-    reward: Callable[[Sample, np.ndarray], Any]
     lowest: float
     highest: float
     sets: Mapping[str, Any] = field(default_factory=dict)
-    carried: tuple[str, ...] = ()
+    reward: Formula | None = None
     draws: int = 0
     script: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
-    strides: tuple[int, int] | None = None
+    patients: str | None = None
+    version: int = 0
 
     @property
     def periods(self) -> int:

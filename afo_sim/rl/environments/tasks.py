@@ -1,20 +1,22 @@
 """The tasks by name: a smooth reference of the ankle angle, seated; and walking with a drop foot."""
 
 import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from afo_sim.common import unknown
+from afo_sim.common import InputError, unknown
+from afo_sim.rl.environments.day import day_of
+from afo_sim.rl.environments.day_episodes import DaySetting
+from afo_sim.rl.environments.episodes import Setting, check_sets, setting
+from afo_sim.rl.environments.patients import TRAINING, USUAL, numbers_of
+from afo_sim.rl.environments.reward import HIGHEST, LOWEST
 from afo_sim.rl.environments.task import Observed, Sample, Task
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
-
-
-def _pressure(chamber: str) -> Observed:
-    return Observed(
-        f"{chamber}_pressure", "Pa", "gauge, in the chamber", -2e4, 1e6, f"chamber/{chamber}/pressure"
-    )
+_GAUGE = ("Pa", "gauge, in the chamber")
 
 
 # Seated, the foot free in the air: follow a smooth reference of the ankle angle.
@@ -43,7 +45,7 @@ def reference(draws: np.ndarray, times: np.ndarray) -> np.ndarray:
     return found
 
 
-def tracking_reward(sample: Sample, _: np.ndarray) -> Any:
+def tracking_reward(sample: Sample) -> Any:
     """exp(−(e / NEAR)²) of the error e = reference − angle [-], 0 to 1."""
     error = (sample.script[REFERENCE] - sample["ankle/angle"]) / NEAR
     return np.exp(-error * error)
@@ -59,7 +61,7 @@ SEATED_TRACKING = Task(
     observed=(
         Observed("ankle_angle", "rad", "dorsiflexion positive", -1.0, 1.0, "ankle/angle"),
         Observed("ankle_velocity", "rad/s", "dorsiflexion positive", -20.0, 20.0, "ankle/velocity"),
-        *map(_pressure, CHAMBERS),
+        *(Observed(f"{c}_pressure", *_GAUGE, -2e4, 1e6, f"chamber/{c}/pressure") for c in CHAMBERS),
         Observed(
             "reference", "rad", "ankle angle that is asked for", -SPAN, SPAN,
             formula=lambda s: s.script[REFERENCE],
@@ -76,56 +78,35 @@ SEATED_TRACKING = Task(
     script=reference,
 )  # fmt: skip
 
-# Walking with a drop foot: lift the toes in swing, with little air, and leave push-off alone.
-
-CLEAR, SMOOTH = 0.015, 0.010  # height of the toe at which clearance is worth nothing, and its width [m]
-POWER = 10.0  # taken from push-off, at which its penalty is full [W]
-AIR = 2.5e-6  # let into the chambers in a control period, at which its penalty is full [kg]
-AGAINST, USED = 0.5, 0.2  # largest penalties of push-off and of air [-]
-
-
-def walking_reward(sample: Sample, gained: np.ndarray) -> Any:
-    """Clearance in swing less penalties [-], −1.2 to 1.
-
-    swing tanh((h − CLEAR) / SMOOTH) − AGAINST min(P / POWER, 1) − USED min(Δm / AIR, 1)
-
-    h is the height of the toe above the floor. P is the power that the orthosis' dorsiflexion moment takes
-    from plantarflexion, from heel rise to toe-off. Δm is the air that the chambers have gained since the
-    sample before; what they lose is not given back.
-    """
-    lifted = sample["swing"] * np.tanh((sample["toe/height"] - CLEAR) / SMOOTH)
-    moment, velocity = sample["ankle/moment/orthosis"], sample["ankle/velocity"]
-    taken = sample["push_off"] * np.maximum(moment, 0.0) * np.maximum(-velocity, 0.0)
-    air = np.add.reduce(np.maximum(gained, 0.0))
-    return lifted - AGAINST * np.minimum(taken / POWER, 1.0) - USED * np.minimum(air / AIR, 1.0)
-
+# Walking with a drop foot: what the verdict asks, by what sensors see.
 
 DROPFOOT_WALK = Task(
     name="dropfoot_walk",
-    title="walking with a drop foot on S1's orthosis: clear the floor in swing, with little air",
+    title="walking with a drop foot on S1's orthosis: what the verdict asks",
     scenario="walk-dropfoot-afo",
-    sets={"duration": "9 s", "timestep": "1 ms", "gait.settled": "walked"},
+    sets={"duration": "18 s", "timestep": "2 ms", "gait.settled": "walked", "start": None, "reference": None},
     period=0.01,
-    duration=5.0,
+    duration=18.0,
     observed=(
-        Observed(
-            "shank_angle", "rad", "from the vertical, knee ahead of ankle positive", -2.0, 2.0, "shank/angle"
-        ),
-        Observed("shank_velocity", "rad/s", "as shank_angle", -20.0, 20.0, "shank/velocity"),
-        Observed("ankle_angle", "rad", "dorsiflexion positive", -1.5, 1.5, "ankle/angle"),
-        Observed("ankle_velocity", "rad/s", "dorsiflexion positive", -50.0, 50.0, "ankle/velocity"),
-        *map(_pressure, CHAMBERS),
-        Observed("heel_load", "N", "of the ground under the heel", 0.0, 5000.0, "foot/heel_load"),
-        Observed("toe_load", "N", "of the ground under ball and toes", 0.0, 5000.0, "foot/toe_load"),
+        Observed("shank_angle", "rad", "of an inertial unit: knee ahead of ankle positive", -2.0, 2.0),
+        Observed("shank_velocity", "rad/s", "of its gyro", -8.7, 8.7),
+        Observed("heel_switch", "1", "1 where the heel is loaded, else 0", 0.0, 1.0),
+        Observed("toe_switch", "1", "1 where ball and toes are loaded, else 0", 0.0, 1.0),
+        *(Observed(f"{c}_pressure", *_GAUGE, -2e4, 7e5) for c in CHAMBERS),
     ),
-    reward=walking_reward,
-    lowest=-1.0 - USED,  # no push-off in swing
-    highest=1.0,
-    carried=tuple(f"chamber/{name}/mass" for name in CHAMBERS),
-    strides=(1, 2),
+    lowest=LOWEST,
+    highest=HIGHEST,
+    version=1,
+)
+DROPFOOT_DAY = replace(
+    DROPFOOT_WALK,
+    name="dropfoot_day",
+    title="a random patient and device: starts, stops, a turn, changes of cadence, sensors with errors",
+    patients=TRAINING,
+    version=0,
 )
 
-TASKS = {task.name: task for task in (SEATED_TRACKING, DROPFOOT_WALK)}
+TASKS = {task.name: task for task in (SEATED_TRACKING, DROPFOOT_WALK, DROPFOOT_DAY)}
 
 
 def task_of(name: str) -> Task:
@@ -133,3 +114,26 @@ def task_of(name: str) -> Task:
     if name not in TASKS:
         raise unknown(name, list(TASKS), field="task", problem="there is no such task")
     return TASKS[name]
+
+
+def setting_of(
+    name: str, sets: Mapping[str, Any] | None = None, patients: str | Iterable[int] | None = None
+) -> Setting:
+    """Compile a task.
+
+    Parameters
+    ----------
+    name : of the task
+    sets : dotted keys and values laid over its scenario
+    patients : "training", "held-out" or numbers, of a task that draws patients; its own pool by default
+    """
+    task = task_of(name)
+    if patients is not None and task.patients is None:
+        raise InputError("are not drawn in this task", field="patients", value=patients, allowed="none")
+    if task.reward is not None:
+        return replace(setting(task, sets), again=(setting_of, (name, sets)))
+    check_sets(task, sets)
+    pool = task.patients if patients is None else patients
+    numbers = [USUAL] if pool is None else numbers_of(pool)
+    again = setting_of, (name, sets, None if pool is None else numbers)
+    return DaySetting(task, day_of(USUAL, task, sets or {}), again, sets or {}, numbers)
