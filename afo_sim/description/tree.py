@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import json
 import pathlib
 from collections.abc import Mapping
 from typing import Any
@@ -125,12 +126,20 @@ def _references(kind: str, path: Path) -> dict[Path, str]:
 
 def plain_keys(node: Any, name: str) -> Any:
     """A description as it is written, at a name, with the one word for each key that has several."""
+    if not isinstance(node, dict | list):
+        return node
+    # far faster than to look at every key, of which few have two words
+    text = json.dumps(node, default=id, skipkeys=True)
+    return _renamed(node, name) if any(f'"{word}": ' in text for word in ALSO_OF_LEG) else node
+
+
+def _renamed(node: Any, name: str) -> Any:
     if isinstance(node, list):
-        return [plain_keys(item, "") for item in node]
+        return [_renamed(item, "") for item in node]
     if type(node) is not dict:
         return node
     words = ALSO_OF_LEG if name == "leg" else ALSO
-    return {words.get(key, key): plain_keys(value, key) for key, value in node.items()}
+    return {words.get(key, key): _renamed(value, key) for key, value in node.items()}
 
 
 def child_of(node: Any, name: str) -> Any:

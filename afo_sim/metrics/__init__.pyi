@@ -50,7 +50,7 @@ from .metric_words import lift as lift
 from .metric_words import number as number
 from .metric_words import unit as unit
 from .metric_words import words as words
-from .safety import pressure_in_swing as pressure_in_swing
+from .safety import pressure_without_slap as pressure_without_slap
 from .safety import skin_metrics as skin_metrics
 from .strides import INTERNAL as INTERNAL
 from .strides import ORTHOSIS as ORTHOSIS

@@ -18,7 +18,9 @@ FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
 BAND = 0.25  # half the height of the band about the middle that a cycle crosses, of the swing [-]
 
 HOLDS = "least total force on the skin that prevents sliding: peak pull along the shank divided by friction"
-SLAP = "where no floor stops the foot, its slap in stance pulls harder than on a floor"
+SLAP = "where the highest is of the foot's slap, which no floor stops on the recorded ground"
+LOADING = 0.3  # of the stride: the first half of stance, in which a foot slaps; assumed [-]
+SLAPS = np.radians(5.0)  # below the recorded ankle, from which on the recorded force is another's; assumed
 USED = "100 % is the limit; for the muscle that comes closest"
 CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has one a stride at least"
 
@@ -41,9 +43,9 @@ CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has
         "from the force that prevents sliding alone: the strap stays as tight as the peak requires",
     ),
     (
-        "cuff_skin_pressure_swing",
+        "cuff_skin_pressure_without_slap",
         "kPa",
-        "Pressure under the cuff in swing, peak",
+        "Pressure under the cuff outside the loading response, peak",
         SLAP,
     ),
     (
@@ -64,17 +66,6 @@ CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has
 def cuff(run: Run) -> Found:
     """Pressure of a shank's cuff on the skin."""
     return _skin(run, "cuff")
-
-
-def pressure_in_swing(facts: Facts, part: str, columns: Columns) -> float | None:
-    """Peak pressure in swing [kPa], of a part in walking with the recorded ground force; else None."""
-    if not facts.walks or part not in (facts.skins or {}) or RECORDED_FORCE in columns:
-        return None
-    swing = ~stance(columns, facts.body_mass)
-    if not swing.any():
-        return None
-    rows = cut(columns, lambda values: values[swing])
-    return skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
 
 
 def cuff_metrics(
@@ -129,7 +120,12 @@ def cuff_metrics(
         "Pressure under the plate's strap",
         "mean over its area, all the time; 0 where friction on the sole is enough",
     ),
-    ("plate_skin_pressure_swing", "kPa", "Pressure under the plate's strap, of swing alone", SLAP),
+    (
+        "plate_skin_pressure_without_slap",
+        "kPa",
+        "Pressure under the plate's strap outside the loading response",
+        SLAP,
+    ),
     (
         "plate_share_of_discomfort",
         "percent",
@@ -182,8 +178,8 @@ def _skin(run: Run, part: str) -> Found:
     """What a part presses with in the rows that count; nothing where there is no such part."""
     if run.rows and part in (run.facts.skins or {}):
         yield from skin_metrics(run.facts, part, run.rows).items()
-        if (swing := pressure_in_swing(run.facts, part, run.rows)) is not None:
-            yield f"{part}_skin_pressure_swing", swing
+        if (landed := pressure_without_slap(run.facts, part, run.rows)) is not None:
+            yield f"{part}_skin_pressure_without_slap", landed
 
 
 def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]:
@@ -193,6 +189,23 @@ def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]
     of = cuff_metrics if part == "cuff" else plate_metrics
     bounds = (None, None) if limits is None else (limits.skin_pressure, limits.blood_flow_pressure)
     return of(skin.pull(columns), skin.area, skin.friction, *bounds)
+
+
+def pressure_without_slap(facts: Facts, part: str, columns: Columns) -> float | None:
+    """Peak pressure outside the loading response [kPa], where a slap that no floor stops is the highest.
+
+    None elsewhere: on a floor, or where the pull peaks later or with the ankle about as recorded.
+    """
+    if not facts.walks or part not in (facts.skins or {}) or RECORDED_FORCE in columns:
+        return None
+    assert facts.skins is not None
+    landing = stance(columns, facts.body_mass) & (columns["gait/phase"] < LOADING)
+    peak = int(np.argmax(np.linalg.norm(facts.skins[part].pull(columns), axis=1)))
+    dives = columns["ankle/angle"][peak] < columns["gait/ankle_angle"][peak] - SLAPS
+    if landing.all() or not (landing[peak] and dives):
+        return None
+    rows = cut(columns, lambda values: values[~landing])
+    return skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
 
 
 def _shares(

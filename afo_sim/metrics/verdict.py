@@ -47,7 +47,7 @@ REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the
 }
 _CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm]
 _TOUCHING = "swings_with_toe_contact"
-_SLAPPED = 0.95  # share of a peak, below which the pressure in swing stands beside it
+_SLAPPED = 0.95  # share of a peak, below which the pressure without a slap stands beside it
 _PARTS = {"cuff": "cuff", "plate": "foot's strap"}  # that press on the skin
 # {metric of push-off: the limits that it is held against}
 AGAINST = {
@@ -399,7 +399,7 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     """Peak and sustained pressure of cuff and strap; the worst one decides.
 
     Beyond the pressure that hinders the flow of blood all the time nothing is good. Without a floor the
-    foot's slap may pull the cuff hardest: then its pressure in swing stands beside it.
+    foot's slap may pull the cuff hardest: then its pressure without that stands beside it.
     """
     (discomfort, pain), flow = limits.skin_pressure, limits.blood_flow_pressure
     limit = f"discomfort from {1e-3 * discomfort:.3g}, pain from {1e-3 * pain:.3g}, sustained "
@@ -414,10 +414,10 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
         most = metrics[f"{part}_skin_pressure"].value
         lasting = metrics.get(f"{part}_skin_pressure_sustained", metrics[f"{part}_skin_pressure"]).value
         peaked = at_most(1e3 * most, limits.skin_pressure)
-        swing = metrics.get(f"{part}_skin_pressure_swing", metrics[f"{part}_skin_pressure"]).value
-        slaps = swing < _SLAPPED * most
-        if slaps and peaked == "bad":  # no floor stops the slap: only what swing makes bad is known to be
-            peaked = worst(("doubtful", at_most(1e3 * swing, limits.skin_pressure)))
+        landed = metrics.get(f"{part}_skin_pressure_without_slap", metrics[f"{part}_skin_pressure"]).value
+        slaps = landed < _SLAPPED * most
+        if slaps and peaked == "bad":  # no floor stops the slap: only what is bad without it is known to be
+            peaked = worst(("doubtful", at_most(1e3 * landed, limits.skin_pressure)))
         statuses += [peaked, at_most(1e3 * lasting, (flow, math.inf))]
         if most <= 0.0:
             continue
@@ -426,13 +426,13 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
         parts.append(f"the {name} presses on it with {beside}{always} all the time")
         short.append(f"{name} {peak}" + (f", always {always}" if beside else ""))
         if slaps:
-            parts[-1] += f" ({swing:.3g} kPa in swing; no floor stops the foot's slap in stance)"
-            short[-1] += f" (swing {swing:.3g})"
+            parts[-1] += f" ({landed:.3g} kPa without the slap in stance, which no floor stops)"
+            short[-1] += f", no slap {landed:.3g}"
     if not statuses:
         return _unknown(SKIN, "no cuff and no strap is described", limit)
     text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on it."
-    against = f"(limit {1e-3 * discomfort:.3g}, always {1e-3 * flow:.3g})"
-    brief = f"{', '.join(short)}, friction assumed {against}" if short else ""
+    against = f"(limits {1e-3 * discomfort:.3g}, {1e-3 * flow:.3g})"
+    brief = f"{', '.join(short)}, µ assumed {against}" if short else ""
     return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit, brief)
 
 

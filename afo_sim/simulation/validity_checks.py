@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import WORN, Described, Muscle, MuscleGroup, Scenario, provenance_note
-from afo_sim.metrics import Facts, Metric, Window, cut, pressure_in_swing, skin_metrics, stance
+from afo_sim.metrics import Facts, Metric, Window, cut, pressure_without_slap, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
 from afo_sim.physics.static_force import static_force
@@ -394,7 +394,7 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
             "skin-pressure",
             "{subject}: {who} must press with {pressure:.3g} kPa on the skin so as not to slide under "
             "{pull:.0f} N, more than the {worse}{limit_kind}); over {area:g} cm², at a friction of "
-            "{friction:g}{kind}{in_swing}",
+            "{friction:g}{kind}{without_slap}",
             subject=part,
             who=WHO[part],
             pressure=pressure,
@@ -405,16 +405,16 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
             area=1e4 * interface.area,
             friction=interface.friction,
             kind=_kinds(interface, "area", "friction", mark=": "),
-            in_swing=_in_swing(facts, columns, part, discomfort),
+            without_slap=_without_slap(facts, columns, part, discomfort),
         )
 
 
-def _in_swing(facts: Facts, columns: Mapping[str, np.ndarray], part: str, limit: float) -> str:
-    """A word where the limit [kPa] is kept in swing: on the recorded ground a foot may slap in stance."""
-    pressure = pressure_in_swing(facts, part, columns)
+def _without_slap(facts: Facts, columns: Mapping[str, np.ndarray], part: str, limit: float) -> str:
+    """A word where the limit [kPa] is kept but for a slap in stance, which no floor stops."""
+    pressure = pressure_without_slap(facts, part, columns)
     if pressure is None or pressure > limit:
         return ""
-    return f"; in swing it is {pressure:.3g} kPa: look at stance with the ground in contact"
+    return f"; without the slap that no floor stops it is {pressure:.3g} kPa: look at the ground in contact"
 
 
 def _kinds(described: Described, *keys: str, mark: str) -> str:

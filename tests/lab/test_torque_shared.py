@@ -47,7 +47,7 @@ def test_a_stiffness_that_stands_on_an_assumed_cuff_is_warned_of() -> None:
     assert found.intervals["series_stiffness"] is not None
     assert any("series_stiffness depends on cuff_stiffness" in warning for warning in found.warnings)
     assert with_code(found.warnings, "depends-on-held")
-    alone = fitted(Change(offset=3e-3, shank=6e3), ("offset", "cuff_stiffness"), "s1", "dorsiflexor", 0.1)
+    alone = fitted(Change(offset=3e-3, cuff=6e3), ("offset", "cuff_stiffness"), "s1", "dorsiflexor", 0.1)
     assert not any(warning.code == "depends-on-held" for warning in alone.warnings)
     assert "scatter alone" in alone.source(alone.problem.free[0])
 

@@ -129,8 +129,8 @@ NOT_PHYSICAL = (
     "leg.foot",
     "leg.ankle",
     "leg.directions",
+    "*.joint",  # only an ankle walks
     "leg.toes.body",
-    "leg.toes.joint",
     "shank.pose",
     "callback",
     "controller",  # none here

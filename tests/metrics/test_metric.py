@@ -153,9 +153,11 @@ def told() -> dict[str, Metric]:
     margins = (
         cuff_metrics(*pull) | plate_metrics(*pull) | muscle_metrics(shares) | life_metrics(1.0, 1e6, 2e3)
     )
-    skin = Skin(pull[1], pull[2], lambda rows: np.ones((len(rows["ground/force/z"]), 3)))
+    skin = Skin(pull[1], pull[2], lambda rows: rows["pull"])
     facts = Facts(STEP, MASS, True, skins={"cuff": skin, "plate": skin})
-    worn: Any = SimpleNamespace(facts=facts, rows={"ground/force/z": np.zeros(3)})
+    slap = {"pull": np.outer([2.0, 1.0], np.ones(3)), "ground/force/z": np.array([1e3, 0.0])}
+    angles = {"ankle/angle": np.array([-0.5, 0.0]), "gait/ankle_angle": np.zeros(2)}
+    worn: Any = SimpleNamespace(facts=facts, rows=slap | angles | {"gait/phase": np.array([0.1, 0.8])})
     chamber = {"mass": np.zeros(4), "pressure": np.array([0.0, 1.0, 1.0, 0.0])}
     filled = {"time": np.arange(4.0), "supply/pressure": np.ones(4)}
     filled |= {f"chamber/front/{name}": values for name, values in chamber.items()}
