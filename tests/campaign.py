@@ -2,6 +2,9 @@
 
 import datetime
 import os
+from typing import Any
+
+import pytest
 
 NIGHTLY = bool(os.environ.get("AFO_SIM_NIGHTLY"))
 # of damaged files: a fresh one a day, the last digit for the ten of a night
@@ -11,3 +14,8 @@ SEED = int(os.environ.get("AFO_SIM_FUZZ_SEED") or f"{datetime.date.today():%Y%m%
 def size(slice_: int, whole: int) -> int:
     """How many cases to run: a slice in the suite, the whole campaign at night."""
     return whole if NIGHTLY else slice_
+
+
+def nightly(reason: str) -> Any:
+    """A mark of what runs at night alone, and why the day can do without it."""
+    return pytest.mark.skipif(not NIGHTLY, reason=f"{reason}: at night")

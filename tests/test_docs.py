@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from browser import CHROMIUM, Browser
+from campaign import nightly
 from documents import PAGES
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -62,6 +63,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     return out
 
 
+@nightly("the whole site is built, which takes 20 s")
 @pytest.mark.slow
 def test_the_site_has_every_page_and_what_tutorials_draw(site: pathlib.Path) -> None:
     assert all((site / f"{page}.html").is_file() for page in PAGES)
@@ -78,6 +80,7 @@ def test_the_site_has_every_page_and_what_tutorials_draw(site: pathlib.Path) -> 
         assert name in text and "Undefined" not in text
 
 
+@nightly("the whole site is built, which takes 20 s")
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium, which would run the site's search")
 def test_questions_find_their_page_and_no_page_asks_for_anything_outside(

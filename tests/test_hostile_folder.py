@@ -13,6 +13,7 @@ from collections.abc import Iterator
 
 import pytest
 from c3d_plates import write
+from campaign import nightly
 from command import call
 from test_walls import PACKAGE
 
@@ -170,6 +171,7 @@ def texts_of(file: pathlib.Path) -> Iterator[bytes]:
             continue
 
 
+@nightly("every command once more, 18 s")
 @pytest.mark.slow
 def test_no_file_names_the_folder_that_it_was_made_in(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

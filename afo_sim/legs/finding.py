@@ -397,14 +397,22 @@ def _forward(
     A foot reaches farther ahead of its ankle than behind, its mass lies ahead, and a knee bends backward.
     """
     ahead = along / np.linalg.norm(along)
+    reach = (points - centre) @ ahead if len(points) else np.zeros(1)
+    front, back = float(reach.max()), float(0.0 - reach.min())
+    farther = (front - back) / max(front + back, 0.01)
     if given is not None:
         if abs(given @ ahead) < 0.5:
             problem = f"is more than 60 deg off {_shown(ahead)}, along which the foot points or away from it"
             raise InputError(problem, field="forward", value=_shown(given), allowed="a direction near it")
-        return np.sign(given @ ahead) * ahead, "given", []
-    reach = (points - centre) @ ahead if len(points) else np.zeros(1)
-    front, back = float(reach.max()), float(0.0 - reach.min())
-    farther = (front - back) / max(front + back, 0.01)
+        words = "the foot reaches {front:.0f} mm the given way and {back:.0f} the other: where are its toes?"
+        shorter, longer = 1000.0 * min(front, back), 1000.0 * max(front, back)
+        turned = abs(farther) > 0.1 and farther * (given @ ahead) < 0.0
+        notes = (
+            [Notice("forward-contradicted", words, subject="foot", front=shorter, back=longer)]
+            if turned
+            else []
+        )
+        return np.sign(given @ ahead) * ahead, "given", notes
     heavier = 0.0 if weight is None else float((weight - centre) @ ahead)
     spans = f"{1000 * front:.0f} mm to one side of the ankle's axis and {1000 * back:.0f} mm to the other"
     if abs(farther) > 0.1:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaign import nightly
 from command import call
 from documents import PAGES
 from gait_lab.patients import LameWalker, laboratory
@@ -324,6 +325,7 @@ def test_check_refuses_a_bad_cycle(tmp_path: pathlib.Path, capsys: pytest.Captur
     assert "stride_time_s = " in complaint
 
 
+@nightly("the script that made them runs again, 14 s")
 @pytest.mark.slow
 def test_shipped_strides_are_what_the_script_makes(tmp_path: pathlib.Path) -> None:
     """From the package's own source distribution, which pip must be able to fetch."""

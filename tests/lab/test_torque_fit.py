@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from campaign import size
+from campaign import nightly, size
 from knee import knee_data, knee_orthosis
 from scipy.stats import binomtest, chi2
 from scipy.stats import t as student
@@ -22,6 +22,7 @@ ANGLE = np.tile(np.radians(np.linspace(-25.0, 15.0, 9)), 3)
 GAUGE = np.repeat([2e5, 3e5, 4e5], 9)
 TRIALS = size(30, 60)
 DEVICE = Change(STIFFNESS, OFFSET)
+KNEE = nightly("fits of all of its tests take 24 s")
 
 
 def torques(change: Change, name: str = "arm_s1", chamber: str = "flexor") -> np.ndarray:
@@ -204,6 +205,7 @@ def knee() -> dict[str, TorqueFit]:
     }
 
 
+@KNEE
 def test_one_stiffness_predicts_the_knees_tests_as_published(knee: dict[str, TorqueFit]) -> None:
     """A separate computation from the same 185 torques [N·m]."""
     held = knee["one"].held_out["group"]
@@ -217,6 +219,7 @@ def test_one_stiffness_predicts_the_knees_tests_as_published(knee: dict[str, Tor
     )  # ×/÷ 1.05 is the error of one standard deviation, all points apart
 
 
+@KNEE
 def test_the_knees_offset_and_stiffness_are_not_told_one_by_one(knee: dict[str, TorqueFit]) -> None:
     both = knee["both"]
     assert both.intervals == {"series_stiffness": None, "offset": None}
@@ -231,6 +234,7 @@ def test_the_knees_offset_and_stiffness_are_not_told_one_by_one(knee: dict[str, 
     assert "not identifiable" in both.orthosis.muscle["flexor"].cable.provenance["offset"].source
 
 
+@KNEE
 def test_the_knees_law_is_not_told_at_its_one_pressure(knee: dict[str, TorqueFit]) -> None:
     from afo_sim.lab import knee_tests
 

@@ -34,7 +34,7 @@ DONE = (
 @pytest.mark.filterwarnings("ignore")
 def test_random_legal_designs_run_right_or_say_that_they_do_not(script: ModuleType) -> None:
     """At the default step."""
-    seeds = range(size(24, 60))
+    seeds = range(size(10, 60))
     steps = {seed: script.design(seed)[1]["timestep"] for seed in seeds}
     found = [script.examined(seed) for seed in seeds if steps[seed] in ("1.0 ms", "2.0 ms")]
     assert len([each for each in found if each.outcome in ("within", "warned")]) > len(found) // 2

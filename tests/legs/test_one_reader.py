@@ -119,6 +119,8 @@ def test_forward_is_where_the_foot_reaches_or_as_given() -> None:
     for given in ("-x", "-1 0.2 0", (-2.0, 0.0, 0.0)):
         turned = find(leg((-0.102, 0.123)), forward=given)
         assert (turned.axes[0, 0], turned.sign, turned.how["forward"]) == (-1.0, -near.sign, "given")
+    said = [find(leg((-0.05, 0.2)), forward=given).notes[0] for given in ("-x", "x")]
+    assert ["50 mm the given way and 200 the other" in note for note in said] == [True, False]
     with pytest.raises(InputError, match=r"112 mm to one side .* and 113 mm to the other.*--forward x"):
         find(leg((-0.113, 0.112)))
     for wrong in ("y", "forward", "1 0", (0.0, 0.0, 0.0)):

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import mujoco
 import pytest
-from campaign import size
+from campaign import nightly, size
 from test_walls import ROOMS
 
 from afo_sim.common import machine_code, user_cache
@@ -201,6 +201,7 @@ def test_shipped_code_is_taken_if_it_is_whole_and_of_these_sources(
     assert counted == [key, fingerprint()] and key != fingerprint()
 
 
+@nightly("all is compiled once more")
 @pytest.mark.slow
 def test_code_is_the_same_for_every_processor() -> None:
     """Whatever processor numba is told of."""

@@ -7,6 +7,7 @@ import types
 import numba
 import numpy as np
 import pytest
+from campaign import nightly
 
 from afo_sim.physics import FRICTIONS, LAWS, MAX_COEFFICIENTS, Law, friction, laws, register_all, static_force
 from afo_sim.physics.friction import dispatch
@@ -124,6 +125,7 @@ def test_typical_values_are_allowed(entries: dict[str, Law] | dict[str, Friction
             assert parameter.lower <= parameter.typical <= parameter.upper, (entry.name, parameter.name)
 
 
+@nightly("the page of the architecture adds a law, too")
 @pytest.mark.slow
 def test_a_new_file_is_a_law(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Found, in the dispatcher, and the same compiled; the laws before it keep their branches."""
