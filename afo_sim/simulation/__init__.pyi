@@ -65,6 +65,7 @@ from .simulate import Progress as Progress
 from .simulate import Stepped as Stepped
 from .simulate import simulate_together as simulate_together
 from .simulate import state_parts as state_parts
+from .simulators import steps_in as steps_in
 from .step_check import found_step_errors as found_step_errors
 from .step_check import quarter_step as quarter_step
 from .step_check import with_step_errors as with_step_errors

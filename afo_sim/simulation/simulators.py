@@ -31,7 +31,7 @@ MEMORY = ("_stepped.moment", "_sensors.moment", "_commander.commands", "_sight",
 SLIGHTLY = 1e-6  # of dt, to which it must be whole steps
 
 
-def steps_in(dt: float | None, timestep: float) -> int:
+def steps_in(dt: float | None, timestep: float, field: str = "dt") -> int:
     """Steps of a time [s], one where it is None; InputError where that is no whole number."""
     if dt is None:
         return 1
@@ -39,7 +39,7 @@ def steps_in(dt: float | None, timestep: float) -> int:
     steps = dt / timestep if number else math.nan
     if not 0.5 < steps < MAX_STEPS or abs(steps - round(steps)) > SLIGHTLY * steps:
         allowed = f"{timestep:g} s times 1, 2, 3, …"
-        raise InputError("is not a whole number of time steps", field="dt", value=dt, allowed=allowed)
+        raise InputError("is not a whole number of time steps", field=field, value=dt, allowed=allowed)
     return round(steps)
 
 
@@ -91,8 +91,9 @@ class Simulator(Forkable, native.Closing):
         self._stepped = Stepped([self.built])
         self._sensors = SensorBank(self.built)
         self._columns = seen_columns(self.built)
-        self._of, self._memory = (self.scenario, self._loop is None), MEMORY
+        self._of, self._memory = (self.scenario,), MEMORY
         if self._loop is not None:
+            self._of += self._loop.period, str(type(self._loop.controller))  # a type might not be pickled
             self._memory += ("_loop.controller", "_loop.reported")
         self.reset()
 

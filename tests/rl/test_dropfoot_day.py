@@ -174,6 +174,15 @@ def test_tasks_without_patients_draw_none() -> None:
             setting_of(name, patients="training")
 
 
+def test_equal_limits_have_the_whole_price_beyond_and_none_below() -> None:
+    """Of a bottle that is not above the supply's 4 bar any air is too much, as the verdict says."""
+    sets = {"limits.bottle_pressure": "4 bar", "limits.toe_clearance": ["5 mm"] * 2}
+    sets |= {"limits.work_against_push_off": ["0 J/kg"] * 2}
+    toe, _, _, *others = scale_of(load("scenario", "walk-dropfoot-afo", sets))
+    assert badness(np.array([0.005 - 1e-6, 0.005, 0.006]), toe).tolist() == [1.0, 0.0, 0.0]
+    assert [badness(np.array([0.0, 1e-6]), pair).tolist() for pair in others] == [[0.0, 1.0]] * 2
+
+
 def test_badness_falls_and_rises() -> None:
     assert badness(np.array([-1.0, 0.0, 5.0, 10.0]), (10.0, 0.0)).tolist() == [1.0, 1.0, 0.5, 0.0]
     assert badness(np.array([1.0, 3.0, 4.0]), (2.0, 4.0)).tolist() == [0.0, 0.5, 1.0]

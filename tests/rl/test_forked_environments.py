@@ -22,6 +22,7 @@ from afo_sim.common import InputError
 from afo_sim.rl import OrthosisVectorEnv
 from afo_sim.rl.environments import gym_id, suite
 from afo_sim.rl.environments.attached_env import AttachedEnv
+from afo_sim.rl.environments.reward import PARTS
 
 ACTIONS = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 2, 2)).astype(np.float32)
 FORKS = (copy.copy, copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)))
@@ -106,6 +107,11 @@ def test_stable_baselines_sees_single_environments(monkeypatch: pytest.MonkeyPat
             monkeypatch.setitem(sys.modules, f"stable_baselines3{name}", types.ModuleType("stub"))
         sys.modules["stable_baselines3.common.vec_env"].VecEnv = Protocol  # type: ignore[attr-defined]
     made = importlib.import_module(module).OrthosisVecEnv
+    walking = made(OrthosisVectorEnv("dropfoot_walk", 2))
+    walking.reset()
+    walking.step_async(ACTIONS[0])
+    assert all(info.keys() == {"TimeLimit.truncated", *PARTS} for info in walking.step_wait()[3])
+    walking.close()
     envs, alone = made(OrthosisVectorEnv("seated_tracking", 2)), gymnasium.make(gym_id("seated_tracking"))
     assert envs.get_attr("render_mode") == [None, None] and envs.env_is_wrapped(object) == [False, False]
     envs.seed(4)
@@ -147,3 +153,18 @@ def test_a_body_in_two_orthoses_is_an_environment() -> None:
         env.step(np.zeros(4))
     fork.close()
     env.close()
+
+
+def test_a_fork_has_a_model_of_its_own_and_no_pickle() -> None:
+    env = AttachedEnv(afo.attach("pin_knee", "pin_knee", timestep="2 ms"))
+    assert env.metadata["observation_names"][0] == "afo_knee_angle"
+    fork, before = env.copy(), env.leg.model.body_mass.copy()
+    env.leg.model.body_mass *= 3.0
+    assert (fork.leg.model.body_mass == before).all() and (env.copy().leg.model.body_mass == 3 * before).all()
+    env.restore(fork.state())
+    for value in (env, env.state()):
+        with pytest.raises(InputError, match=r"MjSpec.*copy\(\), state\(\) and restore"):
+            pickle.dumps(value)
+    for period in (0.0004, 0.0025):
+        with pytest.raises(InputError, match=r"period.*0\.002 s times"):
+            AttachedEnv(env.leg, period=period)

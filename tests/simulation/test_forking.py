@@ -184,6 +184,14 @@ def test_what_is_no_state_of_it_is_refused_and_changes_nothing() -> None:
             copy.copy(many)
 
 
+@pytest.mark.parametrize("other", [(Counting(), 10.0), (remembering, 100.0)])
+def test_a_state_of_another_rate_or_kind_of_controller_is_refused(other: tuple[Any, float]) -> None:
+    with afo.Simulator("seated", None, Counting()) as one, afo.Simulator("seated", None, *other) as wrong:
+        one.restore(one.copy().state())
+        with pytest.raises(InputError, match="not a state of this"):
+            one.restore(wrong.state())
+
+
 def test_a_failed_simulation_is_taken_back() -> None:
     with made("timer") as simulator:
         good, whole = simulator.state(), onward(simulator, 0.6)

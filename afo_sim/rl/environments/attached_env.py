@@ -1,8 +1,9 @@
 """A model that wears orthoses as a Gymnasium environment: the valves of all chambers are the action."""
 
+import copy
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, NoReturn
 
 import gymnasium
 import mujoco
@@ -11,7 +12,7 @@ import numpy as np
 from afo_sim.common import InputError
 from afo_sim.legs import Attached
 from afo_sim.rl.environments.task import DEAD, checked
-from afo_sim.simulation import FAILURES, Forkable
+from afo_sim.simulation import FAILURES, Forkable, steps_in
 
 FALLEN = 0.3  # of its height at the start, by which a centre of mass that has fallen is lower [-]
 
@@ -19,6 +20,17 @@ FALLEN = 0.3  # of its height at the start, by which a centre of mass that has f
 def stands(env: "AttachedEnv") -> bool:
     """Whether the whole model's centre of mass has not come down by FALLEN of its height at the start."""
     return bool(env.height - env.data.subtree_com[0, 2] < FALLEN * abs(env.height))
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """What environments and their forks agree in: the model as it was attached."""
+
+    spec: mujoco.MjSpec
+
+    def __reduce__(self) -> NoReturn:
+        problem = "is not pickled, since MuJoCo pickles no MjSpec: attach and make it in the other process"
+        raise InputError(problem, field="AttachedEnv", allowed="copy(), state() and restore() in this one")
 
 
 @dataclass(eq=False)
@@ -29,11 +41,11 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
 
     Parameters
     ----------
-    leg : what `attach` gave; every orthosis on its model acts
-    observe : observations beside ankle angles [rad] and gauge pressures [Pa], by name, from the data
+    leg : what `attach` gave; every orthosis on its model acts, and `env.leg.model` is a copy of its own
+    observe : observations beside the joints' angles [rad] and gauge pressures [Pa], by name, from the data
     reward, terminated : of this environment after an action; by default 1 as long as it stands
     begin : called with this environment once the model is at rest, to set another posture
-    period, duration : of an action, of an episode [s]
+    period, duration : of an action, which is whole time steps, and of an episode [s]
     """
 
     _memory = ("data", "height", "_left", "_np_random", "_np_random_seed")
@@ -47,14 +59,21 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
     duration: float = 10.0
 
     def __post_init__(self) -> None:
-        self._of, self._hold, self.data = (self.leg,), self.leg.callbacks(), self.leg.data()
+        model, legs = copy.copy(self.leg.model), dict[str, Attached]()
+        legs |= {prefix: replace(each, model=model, legs=legs) for prefix, each in self.leg.legs.items()}
+        self.leg, self._of = legs[self.leg.prefix], (_Origin(self.leg.spec),)
+        steps_in(self.period, model.opt.timestep, "period")  # refused before anything is held
+        self._hold, self.data = self.leg.callbacks(), self.leg.data()
         self.height, self._left = 0.0, 0
         self._valves = [(each, name) for each in self.leg.legs.values() for name in each.chambers]
         names = [f"{each.prefix}{name}" for each, name in self._valves]
-        seen = [f"{prefix}ankle_angle" for prefix in self.leg.legs] + [f"{each}_pressure" for each in names]
+        seen = [f"{prefix}{each.orthosis.joint}_angle" for prefix, each in self.leg.legs.items()]
+        seen += [f"{each}_pressure" for each in names]
         self.metadata = {"observation_names": [*seen, *self.observe], "action_names": names}
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, self._seen().shape, np.float64)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(names),), np.float32)
+
+    __reduce__ = _Origin.__reduce__  # type: ignore[assignment]
 
     def _like(self) -> tuple[Any, tuple[Any, ...]]:
         return type(self), tuple(getattr(self, each.name) for each in fields(self))
@@ -81,8 +100,10 @@ class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
             raise InputError("the episode is over, or has not begun: reset()", field="step")
         for (each, name), side in zip(self._valves, checked(action, self.action_space.shape), strict=True):
             each.set_valves(self.data, {name: "inlet" if side > DEAD else "outlet" if side < -DEAD else None})
+        model = self.leg.model
+        steps = steps_in(self.period, model.opt.timestep, "period")
         try:
-            mujoco.mj_step(self.leg.model, self.data, round(self.period / self.leg.model.opt.timestep))
+            mujoco.mj_step(model, self.data, steps)
             failed = "" if np.isfinite(self.data.qacc).all() else "an acceleration is not a number"
         except FAILURES as error:
             failed = str(error)

@@ -229,6 +229,9 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
             outcome = self._episodes.step(going.tolist(), given[going])
             self._last[going], reward[going] = outcome.observation, outcome.reward
             truncated[going] = outcome.over
+            for name, part in outcome.parts.items():
+                infos[name], infos[f"_{name}"] = np.zeros(self.num_envs), ~self._over
+                infos[name][going] = part
             for place, failure in outcome.failures.items():
                 truncated[going[place]] = True
                 infos = self._add_info(infos, {"failure": str(failure)}, int(going[place]))

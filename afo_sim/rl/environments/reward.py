@@ -2,7 +2,8 @@
 
 Each part is 0 to 1 between the two limits of the verdict's question, and is paid when it is decided: lift
 as the foot has passed the standing leg, push-off at toe-off, heel, air and switchings at heel strike. The sum
-over an episode, over its strides, is the score: 1 of strides that the verdict calls good in everything.
+over an episode, over its strides, is the score: 1 of strides that the verdict calls good in toe, heel,
+push-off and air, with at most two switchings. Whether the skin bears it is not in the reward.
 """
 
 from typing import Any, NamedTuple
@@ -12,12 +13,15 @@ import numpy as np
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import air_given
 
-# The verdict ranks no question above another: a device that does nothing earns 0, one that lifts and lands
-# well earns 1, and one that is bad in push-off or air gives half of that back. Argued in
-# docs/environments.md, before any controller was run; they are not to be tuned.
+# The verdict ranks no question above another: a device that does nothing earns what the patient does without
+# it (the usual one 0.5, whose heel lands first while the toe trips), one that lifts and lands well earns 1,
+# and one that is bad in push-off or air gives half of that back. Argued in docs/environments.md, before any
+# controller was run; they are not to be tuned.
 WEIGHTS = {"lift": 0.5, "heel": 0.5, "push_off": -0.5, "air": -0.5, "switching": -0.1}
 PARTS = tuple(WEIGHTS)
 SWITCHINGS = (2.0, 20.0)  # of all coils in a stride: one filling and one venting; ten times that; assumed
+BEYOND = 1e-12 * np.array([-1.0, -1.0, 1.0, 1.0, 1.0])  # from equal limits to the whole price
+FEWEST = 1e-9  # strides of a bottle that a limit may ask for; 0 would divide
 LOWEST, HIGHEST = -1.1, 1.0  # of a sample's reward: all costs, and both gains
 
 
@@ -36,12 +40,17 @@ class Events(NamedTuple):
 
 
 def scale_of(scenario: Scenario) -> np.ndarray:
-    """First and second limit of the verdict on toe [m], heel [rad], torque, work and air a stride (5, 2)."""
+    """First and second limit of the verdict on toe [m], heel [rad], torque, work and air a stride (5, 2).
+
+    What lies beyond equal limits has the whole price; any air does where the bottle is not above the supply.
+    """
     limits = scenario.limits or load("limits", "usual")
     bottle = air_given(limits.bottle_volume, limits.bottle_pressure, scenario.supply.pressure)
-    air = bottle / np.array(limits.strides_per_bottle)
+    air = bottle / np.maximum(limits.strides_per_bottle, FEWEST)
     against = limits.torque_against_push_off, limits.work_against_push_off
-    return np.array([limits.toe_clearance, limits.contact_pitch, *against, air])
+    pairs = np.array([limits.toe_clearance, limits.contact_pitch, *against, air])
+    pairs[:, 1] += np.where(pairs[:, 0] == pairs[:, 1], BEYOND, 0.0)
+    return pairs
 
 
 def badness(value: Any, pair: Any) -> Any:

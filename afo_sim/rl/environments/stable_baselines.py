@@ -16,7 +16,8 @@ except ModuleNotFoundError:
 class OrthosisVecEnv(VecEnv):  # type: ignore[misc]
     """A vector environment as SB3 steps it: an episode that is over begins anew in the same step.
 
-    `infos[k]` has then its last observation, "terminal_observation", and "TimeLimit.truncated" is True.
+    `infos[k]` has then its last observation, "terminal_observation", and "TimeLimit.truncated" is True. The
+    reward's parts are always in it.
     """
 
     def __init__(self, envs: OrthosisVectorEnv):
@@ -37,9 +38,10 @@ class OrthosisVecEnv(VecEnv):  # type: ignore[misc]
         """Step all simulations by one control period."""
         seen, rewards, _, over, told = self.envs.step(self._actions)
         infos: list[dict[str, Any]] = [{"TimeLimit.truncated": bool(one)} for one in over]
-        for k in np.flatnonzero(over):
-            failure = {"failure": told["failure"][k]} if told.get("_failure", over * 0)[k] else {}
-            infos[k] |= failure | {"terminal_observation": seen[k]}
+        masks = {name: told[f"_{name}"] for name in told if f"_{name}" in told}
+        for k, info in enumerate(infos):
+            info |= {name: told[name][k] for name, mask in masks.items() if mask[k]}
+            info |= {"terminal_observation": seen[k]} if over[k] else {}
         if over.any():
             seen = self.envs.reset(options={MASK: over})[0]
         return seen, rewards.astype(np.float32), over, infos
