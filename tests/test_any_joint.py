@@ -25,6 +25,7 @@ ENDS = {  # origin and insertion from the joint, forward and up [m]; spacing of 
     "knee": ((-0.06, 0.33), (-0.05, -0.06), (0.02, 0.03)),
     "hip": ((0.07, 0.20), (0.05, -0.26), (0.03, 0.01)),
 }
+TWICE = {"segment": "proximal"} | {key: ["0 m", "0 m", "9 cm"] for key in ("from_joint", "from_ankle")}
 PLACES = ("origin", "insertion"), ("proximal", "distal")
 LINK = {"knee": "14.5 cm", "hip": "17 cm"}
 CABLE, CUFF = 40e3, 8e3  # [N/m]
@@ -280,6 +281,9 @@ def test_a_pid_holds_the_knee() -> None:
         ({"orthosis.muscle.flexor.origin.segment": "shank"}, "'shank' is not a segment of a knee.*proximal"),
         ({"orthosis.joint": "ankle"}, "'proximal' is not a segment of an ankle.*shank or foot"),
         ({"leg.passive.scale": 1.0}, "leg.passive.scale.*tissue of an ankle, and this is a knee"),
+        ({"leg.joint": "kneee"}, r"^leg.joint = 'kneee': is not a valid choice; .*mean 'knee'\?$"),
+        ({"orthosis.muscle.flexor.origin": TWICE}, "from_ankle.*is another word for from_joint, which"),
+        ({"leg.directions": ["up"]}, r"^leg.directions.1: is missing$"),
         ({"leg.joint": "hip", "orthosis.joint": "hip"}, 'axis is not axis="0 -1 0", about which flexion'),
     ],
 )

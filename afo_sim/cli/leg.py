@@ -189,7 +189,8 @@ def _is_written(model: Path) -> bool:
 
 def _option(field: str) -> str:
     """The option that stands for an argument of `attach`."""
-    own = "joint proximal distal sign shank foot ankle side zero forward supply timestep prefix orthosis"
+    field = {"ankle": "joint", "shank": "proximal", "foot": "distal"}.get(field, field)
+    own = "joint proximal distal sign side zero forward supply timestep prefix orthosis"
     return f"--{field}" if field in own.split() else field
 
 
@@ -199,12 +200,13 @@ def _print(found: Any) -> None:
 
     leg, model, words = found.found, found.model, found.orthosis.words
     carrier = list(found.bodies.values())[1]
+    how, way = leg.how.get("sign", "its foot shows it"), "positive" if leg.sign > 0 else "negative"
     axis = ", ".join(f"{x:.3f}" for x in -words.turn * leg.sign * leg.axes[:, 1])
     rows = [
         [words.above, f"{leg.shank} ({leg.how.get('shank', 'above the hinge')})"],
         [words.below, f"{carrier} ({leg.how.get('foot', 'below the hinge')})"],
         [found.orthosis.joint, f"{leg.ankle} ({leg.how.get('ankle', 'given')}), axis {axis} in the world"],
-        [words.directions[0], "positive" if leg.sign > 0 else "negative, of the hinge's coordinate"],
+        [words.directions[0], f"{way}, of the hinge's coordinate ({how})"],
         ["side", f"{leg.side} ({leg.how.get('side', 'given')})"],
         ["joints crossed", ", ".join(found.joints)],
         ["supply", f"{in_unit(found.supply, 'Pa', 'bar'):g} bar"],

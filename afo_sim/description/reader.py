@@ -2,6 +2,7 @@
 
 import copy
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, Literal, TypeVar, overload
@@ -9,7 +10,7 @@ from typing import Any, Generic, Literal, TypeVar, overload
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from afo_sim.common import InputError, assets, unknown
+from afo_sim.common import InputError, assets, nearest_name, unknown
 from afo_sim.description.air.regulator import Regulator
 from afo_sim.description.air.source import Source as GasSource
 from afo_sim.description.air.tube import Tube
@@ -20,6 +21,7 @@ from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.schema import (
+    ALSO_OF_LEG,
     KINDS,
     SPECS,
     Path,
@@ -232,7 +234,8 @@ def _problems(tree: Tree, error: ValidationError) -> list[InputError]:
     """Each validation error once, as a message for people: unfound names, unknown keys, then the rest."""
     found = list(tree.unfound.values())
     entries = [(entry, _path(entry)) for entry in error.errors(include_url=False)]
-    entries = [(entry, path) for entry, path in entries if path not in tree.unfound]
+    derived = "default_factory_not_called"  # of a default that follows from a refused field
+    entries = [(e, path) for e, path in entries if path not in tree.unfound and e["type"] != derived]
     unknown = [(entry, path) for entry, path in entries if entry["type"] == "extra_forbidden"]
     strange = [_unknown_key(tree, path) for _, path in unknown]
     meant = {(*path[:-1], problem.nearest) for (_, path), problem in zip(unknown, strange, strict=True)}
@@ -286,12 +289,11 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
         expected = allowed(leaf.annotation)
     if entry["type"] == "missing" and leaf and not expected:
         expected = f"{allowed(leaf.annotation)} ({' '.join(leaf.meaning.split()).rstrip('.')})"
-    return InputError(
-        PROBLEMS.get(entry["type"], entry["msg"]),
-        **_place(tree, path),
-        allowed=str(expected),
-        nearest=facts.get("nearest") or None,
-    )
+    nearest = facts.get("nearest") or None
+    if entry["type"] == "literal_error" and isinstance(entry["input"], str):
+        nearest = nearest_name(entry["input"], re.findall("'([^']+)'", expected))
+    problem = PROBLEMS.get(entry["type"], entry["msg"])
+    return InputError(problem, **_place(tree, path), allowed=str(expected), nearest=nearest)
 
 
 def _unknown_key(tree: Tree, path: Path) -> InputError:
@@ -300,6 +302,9 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
     table = table_at(spec, path[:-1])
     names = list(fields_of(table)) if table else []
     place = _place(tree, path)
+    word = ALSO_OF_LEG.get(path[-1])
+    if word in names and value_at(tree.root, (*path[:-1], word)) is not None:  # both are left by `plain_keys`
+        return InputError(f"is another word for {word}, which is there too", **place, allowed=f"{word} alone")
     written_in, inner = tree.file_of(path)
     within = path[: len(path) - len(inner)] if place["file"] == written_in else ()
     known = [leaf for leaf in leaves(spec, tree.root) if leaf.path[: len(within)] == within]

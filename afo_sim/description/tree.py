@@ -125,7 +125,10 @@ def _references(kind: str, path: Path) -> dict[Path, str]:
 
 
 def plain_keys(node: Any, name: str) -> Any:
-    """A description as it is written, at a name, with the one word for each key that has several."""
+    """A description as it is written, at a name, with the one word for each key that has several.
+
+    Where a table has both, both stay, and the other word is refused as an unknown key.
+    """
     if not isinstance(node, dict | list):
         return node
     # far faster than to look at every key, of which few have two words
@@ -139,7 +142,10 @@ def _renamed(node: Any, name: str) -> Any:
     if type(node) is not dict:
         return node
     words = ALSO_OF_LEG if name == "leg" else ALSO
-    return {words.get(key, key): _renamed(value, key) for key, value in node.items()}
+    return {
+        key if words.get(key) in node else words.get(key, key): _renamed(value, key)
+        for key, value in node.items()
+    }
 
 
 def child_of(node: Any, name: str) -> Any:

@@ -138,7 +138,8 @@ def attach(
     _check_spec(spec, file, device, prefix, before)
     bare = compiled(spec, file)
     tree = dataclasses.replace(tree_of(bare), file=file)
-    joint, proximal, distal = joint or ankle, proximal or shank, distal or foot
+    joint, proximal = ankle if joint is None else joint, shank if proximal is None else proximal
+    distal = foot if distal is None else distal
     found = find_worn(tree, device, joint, proximal, distal, side=side, zero=zero, sign=sign, forward=forward)
     if device.joint == "ankle":
         check_masses(read if read.parts else tree, found)

@@ -11,6 +11,7 @@ comments, and the numbers that changed.
 import math
 import os
 import pathlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -236,7 +237,9 @@ def write_rescaled(
         )
         raise InputError("holds an orthosis", field="out", value=str(folder), allowed=allowed)
     found = refit(load("orthosis", file), by.shank, by.foot, words=by.words)
-    document = tomlkit.parse(without_digests(file.read_text(encoding="utf-8")))
+    former = re.compile(r"\bfrom_ankle(?=,|['\"]?\s*=)")  # a key, in a comment too
+    before = former.sub("from_joint", file.read_text(encoding="utf-8"))
+    document = tomlkit.parse(without_digests(before))
     _write_numbers(document, found, by)
     check_writable(folder)
     with together(folder) as scratch:
@@ -268,7 +271,6 @@ def _write_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
     places += [(table["path"][k], place) for k, place in enumerate(group.path)]
     for entry, place in places:
         if by.of(place.segment) != 1.0:
-            entry.pop("from_ankle", None)  # the key's former word
             entry["from_joint"] = _derived([_cm(x) for x in place.from_joint], by.source(place.segment))
             surface = getattr(place, "surface", None)
             if surface is not None:

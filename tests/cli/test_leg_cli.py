@@ -268,6 +268,11 @@ def test_attach_goes_on_with_the_other_leg(tmp_path: pathlib.Path, capsys: Captu
     assert {leg.found.side for leg in afo.attached(two).legs.values()} == {"left", "right"}
 
 
+def test_attach_says_how_a_knees_sign_was_found(tmp_path: pathlib.Path, capsys: Capture) -> None:
+    said = call(capsys, "attach", "pin_knee", "--orthosis", "pin_knee", "--out", tmp_path / "knee.xml")[1]
+    assert "the way in which its stops reach farther" in " ".join(said.split())
+
+
 def test_the_model_that_is_read_stays(tmp_path: pathlib.Path, capsys: Capture) -> None:
     own = tmp_path / "own.xml"
     own.write_bytes(pathlib.Path(LEG_OF_ATTACH).read_bytes())
@@ -285,6 +290,8 @@ BAD = {
     "no such orthosis": ((LEG_OF_ATTACH, "--orthosis", "s2"), "did you mean 's1'"),
     "no such side": ((LEG_OF_ATTACH, "--side", "rihgt"), "did you mean 'right'"),
     "no such body": ((LEG_OF_ATTACH, "--shank", "shnak"), "did you mean 'shank'"),
+    "no such joint": ((LEG_OF_ATTACH, "--joint", "3"), "--joint = '3': there is no such joint"),
+    "no joint": ((LEG_OF_ATTACH, "--joint", ""), "--joint = '': there is no such joint"),
     "no number": ((LEG_OF_ATTACH, "--supply", "much"), "--supply"),
     "no angle": ((LEG_OF_ATTACH, "--zero", "3"), "--zero"),
     "too long a step": ((LEG_OF_ATTACH, "--timestep", "50 ms"), "at most"),

@@ -76,11 +76,32 @@ def test_python_code_is_looped_between_two_commands() -> None:
     assert run["valve/dorsiflexor_inlet/coil"].mean() == pytest.approx(on, abs=1e-9)
 
 
+WAITING = """#include "board.h"
+static int loops = 0;
+static void wait(const board_t *b, uint64_t us) { uint64_t t = b->micros(); while (b->micros() - t < us) {} }
+void setup(const board_t *b) { wait(b, 2500); }
+void loop(const board_t *b) { b->write("d", loops++ % 2 == 0, 0); if (loops > 2) wait(b, 1000); }"""
+
+
+def test_waits_end_and_each_run_begins_with_the_first_values_of_statics(tmp_path: pathlib.Path) -> None:
+    compiler("cc", "gcc", "clang")
+    (tmp_path / "own.c").write_text(WAITING)
+    firmware = Firmware(tmp_path / "own.c", ["d"])
+    for k in (*range(6), *range(6)):
+        if k == 0:
+            firmware.reset()
+        firmware(SimpleNamespace(time=1e-3 * k, period=1e-3))  # type: ignore[arg-type]
+        # off; setup ends at 2.5 ms, then two loops 0.1 ms apart, and from the third on one each millisecond
+        switched = [round(1e3 * switch.time, 3) for switch in firmware.log.switches["d"]]
+        assert switched == [at for at in (0.0, 2.5, 2.6, 2.7, 3.7, 4.7, 5.7) if at < k + 1]
+
+
 C = '#include "board.h"\nvoid setup(const board_t *board) { (void)board; }\n'
 REFUSED = {
     "": r"own.c: firmware: defines no loop\(const board_t \*\)",
     "board->": r"own.c: firmware: the compiler refuses it: .*own.c:3:.* error: expected identifier",
     'board->read("ankle/angel")': "did you mean 'ankle/angle'",
+    "missing()": r"own.c: firmware: is compiled, but cannot be loaded: undefined symbol: missing;",
     'board->write("dorsal", 1, 0)': "dorsal.*no such chamber; allowed: dorsiflexor",
 }
 
@@ -89,7 +110,7 @@ REFUSED = {
 def test_c_that_does_not_fit_is_one_sentence(statement: str, tmp_path: pathlib.Path) -> None:
     compiler("cc", "gcc", "clang")
     loop = f"void loop(const board_t *board) {{ {statement}; }}" if statement else ""
-    (tmp_path / "own.c").write_text(C + loop)
+    (tmp_path / "own.c").write_text(f"{C}void missing(void);{loop}")
     with pytest.raises(InputError, match=REFUSED[statement]):
         firmware = Firmware(tmp_path / "own.c", ["dorsiflexor"])
         raise InputError(afo.run("seated", {"duration": "0.1 s"}, controller=firmware).status)

@@ -172,6 +172,8 @@ def test_a_file_says_the_same_and_keeps_its_comments(tmp_path: pathlib.Path) -> 
         write_rescaled("s1", by, tmp_path / "mine")
     with pytest.raises(InputError, match="another folder"):
         write_rescaled(tmp_path / "mine", by, tmp_path / "mine", force=True)
+    write_rescaled(pathlib.Path(__file__).parents[1] / "former/0.1/own/my-orthosis", by, tmp_path / "now")
+    assert "from_ankle" not in (tmp_path / "now/orthosis.toml").read_text(encoding="utf-8")
 
 
 def test_own_cuff_muscle_and_valve_are_found_from_the_new_folder(tmp_path: pathlib.Path) -> None:

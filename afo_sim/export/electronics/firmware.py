@@ -56,7 +56,7 @@ class Firmware:
         self._coils: dict[str, Coils] = dict.fromkeys(self.chambers, (False, False))
         self._changes: list[tuple[float, dict[str, Coils]]] = []
         self._seen: Observation | None = None
-        self._time = 0.0
+        self._time, self._reading = 0.0, 0
 
     @property
     def log(self) -> Log:
@@ -68,11 +68,15 @@ class Firmware:
         """Each coil's share of the period from now to the next command."""
         begins, self._seen, self._time = self._seen is None, seen, seen.time
         if begins:
+            self._reading = self._micros()
             self.program.setup(self)
         count, loops = max(math.ceil(seen.period / self.longest - 1e-9), 1), []
         for k in range(count):
             self._time = round(seen.time + k * seen.period / count, 9)
-            self.program.loop(self)
+            last, begin = self._reading - 1, self._micros()
+            if last < begin + 1e6 * seen.period / count:  # else the last loop still waits
+                self._reading = max(last, begin)
+                self.program.loop(self)
             loops.append(list(self._coils.values()))
             if not self._changes or self._changes[-1][1] != self._coils:
                 self._changes.append((self._time, dict(self._coils)))
@@ -80,7 +84,12 @@ class Firmware:
         return dict(zip(self._coils, map(tuple, np.mean(loops, axis=0).tolist()), strict=True))
 
     def micros(self) -> int:
-        """Time since the beginning [us]."""
+        """Time since the beginning [us]; within a loop a call takes 1 us, assumed, so that a wait ends."""
+        self._reading += 1
+        return self._reading - 1
+
+    def _micros(self) -> int:
+        """The simulation's time [us]."""
         return round(1e6 * self._time)
 
     def read(self, column: str) -> float:
@@ -101,10 +110,29 @@ class _CProgram:
     """A board's program in C: a file that includes board.h, or the folder of an export."""
 
     def __init__(self, source: str | os.PathLike[str], options: Sequence[str]):
-        self._library = _compiled(pathlib.Path(source), options)
+        self._source = pathlib.Path(source)
+        self._code = _compiled(self._source, options)
+        self._library = self._loaded()
+
+    def _loaded(self) -> ctypes.CDLL:
+        """A library of its own, whose variables are shared with none and have their first values."""
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+            library = pathlib.Path(folder, "program.so")
+            library.write_bytes(self._code)
+            try:
+                loaded = ctypes.CDLL(str(library))
+            except OSError as error:
+                problem = f"is compiled, but cannot be loaded: {str(error).removeprefix(f'{library}: ')}"
+                allowed = "a C file of all that it calls, and a folder TMPDIR from which programs may run"
+                raise InputError(problem, file=self._source, field="firmware", allowed=allowed) from None
+        for name in ("setup", "loop"):
+            if not hasattr(loaded, name):
+                raise InputError(f"defines no {name}(const board_t *)", file=self._source, field="firmware")
+        return loaded
 
     def setup(self, board: Any) -> None:
-        """Call C's setup, with this board from now on."""
+        """Call a fresh library's setup, with this board from now on."""
+        self._library = self._loaded()
         self._calls = [kind(self._kept(getattr(board, name))) for name, kind in _CALLS.items()]
         self._board = (ctypes.c_void_p * len(_CALLS))(*(ctypes.cast(c, ctypes.c_void_p) for c in self._calls))
         self._errors: list[BaseException] = []
@@ -132,8 +160,8 @@ class _CProgram:
             raise self._errors[0]
 
 
-def _compiled(source: pathlib.Path, options: Sequence[str]) -> ctypes.CDLL:
-    """A library of its own, so that two programs share no variable; InputError where there is none."""
+def _compiled(source: pathlib.Path, options: Sequence[str]) -> bytes:
+    """The library that the compiler makes; InputError where it makes none."""
     file = source if source.is_file() else _HERE / "program.c"
     if file != source and not (source / "valves" / "valves.h").is_file():
         raise InputError("is neither a C file nor the folder of an export", file=source, field="firmware")
@@ -149,8 +177,4 @@ def _compiled(source: pathlib.Path, options: Sequence[str]) -> ctypes.CDLL:
         if done.returncode:
             said = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[:200])
             raise InputError(f"the compiler refuses it: {said.strip()}", file=source, field="firmware")
-        loaded = ctypes.CDLL(str(library))
-    for name in ("setup", "loop"):
-        if not hasattr(loaded, name):
-            raise InputError(f"defines no {name}(const board_t *)", file=source, field="firmware")
-    return loaded
+        return library.read_bytes()
