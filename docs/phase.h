@@ -43,6 +43,7 @@ PHASE_MATH(fabs)
 #define FASTEST R(3.0)
 #define FIRST R(0.06981317007977318)
 #define FORGOTTEN R(2.5)
+#define GAP R(0.050100000000000006)
 #define HOLD R(10.0)
 #define LATE R(0.08)
 #define LEARNT R(0.026179938779914945)
@@ -169,6 +170,7 @@ typedef struct {
     real_t lead, window, since_look, looks[LOOKS][2]; /* the latest last: angle, phase */
     real_t state[STATES], covariance[STATES][STATES], wave[STATES];
     real_t age, agreed, misfit, worst, stated, rate, cadence, origin, unstruck, since_strike, since_swing;
+    real_t gap; /* since the last sample that was not lost */
     real_t before, high, low, since_high, since_low; /* of a swing that is looked for */
     uint8_t looked, follows, stopped, falls, has_kept;
     template_t kept;
@@ -261,22 +263,22 @@ static void phase_turn(phase_t *p, real_t shift)
     }
 }
 
-static void phase_no_swing(phase_t *p)
+static void phase_forget_swing(phase_t *p)
 {
     p->falls = 0;
     p->before = p->low = NEVER;
     p->high = -NEVER;
     p->since_high = p->since_low = 0;
+    p->since_swing = p->since_strike = p->unstruck = NEVER;
 }
 
 static void phase_begin(phase_t *p, real_t lead)
 {
     memset(p, 0, sizeof *p);
-    phase_no_swing(p);
+    phase_forget_swing(p);
     p->lead = lead;
     p->window = LONGEST_WINDOW;
     p->stated = -NEVER;
-    p->unstruck = p->since_strike = p->since_swing = NEVER;
 }
 
 static inline int phase_ready(const phase_t *p)
@@ -291,7 +293,7 @@ static int phase_stands(phase_t *p, real_t value, real_t dt)
     const int enough = phase_enough(p);
     real_t mean = 0, square = 0;
     p->since_look += dt;
-    if (p->since_look < LOOK - R(1e-4))
+    if (p->gap > 0 || p->since_look < LOOK - R(1e-4))
         return p->stopped;
     p->since_look = 0;
     memmove(p->looks[0], p->looks[1], sizeof p->looks - sizeof p->looks[0]);
@@ -322,8 +324,7 @@ static void phase_stand(phase_t *p, real_t value, real_t dt, int begins)
 {
     const real_t gone = p->state[0] - p->looks[LOOKS - phase_enough(p)][1];
     real_t off;
-    phase_no_swing(p);
-    p->since_swing = p->since_strike = p->unstruck = NEVER;
+    phase_forget_swing(p);
     if (!p->follows)
         return;
     if (begins && gone > 0 && gone < R(0.5))
@@ -345,6 +346,8 @@ static int phase_swing(phase_t *p, real_t value, real_t dt)
 {
     p->since_high += dt;
     p->since_low += dt;
+    if (p->gap > 0)
+        return 0;
     if (p->falls) {
         if (value < p->low) {
             p->low = value;
@@ -457,10 +460,12 @@ static void phase_follow(phase_t *p, real_t value, real_t dt, int struck)
         for (int j = SHAPE + 1; j <= i; j++)
             p->covariance[i][j] = p->covariance[j][i] += size * state[j];
     }
-    surprise = value - phase_series(state + SHAPE, state[0], p->wave);
-    phase_agree(p, surprise, most(gone, R(0.5) * dt));
-    error = LEARNT + (BEGUN - LEARNT) * exp_r(-p->age / FORGOTTEN);
-    phase_correct(p, p->wave, surprise, error * error * SAMPLE / dt);
+    if (!(p->gap > 0)) {
+        surprise = value - phase_series(state + SHAPE, state[0], p->wave);
+        phase_agree(p, surprise, most(gone, R(0.5) * dt));
+        error = LEARNT + (BEGUN - LEARNT) * exp_r(-p->age / FORGOTTEN);
+        phase_correct(p, p->wave, surprise, error * error * SAMPLE / dt);
+    }
     if (struck)
         phase_strike(p, dt);
     if (p->unstruck < SEEN)
@@ -474,17 +479,24 @@ static void phase_follow(phase_t *p, real_t value, real_t dt, int struck)
         p->stated = phase;
 }
 
-/* A sample of the shank's angle [rad], time since the one before [s], whether the heel has struck in it. */
+/* A sample of the shank's angle [rad], NaN where it was lost, time since the one before [s], whether the heel has
+ * struck in it. */
 static void phase_update(phase_t *p, real_t value, real_t dt, int struck)
 {
     const uint8_t stood = p->stopped;
-    if (!(value - value == 0) || !(dt > 0))
-        return; /* a sample that was lost */
+    if (!(dt > 0))
+        return;
+    p->gap = value - value == 0 ? 0 : p->gap + dt;
+    if (p->gap > GAP)
+        p->agreed = 0;
+    if (p->gap > SHORTEST_WINDOW + R(1e-4))
+        phase_forget_swing(p);
     p->stopped = (uint8_t)phase_stands(p, value, dt);
     p->since_swing = least(p->since_swing + dt, NEVER);
     p->since_strike = least(p->since_strike + dt, NEVER);
     if (p->stopped) {
-        phase_stand(p, value, dt, !stood);
+        if (!(p->gap > 0))
+            phase_stand(p, value, dt, !stood);
         return;
     }
     if (stood)

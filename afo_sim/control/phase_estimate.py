@@ -140,6 +140,9 @@ SEEN, HOLD = 1.5, 10.0  # strides in which a foot switch counts; how often a str
 AVERAGED = 2.0  # how often a stride the rate that is stated is renewed
 STRIDES = 0.33, 5.0  # durations of a stride [s]
 BACK = 0.05  # phase by which it waits instead of running back [-]
+# Time without a sample after which the phase is not believed [s]: at a stride a second it has gone on by
+# `CERTAIN`, and is off by as much if the walker stopped meanwhile. The slack is for rounding.
+GAP = 0.05 + 1e-4
 
 
 class PhaseEstimate:
@@ -176,6 +179,7 @@ class PhaseEstimate:
         self._origin = 0.0  # of the shape, to which it is held
         self._unstruck = math.inf  # strides since the foot switch closed
         self._since_strike = self._since_swing = math.inf  # [s]
+        self._gap = 0.0  # since the last sample that was not lost [s]
         self.stopped = False
 
     @property
@@ -194,17 +198,23 @@ class PhaseEstimate:
         return self._follows and self._agreed >= AGREED and float(self._covariance[0, 0]) < CERTAIN**2
 
     def update(self, value: float, dt: float, struck: bool = False) -> None:
-        """Take in a sample.
+        """Take in a sample; while samples are lost (not finite), the phase goes on at its rate.
 
         Units: value [rad], dt [s].
         """
-        if not (math.isfinite(value) and dt > 0.0):
-            return  # a sample that was lost
+        if not dt > 0.0:
+            return
+        self._gap = 0.0 if math.isfinite(value) else self._gap + dt
+        if self._gap > GAP:
+            self._agreed = 0.0
+        if self._gap > WINDOW[0] + 1e-4:  # the shank may have turned round unseen
+            self._forget_swing()
         stood, self.stopped = self.stopped, self._stands(value, dt)
         self._since_swing += dt
         self._since_strike += dt
         if self.stopped:
-            self._stand(value, dt, begins=not stood)
+            if not self._gap:
+                self._stand(value, dt, begins=not stood)
             return
         if stood:
             self._state[1] = self._cadence  # he goes on as fast as he walked before
@@ -217,7 +227,7 @@ class PhaseEstimate:
     def _stands(self, value: float, dt: float) -> bool:
         """Whether the shank has hardly moved of late."""
         self._since_look += dt
-        if self._since_look < LOOK - 1e-4:
+        if self._gap or self._since_look < LOOK - 1e-4:
             return self.stopped
         self._since_look = 0.0
         self._looks[:-1] = self._looks[1:]
@@ -233,8 +243,7 @@ class PhaseEstimate:
 
     def _stand(self, value: float, dt: float, begins: bool) -> None:
         """The phase stays where it was when he stopped; how fast it goes on is not known."""
-        self._swings = _Swings()
-        self._since_swing = self._since_strike = self._unstruck = math.inf
+        self._forget_swing()
         if not self._follows:
             return
         gone = self._state[0] - self._looks[-self._enough, 1]
@@ -253,6 +262,11 @@ class PhaseEstimate:
         self._misfit = max(off, 0.0) ** 2
         self._agreed = AGREED_STANDING if self._misfit < MISFIT**2 and self._kept else 0.0
         self._averaged(dt)
+
+    def _forget_swing(self) -> None:
+        """The stride is not timed, as the walker stands or may have."""
+        self._swings = _Swings()
+        self._since_swing = self._since_strike = self._unstruck = math.inf
 
     def _agree(self, surprise: float, gone: float) -> None:
         """Take in by how much the angle was not as expected [rad], for a part of a stride."""
@@ -320,10 +334,11 @@ class PhaseEstimate:
         advance(state, covariance, dt, UNSTEADY**2 * max(rate**3, 0.1), UNLIKE**2)
         loose = dt * max(rate, SLOWEST) * min(self._misfit / LEARNT**2, 1.0)
         loosen_size(state, covariance, SIZE**2 * loose, SHIFT**2 * loose)
-        surprise = value - series(state, wave)[0]
-        self._agree(surprise, max(gone, 0.5 * dt))
-        error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._age / FORGOTTEN)
-        correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt)
+        if not self._gap:
+            surprise = value - series(state, wave)[0]
+            self._agree(surprise, max(gone, 0.5 * dt))
+            error = LEARNT + (BEGUN - LEARNT) * math.exp(-self._age / FORGOTTEN)
+            correct(state, covariance, wave, surprise, error**2 * SAMPLE / dt)
         if struck:
             self._strike(dt)
         self._hold(gone)
@@ -405,7 +420,7 @@ class _Swings:
         if value < self._low:
             self._low, self._since_low = value, 0.0
             return None
-        if value < self._low + PAST:
+        if not value >= self._low + PAST:  # nor where it was lost
             return None
         swing = _Swing(self._high, self._low, self._since_high - self._since_low, self._since_low)
         self._falls, self._before = False, self._low

@@ -197,11 +197,15 @@ int main(void) {
 """
 
 
+@pytest.mark.parametrize("lost", [0.0, 0.1])
 @pytest.mark.parametrize(("real", "differs", "unlike"), [("double", 1e-7, 0), ("float", 2e-3, 5)])
 def test_the_c_header_computes_the_same(
-    real: str, differs: float, unlike: int, tmp_path: pathlib.Path
+    real: str, differs: float, unlike: int, lost: float, tmp_path: pathlib.Path
 ) -> None:
     walk = table.phase_events.walk(table.curve("gatk_mean"), 1.2, FEW, 1)
+    walk.angle[np.random.default_rng(5).random(len(walk.angle)) < lost] = math.nan
+    if lost:
+        walk.angle[3000:3008] = walk.angle[4000:4040] = math.nan
     (tmp_path / "main.c").write_text(MAIN, encoding="utf-8")
     command = [compiler("cc", "gcc", "clang"), "-std=c99", *STRICT, f"-DPHASE_REAL={real}"]
     command += [f"-I{ROOT / 'docs'}", "-o", str(tmp_path / "main"), str(tmp_path / "main.c"), "-lm"]
@@ -225,12 +229,28 @@ def test_the_c_header_has_the_constants_of_the_estimator() -> None:
     assert table.written_c(text) == text and "#define WAKING_RATE" in text
 
 
-def test_lost_samples_are_left_out() -> None:
-    trial = table.estimated("bovi2011_natural")
-    estimate = PhaseEstimate()
-    for k, angle in enumerate(trial.shank):
-        estimate.update(math.nan if k % 37 == 0 else float(angle), 0.01)
-    assert estimate.ready and math.isfinite(estimate.phase)
+@pytest.mark.parametrize("share", [0.1, 0.3])
+def test_the_phase_goes_on_while_samples_are_lost(share: float) -> None:
+    trial = table.estimated("bovi2011_natural", noise=table.NOISE)
+    lost = np.random.default_rng(2).random(len(trial.shank)) < share
+    estimate, error, stride_time = PhaseEstimate(), [], []
+    for angle, true in zip(np.where(lost, math.nan, trial.shank), trial.walked, strict=True):
+        estimate.update(float(angle), 0.01)
+        error.append((estimate.phase - true + 0.5) % 1.0 - 0.5)
+        stride_time.append(estimate.stride_time)
+    assert 100.0 * np.abs(error)[trial.counts].max() < 5.0
+    assert np.mean(np.array(stride_time)[trial.counts]) == pytest.approx(1.0929, rel=0.02)
+
+
+def test_a_gap_is_not_ready_until_the_angle_was_as_expected_again() -> None:
+    trial = table.estimated("bovi2011_natural", noise=table.NOISE)
+    estimate, ready, gap = PhaseEstimate(), [], slice(900, 1400)
+    trial.shank[gap] = math.nan
+    for angle in trial.shank:
+        estimate.update(float(angle), 0.01)
+        ready.append(estimate.ready)
+    assert ready[904] and not any(ready[905:1450]) and ready[-1]
+    assert abs((estimate.phase - trial.walked[-1] + 0.5) % 1.0 - 0.5) < 0.05
 
 
 def test_the_template_is_the_published_curve_at_its_own_stride_time() -> None:
