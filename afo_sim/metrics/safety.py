@@ -18,7 +18,7 @@ FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
 BAND = 0.25  # half the height of the band about the middle that a cycle crosses, of the swing [-]
 
 HOLDS = "least total force on the skin that prevents sliding: peak pull along the shank divided by friction"
-SLAP = "where the highest is of the foot's slap, which no floor stops on the recorded ground"
+SLAP = "on the recorded ground no floor stops a slap: the loading response is left out if it has the peak"
 LOADING = 0.3  # of the stride: the first half of stance, in which a foot slaps; assumed [-]
 SLAPS = np.radians(5.0)  # below the recorded ankle, from which on the recorded force is another's; assumed
 USED = "100 % is the limit; for the muscle that comes closest"
@@ -45,7 +45,7 @@ CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has
     (
         "cuff_skin_pressure_without_slap",
         "kPa",
-        "Pressure under the cuff outside the loading response, peak",
+        "Pressure under the cuff without a slap, peak",
         SLAP,
     ),
     (
@@ -123,7 +123,7 @@ def cuff_metrics(
     (
         "plate_skin_pressure_without_slap",
         "kPa",
-        "Pressure under the plate's strap outside the loading response",
+        "Pressure under the plate's strap without a slap",
         SLAP,
     ),
     (
@@ -192,9 +192,9 @@ def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]
 
 
 def pressure_without_slap(facts: Facts, part: str, columns: Columns) -> float | None:
-    """Peak pressure outside the loading response [kPa], where a slap that no floor stops is the highest.
+    """Peak pressure on the recorded ground [kPa], outside the loading response if its slap is the highest.
 
-    None elsewhere: on a floor, or where the pull peaks later or with the ankle about as recorded.
+    All rows count where the pull peaks later, or with the ankle about as recorded. None on a floor.
     """
     if not facts.walks or part not in (facts.skins or {}) or RECORDED_FORCE in columns:
         return None
@@ -202,9 +202,8 @@ def pressure_without_slap(facts: Facts, part: str, columns: Columns) -> float | 
     landing = stance(columns, facts.body_mass) & (columns["gait/phase"] < LOADING)
     peak = int(np.argmax(np.linalg.norm(facts.skins[part].pull(columns), axis=1)))
     dives = columns["ankle/angle"][peak] < columns["gait/ankle_angle"][peak] - SLAPS
-    if landing.all() or not (landing[peak] and dives):
-        return None
-    rows = cut(columns, lambda values: values[~landing])
+    slaps = bool(landing[peak] and dives and not landing.all())
+    rows = cut(columns, lambda values: values[~landing]) if slaps else columns
     return skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
 
 
