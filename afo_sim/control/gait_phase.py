@@ -1,5 +1,6 @@
 """Commands by the gait phase, estimated from the shank's angle or from a switch under the heel."""
 
+import math
 from collections import deque
 from collections.abc import Mapping
 
@@ -39,6 +40,8 @@ class FootSwitch:
         Units: value [N], dt [s].
         """
         self.since += dt
+        if not math.isfinite(value):  # a lost sample: the foot stands where it stood
+            return False
         closed = value >= (OPENS * self.threshold if self.closed else self.threshold)
         striking = closed and not self.closed and (not self.struck or self.since >= BOUNCE)
         if striking:

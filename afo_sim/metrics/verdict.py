@@ -431,7 +431,7 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     if not statuses:
         return _unknown(SKIN, "no cuff and no strap is described", limit)
     text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on it."
-    against = f"(limits {1e-3 * discomfort:.3g}, {1e-3 * flow:.3g})"
+    against = f"(to {1e-3 * discomfort:.3g}, always {1e-3 * flow:.3g})"
     brief = f"{', '.join(short)}, µ assumed {against}" if short else ""
     return Answer(SKIN, QUESTIONS[SKIN], worst(statuses), text, limit, brief)
 

@@ -46,7 +46,9 @@ _DECISIVE = (  # metrics that designs are compared by
     "air_per_stride",
     "strides_per_bottle",
     "cuff_skin_pressure",
+    "cuff_skin_pressure_without_slap",
     "plate_skin_pressure",
+    "plate_skin_pressure_without_slap",
     "orthosis_peak_dorsiflexion_torque",
 )
 _AT_ONCE = Asked(frozenset({"toe_clearance"}), doubts=False)

@@ -56,6 +56,14 @@ def test_the_phase_is_time_over_the_mean_of_the_last_strides() -> None:
     assert not switch.ready  # 1.7 s, over 1.5 strides: who knows
 
 
+def test_a_lost_sample_in_a_contact_is_no_heel_strike() -> None:
+    switch = begun()
+    walked(switch, 1.0, contact=0.6)
+    for k in range(60):
+        switch.update(math.nan if k == 50 else 100.0, DT)  # 0.5 s after the strike
+    assert switch.stride_time == pytest.approx(1.0) and switch.phase == pytest.approx(0.6)
+
+
 def test_a_stop_is_no_stride_and_a_slower_walk_is_learned() -> None:
     switch = begun()
     walked(switch, 1.0, 4.0)
