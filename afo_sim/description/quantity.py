@@ -1,5 +1,6 @@
 """Field types of the descriptions: quantities read from text, and numbers that name their source."""
 
+import copy
 import marshal
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -196,7 +197,10 @@ class Described(Shown, BaseModel):
         return found
 
     def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
-        return self  # frozen: whoever copies what holds it may share it
+        """What is frozen is shared; tables, which may be changed, are copied, and what holds them."""
+        held = {k: v for k, v in vars(self).items() if type(v) is dict or isinstance(v, Described)}
+        own = {k: copied for k, v in held.items() if (copied := copy.deepcopy(v, memo)) is not v}
+        return self.model_copy(update=own) if own else self
 
     def __hash__(self) -> int:
         # of its own numbers and words; where only parts differ, comparing tells

@@ -56,6 +56,8 @@ class Built(Shown):
     side_arms: SideArms | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
+        if self.walk is not None and not self.walk.described:
+            raise TypeError("a path that no scenario describes is neither copied nor pickled")
         return build, (self.scenario,)  # its spec cannot be pickled
 
     @property

@@ -12,6 +12,7 @@ Left out: sideways motion and the body's lean in a turn, slopes, and whatever a 
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -35,6 +36,7 @@ class Track(Walk):
     """
 
     walking: np.ndarray | None = None
+    described: ClassVar[bool] = False
 
     @cached_property
     def ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -243,7 +243,8 @@ class _Run:
             if not alive:
                 return
             steps = range(first, min(first + self.block, self.n_step))
-            now = {name: values.copy() for name, values in self.now.items()}
+            keeps = all(cases[k].policy.keeps for k in alive)
+            now = {name: values.copy() for name, values in self.now.items()} if keeps else {}
             try:
                 self._advance(stepper, alive, steps, before)
                 before = first
@@ -257,7 +258,7 @@ class _Run:
                     progress(steps.stop, self.n_step)
                 seen = steps.stop
             except KeyboardInterrupt:
-                if not all(cases[k].policy.keeps for k in alive):
+                if not keeps:
                     raise
                 self.now = now  # the block may be half done
                 self.faults.update(alive)

@@ -77,6 +77,14 @@ def test_a_part_that_readings_share_refuses_to_be_changed() -> None:
     assert groups == copy.deepcopy(groups) == pickle.loads(pickle.dumps(groups)) == dict(groups)
 
 
+def test_a_copy_has_tables_of_its_own_and_shares_what_is_frozen() -> None:
+    whole = load("orthosis", "s1")
+    own = copy.deepcopy(whole)
+    assert own == whole and own.muscle["dorsiflexor"].type is whole.muscle["dorsiflexor"].type
+    del own.muscle["plantarflexor"]
+    assert list(whole.muscle) == ["dorsiflexor", "plantarflexor"]
+
+
 def test_a_dict_and_a_file_that_change_between_readings_are_read_anew(tmp_path: pathlib.Path) -> None:
     own = copy.deepcopy(WALK)
     before = load("scenario", own)

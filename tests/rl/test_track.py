@@ -1,6 +1,7 @@
 """Paths with stops and short steps: the recorded walk where nothing changes, smooth, flat where it stands."""
 
 import functools
+import pickle
 
 import numpy as np
 import pytest
@@ -26,6 +27,8 @@ def test_a_track_at_the_recorded_phase_and_reach_is_the_recorded_walk() -> None:
     np.testing.assert_array_equal(found.walk.ankle, walk.ankle)
     np.testing.assert_allclose(found.active.recorded, built.active.recorded, atol=1e-6)
     np.testing.assert_allclose(found.active.moment, built.active.moment, atol=1e-6)
+    with pytest.raises(TypeError, match="no scenario describes"):
+        pickle.dumps(found)
 
 
 @pytest.mark.parametrize("number", [USUAL, 0, 1])
