@@ -72,7 +72,12 @@ def _hinge(tree: Tree, kind: JointName, joint: str | None, side: Side | None) ->
         called = [name for name in called if side in (None, side_of(name, hinges[name][0].name))]
         if len(called) != 1:
             problem = f"is needed: the orthosis is for {a_joint(kind)}"
-            raise InputError(problem, file=tree.file, field="joint", allowed=listed(called or hinges, 24))
+            others = [words for other, words in NAMED.items() if other != kind]
+            free = [name for name in hinges if not any(words.search(name) for words in others)]
+            allowed = (
+                listed(called or free, 24) if called or free else f"a model with the hinge of {a_joint(kind)}"
+            )
+            raise InputError(problem, file=tree.file, field="joint", allowed=allowed)
         joint = called[0]
     if joint not in hinges:
         raise unknown(joint, hinges, file=tree.file, field="joint", problem="there is no such hinge")
