@@ -32,9 +32,16 @@ KINDS = {
     "sweep": "sweeps",
     "search": "searches",
     "uncertainty": "uncertainties",
+    "walker": "walkers",
 }
 FOLDERS = ("models", "gait_data")
-FLAT = ("scenario", "sweep", "search", "uncertainty")  # kinds whose products are single files, not folders
+FLAT = (
+    "scenario",
+    "sweep",
+    "search",
+    "uncertainty",
+    "walker",
+)  # kinds whose products are single files, not folders
 _MOST_LEVELS = 32  # of tables and lists in each other
 _KEY_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
 _LONG_KEY = re.compile(rf"(?<![\w\\-])(?:{_KEY_PART}){{{_MOST_LEVELS}}}")  # read in the cube of its length

@@ -22,6 +22,7 @@ from .foot import Foot as Foot
 from .foot import Turn as Turn
 from .foot import foot_of as foot_of
 from .inversion import free as free
+from .leg import attach_parts as attach_parts
 from .leg import leg_spec as leg_spec
 from .leg import rigid_part as rigid_part
 from .leg_shapes import FLAT as FLAT
@@ -31,6 +32,7 @@ from .mirror import mirror_shapes as mirror_shapes
 from .model_file import examine as examine
 from .mounting import ANKLE as ANKLE
 from .mounting import SUBTALAR as SUBTALAR
+from .mounting import add_motor as add_motor
 from .mounting import chamber_of as chamber_of
 from .mounting import muscle_names as muscle_names
 from .mounting import sweep_ankle as sweep_ankle
@@ -38,6 +40,7 @@ from .mounting import sweep_lengths as sweep_lengths
 from .mounting import valve_names as valve_names
 from .outsole import OLD_TOE as OLD_TOE
 from .outsole import POINTS as POINTS
+from .outsole import SOLE as SOLE
 from .outsole import padded as padded
 from .path_checks import check_guides as check_guides
 from .path_checks import check_paths as check_paths
@@ -71,11 +74,13 @@ from .periodic import why_walked as why_walked
 from .person import UNDRIVEN as UNDRIVEN
 from .person import Size as Size
 from .person import as_recorded as as_recorded
+from .person import healthy_tissue as healthy_tissue
 from .person import in_contact as in_contact
 from .person import own_tissue as own_tissue
 from .person import person_of as person_of
 from .person import persons_stride as persons_stride
 from .person import recorded_stride as recorded_stride
+from .person import reflex_gain as reflex_gain
 from .person import walker_of as walker_of
 from .person import with_person as with_person
 from .pneumatic_circuit import circuit_of as circuit_of

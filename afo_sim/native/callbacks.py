@@ -13,6 +13,9 @@ its states are in `act`, its input in `ctrl`:
     friction a joint, no force  –                       states of a muscle's friction
     spastic  ankle              none (see below)        –
     pad      a sole point's z   none (see below)        –
+    grip     a sole point's x   none (see below)        where the floor holds it
+    reflex   a joint, no force  –                       phase of the gait, foot strikes
+    leg muscle  tendon          –                       activation, fibre, energy
     motor    joint              MuJoCo's own            –
 
 The callbacks are process-global in MuJoCo. They act only on marked actuators, refuse all others, are
@@ -51,21 +54,27 @@ from afo_sim.native.slots import (
     KIND_CHAMBER,
     KIND_DRIVE,
     KIND_FRICTION,
+    KIND_GRIP,
+    KIND_LEG_MUSCLE,
     KIND_MOTOR,
     KIND_MUSCLE,
     KIND_NETWORK,
     KIND_PAD,
     KIND_PASSIVE,
+    KIND_REFLEX,
     KIND_RESTRICTION,
     KIND_SPASTIC,
     KIND_STORE,
     KIND_VALVE,
     KIND_VOLUME,
     LEADER_DATA,
+    LEG_MUSCLE_DATA,
+    LEG_MUSCLE_ROW,
     MUSCLE_ROW,
     PASSIVE_ROW,
     SPASTIC_ROW,
 )
+from afo_sim.native.walker import grip_dyn, held_by_floor, leg_muscle_dyn, reflex_dyn
 from afo_sim.physics import passive_moment, spastic_moment
 
 
@@ -98,6 +107,14 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             if force != force:
                 fail(NO_NUMBER, i)
             return bias_beside_gain(d, i, force, damping)
+        if kind == KIND_LEG_MUSCLE:
+            tension = d.userdata[int(u[j + LEG_MUSCLE_ROW.userdata]) + LEG_MUSCLE_DATA.tension]
+            if tension != tension:
+                fail(NO_NUMBER, i)
+            return 0.0 - tension
+        if kind == KIND_GRIP:
+            force, damping, _ = held_by_floor(m, d, i, j)
+            return bias_beside_gain(d, i, force, damping)
         if kind == KIND_MOTOR:
             return 0.0 - u[j + SPASTIC_ROW.gain] * d.actuator_velocity[i]
         return 0.0
@@ -121,6 +138,12 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             valve_dyn(m, d, i, j)
         elif kind == KIND_FRICTION:
             return friction_dyn(m, d, i, j)
+        elif kind == KIND_REFLEX:
+            reflex_dyn(m, d, i, j)
+        elif kind == KIND_LEG_MUSCLE:
+            leg_muscle_dyn(m, d, i, j)
+        elif kind == KIND_GRIP:
+            grip_dyn(m, d, i, j)
         return 0.0
 
     return bias, dyn

@@ -274,7 +274,7 @@ def add_muscles(
         leaders = sum(len(circuit.muscles_of(name)) for name in network.chambers)
         count = len(LEADER_ACT) * leaders + len(ANCHOR_ACT) * len(network.anchors)
         joint = joints[network.chambers[0]]
-        _add_states(spec, prefix + network.name, joint, max(count, 2), default)
+        add_states(spec, prefix + network.name, joint, max(count, 2), default)
     for muscle in circuit.muscles:
         for tendon in muscle.tendons:
             leads = tendon == muscle.tendons[0]
@@ -306,16 +306,16 @@ def add_chambers(
     spec.nuserdata = userdata + circuit_data(circuit)
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
     for chamber in circuit.driven:
-        _add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, len(DRIVE_ACT), default)
+        add_states(spec, f"{prefix}drive_{chamber.name}", chamber.joint, len(DRIVE_ACT), default)
     for name, joint in joints.items():
-        _add_states(spec, f"{prefix}chamber_{name}", joint, len(CHAMBER_ACT), default)
+        add_states(spec, f"{prefix}chamber_{name}", joint, len(CHAMBER_ACT), default)
     for name, joint in joints.items():
         for side in SIDES:
-            _add_states(spec, f"{prefix}valve_{name}_{side}", joint, len(VALVE_ACT), default)
+            add_states(spec, f"{prefix}valve_{name}_{side}", joint, len(VALVE_ACT), default)
     for muscle in circuit.muscles:
         if muscle.friction_states:
             joint = joints[muscle.chamber]
-            _add_states(spec, f"{prefix}friction_{muscle.name}", joint, muscle.friction_states, default)
+            add_states(spec, f"{prefix}friction_{muscle.name}", joint, muscle.friction_states, default)
     _add_air_path(spec, circuit, prefix, default)
 
 
@@ -327,15 +327,15 @@ def _add_air_path(
         return
     joint = circuit.chambers[0].joint
     for volume in circuit.volumes:
-        _add_states(spec, f"{prefix}volume_{volume.name}", joint, len(STORE_ACT), default)
+        add_states(spec, f"{prefix}volume_{volume.name}", joint, len(STORE_ACT), default)
     for store in circuit.stores:
-        _add_states(spec, f"{prefix}store_{store.name}", joint, len(STORE_ACT), default)
+        add_states(spec, f"{prefix}store_{store.name}", joint, len(STORE_ACT), default)
     for each in circuit.restrictions:
         if each.valve is not None:
-            _add_states(spec, f"{prefix}valve_{each.name}", joint, len(VALVE_ACT), default)
+            add_states(spec, f"{prefix}valve_{each.name}", joint, len(VALVE_ACT), default)
             continue
         running = len(COMPRESSOR_ACT) if each.law == COMPRESSOR else 0
-        _add_states(spec, f"{prefix}restriction_{each.name}", joint, running, default)
+        add_states(spec, f"{prefix}restriction_{each.name}", joint, running, default)
 
 
 def circuit_data(circuit: Circuit) -> int:
@@ -350,10 +350,10 @@ def circuit_data(circuit: Circuit) -> int:
     )
 
 
-def _add_states(
-    spec: mujoco.MjSpec, name: str, joint: str, count: int, default: mujoco.MjsDefault | None
+def add_states(
+    spec: mujoco.MjSpec, name: str, joint: str, count: int, default: mujoco.MjsDefault | None = None
 ) -> None:
-    """An actuator without force that holds states of the callbacks', or numbers alone."""
+    """Add an actuator without force that holds states of the callbacks', or numbers alone."""
     user, none = mujoco.mjtDyn.mjDYN_USER, mujoco.mjtDyn.mjDYN_NONE
     spec.add_actuator(
         default,

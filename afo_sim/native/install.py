@@ -23,19 +23,25 @@ from afo_sim.native.slots import (
     CHAMBER_ROW,
     DRIVE_ROW,
     FRICTION_ROW,
+    GRIP_ROW,
     KIND_CHAMBER,
     KIND_DRIVE,
     KIND_FRICTION,
+    KIND_GRIP,
+    KIND_LEG_MUSCLE,
     KIND_MOTOR,
     KIND_MUSCLE,
     KIND_NETWORK,
     KIND_PAD,
+    KIND_PASSIVE,
+    KIND_REFLEX,
     KIND_VALVE,
     LEADER_DATA,
     MARK,
     MUSCLE_ROW,
     NETWORK_ROW,
     PAD_ROW,
+    REFLEX_ROW,
     ROWS,
 )
 from afo_sim.native.struct_layout import verify
@@ -97,7 +103,7 @@ class _FlatData:
 
     def __getattr__(self, name: str) -> Any:
         found = getattr(self._data, name)
-        return found.reshape(-1) if name in ("wrap_xpos", "wrap_obj") else found
+        return found.reshape(-1) if name in ("wrap_xpos", "wrap_obj", "xipos") else found
 
 
 def _current() -> tuple[Any, Any]:
@@ -257,6 +263,13 @@ REFERENCES: dict[float, dict[int, tuple[float, bool]]] = {kind: {} for kind in R
     KIND_DRIVE: {DRIVE_ROW.chamber: (KIND_CHAMBER, False)},
     KIND_FRICTION: {FRICTION_ROW.muscle: (KIND_MUSCLE, False)},
     KIND_PAD: {PAD_ROW.floor: (KIND_MOTOR, False)},
+    KIND_GRIP: {GRIP_ROW.pad: (KIND_PAD, False)},
+    KIND_REFLEX: {
+        REFLEX_ROW.other: (KIND_REFLEX, False),
+        REFLEX_ROW.muscle: (KIND_LEG_MUSCLE, False),
+        REFLEX_ROW.pad: (KIND_PAD, False),
+        REFLEX_ROW.tissue: (KIND_PASSIVE, False),
+    },
     KIND_NETWORK: {NETWORK_ROW.first_chamber: (KIND_CHAMBER, False)},
 }
 

@@ -16,6 +16,10 @@ a row. To compiled code they are constants. Nothing outside this package writes 
     drive      reading, integral, pulse, switches               coils of inlet and outlet
     valve      armature, opening, coil                          –
     friction   states of the muscle's friction                  –
+    leg muscle excitation, activation, fibre's length,          excitation, tension
+               velocity, force, energy
+    reflex     phase of the gait, foot strikes                  what its nerves carry, step by step
+    grip       where the sole holds the floor                   –
 
 A "last" state, and all states of a network, belong to the posture one step back. What belongs to the present
 posture is solved anew in each step and stands in `userdata`.
@@ -29,6 +33,7 @@ import numpy as np
 
 from afo_sim.physics import (
     DAMPER_COEFFICIENTS,
+    GAINS,
     LAW_VOLUME,
     LAWS,
     MAX_COEFFICIENTS,
@@ -42,6 +47,7 @@ MARK = 2835.0  # tells this project's actuators from anybody else's; another num
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
 KIND_VOLUME, KIND_STORE, KIND_RESTRICTION = 11.0, 12.0, 13.0
+KIND_LEG_MUSCLE, KIND_REFLEX, KIND_GRIP = 14.0, 15.0, 16.0
 BANG_BANG, PWM, REGULATOR = 1.0, 2.0, 3.0  # kinds of a drive
 MAX_ANCHORS = 4  # anchors that the muscles of a network pull on, in series
 LAW_PARAMETERS = 4  # of a flow law
@@ -253,6 +259,61 @@ class PadRow(NamedTuple):
     floor: int
 
 
+class LegMuscleRow(NamedTuple):
+    """Of a leg's own muscle: [-], [N], [m], [m], [-], [-], [1/s], [-], [-], [kg], [-], place of its results."""
+
+    strength: int
+    force: int
+    optimal: int
+    slack: int
+    width: int
+    strain: int
+    fastest: int
+    damping: int
+    passive: int
+    mass: int
+    slow: int
+    userdata: int
+
+
+class ReflexRow(NamedTuple):
+    """Of a leg's reflexes.
+
+    other : actuator id of the other leg's
+    muscle, pad : actuator ids of its first muscle and its first pad; the others follow
+    tissue : actuator id of the passive ankle, whose input is the knee's angle
+    foot, trunk : bodies whose centres of mass are compared
+    knee, knee_rate, pitch, pitch_rate : places in `qpos` and `qvel`
+    userdata, slots : of the nerves' memory, and how many steps it holds
+    weight : of the body [N]
+    gains : as `physics.reflexes` names them
+    """
+
+    other: int
+    muscle: int
+    pad: int
+    tissue: int
+    foot: int
+    trunk: int
+    knee: int
+    knee_rate: int
+    pitch: int
+    pitch_rate: int
+    userdata: int
+    slots: int
+    weight: int
+    gains: int
+
+
+class GripRow(NamedTuple):
+    """Of the floor's hold on a point of the sole: actuator id of its pad; [N/m], [N·s/m], [-]."""
+
+    pad: int
+    stiffness: int
+    damping: int
+    friction: int
+
+
 FIRST = 2  # place in a row behind the mark and the kind
 MUSCLE_ROW: MuscleRow = places(
     MuscleRow,
@@ -274,6 +335,9 @@ PASSIVE_ROW: PassiveRow = places(PassiveRow, FIRST)
 FRICTION_ROW: FrictionRow = places(FrictionRow, FIRST)
 SPASTIC_ROW: SpasticRow = places(SpasticRow, FIRST)
 PAD_ROW: PadRow = places(PadRow, FIRST)
+LEG_MUSCLE_ROW: LegMuscleRow = places(LegMuscleRow, FIRST)
+REFLEX_ROW: ReflexRow = places(ReflexRow, FIRST, gains=len(GAINS))
+GRIP_ROW: GripRow = places(GripRow, FIRST)
 N_USER = MUSCLE_ROW.coefficients + MAX_COEFFICIENTS  # numbers of a row
 ROWS: dict[float, tuple[Any, ...]] = {
     KIND_MUSCLE: (MUSCLE_ROW,),
@@ -289,6 +353,9 @@ ROWS: dict[float, tuple[Any, ...]] = {
     KIND_SPASTIC: (SPASTIC_ROW,),
     KIND_PAD: (PAD_ROW,),
     KIND_MOTOR: (SPASTIC_ROW,),
+    KIND_LEG_MUSCLE: (LEG_MUSCLE_ROW,),
+    KIND_REFLEX: (REFLEX_ROW,),
+    KIND_GRIP: (GRIP_ROW,),
 }
 # what other rooms read of a muscle
 MUSCLE_CHAMBER, MUSCLE_NOMINAL_LENGTH = MUSCLE_ROW.chamber, MUSCLE_ROW.nominal_length
@@ -361,6 +428,38 @@ class DriveAct(NamedTuple):
     outlet_switches: int
 
 
+class LegMuscleAct(NamedTuple):
+    """States of a leg's own muscle: [-], [-], [-], [1/s], [-], [J]."""
+
+    excitation: int
+    activation: int
+    length: int
+    velocity: int
+    force: int
+    energy: int
+
+
+class ReflexAct(NamedTuple):
+    """States of a leg's reflexes: the gait's phase, and how often the foot has come down."""
+
+    phase: int
+    strikes: int
+
+
+class GripAct(NamedTuple):
+    """States of the floor's hold: where it holds [m]; the second is there because MuJoCo asks for two."""
+
+    anchor: int
+    unused: int
+
+
+class LegMuscleData(NamedTuple):
+    """Results of a leg's own muscle: [-], [N]."""
+
+    excitation: int
+    tension: int
+
+
 class ChamberData(NamedTuple):
     """Results of a chamber, and −dp/dV; of a valve's, as of a restriction, its opening is behind its flow."""
 
@@ -419,6 +518,10 @@ COMPRESSOR_ACT: CompressorAct = places(CompressorAct)
 LEADER_ACT: LeaderAct = places(LeaderAct)
 ANCHOR_ACT: AnchorAct = places(AnchorAct)
 DRIVE_ACT: DriveAct = places(DriveAct)
+LEG_MUSCLE_ACT: LegMuscleAct = places(LegMuscleAct)
+REFLEX_ACT: ReflexAct = places(ReflexAct)
+GRIP_ACT: GripAct = places(GripAct)
+LEG_MUSCLE_DATA: LegMuscleData = places(LegMuscleData)
 CHAMBER_DATA: ChamberData = places(ChamberData)
 LEADER_DATA: LeaderData = places(LeaderData)
 ANCHOR_DATA: AnchorData = places(AnchorData)

@@ -2,6 +2,8 @@
 
 from afo_sim.physics.jitable import register_jitable
 
+SOLE_PADS = 4  # under heel, ball, pulp and tip of a foot with toes
+
 
 @register_jitable
 def pad_force(

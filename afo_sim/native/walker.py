@@ -1,0 +1,201 @@
+"""A walker's own muscles, reflexes and hold on the floor, in MuJoCo's step beside the air.
+
+A reflex stands before its leg's muscles: its dyn writes what it asks of them into `userdata`, from what the
+nerves sent some steps ago. A muscle's dyn balances fibre and tendon at this step's posture. All states belong
+to the posture one step back, as a network's do, so that a second `mj_forward` changes nothing.
+"""
+
+from typing import Any
+
+from afo_sim.native.air_block import block
+from afo_sim.native.muscle import sole_pad_force
+from afo_sim.native.slots import (
+    GRIP_ACT,
+    GRIP_ROW,
+    LEG_MUSCLE_ACT,
+    LEG_MUSCLE_DATA,
+    LEG_MUSCLE_ROW,
+    REFLEX_ACT,
+    REFLEX_ROW,
+)
+from afo_sim.physics import (
+    EARLY_STANCE,
+    HAMSTRINGS,
+    ILIOPSOAS,
+    LEG_MUSCLES,
+    LONG,
+    MIDDLE,
+    NERVE,
+    NERVES,
+    REFLEX,
+    SHORT,
+    SOLE_PADS,
+    TIBIALIS,
+    VASTI,
+    activated,
+    active_force,
+    balanced_fibre,
+    excitations,
+    muscle_power,
+    next_state,
+    register_jitable,
+    velocity_factor,
+)
+
+MUSCLES = len(LEG_MUSCLES)
+
+
+@register_jitable
+def leg_muscle_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Balance the leg muscle i whose row starts at j; its rates, and its tension in `userdata`."""
+    u, a, step = m.actuator_user, m.actuator_actadr[i], m.opt.timestep
+    place = int(u[j + LEG_MUSCLE_ROW.userdata])
+    excitation = d.userdata[place + LEG_MUSCLE_DATA.excitation]
+    last, before = d.act[a + LEG_MUSCLE_ACT.activation], d.act[a + LEG_MUSCLE_ACT.excitation]
+    # the first states are of the first posture, not of one a step before
+    activation = activated(last, 0.5 * (before + excitation), step) if d.time > 0.0 else last
+    strong = u[j + LEG_MUSCLE_ROW.strength] * activation
+    fastest, optimal = u[j + LEG_MUSCLE_ROW.fastest], u[j + LEG_MUSCLE_ROW.optimal]
+    length, velocity, tension, along = balanced_fibre(
+        d.actuator_length[i],
+        d.act[a + LEG_MUSCLE_ACT.length],
+        d.act[a + LEG_MUSCLE_ACT.velocity],
+        strong,
+        step,
+        optimal,
+        u[j + LEG_MUSCLE_ROW.slack],
+        u[j + LEG_MUSCLE_ROW.width],
+        u[j + LEG_MUSCLE_ROW.strain],
+        fastest,
+        u[j + LEG_MUSCLE_ROW.damping],
+        u[j + LEG_MUSCLE_ROW.passive],
+    )
+    force = u[j + LEG_MUSCLE_ROW.force]
+    active = strong * active_force(length)[0] * velocity_factor(velocity / fastest)[0]
+    heat, moving = muscle_power(
+        u[j + LEG_MUSCLE_ROW.strength] * excitation,
+        strong,
+        length,
+        velocity,
+        along,
+        active,
+        u[j + LEG_MUSCLE_ROW.slow],
+    )
+    d.userdata[place + LEG_MUSCLE_DATA.tension] = force * tension
+    d.act_dot[a + LEG_MUSCLE_ACT.excitation] = (excitation - before) / step
+    d.act_dot[a + LEG_MUSCLE_ACT.activation] = (activation - last) / step
+    d.act_dot[a + LEG_MUSCLE_ACT.length] = (length - d.act[a + LEG_MUSCLE_ACT.length]) / step
+    d.act_dot[a + LEG_MUSCLE_ACT.velocity] = (velocity - d.act[a + LEG_MUSCLE_ACT.velocity]) / step
+    d.act_dot[a + LEG_MUSCLE_ACT.force] = (tension - d.act[a + LEG_MUSCLE_ACT.force]) / step
+    d.act_dot[a + LEG_MUSCLE_ACT.energy] = heat * u[j + LEG_MUSCLE_ROW.mass] + moving * force * optimal
+
+
+@register_jitable
+def load_on(m: Any, d: Any, j: int) -> float:
+    """Load on the foot of the leg whose reflexes' row starts at j, over the body weight."""
+    u, pad, total = m.actuator_user, int(m.actuator_user[j + REFLEX_ROW.pad]), 0.0
+    for k in range(pad, pad + SOLE_PADS):
+        total += sole_pad_force(m, d, k, m.nuser_actuator * k)[0]
+    return total / u[j + REFLEX_ROW.weight]
+
+
+@register_jitable
+def ahead_of_trunk(m: Any, d: Any, j: int) -> float:
+    """How far the foot's centre of mass is ahead of the trunk's [m]."""
+    u = m.actuator_user
+    return d.xipos[3 * int(u[j + REFLEX_ROW.foot])] - d.xipos[3 * int(u[j + REFLEX_ROW.trunk])]
+
+
+@register_jitable
+def carried(m: Any, d: Any, j: int, nerve: int, delay: float, now: int) -> float:
+    """What a nerve of the leg whose reflexes' row starts at j brought in `delay` [s] before step `now`."""
+    u = m.actuator_user
+    slots = int(u[j + REFLEX_ROW.slots])
+    back = int(delay / m.opt.timestep + 0.5)
+    return d.userdata[int(u[j + REFLEX_ROW.userdata]) + NERVES * ((now - back) % slots) + nerve]
+
+
+@register_jitable
+def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Let the nerves carry this step's signals, and ask the muscles for what those of earlier steps bring.
+
+    A muscle's signals are those of the posture one step back, a joint's of this one.
+    """
+    u, a, step = m.actuator_user, m.actuator_actadr[i], m.opt.timestep
+    now = int(d.time / step + 0.5)
+    place, first = int(u[j + REFLEX_ROW.userdata]), int(u[j + REFLEX_ROW.muscle])
+    slot = place + NERVES * (now % int(u[j + REFLEX_ROW.slots]))
+    for k in range(MUSCLES):
+        own = m.actuator_actadr[first + k]
+        d.userdata[slot + NERVE.force + k] = d.act[own + LEG_MUSCLE_ACT.force]
+    for nerve, k in (
+        (NERVE.tibialis_length, TIBIALIS),
+        (NERVE.iliopsoas_length, ILIOPSOAS),
+        (NERVE.hamstrings_length, HAMSTRINGS),
+    ):
+        d.userdata[slot + nerve] = d.act[m.actuator_actadr[first + k] + LEG_MUSCLE_ACT.length]
+    knee, pitch = d.qpos[int(u[j + REFLEX_ROW.knee])], d.qpos[int(u[j + REFLEX_ROW.pitch])]
+    d.userdata[slot + NERVE.knee], d.userdata[slot + NERVE.pitch] = knee, pitch
+    d.userdata[slot + NERVE.knee_rate] = d.qvel[int(u[j + REFLEX_ROW.knee_rate])]
+    d.userdata[slot + NERVE.pitch_rate] = d.qvel[int(u[j + REFLEX_ROW.pitch_rate])]
+    d.ctrl[int(u[j + REFLEX_ROW.tissue])] = -knee
+
+    other = m.nuser_actuator * int(u[j + REFLEX_ROW.other])
+    before = int(d.act[a + REFLEX_ACT.phase] + 0.5)
+    state = next_state(
+        before,
+        load_on(m, d, j),
+        load_on(m, d, other),
+        ahead_of_trunk(m, d, j),
+        ahead_of_trunk(m, d, other),
+        u[j + REFLEX_ROW.gains + REFLEX.load],
+    )
+    came_down = 1.0 if state == EARLY_STANCE and before != EARLY_STANCE else 0.0
+    d.act_dot[a + REFLEX_ACT.phase] = (state - d.act[a + REFLEX_ACT.phase]) / step
+    d.act_dot[a + REFLEX_ACT.strikes] = came_down / step
+
+    signals = block()
+    for k in range(MUSCLES):
+        delay = MIDDLE if k == VASTI else LONG if k > VASTI else SHORT
+        signals[NERVE.force + k] = carried(m, d, j, NERVE.force + k, delay - step, now)
+    signals[NERVE.tibialis_length] = carried(m, d, j, NERVE.tibialis_length, LONG - step, now)
+    for nerve in (NERVE.iliopsoas_length, NERVE.hamstrings_length):
+        signals[nerve] = carried(m, d, j, nerve, SHORT - step, now)
+    for nerve in (NERVE.knee, NERVE.knee_rate):
+        signals[nerve] = carried(m, d, j, nerve, MIDDLE, now)
+    for nerve in (NERVE.pitch, NERVE.pitch_rate):
+        signals[nerve] = carried(m, d, j, nerve, SHORT, now)
+    own = m.nuser_actuator * first
+    out = int(u[own + LEG_MUSCLE_ROW.userdata]) + LEG_MUSCLE_DATA.excitation
+    excitations(state, u, j + REFLEX_ROW.gains, signals, d.userdata, out, len(LEG_MUSCLE_DATA))
+
+
+@register_jitable
+def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
+    """Forward force of the floor on the grip i whose row starts at j [N], its gain's share [N·s/m], its place.
+
+    A spring from where the sole came down, |F| ≤ μ N; where it would be more, that place moves along.
+    """
+    u, pad = m.actuator_user, int(m.actuator_user[j + GRIP_ROW.pad])
+    pressed = u[j + GRIP_ROW.friction] * sole_pad_force(m, d, pad, m.nuser_actuator * pad)[0]
+    at, anchor = d.actuator_length[i], d.act[m.actuator_actadr[i] + GRIP_ACT.anchor]
+    stiff, damping = u[j + GRIP_ROW.stiffness], u[j + GRIP_ROW.damping]
+    if pressed <= 0.0:
+        return 0.0, 0.0, at
+    force = -stiff * (at - anchor) - damping * d.actuator_velocity[i]
+    if -pressed <= force <= pressed:
+        return force, 0.5 * damping + 0.25 * m.opt.timestep * stiff, anchor
+    bound = pressed if force > 0.0 else -pressed
+    sprung = -stiff * (at - anchor)
+    if sprung > pressed:
+        anchor = at + pressed / stiff
+    elif sprung < -pressed:
+        anchor = at - pressed / stiff
+    return bound, 0.0, anchor
+
+
+@register_jitable
+def grip_dyn(m: Any, d: Any, i: int, j: int) -> None:
+    """Write the rates of the grip i whose row starts at j."""
+    a = m.actuator_actadr[i] + GRIP_ACT.anchor
+    d.act_dot[a] = (held_by_floor(m, d, i, j)[2] - d.act[a]) / m.opt.timestep

@@ -1,0 +1,338 @@
+"""The body of a walker: trunk, thighs, and on each the described leg, with their muscles, reflexes and floor.
+
+The device is on the leg whose names are the leg's own; the other leg's begin with "left_".
+"""
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common import GRAVITY, InputError
+from afo_sim.description import Ground, Scenario
+from afo_sim.model import (
+    ANKLE,
+    POINTS,
+    SOLE,
+    UNDRIVEN,
+    Size,
+    add_motor,
+    add_tendons,
+    attach_parts,
+    circuit_of,
+    healthy_tissue,
+    leg_spec,
+    own_tissue,
+    person_of,
+    reflex_gain,
+)
+from afo_sim.physics import GAINS, LEG_MUSCLES, LONG, NERVES
+from afo_sim.walker.leg_muscles import MUSCLES, PATHS, THIGH, TRUNK, Muscle
+
+SIDES = ("", "left_")
+OWN = "own_"
+HIP, KNEE, TOE = "hip", "knee", "toe"
+FORWARD, UP, PITCH = "forward", "up", "pitch"
+ROOT = (FORWARD, UP, PITCH)
+JOINTS = (HIP, KNEE, ANKLE, TOE)
+REFLEX, TISSUE, SPASM, STOP = "reflex", "tissue", "spasm", "stop"
+FLOOR = "floor"
+KNEE_STRAIGHT = math.radians(5.0)  # flexion at which the knee's stop begins [rad]
+STOP_STIFFNESS, STOP_DAMPING = 500.0, 1.0  # [N·m/rad], [s/rad]: of SCONE's other joints
+GRIP_STIFFNESS, GRIP_DAMPING, FRICTION = 4e4, 150.0, 0.8  # [N/m], [N·s/m], [-]
+KNEE_HEIGHT = 0.431  # of the leg's knee over its ankle, of its body's height 1.75 m
+SHANK_SHARE = 0.246  # of the body's height (Winter)
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A walker, compiled, with its parameters.
+
+    model : MuJoCo's
+    scenario : whose patient, leg, shoe and orthosis it has
+    size : against the adult of 75 kg and 1.75 m
+    circuit, ids : of the orthosis' air; None without chambers
+    weight : of everything [N]
+    muscles : actuator ids by side and muscle (2, 7)
+    reflexes, pads : actuator ids by side (2,), (2, 4)
+    """
+
+    model: mujoco.MjModel
+    scenario: Scenario
+    size: Size
+    circuit: native.Circuit | None
+    ids: native.CircuitIds | None
+    weight: float
+    muscles: np.ndarray
+    reflexes: np.ndarray
+    pads: np.ndarray
+
+
+def build_body(scenario: Scenario, strength: dict[str, float] | None = None) -> Body:
+    """Compile the body of a scenario's patient, with the scenario's orthosis on one leg.
+
+    Parameters
+    ----------
+    scenario : a walking one
+    strength : share left of each muscle, "tibialis" of the leg with the device, "left_tibialis" of the other
+
+    Raises
+    ------
+    InputError
+        The leg or the orthosis cannot be put together.
+    """
+    person = person_of(scenario)
+    size = Size(person.body_mass / 75.0, person.body_height / 1.75)
+    spec = _whole(scenario, size)
+    circuit = circuit_of(scenario.orthosis, supply=None) if scenario.orthosis.muscle else None
+    first = _add_own(spec)
+    if circuit is not None:
+        native.add_muscles(spec, circuit)
+        native.add_chambers(spec, circuit, userdata=first)
+    model = _compiled(spec, scenario)
+    return _filled(model, scenario, size, circuit, first, strength or {})
+
+
+def _whole(scenario: Scenario, size: Size) -> mujoco.MjSpec:
+    """Trunk, thighs and legs, the orthosis' parts and tendons on the first leg."""
+    spec, taller, heavier = mujoco.MjSpec(), size.taller, size.heavier
+    spec.compiler.degree = False
+    spec.worldbody.add_site(name=FLOOR)
+    trunk = spec.worldbody.add_body(name="trunk")
+    slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
+    for name, kind, axis in zip(ROOT, (slide, slide, hinge), ([1, 0, 0], [0, 0, 1], [0, -1, 0]), strict=True):
+        trunk.add_joint(name=name, type=kind, axis=axis)
+    _weigh(trunk, TRUNK.mass * heavier, taller * np.array(TRUNK.centre), TRUNK.inertia * heavier * taller**2)
+    bare = scenario.set({**UNDRIVEN, "orthosis": "none"})
+    for side, described in zip(SIDES, (scenario, bare), strict=True):
+        lateral = -0.0835 if side == "" else 0.0835
+        thigh = trunk.add_body(name=f"{side}thigh", pos=taller * np.array([0.0, lateral, -0.0661]))
+        thigh.add_joint(name=f"{side}{HIP}", type=hinge, axis=[0, -1, 0])
+        _weigh(
+            thigh, THIGH.mass * heavier, taller * np.array(THIGH.centre), THIGH.inertia * heavier * taller**2
+        )
+        _hang_leg(spec, thigh, side, described, size)
+    _add_paths(spec, scenario, taller)
+    if scenario.orthosis.muscle:
+        anchors = attach_parts(spec, scenario)
+        add_tendons(spec, anchors, scenario.orthosis)
+    option = spec.option
+    option.timestep = scenario.timestep
+    option.gravity = [0.0, 0.0, -GRAVITY]
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET | mujoco.mjtDisableBit.mjDSBL_CONTACT
+    return spec
+
+
+def _weigh(body: mujoco.MjsBody, mass: float, centre: np.ndarray, inertia: float) -> None:
+    body.explicitinertial = True
+    body.mass, body.ipos, body.inertia = mass, centre, [inertia, inertia, inertia]
+
+
+def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: Scenario, size: Size) -> None:
+    """The described leg on a thigh, with a knee."""
+    leg = leg_spec(scenario, size)
+    height = _shank_length(scenario, size)
+    shank = leg.body(scenario.leg.shank)
+    ankle = leg.joint(ANKLE)
+    at = np.array(ankle.pos) + np.array(leg.body(scenario.leg.foot).pos) + [0.0, 0.0, height]
+    shank.pos = np.zeros(3)
+    shank.add_joint(name=KNEE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, -1, 0], pos=at)
+    for joint in leg.joints:
+        if joint.name != TOE:
+            joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    frame = thigh.add_frame(pos=size.taller * np.array(THIGH.end) - at)
+    frame.attach_body(shank, side or OWN, "")
+    if side == "":  # MuJoCo complains of an attachment without a prefix
+        for elements in (spec.bodies, spec.joints, spec.geoms, spec.sites, spec.meshes, spec.materials):
+            for element in elements:
+                element.name = element.name.removeprefix(OWN)
+
+
+def _shank_length(scenario: Scenario, size: Size) -> float:
+    leg = scenario.leg
+    own = SHANK_SHARE * leg.body_height if leg.shank_length is None else leg.shank_length
+    return own * size.taller
+
+
+def _add_paths(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
+    """Sites and tendons of the leg's own muscles, mirrored on the other leg."""
+    for side in SIDES:
+        across = 1.0 if side == "" else -1.0
+        bodies = {
+            "trunk": (spec.body("trunk"), np.zeros(3)),
+            "thigh": (spec.body(f"{side}thigh"), np.zeros(3)),
+            "shank": (spec.body(f"{side}{scenario.leg.shank}"), np.zeros(3)),
+            "foot": (spec.body(f"{side}{scenario.leg.foot}"), np.array(spec.joint(f"{side}{ANKLE}").pos)),
+        }
+        for muscle, path in PATHS.items():
+            tendon = spec.add_tendon(name=f"{side}{muscle}")
+            for k, (segment, x, y, z) in enumerate(path):
+                body, origin = bodies[segment]
+                site = body.add_site(
+                    name=f"{side}{muscle}_{k}",
+                    pos=origin + taller * np.array([x, across * y, z]),
+                    size=[0.004, 0.0, 0.0],
+                )
+                tendon.wrap_site(site.name)
+
+
+def _add_own(spec: mujoco.MjSpec) -> int:
+    """Actuators of reflexes, muscles, tissue, stops and floor; how many places of `userdata` they take."""
+    spec.nuser_actuator = native.N_USER
+    for side in SIDES:
+        native.add_states(spec, f"{side}{REFLEX}", f"{side}{HIP}", len(native.REFLEX_ACT))
+    user, none = mujoco.mjtBias.mjBIAS_USER, [0.0] * native.N_USER
+    for side in SIDES:
+        for muscle in LEG_MUSCLES:
+            spec.add_actuator(
+                name=f"{side}{muscle}",
+                trntype=mujoco.mjtTrn.mjTRN_TENDON,
+                target=f"{side}{muscle}",
+                actdim=len(native.LEG_MUSCLE_ACT),
+                dyntype=mujoco.mjtDyn.mjDYN_USER,
+                gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+                gainprm=[0.0] * 10,
+                biastype=user,
+                userdata=none,
+            )
+    for side in SIDES:
+        for point in POINTS:
+            _add_pad(spec, f"{side}pad_{point}", f"{side}{SOLE}{point}", [0, 0, 1, 0, 0, 0])
+    for side in SIDES:
+        for point in POINTS:
+            _add_pad(spec, f"{side}grip_{point}", f"{side}{SOLE}{point}", [1, 0, 0, 0, 0, 0], states=2)
+    for side in SIDES:
+        add_motor(spec, f"{side}{TISSUE}", f"{side}{ANKLE}", (0.0,), callback=True)
+        add_motor(spec, f"{side}{SPASM}", f"{side}{ANKLE}", (0.0, 0.0, -1.0), callback=True)
+        add_motor(spec, f"{side}{STOP}", f"{side}{KNEE}", (0.0, 0.0, -1.0), callback=True)
+    for actuator in spec.actuators:
+        if actuator.name.endswith(STOP):
+            actuator.gear = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    add_motor(spec, FLOOR, FORWARD, (0.0,))
+    add_motor(spec, f"{STOP}_angle", FORWARD, (0.0,))
+    memory = NERVES * _slots(spec.option.timestep)
+    spec.nuserdata = len(SIDES) * (memory + len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES))
+    return spec.nuserdata
+
+
+def _add_pad(spec: mujoco.MjSpec, name: str, site: str, gear: list[float], states: int = 0) -> None:
+    dyn = mujoco.mjtDyn
+    spec.add_actuator(
+        name=name,
+        trntype=mujoco.mjtTrn.mjTRN_SITE,
+        target=site,
+        refsite=FLOOR,
+        gear=gear,
+        actdim=states or -1,
+        dyntype=dyn.mjDYN_USER if states else dyn.mjDYN_NONE,
+        gaintype=mujoco.mjtGain.mjGAIN_AFFINE,
+        gainprm=[0.0, 0.0, -1.0] + [0.0] * 7,
+        biastype=mujoco.mjtBias.mjBIAS_USER,
+        userdata=[0.0] * native.N_USER,
+    )
+
+
+def _slots(step: float) -> int:
+    """Steps that the nerves remember: the longest delay, and the present."""
+    return int(LONG / step + 0.5) + 1
+
+
+def _compiled(spec: mujoco.MjSpec, scenario: Scenario) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise InputError(f"MuJoCo cannot compile the walker: {error}", file=scenario.leg.file) from None
+
+
+def _filled(
+    model: mujoco.MjModel,
+    scenario: Scenario,
+    size: Size,
+    circuit: native.Circuit | None,
+    first: int,
+    strength: dict[str, float],
+) -> Body:
+    """The walker with the parameters of all its actuators."""
+    rows, named = model.actuator_user, lambda name: model.actuator(name).id
+    muscles = np.array([[named(f"{side}{muscle}") for muscle in LEG_MUSCLES] for side in SIDES])
+    reflexes = np.array([named(f"{side}{REFLEX}") for side in SIDES])
+    pads = np.array([[named(f"{side}pad_{point}") for point in POINTS] for side in SIDES])
+    weight = float(model.body_mass.sum()) * GRAVITY
+    own = len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES)
+    slots = _slots(scenario.timestep)
+    ground = scenario.ground or Ground()
+    stiffer = size.heavier / size.taller
+    for k, side in enumerate(SIDES):
+        for i, name in zip(muscles[k], LEG_MUSCLES, strict=True):
+            place = own * k + len(native.LEG_MUSCLE_DATA) * LEG_MUSCLES.index(name)
+            rows[i] = muscle_row(MUSCLES[name], size, strength.get(f"{side}{name}", 1.0), place)
+        bodies = {"foot": f"{side}{scenario.leg.foot}", "trunk": "trunk"}
+        rows[reflexes[k]] = native.row(
+            native.KIND_REFLEX,
+            other=reflexes[1 - k],
+            muscle=muscles[k, 0],
+            pad=pads[k, 0],
+            tissue=named(f"{side}{TISSUE}"),
+            knee=int(model.joint(f"{side}{KNEE}").qposadr[0]),
+            knee_rate=int(model.joint(f"{side}{KNEE}").dofadr[0]),
+            pitch=int(model.joint(PITCH).qposadr[0]),
+            pitch_rate=int(model.joint(PITCH).dofadr[0]),
+            userdata=2 * own + NERVES * slots * k,
+            slots=slots,
+            weight=weight,
+            gains=[0.0] * len(GAINS),
+            **{key: model.body(body).id for key, body in bodies.items()},
+        )
+        for pad, point in zip(pads[k], POINTS, strict=True):
+            rows[pad] = native.pad_row(
+                stiffness=ground.stiffness * stiffer,
+                damping=ground.damping / size.slower,
+                floor=named(FLOOR),
+            )
+            rows[named(f"{side}grip_{point}")] = native.row(
+                native.KIND_GRIP,
+                pad=pad,
+                stiffness=GRIP_STIFFNESS * stiffer,
+                damping=GRIP_DAMPING * stiffer * size.slower,
+                friction=FRICTION,
+            )
+        tissue = own_tissue(scenario) if side == "" else healthy_tissue(scenario)
+        rows[named(f"{side}{TISSUE}")] = native.passive_row(
+            scale=tissue.scale, offset=tissue.offset, damping=0.5 * tissue.damping
+        )
+        rows[named(f"{side}{SPASM}")] = native.spastic_row(gain=reflex_gain(scenario) if side == "" else 0.0)
+        rows[named(f"{side}{STOP}")] = native.pad_row(
+            stiffness=STOP_STIFFNESS * size.springy,
+            damping=STOP_DAMPING * size.slower,
+            floor=named(f"{STOP}_angle"),
+        )
+    rows[[named(FLOOR), named(f"{STOP}_angle")]] = native.motor_row()
+    ids = None
+    if circuit is not None:
+        ids = native.circuit_ids(model, circuit)
+        native.fill_circuit(model, circuit, ids, userdata=first)
+        native.fill_inverse_masses(model)
+    return Body(model, scenario, size, circuit, ids, weight, muscles, reflexes, pads)
+
+
+def muscle_row(muscle: Muscle, size: Size, strength: float, place: int) -> np.ndarray:
+    """`actuator_user` of a leg's own muscle in a body of a size: force by mass, lengths by height."""
+    force, optimal = muscle.force * size.heavier, muscle.optimal * size.taller
+    return native.row(
+        native.KIND_LEG_MUSCLE,
+        strength=strength,
+        force=force,
+        optimal=optimal,
+        slack=muscle.slack * size.taller,
+        width=math.sin(muscle.pennation),
+        strain=muscle.tendon_strain,
+        fastest=muscle.fastest / size.slower,
+        damping=muscle.damping,
+        passive=muscle.passive,
+        mass=muscle.mass * size.heavier,
+        slow=muscle.slow,
+        userdata=place,
+    )

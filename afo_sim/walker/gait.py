@@ -1,0 +1,140 @@
+"""A walker walks: from a start, by its reflexes' gains, until it falls or the time is over."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.model import ANKLE, POINTS, SOLE
+from afo_sim.physics import (
+    GAINS,
+    HAMSTRINGS,
+    ILIOPSOAS,
+    LEG_MUSCLES,
+    NERVE,
+    NERVES,
+    TIBIALIS,
+    balanced_fibre,
+)
+from afo_sim.walker.body import FORWARD, HIP, KNEE, PITCH, SIDES, UP, Body
+
+SUNK = 0.003  # of the lowest point of the sole at the start [m]
+OFFSETS = (PITCH, HIP, KNEE, ANKLE, f"left_{HIP}", f"left_{KNEE}", f"left_{ANKLE}")
+# Angles [rad] and velocities of the start, first leg in early stance: SCONE's InitStateH0918Gait10.
+POSE = {
+    PITCH: -0.105763,
+    HIP: 0.439316,
+    KNEE: -0.393922,
+    ANKLE: 0.104714,
+    f"left_{HIP}": 0.198813,
+    f"left_{KNEE}": -1.03755,
+    f"left_{ANKLE}": -0.348473,
+}
+MOTION = {
+    PITCH: -0.0896,
+    FORWARD: 1.0757,
+    UP: 0.1543,
+    HIP: -1.35971,
+    KNEE: 0.26788,
+    ANKLE: 0.84012,
+    f"left_{HIP}": 3.34368,
+    f"left_{KNEE}": -3.15281,
+    f"left_{ANKLE}": 1.26642,
+}
+ACTIVATION = {
+    "hamstrings": (0.126, 0.012),
+    "glutei": (0.171, 0.010),
+    "iliopsoas": (0.054, 0.290),
+    "vasti": (0.484, 0.011),
+    "gastrocnemius": (0.144, 0.106),
+    "soleus": (0.069, 0.123),
+    "tibialis": (0.135, 0.262),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Vector:
+    """What a gait is: offsets of the first pose [rad] (7,), factor on its speed, gains of each leg (2, n)."""
+
+    offsets: np.ndarray
+    gains: np.ndarray
+    speed: float = 1.0
+
+
+def start(body: Body, vector: Vector, noise: Sequence[float] | np.ndarray = ()) -> mujoco.MjData:
+    """The first state of a walker: its pose, fibres that rest at their activations, nerves that carry that.
+
+    Units: noise [rad] (7,), added to the pose.
+    """
+    model = body.model
+    data = mujoco.MjData(model)
+    for side, reflex in enumerate(body.reflexes):
+        first = native.REFLEX_ROW.gains
+        model.actuator_user[reflex, first : first + len(GAINS)] = vector.gains[side]
+    for name, angle in POSE.items():
+        data.qpos[int(model.joint(name).qposadr[0])] = angle
+    for name, offset in zip(OFFSETS, vector.offsets, strict=True):
+        data.qpos[int(model.joint(name).qposadr[0])] += offset
+    for name, offset in zip(OFFSETS, noise, strict=False):
+        data.qpos[int(model.joint(name).qposadr[0])] += offset
+    for name, rate in MOTION.items():
+        rate *= vector.speed if name in (FORWARD, UP) else 1.0
+        scale = np.sqrt(body.size.taller) if name in (FORWARD, UP) else 1.0 / np.sqrt(body.size.taller)
+        data.qvel[int(model.joint(name).dofadr[0])] = rate * scale
+    mujoco.mj_kinematics(model, data)
+    lowest = min(
+        data.site_xpos[model.site(f"{side}{SOLE}{point}").id][2] for side in SIDES for point in POINTS
+    )
+    data.qpos[int(model.joint(UP).qposadr[0])] = -lowest - SUNK
+    mujoco.mj_fwdPosition(model, data)
+    for side in range(2):
+        _rest(body, data, side)
+    for grip in np.flatnonzero(model.actuator_user[:, 1] == native.KIND_GRIP):
+        data.act[model.actuator_actadr[grip]] = data.actuator_length[grip]
+    return data
+
+
+def _rest(body: Body, data: mujoco.MjData, side: int) -> None:
+    model, rows = body.model, body.model.actuator_user
+    row, act = native.LEG_MUSCLE_ROW, native.LEG_MUSCLE_ACT
+    signals = np.zeros(NERVES)
+    for k, (i, name) in enumerate(zip(body.muscles[side], LEG_MUSCLES, strict=True)):
+        own, at = rows[i], int(model.actuator_actadr[i])
+        activation = ACTIVATION[name][side]
+        length, _, tension, _ = balanced_fibre(
+            float(data.actuator_length[i]),
+            1.0,
+            0.0,
+            own[row.strength] * activation,
+            0.0,
+            own[row.optimal],
+            own[row.slack],
+            own[row.width],
+            own[row.strain],
+            own[row.fastest],
+            own[row.damping],
+            own[row.passive],
+        )
+        data.act[at + act.excitation] = data.act[at + act.activation] = activation
+        data.act[at + act.length] = length
+        data.act[at + act.force] = tension
+        signals[NERVE.force + k] = tension
+        for nerve, muscle in (
+            (NERVE.tibialis_length, TIBIALIS),
+            (NERVE.iliopsoas_length, ILIOPSOAS),
+            (NERVE.hamstrings_length, HAMSTRINGS),
+        ):
+            if muscle == k:
+                signals[nerve] = length
+    reflex = rows[body.reflexes[side]]
+    place = native.REFLEX_ROW
+    signals[NERVE.knee] = data.qpos[int(reflex[place.knee])]
+    signals[NERVE.knee_rate] = data.qvel[int(reflex[place.knee_rate])]
+    signals[NERVE.pitch] = data.qpos[int(reflex[place.pitch])]
+    signals[NERVE.pitch_rate] = data.qvel[int(reflex[place.pitch_rate])]
+    first, slots = int(reflex[place.userdata]), int(reflex[place.slots])
+    data.userdata[first : first + NERVES * slots] = np.tile(signals, slots)
+    # the first leg stands, the other swings
+    data.act[int(model.actuator_actadr[body.reflexes[side]])] = 0.0 if side == 0 else 3.0

@@ -1,0 +1,314 @@
+"""A scenario's patient walks by reflexes, without and with the device, as they are and adapted: what changes."""
+
+import dataclasses
+import math
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common import InputError, unknown
+from afo_sim.description import Scenario, load
+from afo_sim.model import UNDRIVEN
+from afo_sim.physics import LEG_MUSCLES
+from afo_sim.walker.body import SIDES, Body, build_body
+from afo_sim.walker.gait import OFFSETS
+from afo_sim.walker.gait_file import Gait, read_gait, with_vector
+from afo_sim.walker.search import SUBSETS, Cost, Found, Free, search
+from afo_sim.walker.strides import numbers
+from afo_sim.walker.walking import Push, Walked, own_copy, walk
+
+TIMESTEP = 0.0005  # at which the walker's numbers are stated [s]
+NOISE = 0.02  # standard deviation of each angle of a perturbed start [rad]
+FROM, UNTIL, HORIZON = 2.5, 4.5, 8.0  # between which a perturbed start is pushed, and how long it walks [s]
+PLANTARFLEXORS = ("soleus", "gastrocnemius")
+MOST = 600.0  # longest walk [s]
+FIRM = 1.96  # of a 95 % interval
+
+
+@dataclass(frozen=True)
+class Falls:
+    """Falls in simulation among perturbed starts. They are never a patient's risk of falling.
+
+    count, of : falls, starts
+    """
+
+    count: int
+    of: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Their share's 95 % interval, after Wilson 1927, doi 10.1080/01621459.1927.10502953 [-]."""
+        n, share, z = self.of, self.count / self.of, FIRM
+        centre = (share + z * z / (2.0 * n)) / (1.0 + z * z / n)
+        half = z / (1.0 + z * z / n) * math.sqrt(share * (1.0 - share) / n + z * z / (4.0 * n * n))
+        return max(centre - half, 0.0), min(centre + half, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One walker: healthy, the patient, the patient with the device; as they are, or adapted.
+
+    name : "healthy", "patient", "patient adapted", "device", "device adapted"
+    gait : its first pose and gains
+    walked : undisturbed
+    numbers : of that walk
+    falls : among perturbed starts; None where none were asked for
+    found : the search that adapted it; None where it is not adapted
+    """
+
+    name: str
+    gait: Gait
+    walked: Walked
+    numbers: Mapping[str, float]
+    falls: Falls | None = None
+    found: Found | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """How a patient responds to a device in simulation.
+
+    scenario : whose patient and device
+    cases : by name
+    asked : what it was computed with, by name
+    """
+
+    scenario: Scenario
+    cases: Mapping[str, Case]
+    asked: Mapping[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, case: str) -> Case:
+        return self.cases[case]
+
+
+def strengths_of(scenario: Scenario, given: Mapping[str, float] | None = None) -> dict[str, float]:
+    """Share left of each muscle that is not whole, by name.
+
+    Parameters
+    ----------
+    scenario : whose patient's dorsiflexors are the tibialis, plantarflexors soleus and gastrocnemius
+    given : over that, by muscle; "left_…" is of the other leg
+
+    Raises
+    ------
+    InputError
+        A muscle that there is not, or a share outside 0 to 2.
+    """
+    patient, known = scenario.patient, [f"{side}{name}" for side in SIDES for name in LEG_MUSCLES]
+    found: dict[str, float] = {}
+    if patient is not None:
+        found["tibialis"] = patient.dorsiflexor_strength
+        found |= dict.fromkeys(PLANTARFLEXORS, patient.plantarflexor_strength)
+    for name, share in (given or {}).items():
+        if name not in known:
+            raise unknown(name, known, field=f"strength.{name}", problem="is not a muscle of the walker")
+        if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 <= share <= 2.0:
+            raise InputError("is out of range", field=f"strength.{name}", value=share, allowed="0 to 2")
+        found[name] = float(share)
+    return {name: share for name, share in found.items() if share != 1.0}
+
+
+def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any] | None = None) -> Scenario:
+    """A walking scenario at the walker's time step, unless it is set.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or nobody walks in it; it has what a responding walker does not take.
+    """
+    read = scenario if isinstance(scenario, Scenario) else load("scenario", scenario, dict(sets or {}))
+    if isinstance(scenario, Scenario) and sets:
+        read = read.set(sets)
+    if not read.walking or read.patient is None:
+        allowed = "a scenario with gait and patient, such as walk-dropfoot-afo"
+        raise InputError("nobody walks in it", field="scenario", value=read.name, allowed=allowed)
+    if "timestep" not in (sets or {}):
+        read = read.set({"timestep": f"{1e3 * TIMESTEP:g} ms"})
+    for key, has in (("drive", bool(read.drive)), ("sensor", bool(read.sensor))):
+        if has:
+            raise InputError(
+                "is not taken by a responding walker", field=key, allowed="timer, phases, controller"
+            )
+    return read
+
+
+def respond(
+    scenario: str | os.PathLike[str] | Scenario,
+    sets: Mapping[str, Any] | None = None,
+    *,
+    gait: str | os.PathLike[str] = "natural",
+    adapted: str | os.PathLike[str] | None = None,
+    adapted_device: str | os.PathLike[str] | None = None,
+    strength: Mapping[str, float] | None = None,
+    duration: float = 20.0,
+    starts: int = 50,
+    push: float = 50.0,
+    generations: int = 0,
+    subset: str = "all",
+    cost: Cost | None = None,
+    seed: int = 0,
+    threads: int = 2,
+    progress: Callable[[str, float], None] | None = None,
+) -> Response:
+    """Let a scenario's patient walk by reflexes, without and with its device.
+
+    Parameters
+    ----------
+    scenario, sets : as of `run`; its recorded walk is not used
+    gait : a healthy gait, shipped or a file
+    adapted, adapted_device : gaits of the patient without and with the device, found before
+    strength : share left of each muscle, over the patient's own
+    duration : of the undisturbed walks [s]
+    starts : perturbed starts of each case
+    push : on the trunk, forward or backward [N]
+    generations : of the search by which the patient adapts, 16 walks each; 0 for none
+    subset : of the gains that adapt, "swing", "stance" or "all"
+    cost : that the patient adapts by; the healthy gait's speed and the muscles' effort by default
+    seed : of starts and search
+    threads : the result does not depend on them
+    progress : called with a case's name and the share that is done
+
+    Raises
+    ------
+    InputError
+        As `prepared`, `strengths_of`, `read_gait`; a number is out of range.
+    """
+    described = prepared(scenario, sets)
+    if subset not in SUBSETS:
+        raise unknown(subset, SUBSETS, field="subset", problem="is not a set of gains")
+    for name, value, most in (("duration", duration, MOST), ("push", push, 1000.0), ("starts", starts, 1e5)):
+        if not 0.0 <= value <= most or not math.isfinite(value):
+            raise InputError("is out of range", field=name, value=value, allowed=f"0 to {most:g}")
+    if duration < 4.0:
+        raise InputError("is too short to count strides", field="duration", value=duration, allowed="4 s")
+    shares, healthy = strengths_of(described, strength), read_gait(gait)
+    bare = described.set({**UNDRIVEN, "orthosis": "none"})
+    whole = bare.set({"patient": "healthy"} | _size_of(described))
+    report = progress or (lambda name, share: None)
+    cases: dict[str, Case] = {}
+    settings = _Settings(duration, starts, push, seed, threads, report)
+    cases["healthy"] = settings.case("healthy", build_body(whole), healthy)
+    pairs = [("patient", bare, adapted)]
+    if described.orthosis.muscle:
+        pairs.append(("device", described, adapted_device))
+    target = cost or Cost(target=healthy.speed, speed=10.0)
+    begun = healthy
+    for name, wearing, known in pairs:
+        body = build_body(wearing, shares)
+        cases[name] = settings.case(name, body, healthy)
+        after = f"{name} adapted"
+        if known is not None:
+            begun = read_gait(known)
+            cases[after] = settings.case(after, body, begun)
+        elif generations:
+            found = search(
+                [body],
+                begun.vector,
+                target,
+                Free(SUBSETS[subset], pose=subset == "all"),
+                generations=generations,
+                seed=seed + 1,
+                threads=threads,
+                progress=lambda k, n, _: report(after, k / n),  # noqa: B023 - called before the loop goes on
+            )
+            begun = with_vector(healthy, found.vector, after, f"{after}, {described.name}", _how(found))
+            cases[after] = dataclasses.replace(settings.case(after, body, begun), found=found)
+    return Response(
+        described,
+        cases,
+        {
+            "gait": healthy.name,
+            "strength": shares,
+            "starts": starts,
+            "push": push,
+            "seed": seed,
+            "generations": generations,
+            "subset": subset,
+            "timestep": described.timestep,
+        },
+    )
+
+
+def _size_of(scenario: Scenario) -> dict[str, Any]:
+    """The patient's size, which a healthy walker beside them has too."""
+    assert scenario.patient is not None
+    mass, height = scenario.patient.body_mass, scenario.patient.body_height
+    sizes = {"patient.body_mass": (mass, "kg"), "patient.body_height": (height, "m")}
+    return {key: f"{value!r} {unit}" for key, (value, unit) in sizes.items() if value is not None}
+
+
+def _how(found: Found) -> dict[str, Any]:
+    return {
+        "evaluations": found.evaluations,
+        "cost": round(sum(found.parts.values()), 4),
+        "converged": found.converged,
+    }
+
+
+@dataclass(frozen=True)
+class _Settings:
+    duration: float
+    starts: int
+    push: float
+    seed: int
+    threads: int
+    report: Callable[[str, float], None]
+
+    def case(self, name: str, body: Body, gait: Gait) -> Case:
+        """A case: its undisturbed walk, and its falls among perturbed starts."""
+        self.report(name, 0.0)
+        walked = walk(own_copy(body), gait.vector, self.duration)
+        falls = None
+        if self.starts:
+            falls = falls_of(
+                body,
+                gait,
+                starts=self.starts,
+                push=self.push,
+                seed=self.seed,
+                threads=self.threads,
+                report=lambda share: self.report(name, share),
+            )
+        return Case(name, gait, walked, numbers(walked), falls)
+
+
+def falls_of(
+    body: Body,
+    gait: Gait,
+    *,
+    starts: int,
+    push: float = 50.0,
+    seed: int = 0,
+    threads: int = 2,
+    report: Callable[[float], None] | None = None,
+) -> Falls:
+    """Falls among starts whose pose is drawn about the gait's, with one push each at a drawn moment.
+
+    Every case has the same starts and pushes: start k of one is start k of another.
+
+    Parameters
+    ----------
+    body, gait : who walks, and how
+    starts : how many
+    push : size, forward or backward as drawn [N]
+    seed, threads : the result does not depend on the threads
+    report : called with the share that is done
+    """
+    done = [0]
+
+    def fell(k: int) -> bool:
+        draw = np.random.default_rng([seed, k])
+        noise = draw.normal(0.0, NOISE, len(OFFSETS))
+        pushes = (Push(float(draw.uniform(FROM, UNTIL)), push * float(draw.choice([-1.0, 1.0]))),)
+        walked = walk(own_copy(body), gait.vector, HORIZON, pushes, noise)
+        done[0] += 1
+        if report is not None:
+            report(done[0] / starts)
+        return walked.fell is not None
+
+    with ThreadPoolExecutor(max(threads, 1)) as pool:
+        return Falls(sum(pool.map(fell, range(starts))), starts)

@@ -1,0 +1,229 @@
+"""Gains by search: a gait that walks at a speed, and how a patient would walk, by CMA-ES on a stated cost."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common import GRAVITY, SimulationError
+from afo_sim.physics import GAINS, LEG_MUSCLES
+from afo_sim.walker.body import Body
+from afo_sim.walker.gait import OFFSETS, Vector
+from afo_sim.walker.strides import off_norm, strides_of
+from afo_sim.walker.walking import Push, Walked, own_copy, walk
+
+POPULATION = 16
+SIGMA, LEAST_SIGMA = 0.08, 0.02  # first standard deviation over the value, and at least
+PUSH, PUSHES_FROM, PUSHES_EVERY = 50.0, 5.0, 1.55  # [N], [s]
+# Gains that a patient changes: of swing, and of what holds the trunk and the knee.
+SWING = (
+    "iliopsoas_lift",
+    "glutei_lift",
+    "iliopsoas_length",
+    "iliopsoas_offset",
+    "lean_offset",
+    "lean",
+    "stretch",
+    "stretch_offset",
+    "hamstrings_force",
+    "glutei_force",
+    "tibialis_swing",
+    "hamstrings_swing",
+    "vasti_swing",
+)
+STANCE = tuple(name for name in GAINS if name not in SWING)
+SUBSETS = {"swing": SWING, "stance": STANCE, "all": GAINS}
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a gait is searched for: the sum of these, each a stated weight times a number.
+
+    fall : times the share of the time that is lost by a fall
+    speed : times the distance from the speed beyond 0.02 m/s [1/(m/s)]
+    effort : times the muscles' energy per mass and way [J/(kg·m)]
+    activation : times the mean cube of all activations
+    force : times the mean load beyond 1.25 body weights
+    knee : times the mean extension beyond 4° of flexion [1/rad]
+    norm : times the mean distance from the norm's thigh, knee and ankle, over 6°; 0 of a patient
+    target : speed [m/s]
+    pushed : whether ±50 N push the trunk every 1.55 s
+    """
+
+    target: float
+    fall: float = 150.0
+    speed: float = 30.0
+    effort: float = 0.5
+    activation: float = 20.0
+    force: float = 100.0
+    knee: float = 60.0
+    norm: float = 0.0
+    pushed: bool = True
+
+    def of(self, walked: Walked, duration: float) -> dict[str, float]:
+        """The parts of the cost of a walk."""
+        time, mass = walked["time"], walked.body.weight / GRAVITY
+        late = time > min(1.0, 0.5 * time[-1])
+        way = walked["trunk/forward"]
+        speed = np.ptp(way[late]) / max(np.ptp(time[late]), 0.1)
+        sides = ("right", "left")
+        energy = sum(walked[f"{s}/{m}/energy"][-1] for s in sides for m in LEG_MUSCLES)
+        activation = np.mean([walked[f"{s}/{m}/activation"] ** 3 for s in sides for m in LEG_MUSCLES])
+        load = np.array([walked[f"{s}/load"][late] for s in sides]) / walked.body.weight
+        straight = np.array([walked[f"{s}/knee"][late] for s in sides]) + math.radians(4.0)
+        found = {
+            "fall": 0.0 if walked.fell is None else self.fall * (1.0 - time[-1] / duration),
+            "speed": self.speed * max(abs(speed - self.target) - 0.02, 0.0),
+            "effort": self.effort * energy / (mass * max(way[-1], 1.0)),
+            "activation": self.activation * activation,
+            "force": self.force * np.mean(np.maximum(load - 1.25, 0.0)),
+            "knee": self.knee * np.mean(np.maximum(straight, 0.0)),
+        }
+        if self.norm:
+            found["norm"] = self.norm * np.mean([_off(walked, side, self.target) for side in sides])
+        return {name: float(value) for name, value in found.items()}
+
+
+def _off(walked: Walked, side: str, speed: float) -> float:
+    strides = strides_of(walked, side)
+    if not len(strides.duration):
+        return 5.0
+    return float(np.mean(list(off_norm(strides, speed).values())))
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search found.
+
+    vector : mean of the last population
+    history : of each generation, the cost of its best and its median
+    evaluations : walks
+    parts : of the cost of `vector`, by name, in a walk whose pushes no generation had
+    walked : that walk
+    """
+
+    vector: Vector
+    history: np.ndarray
+    evaluations: int
+    parts: dict[str, float]
+    walked: Walked
+
+    @property
+    def converged(self) -> bool:
+        """Whether it walks to the end, and the last third of the generations gained less than 2 %."""
+        best = np.minimum.accumulate(self.history[:, 1])
+        third = max(len(best) // 3, 1)
+        return self.walked.fell is None and best[-third] - best[-1] < 0.02 * best[-third]
+
+
+@dataclass(frozen=True)
+class Free:
+    """Which numbers of a gait a search changes: gains of each leg by name, and the first pose.
+
+    alike : whether both legs have the same gains
+    """
+
+    names: tuple[str, ...] = GAINS
+    pose: bool = True
+    alike: bool = False
+
+    def pack(self, vector: Vector) -> np.ndarray:
+        """The free numbers of a gait (n,)."""
+        columns = [GAINS.index(name) for name in self.names]
+        legs = vector.gains[:1] if self.alike else vector.gains
+        return np.concatenate([vector.offsets if self.pose else [], legs[:, columns].ravel()])
+
+    def unpack(self, vector: Vector, values: np.ndarray) -> Vector:
+        """The gait with other free numbers."""
+        columns, count = [GAINS.index(name) for name in self.names], len(OFFSETS) if self.pose else 0
+        gains = vector.gains.copy()
+        gains[:, columns] = values[count:].reshape(1 if self.alike else 2, -1)
+        return dataclasses.replace(vector, gains=gains, offsets=values[:count] if count else vector.offsets)
+
+
+def pushes_at(duration: float, seed: int) -> tuple[Push, ...]:
+    """As many forward as backward pushes, at drawn moments."""
+    draw = np.random.default_rng(seed)
+    times = np.arange(PUSHES_FROM, duration - 0.5, PUSHES_EVERY)
+    times = times + draw.uniform(-0.5, 0.5, len(times))
+    forces = draw.permutation(np.resize([PUSH, -PUSH], len(times)))
+    return tuple(Push(float(t), float(force)) for t, force in zip(times, forces, strict=True))
+
+
+def search(
+    bodies: Sequence[Body],
+    vector: Vector,
+    cost: Cost,
+    free: Free,
+    *,
+    generations: int,
+    duration: float = 14.0,
+    seed: int = 1,
+    threads: int = 2,
+    spread: float = SIGMA,
+    progress: Callable[[int, int, float], None] | None = None,
+) -> Found:
+    """Search the free numbers of a gait for the least cost.
+
+    Each generation walks with pushes of its own, so that none is walked around. The result does not depend on
+    the number of threads.
+
+    Parameters
+    ----------
+    bodies : that walk with the same gains; the first with pushes, the others count 20 × the share of 7 s lost
+    vector : start of the search
+    cost, free : as stated
+    generations : of 16 gaits
+    duration : of a walk [s]
+    spread : first standard deviation over the value [-]
+    progress : called with generation, all, best cost
+
+    Raises
+    ------
+    MissingExtra
+        The library cma is not installed.
+    """
+    import cma
+
+    first = free.pack(vector)
+    scale = np.maximum(np.abs(first) * spread, LEAST_SIGMA * spread / SIGMA)
+    options = {"popsize": POPULATION, "seed": seed, "verbose": -9, "verb_log": 0}
+    evolution = cma.CMAEvolutionStrategy(np.zeros(len(first)), 1.0, options)
+    history = []
+
+    def once(task: tuple[np.ndarray, int]) -> float:
+        return sum(parts(task[0], task[1])[0].values())
+
+    def parts(values: np.ndarray, draw: int) -> tuple[dict[str, float], Walked]:
+        gait = free.unpack(vector, values)
+        pushed = pushes_at(duration, draw) if cost.pushed else ()
+        walked = walk(own_copy(bodies[0]), gait, duration, pushed)
+        found = cost.of(walked, duration)
+        for other in bodies[1:]:
+            left = 7.0 if walked.fell is None else 0.0
+            if left:
+                left -= walk(own_copy(other), gait, 7.0)["time"][-1]
+            found["weak"] = found.get("weak", 0.0) + 20.0 * (left / 7.0 if walked.fell is None else 1.0)
+        return found, walked
+
+    def safe(task: tuple[np.ndarray, int]) -> float:
+        try:
+            return once(task)
+        except SimulationError:
+            return 2.0 * cost.fall
+
+    with ThreadPoolExecutor(threads) as pool:
+        for generation in range(generations):
+            asked = evolution.ask()
+            costs = list(pool.map(safe, [(first + scale * values, generation) for values in asked]))
+            evolution.tell(asked, costs)
+            history.append((min(costs), float(np.median(costs))))
+            if progress is not None:
+                progress(generation + 1, generations, min(costs))
+    mean: Any = first + scale * evolution.mean
+    found, walked = parts(mean, -1 % 2**31)
+    return Found(free.unpack(vector, mean), np.array(history), POPULATION * generations, found, walked)

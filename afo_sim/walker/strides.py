@@ -1,0 +1,199 @@
+"""What a responding walk was like: its strides, curves, clearance, effort, air."""
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from afo_sim.common import GRAVITY, find_gait
+from afo_sim.gait import at_speed
+from afo_sim.model import ANKLE
+from afo_sim.physics import LEG_MUSCLES
+from afo_sim.walker.body import HIP, KNEE
+from afo_sim.walker.walking import Walked
+
+STANDS = 20.0  # load from which on a foot is on the floor [N]
+SHORTEST = 0.4  # stride [s]
+FIRST = 2  # strides of the start that are not counted
+SAMPLES = 101
+ANGLES = ("thigh", "knee", "ankle")
+SPREAD = math.radians(6.0)  # middle of the 4 to 8° between people that Bovi et al. 2011 show [rad]
+BASAL = 1.51  # [W/kg], Wang et al. 2012
+NORM = "bovi2011_natural"
+
+
+@dataclass(frozen=True, eq=False)
+class Strides:
+    """The counted strides of one leg of a walk.
+
+    begins : rows at which the foot comes down, one more than strides
+    curves : of each stride over its cycle, {name: (n_stride, 101)}: thigh (against the vertical), knee
+        flexion, ankle [rad]; load over the body weight; moment of the ankle, plantarflexion positive
+        [N·m/kg]; power of the ankle [W/kg]; torque of the device [N·m]
+    duration, length : of each stride [s], [m]
+    """
+
+    begins: np.ndarray
+    curves: Mapping[str, np.ndarray]
+    duration: np.ndarray
+    length: np.ndarray
+
+    def mean(self, name: str) -> np.ndarray:
+        """The mean curve (101,)."""
+        return np.asarray(self.curves[name].mean(axis=0))
+
+
+def strides_of(walked: Walked, side: str) -> Strides:
+    """The strides of a leg, "right" with the device or "left", without the first two and the last."""
+    load, time = walked[f"{side}/load"], walked["time"]
+    down = np.flatnonzero((load[1:] > STANDS) & (load[:-1] <= STANDS)) + 1
+    begins: list[int] = []
+    for row in down:
+        weighty = load[row : row + 30].max() > 0.3 * walked.body.weight
+        if weighty and (not begins or time[row] - time[begins[-1]] > SHORTEST):
+            begins.append(int(row))
+    kept = np.array(begins[FIRST:], dtype=int)
+    mass = walked.body.weight / GRAVITY
+    moment, velocity = walked[f"{side}/{ANKLE}_moment"], walked[f"{side}/{ANKLE}_velocity"]
+    columns = {
+        "thigh": walked["trunk/pitch"] + walked[f"{side}/{HIP}"],
+        "knee": -walked[f"{side}/{KNEE}"],
+        "ankle": walked[f"{side}/{ANKLE}"],
+        "load": load / walked.body.weight,
+        "moment": -moment / mass,
+        "power": moment * velocity / mass,
+        "toe": walked[f"{side}/toe_clearance"],
+        "torque": walked["device/torque"],
+        **{name: walked[f"{side}/{name}/activation"] for name in LEG_MUSCLES},
+    }
+    grid = np.linspace(0.0, 1.0, SAMPLES)
+    pairs = list(zip(kept[:-1], kept[1:], strict=True))
+    curves = {
+        name: np.array(
+            [
+                np.interp(grid, (time[a : b + 1] - time[a]) / (time[b] - time[a]), column[a : b + 1])
+                for a, b in pairs
+            ]
+        ).reshape(-1, SAMPLES)
+        for name, column in columns.items()
+    }
+    forward = walked["trunk/forward"]
+    return Strides(kept, curves, np.diff(time[kept]), np.diff(forward[kept]))
+
+
+def numbers(walked: Walked) -> dict[str, float]:
+    """A walk in numbers, SI and degrees, by name; NaN where it fell before there were strides to count."""
+    time, mass = walked["time"], walked.body.weight / GRAVITY
+    found: dict[str, float] = {"duration": float(time[-1]), "fell": float(walked.fell is not None)}
+    right, left = (strides_of(walked, side) for side in ("right", "left"))
+    found["strides"] = float(len(right.duration) + len(left.duration)) / 2.0
+    counted = slice(int(right.begins[0]), int(right.begins[-1]) + 1) if len(right.duration) else slice(0, 0)
+    took = time[counted][-1] - time[counted][0] if len(right.duration) else math.nan
+    way = np.ptp(walked["trunk/forward"][counted]) if len(right.duration) else math.nan
+    found["speed"] = way / took
+    found["stride_time"] = _mean(right.duration)
+    found["stride_length"] = _mean(right.length)
+    energy = sum(
+        np.ptp(walked[f"{side}/{name}/energy"][counted]) if len(right.duration) else math.nan
+        for side in ("right", "left")
+        for name in LEG_MUSCLES
+    )
+    found["muscle_power"] = energy / (mass * took)
+    found["cost_of_transport"] = (energy / took + BASAL * mass) / (mass * found["speed"])
+    for side, strides in (("right", right), ("left", left)):
+        found |= {f"{side}/{name}": value for name, value in _of_leg(walked, strides, side).items()}
+    air = [
+        np.maximum(np.diff(walked[name][counted]), 0.0).sum() for name in walked.columns if "/mass" in name
+    ]
+    found["air_per_stride"] = (
+        float(sum(air)) / len(right.duration) if len(right.duration) and air else math.nan
+    )
+    found["device_torque_swing"] = (
+        _mean(right.curves["torque"][:, 65:95]) if len(right.duration) else math.nan
+    )
+    return {name: float(value) for name, value in found.items()}
+
+
+def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
+    if not len(strides.duration):
+        names = (*(f"{a}_{e}" for a in ANGLES for e in ("max", "min")), *_OF_LEG)
+        return dict.fromkeys(names, math.nan)
+    found = {}
+    for name in ANGLES:
+        curve = np.degrees(strides.mean(name))
+        found[f"{name}_max"], found[f"{name}_min"] = float(curve.max()), float(curve.min())
+    load, power = strides.curves["load"], strides.curves["power"]
+    clearance = swing_clearance(walked, strides, side)
+    step = strides.duration[:, None] / (SAMPLES - 1)
+    late = slice(40, 70)
+    found |= {
+        "ankle_swing": float(np.degrees(strides.mean("ankle")[75:90].mean())),
+        "force_peak": float(load.max(axis=1).mean()),
+        "force_high": float(np.percentile(load[load > 0.05], 95.0)),
+        "clearance": float(np.median(clearance)),
+        "scuffs": float(np.mean(clearance <= 0.0)),
+        "push_off_work": float((np.maximum(power[:, late], 0.0) * step).sum(axis=1).mean()),
+        "push_off_peak": float(power[:, late].max(axis=1).mean()),
+        "moment_peak": float(strides.curves["moment"].max(axis=1).mean()),
+    }
+    return found
+
+
+_OF_LEG = (
+    "ankle_swing",
+    "force_peak",
+    "force_high",
+    "clearance",
+    "scuffs",
+    "push_off_work",
+    "push_off_peak",
+    "moment_peak",
+)
+
+
+def swing_clearance(walked: Walked, strides: Strides, side: str) -> np.ndarray:
+    """Lowest height of ball, pulp and tip in mid-swing of each stride [m] (n_stride,).
+
+    Mid-swing is while the foot's forward speed is in its upper quartile. 0 and below is a touch of the floor.
+    """
+    lowest, speed = walked[f"{side}/clearance"], np.gradient(walked[f"{side}/foot"], walked["time"])
+    found = []
+    for a, b in zip(strides.begins[:-1], strides.begins[1:], strict=True):
+        fast = speed[a:b] >= np.percentile(speed[a:b], 75.0)
+        found.append(float(lowest[a:b][fast].min()))
+    return np.array(found)
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(np.mean(values)) if np.size(values) else math.nan
+
+
+@functools.lru_cache(maxsize=8)
+def norm_at(speed: float, taller: float = 1.0) -> dict[str, np.ndarray]:
+    """Mean curves of healthy adults at a speed, as of `Strides`, and a stride's "duration" [s], "length" [m].
+
+    Source
+    ------
+    Bovi et al. 2011, Gait Posture 33(1), between two of its speeds linear.
+    """
+    cycle = at_speed(find_gait(NORM), min(max(speed, 0.85), 1.95), taller)
+    phase = np.linspace(0.0, 1.0, SAMPLES)
+    knee, shank = (
+        np.interp(phase, cycle.phase, a, period=1.0) for a in (cycle.knee_angle, cycle.shank_angle)
+    )
+    return {
+        "thigh": knee - shank,
+        "knee": knee,
+        "ankle": np.interp(phase, cycle.phase, cycle.ankle_angle, period=1.0),
+        "load": cycle.ground(phase % 1.0)[1],
+        "duration": np.array(cycle.stride_time),
+        "length": np.array(cycle.stride_time * speed),
+    }
+
+
+def off_norm(strides: Strides, speed: float, taller: float = 1.0) -> dict[str, float]:
+    """RMS distance of mean angles from the norm at a speed, over 6°, the spread between people [-]."""
+    norm = norm_at(round(speed, 2), taller)
+    return {name: float(np.sqrt(np.mean((strides.mean(name) - norm[name]) ** 2))) / SPREAD for name in ANGLES}

@@ -1,0 +1,287 @@
+"""A responding walk: reflexes and air in MuJoCo's step, the device's board and pushes between steps."""
+
+import copy
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from afo_sim import native
+from afo_sim.common import InputError, SimulationError
+from afo_sim.control import Controller, FootSwitch, checked, make
+from afo_sim.description import Scenario
+from afo_sim.model import ANKLE, POINTS, SOLE
+from afo_sim.physics import LEG_MUSCLES
+from afo_sim.walker.body import JOINTS, ROOT, SIDES, UP, Body
+from afo_sim.walker.gait import Vector, start
+
+TICK = 0.01  # between rows, commands of the board, and looks at whether the walker has fallen [s]
+FALLEN = 0.8  # height of the trunk over its first from which on down it has fallen [-]
+PUSHED = 0.1  # duration of a push [s]
+HEEL_LOAD = 30.0  # from which on the switch under the device's foot is closed [N]
+
+
+@dataclass(frozen=True)
+class Push:
+    """A horizontal force on the trunk, forward positive, for 0.1 s: when it begins [s], force [N]."""
+
+    time: float
+    force: float
+
+
+@dataclass(frozen=True, eq=False)
+class Walked:
+    """A walk as it was recorded, a row each 10 ms.
+
+    body : whose
+    columns : by name, SI, (n,); "left/…" of the leg without the device, "right/…" of the one with it
+    fell : when the walker had fallen [s]; None where it did not
+    pushes : that it was given
+    """
+
+    body: Body
+    columns: Mapping[str, np.ndarray]
+    fell: float | None
+    pushes: tuple[Push, ...] = ()
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        return self.columns[column]
+
+
+@dataclass(eq=False)
+class _Board:
+    """What switches the device's valves: its timer, its gait phase by a foot switch, or its controller."""
+
+    scenario: Scenario
+    body: Body
+    switch: FootSwitch = field(default_factory=lambda: FootSwitch(HEEL_LOAD))
+    controller: Controller | None = None
+    commands: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.scenario.controller is not None:
+            self.controller = make(self.scenario.controller, self.scenario)
+
+    def __call__(self, seen: "_Seen") -> Mapping[str, tuple[float, float]]:
+        """Coils of inlet and outlet by chamber."""
+        scenario, now = self.scenario, seen.time
+        self.switch.update(seen["ground/force_z"], TICK)
+        if self.controller is not None:
+            described = scenario.orthosis.chamber
+            self.commands |= checked(
+                self.controller(seen),
+                self.body.ids.chambers if self.body.ids else {},
+                {},
+                [name for name, chamber in described.items() if chamber.three_way],
+            )
+            return {name: found for name, found in self.commands.items() if isinstance(found, tuple)}
+        if scenario.timer is not None:
+            return _at(scenario.timer.chambers, now % scenario.timer.period)
+        if scenario.phases is not None:
+            if not self.switch.ready:
+                return {}
+            return _at(scenario.phases.chambers, self.switch.phase % 1.0)
+        return {}
+
+
+def _at(tables: Mapping[str, Any], place: float) -> dict[str, tuple[float, float]]:
+    def on(intervals: Sequence[tuple[float, float]]) -> float:
+        return float(any(a <= place < b if a < b else place >= a or place < b for a, b in intervals))
+
+    return {name: (on(times.inlet), on(times.outlet)) for name, times in tables.items()}
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What a controller sees: the columns of a recorded walk's leg that a walker has too."""
+
+    time: float
+    values: Mapping[str, float]
+    period: float = TICK
+
+    def __getitem__(self, column: str) -> float:
+        if column not in self.values:
+            raise InputError(
+                "is not a column that a responding walker gives a controller",
+                field="column",
+                value=column,
+                allowed=", ".join(self.values),
+            )
+        return self.values[column]
+
+    def rows(self, column: str) -> np.ndarray:
+        """The last sample."""
+        return np.array([self[column]])
+
+
+def own_copy(body: Body) -> Body:
+    """The same body with a model of its own, so that threads can write gains."""
+    import dataclasses
+
+    return dataclasses.replace(body, model=copy.copy(body.model))
+
+
+def walk(
+    body: Body,
+    vector: Vector,
+    duration: float,
+    pushes: Sequence[Push] = (),
+    noise: Sequence[float] | np.ndarray = (),
+) -> Walked:
+    """Let a walker walk until it falls or the time is over.
+
+    Parameters
+    ----------
+    body : with its own model: its reflexes' gains are written into it
+    vector : start and gains
+    duration : [s]
+    pushes : on the trunk
+    noise : added to the seven angles of the first pose [rad]
+
+    Raises
+    ------
+    SimulationError
+        A state is no longer a number: a fault of the model, not a fall.
+    """
+    data = start(body, vector, noise)
+    model = body.model
+    recorder, board = _Recorder(body, data), _Board(body.scenario, body)
+    steps = round(TICK / model.opt.timestep)
+    first, trunk = float(data.qpos[recorder.up]), model.body("trunk").id
+    fell = None
+    with native.installed():
+        _fill(body, data)
+        mujoco.mj_forward(model, data)
+        # MuJoCo's velocities stand half a step before positions
+        data.qvel -= 0.5 * model.opt.timestep * data.qacc
+        for tick in range(round(duration / TICK)):
+            now = tick * TICK
+            data.xfrc_applied[trunk, 0] = sum(
+                push.force for push in pushes if push.time - 1e-9 <= now < push.time + PUSHED - 1e-9
+            )
+            if body.ids is not None:
+                _command(body, data, board(recorder.seen(data)))
+            try:
+                mujoco.mj_step(model, data, nstep=steps)
+            except mujoco.FatalError as error:
+                raise SimulationError(f"the responding walk stops at {data.time:.3f} s: {error}") from None
+            recorder.take(data)
+            height = float(data.qpos[recorder.up])
+            if not math.isfinite(height):
+                raise SimulationError(f"the responding walk is not finite at {data.time:.3f} s")
+            if height < FALLEN * first:
+                fell = float(data.time)
+                break
+    return Walked(body, recorder.columns(), fell, tuple(pushes))
+
+
+def _fill(body: Body, data: mujoco.MjData) -> None:
+    """Air of the start: ambient, or what the scenario's start states, at the supply's pressure at most."""
+    if body.ids is None or body.circuit is None:
+        return
+    scenario, gauge = body.scenario, {}
+    supply = scenario.supply.fixed
+    for name, begun in (scenario.start.chambers if scenario.start else {}).items():
+        gauge[body.ids.chambers[name]] = supply if begun.pressure is None else begun.pressure
+    act, ctrl = data.act.copy(), data.ctrl.copy()
+    native.fill_chambers(body.model, data, gauge)
+    first = min(body.ids.networks.values())
+    data.act[: body.model.actuator_actadr[first]] = act[: body.model.actuator_actadr[first]]
+    data.ctrl[:] = ctrl
+    data.ctrl[list(body.ids.chambers.values())] = supply
+    native.step_back(body.model, data)
+
+
+def _command(body: Body, data: mujoco.MjData, coils: Mapping[str, tuple[float, float]]) -> None:
+    assert body.ids is not None
+    for chamber in body.ids.chambers:
+        for side, coil in zip(native.SIDES, coils.get(chamber, (0.0, 0.0)), strict=True):
+            data.ctrl[body.ids.valves[f"{chamber}_{side}"]] = coil
+
+
+class _Recorder:
+    """Rows of a walk while it runs, its columns when it is over."""
+
+    def __init__(self, body: Body, data: mujoco.MjData):
+        model = body.model
+        self.body, self.model = body, model
+        self.up = int(model.joint(UP).qposadr[0])
+        self.ankle = model.joint(ANKLE)
+        self.sites = [model.site(f"{side}{SOLE}{point}").id for side in SIDES for point in POINTS]
+        self.device = sorted(body.ids.muscles.values()) if body.ids is not None else []
+        self.moment = np.zeros((model.nu, model.nv))
+        floor = np.isin(model.actuator_user[:, 1], (native.KIND_PAD, native.KIND_GRIP))
+        self.inner = np.flatnonzero(~floor | (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT))
+        self.rows: dict[str, list[Any]] = {
+            name: [] for name in ("time", "qpos", "qvel", "act", "force", "joint", "site", "torque")
+        }
+
+    def seen(self, data: mujoco.MjData) -> _Seen:
+        """What the board sees now."""
+        place, dof = int(self.ankle.qposadr[0]), int(self.ankle.dofadr[0])
+        lean = -(data.qpos[2] + data.qpos[3] + data.qpos[4])
+        values = {
+            "time": float(data.time),
+            "ankle/angle": float(data.qpos[place]),
+            "ankle/velocity": float(data.qvel[dof]),
+            "shank/angle": float(lean),
+            "ground/force_z": float(data.actuator_force[self.body.pads[0]].sum()),
+        }
+        if self.body.ids is not None:
+            for name, chamber in self.body.ids.chambers.items():
+                air = native.read_air(self.model, data.act, data.userdata, chamber)
+                values[f"chamber/{name}/pressure"] = float(air.absolute_pressure) - 101325.0
+        return _Seen(float(data.time), values)
+
+    def take(self, data: mujoco.MjData) -> None:
+        """Keep a row."""
+        rows = self.rows
+        rows["time"].append(data.time)
+        rows["qpos"].append(data.qpos.copy())
+        rows["qvel"].append(data.qvel.copy())
+        rows["act"].append(data.act.copy())
+        rows["force"].append(data.actuator_force.copy())
+        rows["site"].append(data.site_xpos[self.sites].copy())
+        mujoco.mju_sparse2dense(
+            self.moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+        )
+        # what the body and the device do at the joints, without the floor, which is actuators too
+        rows["joint"].append(self.moment[self.inner].T @ data.actuator_force[self.inner])
+        arms = self.moment[self.device, int(self.ankle.dofadr[0])]
+        rows["torque"].append(float(arms @ data.actuator_force[self.device]))
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """All columns, SI."""
+        model, body = self.model, self.body
+        kept = {name: np.array(rows) for name, rows in self.rows.items()}
+        found = {"time": kept["time"]}
+        for name in ROOT:
+            found[f"trunk/{name}"] = kept["qpos"][:, int(model.joint(name).qposadr[0])]
+        act = native.LEG_MUSCLE_ACT
+        for k, (prefix, side) in enumerate(zip(SIDES, ("right", "left"), strict=True)):
+            for name in JOINTS:
+                joint = model.joint(f"{prefix}{name}")
+                found[f"{side}/{name}"] = kept["qpos"][:, int(joint.qposadr[0])]
+                found[f"{side}/{name}_velocity"] = kept["qvel"][:, int(joint.dofadr[0])]
+                found[f"{side}/{name}_moment"] = kept["joint"][:, int(joint.dofadr[0])]
+            points = kept["site"][:, len(POINTS) * k : len(POINTS) * (k + 1)]
+            found[f"{side}/clearance"] = points[:, :, 2].min(axis=1)
+            found[f"{side}/toe_clearance"] = points[:, 2:, 2].min(axis=1)
+            found[f"{side}/foot"] = points[:, :2, 0].mean(axis=1)
+            found[f"{side}/load"] = kept["force"][:, body.pads[k]].sum(axis=1)
+            at = int(model.actuator_actadr[body.reflexes[k]])
+            found[f"{side}/phase"] = np.round(kept["act"][:, at])
+            for i, muscle in zip(body.muscles[k], LEG_MUSCLES, strict=True):
+                first = int(model.actuator_actadr[i])
+                found[f"{side}/{muscle}/activation"] = kept["act"][:, first + act.activation]
+                found[f"{side}/{muscle}/length"] = kept["act"][:, first + act.length]
+                found[f"{side}/{muscle}/force"] = -kept["force"][:, i]
+                found[f"{side}/{muscle}/energy"] = kept["act"][:, first + act.energy]
+        found["device/torque"] = kept["torque"]
+        if body.ids is not None:
+            for name, chamber in body.ids.chambers.items():
+                found[f"chamber/{name}/mass"] = kept["act"][:, int(model.actuator_actadr[chamber])]
+        return found
