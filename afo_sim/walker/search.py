@@ -49,6 +49,7 @@ class Cost:
     activation : times the mean cube of all activations
     force : times the mean load beyond 1.25 body weights
     knee : times the mean extension beyond 4° of flexion [1/rad]
+    lean : times the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
     norm : times the mean distance from the norm's thigh, knee and ankle, over 6°; 0 of a patient
     target : speed [m/s]
     pushed : whether ±50 N push the trunk every 1.55 s
@@ -61,6 +62,7 @@ class Cost:
     activation: float = 20.0
     force: float = 100.0
     knee: float = 60.0
+    lean: float = 60.0
     norm: float = 0.0
     pushed: bool = True
 
@@ -73,6 +75,7 @@ class Cost:
         sides = ("right", "left")
         energy = sum(walked[f"{s}/{m}/energy"][-1] for s in sides for m in LEG_MUSCLES)
         activation = np.mean([walked[f"{s}/{m}/activation"] ** 3 for s in sides for m in LEG_MUSCLES])
+        lean = np.abs(walked["trunk/pitch"][late] + 0.03) - 0.09
         load = np.array([walked[f"{s}/load"][late] for s in sides]) / walked.body.weight
         straight = np.array([walked[f"{s}/knee"][late] for s in sides]) + math.radians(4.0)
         found = {
@@ -82,6 +85,7 @@ class Cost:
             "activation": self.activation * activation,
             "force": self.force * np.mean(np.maximum(load - 1.25, 0.0)),
             "knee": self.knee * np.mean(np.maximum(straight, 0.0)),
+            "lean": self.lean * np.mean(np.maximum(lean, 0.0)),
         }
         if self.norm:
             found["norm"] = self.norm * np.mean([_off(walked, side, self.target) for side in sides])
