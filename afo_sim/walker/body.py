@@ -70,13 +70,14 @@ class Body:
     pads: np.ndarray
 
 
-def build_body(scenario: Scenario, strength: dict[str, float] | None = None) -> Body:
+def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spring: float = 0.0) -> Body:
     """Compile the body of a scenario's patient, with the scenario's orthosis on one leg.
 
     Parameters
     ----------
     scenario : a walking one
     strength : share left of each muscle, "tibialis" of the leg with the device, "left_tibialis" of the other
+    spring : stiffness of a passive orthosis on that leg's ankle, at rest at 0° [N·m/rad]
 
     Raises
     ------
@@ -92,6 +93,7 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None) -> 
         native.add_muscles(spec, circuit)
         native.add_chambers(spec, circuit, userdata=first)
     model = _compiled(spec, scenario)
+    model.jnt_stiffness[model.joint(ANKLE).id] += spring
     return _filled(model, scenario, size, circuit, first, strength or {})
 
 
