@@ -300,6 +300,7 @@ def _ledger(
 ) -> None:
     """What is predicted beside what others measured; a disagreement is a result, and no failure."""
     with progress("predicting") as report:
+        from afo_sim.common import InputError
         from afo_sim.lab import air_log
         from afo_sim.lab import ledger as lab
 
@@ -309,12 +310,13 @@ def _ledger(
             from afo_sim.study.python_calls import uncertainty
 
             bands = uncertainty(scenario).studies["uncertainty"]["metrics"]
+            if "air_per_stride" not in bands:
+                raise InputError("uses no air", field="--scenario", value=scenario)
             rows.append(air_log.air_row(air, bands["air_per_stride"]["quantiles"]))
+    values = [asdict(row) | {"verdict": row.verdict} for row in rows]
     if as_json:
-        print(
-            json.dumps([asdict(row) | {"verdict": row.verdict} for row in rows], ensure_ascii=False, indent=1)
-        )
-    else:
-        print_table("predicted and measured", list(lab.HEADER), lab.table(rows))
-        sources = dict.fromkeys(f"{row.device}: {row.source}" for row in rows)
-        print("\n".join([*lab.summary(rows), "", *sources]))
+        print(json.dumps(values, ensure_ascii=False, indent=1))
+        return
+    print_table("predicted and measured", list(lab.HEADER), lab.table(rows))
+    sources = dict.fromkeys(f"{row.device}: {row.source}" for row in rows)
+    print("\n".join([*(lab.summary(rows) if worn else ()), "", *sources]))

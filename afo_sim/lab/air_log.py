@@ -38,8 +38,8 @@ def air_row(file: pathlib.Path, band: Sequence[float]) -> LedgerRow:
             scale, _ = scale_of(file, name, title, (COLUMNS[name],), EXAMPLE)
             columns[name] = scale * np.array([number(file, line, name, row[k]) for line, row in table.rows])
     facts, ways = read_facts(table, FACTS), [name for name in WAYS if name in columns]
-    told = len(ways) == 1 and {"time", "heel strike"} <= columns.keys()
-    if not told or (ways == ["tank pressure"] and "tank volume" not in facts):
+    known = len(ways) == 1 and {"time", "heel strike"} <= columns.keys()
+    if not known or (ways == ["tank pressure"] and "tank volume" not in facts):
         allowed = f"time, heel strike and one of {', '.join(WAYS)} (with # tank volume: 2 l): {EXAMPLE}"
         raise InputError("does not state air by strides", file=file, field="header", allowed=allowed)
     down = columns["heel strike"] > 0.5
@@ -51,8 +51,7 @@ def air_row(file: pathlib.Path, band: Sequence[float]) -> LedgerRow:
     if ways == ["tank pressure"]:
         air *= facts["tank volume"] / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
     elif ways == ["flow"]:
-        walked = slice(first, last + 1)
-        air = STANDARD_DENSITY * np.trapezoid(x[walked], columns["time"][walked])
-    per_stride = 1e3 / (len(starts) - 1)
-    error = per_stride * facts.get("error", 0.0)
-    return LedgerRow(file.stem, "air per stride", "g", tuple(band), per_stride * air, error, str(file))
+        air = STANDARD_DENSITY * np.trapezoid(x[first : last + 1], columns["time"][first : last + 1])
+    mean, error = (float(1e3 * x / (len(starts) - 1)) for x in (air, facts.get("error", 0.0)))
+    told = f"{'inside' if band[0] <= mean <= band[2] else 'outside'} the predicted band ({file})"
+    return LedgerRow(file.stem, "air per stride", "g", tuple(band), mean, error, told)

@@ -191,13 +191,10 @@ def table(rows: Sequence[LedgerRow]) -> list[list[str]]:
 
 
 def summary(rows: Sequence[LedgerRow]) -> list[str]:
-    """How the rows came out, how good the bands are, and how wide."""
+    """How rows came out of which some are predicted, how good the bands are, and how wide."""
     counts = ", ".join(f"{[row.verdict for row in rows].count(v)} {v}" for v in VERDICTS)
-    told = {row.device for row in rows if row.verdict != VERDICTS[2]}
-    lines = [f"{counts}; {len(told)} devices or rigs with a verdict"]
+    devices = {row.device for row in rows if row.verdict != VERDICTS[2]}
     both = [(*row.band, row.measured) for row in rows if row.band and row.measured]
-    if not both:
-        return lines
     from scipy.stats import binomtest  # slow to import
 
     low, middle, high, x = np.array(both).T
@@ -205,7 +202,7 @@ def summary(rows: Sequence[LedgerRow]) -> list[str]:
     least, most = binomtest(inside, len(both)).proportion_ci(0.9)
     what = "too narrow" if most < 1.0 - ALPHA else "too wide" if least > 1.0 - ALPHA else "not refuted"
     return [
-        *lines,
+        f"{counts}; {len(devices)} devices or rigs with a verdict",
         f"median error {100.0 * np.median(np.abs(middle / x - 1.0)):.0f} %, median width of the band "
         f"{100.0 * np.median((high - low) / np.abs(middle)):.0f} % of the prediction",
         f"{inside} of {len(both)} measured values lie in their band, a share of {100.0 * least:.0f} to "
