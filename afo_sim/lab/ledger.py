@@ -21,7 +21,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic import Field as Option
 
-from afo_sim.common import InputError, assets, unknown
+from afo_sim.common import InputError, assets, nearest_name, unknown
 from afo_sim.description import PROBLEMS
 from afo_sim.lab.ledger_predictions import PREDICTIONS, si
 
@@ -131,8 +131,9 @@ def read_device(file: pathlib.Path) -> Device:
         device = Device.model_validate(assets.read_toml(file))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        field = ".".join(map(str, first["loc"]))
-        raise InputError(PROBLEMS.get(first["type"], first["msg"]), file=file, field=field) from None
+        field, problem = ".".join(map(str, first["loc"])), PROBLEMS.get(first["type"], first["msg"])
+        near = nearest_name(field, [*Device.model_fields])
+        raise InputError(problem, file=file, field=field, nearest=near) from None
     if device.predict not in PREDICTIONS and not device.wanting:
         raise unknown(device.predict, [*PREDICTIONS], field="predict", problem="is an unknown prediction")
     return device
@@ -152,7 +153,7 @@ def ledger(report: Callable[[int, int], None] | None = None) -> list[LedgerRow]:
 def rows_of(device: Device) -> list[LedgerRow]:
     """The rows of one device: all its measured numbers, predicted from the same draws."""
     draws, found = [] if device.wanting else device.draws(), []
-    why = device.wanting or device.error_from
+    source = f"{device.source} ({device.wanting or device.error_from})"
     for each in device.measured:
         unit, band = each.value.partition(" ")[2], None
         if draws:
@@ -160,7 +161,6 @@ def rows_of(device: Device) -> list[LedgerRow]:
             values = [predict(device.of, each.at, drawn) / si(f"1 {unit}") for drawn in draws]
             band = tuple(map(float, np.quantile(values, LEVELS)))
         value, error = (si(text) / si(f"1 {unit}") if text else None for text in (each.value, each.error))
-        source = device.source + (f" ({why})" if why else "")
         found.append(LedgerRow(device.device, each.quantity, unit, band, value, error, source))
     return found
 
