@@ -297,7 +297,7 @@ def draw_ledger(rows: list[LedgerRow], figure: Any) -> None:
         axes.plot(middle, y, marker, color=colour, markersize=4.5)
         labels.append(f"{row.device}: {row.quantity}")
     axes.axvline(1.0, color="black", linewidth=0.8)
-    axes.set(xscale="log", xlim=(0.35, 5.3), xlabel="predicted over measured", ylim=(-0.7, len(rows) - 0.3))
+    axes.set(xscale="log", xlim=(0.15, 5.5), xlabel="predicted over measured", ylim=(-0.7, len(rows) - 0.3))
     axes.set_xticks(
         [0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0], ["0.4", "0.5", "0.7", "1", "1.5", "2", "3", "4"]
     )
