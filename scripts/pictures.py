@@ -298,9 +298,8 @@ def draw_ledger(rows: list[LedgerRow], figure: Any) -> None:
         labels.append(f"{row.device}: {row.quantity}")
     axes.axvline(1.0, color="black", linewidth=0.8)
     axes.set(xscale="log", xlim=(0.15, 5.5), xlabel="predicted over measured", ylim=(-0.7, len(rows) - 0.3))
-    axes.set_xticks(
-        [0.4, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0], ["0.4", "0.5", "0.7", "1", "1.5", "2", "3", "4"]
-    )
+    ticks = (0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
     axes.set_yticks(range(len(rows)), labels, fontsize=6.5)
     axes.grid(axis="x", color="0.92", linewidth=0.6)
