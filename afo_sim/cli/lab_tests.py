@@ -267,10 +267,16 @@ def validate_command(
     data: Annotated[Path | None, Option(help="folder of the shared recordings")] = None,
     air: Annotated[Path | None, Option(help="instead: a log's air per stride, beside its band")] = None,
     scenario: Annotated[str, Option(help="walk of that log")] = "walk-dropfoot-afo",
+    walker: Annotated[
+        bool, Option("--walker", help="instead: the responding walker, by measurement")
+    ] = False,
 ) -> None:
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
     if worn or bench or air is not None:
         _ledger(as_json, worn, bench, data, air, scenario)
+        return
+    if walker:
+        _walker(as_json)
         return
     with progress("comparing with the papers") as report:
         from afo_sim.common import check_writable
@@ -293,6 +299,31 @@ def validate_command(
         print(path, file=sys.stderr if as_json else sys.stdout)
     if not all(row.passed for row in rows):
         sys.exit(1)
+
+
+def _walker(as_json: bool) -> None:
+    """The responding walker beside measurement; a disagreement is a result, and no failure."""
+    with progress("walking"):
+        from afo_sim.walker.measured import compare
+
+        rows = compare()
+    if as_json:
+        values = [
+            {key: None if value != value else value for key, value in asdict(row).items()} for row in rows
+        ]
+        print(json.dumps(values, ensure_ascii=False, indent=1))
+        return
+    table = [
+        [
+            row.quantity,
+            *(f"{x:.3g}" if x == x else "–" for x in (row.measured, row.simulated)),
+            row.unit,
+            row.verdict,
+        ]
+        for row in rows
+    ]
+    print_table("measured, and the responding walker", ["", "measured", "walker", "", ""], table)
+    print("\n".join(f"{row.quantity}: {row.why} ({row.source})" for row in rows))
 
 
 def _ledger(

@@ -206,7 +206,7 @@ def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
 
 @register_jitable
 def grip_bias(m: Any, d: Any, i: int, j: int) -> float:
-    """Bias of the grip i whose row starts at j, as `bias_beside_gain`: the input of its gain is its last state."""
+    """Bias of the grip i whose row starts at j, as `bias_beside_gain`; its last state is its gain's input."""
     force, derivative, _ = held_by_floor(m, d, i, j)
     carried = m.actuator_actadr[i] + GRIP_ACT.carried
     gained = d.actuator_velocity[i] * d.act[carried]

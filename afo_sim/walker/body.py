@@ -24,6 +24,7 @@ from afo_sim.model import (
     circuit_of,
     healthy_tissue,
     leg_spec,
+    own_supply,
     own_tissue,
     person_of,
     reflex_gain,
@@ -87,7 +88,9 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
     person = person_of(scenario)
     size = Size(person.body_mass / 75.0, person.body_height / 1.75)
     spec = _whole(scenario, size)
-    circuit = circuit_of(scenario.orthosis, supply=None) if scenario.orthosis.muscle else None
+    circuit = None
+    if scenario.orthosis.muscle:
+        circuit = circuit_of(scenario.orthosis, supply=own_supply(scenario))
     first = _add_own(spec)
     if circuit is not None:
         native.add_muscles(spec, circuit)

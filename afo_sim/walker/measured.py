@@ -1,4 +1,4 @@
-"""The walker against measurement: healthy people's norms, and how wearers responded. Nothing is fitted on the latter."""
+"""The walker against measurement: healthy norms, and how wearers responded, on which nothing is fitted."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -64,56 +64,40 @@ def _walk(
 def healthy() -> Iterator[Compared]:
     """The three shipped gaits against adults' mean curves at their speed. Their search had these in its cost."""
     for name in GAITS:
-        gait = read_gait(name)
-        walked = _walk(gait)
-        found = numbers(walked)
-        if walked.fell is not None or not math.isfinite(found["speed"]):
-            yield Compared(
-                f"{name}: walks {WALKED:g} s", WALKED, found["duration"], "s", "disagrees", BOVI, "fell"
-            )
-            continue
-        norm, taller = norm_at(round(found["speed"], 2)), walked.body.size.taller
-        why = f"at {found['speed']:.2f} m/s, searched for {gait.speed:g}"
-        yield _within(
-            f"{name}: step length",
-            float(norm["length"]) / 2,
-            found["stride_length"] / 2,
-            "m",
-            STEP_WITHIN,
-            why,
-        )
-        cadence = 120.0 / np.array([float(norm["duration"]), found["stride_time"]])
-        yield _within(f"{name}: cadence", *map(float, cadence), "/min", STEP_WITHIN, why)
-        off = [off_norm(strides_of(walked, side), found["speed"], taller) for side in ("right", "left")]
-        for angle in off[0]:
-            both = float(np.mean([side[angle] for side in off]))
-            verdict: Verdict = "agrees" if both <= ANGLES_WITHIN else "disagrees"
-            yield Compared(
-                f"{name}: {angle}, RMS off the norm", 0.0, 6.0 * both, "deg", verdict, BOVI, "2.5 × 6°"
-            )
-        peak = float(norm["load"].max())
-        near = abs(found["right/force_peak"] - peak) <= FORCE_WITHIN
-        row = (
-            peak,
-            found["right/force_peak"],
-            "BW",
-            "agrees" if near else "disagrees",
-            BOVI,
-            "within 0.25 BW",
-        )
-        yield Compared(f"{name}: vertical force, peak", *row)
-        high = found["right/force_high"]
-        most = "agrees" if high <= FORCE_MOST else "disagrees"
-        yield Compared(
-            f"{name}: vertical force, 95th percentile", FORCE_MOST, high, "BW", most, "stated bound", ""
-        )
+        yield from _against_norm(name, read_gait(name))
+
+
+def _against_norm(name: str, gait: Gait) -> Iterator[Compared]:
+    walked = _walk(gait)
+    found = numbers(walked)
+    if walked.fell is not None or not math.isfinite(found["speed"]):
+        what, lasted = f"{name}: walks {WALKED:g} s", found["duration"]
+        yield Compared(what, WALKED, lasted, "s", "disagrees", BOVI, "fell")
+        return
+    norm, taller = norm_at(round(found["speed"], 2)), walked.body.size.taller
+    why = f"at {found['speed']:.2f} m/s, searched for {gait.speed:g}"
+    length, cadence = found["stride_length"] / 2.0, 120.0 / found["stride_time"]
+    yield _within(f"{name}: step length", float(norm["length"]) / 2.0, length, "m", STEP_WITHIN, why)
+    yield _within(f"{name}: cadence", 120.0 / float(norm["duration"]), cadence, "/min", STEP_WITHIN, why)
+    off = [off_norm(strides_of(walked, side), found["speed"], taller) for side in ("right", "left")]
+    for angle in off[0]:
+        both = float(np.mean([side[angle] for side in off]))
+        what = f"{name}: {angle}, RMS off the norm"
+        yield Compared(what, 0.0, 6.0 * both, "deg", _judged(both <= ANGLES_WITHIN), BOVI, "within 2.5 × 6°")
+    peak, own = float(norm["load"].max()), found["right/force_peak"]
+    near = _judged(abs(own - peak) <= FORCE_WITHIN)
+    yield Compared(f"{name}: vertical force, peak", peak, own, "BW", near, BOVI, "within 0.25 BW")
+    what, high = f"{name}: vertical force, 95th percentile", found["right/force_high"]
+    yield Compared(what, FORCE_MOST, high, "BW", _judged(high <= FORCE_MOST), "stated bound", "at most")
+
+
+def _judged(good: bool) -> Verdict:
+    return "agrees" if good else "disagrees"
 
 
 def _within(what: str, measured: float, simulated: float, unit: str, share: float, why: str) -> Compared:
-    near = abs(simulated / measured - 1.0) <= share
-    return Compared(
-        what, measured, simulated, unit, "agrees" if near else "disagrees", BOVI, f"within {share:.0%}; {why}"
-    )
+    near = _judged(abs(simulated / measured - 1.0) <= share)
+    return Compared(what, measured, simulated, unit, near, BOVI, f"within {share:.0%}; {why}")
 
 
 def pushed() -> Iterator[Compared]:
@@ -137,7 +121,7 @@ def kao_ferris() -> Iterator[Compared]:
     """A dorsiflexor muscle on a healthy wearer, by the activity of their own tibialis: S1's, switched."""
     gait = read_gait("natural")
     plain = strides_of(_walk(gait), "right")
-    emg = {"column": "ankle/moment/biological", "full": "20 N*m", "chamber": "dorsiflexor"}
+    emg: dict[str, str] = {"column": "ankle/moment/biological", "full": "20 N*m", "chamber": "dorsiflexor"}
     sets = {
         "patient": "healthy",
         "phases": None,
@@ -162,9 +146,8 @@ def kao_ferris() -> Iterator[Compared]:
 
 def _same_way(what: str, measured: float, simulated: float, unit: str, source: str, why: str) -> Compared:
     """Agrees within half and twice the measured response."""
-    share = simulated / measured
-    verdict: Verdict = "agrees" if 0.5 <= share <= 2.0 else "disagrees"
-    return Compared(what, measured, simulated, unit, verdict, source, f"within half to twice; {why}")
+    near = _judged(0.5 <= simulated / measured <= 2.0)
+    return Compared(what, measured, simulated, unit, near, source, f"within half to twice; {why}")
 
 
 def geboers() -> Iterator[Compared]:
@@ -196,20 +179,10 @@ def waterval() -> Iterator[Compared]:
             walked = _walk(gait, strength=weak, spring=stiffness)
             costs.append(numbers(walked)["cost_of_transport"] if walked.fell is None else math.inf)
         best.append((0.0, 60.0, 120.0, 240.0)[int(np.argmin(costs))] if min(costs) < math.inf else math.nan)
-    told = all(math.isfinite(value) for value in best)
-    verdict: Verdict = (
-        "cannot tell" if not told or best[0] == best[1] else "agrees" if best[1] > best[0] else "disagrees"
-    )
-    words = f"optimum {best[0]:g} and {best[1]:g} N·m/rad at 80 and 60 % strength, without adaptation; measured: it rises"
-    yield Compared(
-        "optimum stiffness by weakness",
-        1.0,
-        float(np.sign(best[1] - best[0])),
-        "sign",
-        verdict,
-        WATERVAL,
-        words,
-    )
+    rises = float(np.sign(best[1] - best[0])) if all(math.isfinite(value) for value in best) else 0.0
+    verdict: Verdict = "cannot tell" if rises == 0.0 else _judged(rises > 0.0)
+    words = f"least cost at {best[0]:g} and {best[1]:g} N·m/rad, 80 and 60 % strength left, no adaptation"
+    yield Compared("stiffness of least cost, by weakness", 1.0, rises, "sign", verdict, WATERVAL, words)
 
 
 def galle() -> Iterator[Compared]:

@@ -98,7 +98,11 @@ def draw_falls(
             shares[name] = shares.get(name, 1.0) * float(drawn["plantarflexors"][k])
         for case, gait in gaits.items():
             wearing = scenario.set({**UNDRIVEN, "orthosis": "none"}) if case == "patient" else scenario
-            more = {} if case == "patient" else {"orthosis.anchor.shank.stiffness": f"{float(drawn['cuff'][k])!r} N/m"}
+            more = (
+                {}
+                if case == "patient"
+                else {"orthosis.anchor.shank.stiffness": f"{float(drawn['cuff'][k])!r} N/m"}
+            )
             body = build_body(wearing.set(sets | more), shares)
             falls[case].append(falls_of(body, gait, starts=starts, push=push, seed=seed, threads=threads))
         if report is not None:
