@@ -62,7 +62,7 @@ def _walk(
 
 
 def healthy() -> Iterator[Compared]:
-    """The three shipped gaits against adults' mean curves at their speed. Their search had these in its cost."""
+    """The three shipped gaits against adults' mean curves, which were in the cost of their search."""
     for name in GAITS:
         yield from _against_norm(name, read_gait(name))
 

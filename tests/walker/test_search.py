@@ -48,9 +48,9 @@ def test_a_search_does_not_depend_on_threads_and_keeps_what_is_not_free() -> Non
 
 
 def test_pushes_are_as_many_forward_as_backward() -> None:
-    pushes = pushes_at(14.0, 5)
+    pushes = pushes_at(10.0, 5)
     assert abs(sum(push.force for push in pushes)) <= 50.0
-    assert [push.time for push in pushes] != [push.time for push in pushes_at(14.0, 6)]
+    assert [push.time for push in pushes] != [push.time for push in pushes_at(10.0, 6)]
 
 
 def test_the_interval_of_falls_is_wilsons() -> None:
