@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, unknown
+from afo_sim.common import InputError, called, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.model import UNDRIVEN
 from afo_sim.physics import LEG_MUSCLES
@@ -68,7 +68,7 @@ class Case:
     found: Found | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Response:
     """How a patient responds to a device in simulation.
 
@@ -83,6 +83,9 @@ class Response:
 
     def __getitem__(self, case: str) -> Case:
         return self.cases[case]
+
+    def __repr__(self) -> str:
+        return called(self, {"scenario": self.scenario.name, "cases": list(self.cases)})
 
 
 def strengths_of(scenario: Scenario, given: Mapping[str, float] | None = None) -> dict[str, float]:
@@ -176,11 +179,18 @@ def respond(
     ------
     InputError
         As `prepared`, `strengths_of`, `read_gait`; a number is out of range.
+
+    Examples
+    --------
+    >>> found = respond("walk-dropfoot-afo", duration=4.0, starts=0)
+    >>> list(found.cases), found["healthy"].walked.fell
+    (['healthy', 'patient', 'device'], None)
     """
     described = prepared(scenario, sets)
     if subset not in SUBSETS:
         raise unknown(subset, SUBSETS, field="subset", problem="is not a set of gains")
-    for name, value, most in (("duration", duration, MOST), ("push", push, 1000.0), ("starts", starts, 1e5)):
+    limits = (("duration", duration, MOST), ("push", push, 1000.0), ("starts", starts, 1e5))
+    for name, value, most in (*limits, ("generations", generations, 1e5)):
         if not 0.0 <= value <= most or not math.isfinite(value):
             raise InputError("is out of range", field=name, value=value, allowed=f"0 to {most:g}")
     if duration < 4.0:
@@ -193,6 +203,8 @@ def respond(
     settings = _Settings(duration, starts, push, seed, threads, report)
     cases["healthy"] = settings.case("healthy", build_body(whole), healthy)
     pairs = [("patient", bare, adapted)]
+    if adapted_device is not None and not described.orthosis.muscle:
+        raise InputError("no device is worn", field="adapted_device", value=str(adapted_device))
     if described.orthosis.muscle:
         pairs.append(("device", described, adapted_device))
     target = cost or Cost(target=healthy.speed, speed=10.0)
