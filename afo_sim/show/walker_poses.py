@@ -1,71 +1,54 @@
-"""Points of a responding walker over its walk, for film and viewer."""
+"""Lines of a responding walker over its walk, for film and viewer."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from afo_sim.model import ANKLE, POINTS, SOLE
-from afo_sim.show.moving_parts import joint_columns, padded
+from afo_sim.show.moving_parts import Mountings, joint_columns, padded
 from afo_sim.show.walking_figure import HEAD, TRUNK
-from afo_sim.walker import SIDES, Case
+from afo_sim.walker import ROOT, SIDES, Case
 
-JOINTS = ("hip", "knee", ANKLE)
-_NAMES = {"right": SIDES[0], "left": SIDES[1]}  # what the model's names of a leg begin with
-
-
-@dataclass(frozen=True)
-class Poses:
-    """A walker at some rows, x forward, y left, z up [m].
-
-    trunk : hip, neck and middle of the head (n, 3, 3)
-    legs : hip, knee, ankle, heel, ball, pulp, tip of "right" and "left" (n, 7, 3)
-    muscles : of the device, from origin to insertion, each (n, places, 3)
-    """
-
-    trunk: np.ndarray
-    legs: dict[str, np.ndarray]
-    muscles: dict[str, np.ndarray]
+_SIDES = dict(zip(("left", "right"), reversed(SIDES), strict=True))  # what the model's names begin with
 
 
 def coordinates(case: Case) -> dict[str, np.ndarray]:
     """The columns of a walk by the names of the model's coordinates, qpos/… and time."""
-    found = {"time": case.walked["time"]}
+    found, kept = {"time": case.walked["time"]}, case.walked.columns
     for column in joint_columns(case.walked.body.model):
         name = column.removeprefix("qpos/")
-        side = "left" if name.startswith(_NAMES["left"]) else "right"
-        root = f"trunk/{name}"
-        own = f"{side}/{name.removeprefix(_NAMES['left'])}"
-        found[column] = case.walked[root if root in case.walked.columns else own]
+        own = name.replace("left_", "left/") if name.startswith("left_") else f"right/{name}"
+        found[column] = kept[f"trunk/{name}" if name in ROOT else own]
     return found
 
 
-def poses(case: Case, rows: Iterable[int]) -> Poses:
-    """A walker at rows of its walk."""
+def poses(case: Case, rows: Iterable[int]) -> dict[str, np.ndarray]:
+    """A walker's lines at some rows, each (n, places, 3), x forward, y left, z up [m].
+
+    left, right : hip, knee, ankle, heel, ball, pulp, tip, ankle
+    trunk : hip, neck, middle of the head
+    others : of the device's muscles, by their names, from origin to insertion
+    """
     body, kept = case.walked.body, coordinates(case)
-    model, names = body.model, [f"qpos/{body.model.joint(j).name}" for j in range(body.model.njnt)]
-    data = mujoco.MjData(model)
-    device = [model.tendon(name).id for name in (body.ids.muscles if body.ids else ())]
-    hips = [model.joint(f"{_NAMES[side]}hip").id for side in _NAMES]
-    height = 1.75 * body.size.taller
-    trunk, legs, paths = [], {side: [] for side in _NAMES}, [[] for _ in device]  # type: ignore[var-annotated]
+    model = body.model
+    data, moved, trunk = mujoco.MjData(model), Mountings(model, {}, ()), model.body("trunk").id
+    up = 1.75 * body.size.taller * np.array([[0.0], [TRUNK], [TRUNK + HEAD]])
+    found: dict[str, list[np.ndarray]] = {}
     for row in rows:
-        data.qpos[model.jnt_qposadr] = [kept[name][row] for name in names]
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
-        hip, up = data.xanchor[hips].mean(axis=0), data.xmat[model.body("trunk").id].reshape(3, 3)[:, 2]
-        trunk.append([hip, hip + TRUNK * height * up, hip + (TRUNK + HEAD) * height * up])
-        for side, prefix in _NAMES.items():
-            joints = [data.xanchor[model.joint(f"{prefix}{name}").id] for name in JOINTS]
+        moved.pose(data, lambda name, row=row: float(kept[name][row]))  # type: ignore[misc]
+        legs = {}
+        for side, prefix in _SIDES.items():
+            joints = [data.xanchor[model.joint(f"{prefix}{name}").id] for name in ("hip", "knee", ANKLE)]
             sole = [data.site(f"{prefix}{SOLE}{point}").xpos for point in POINTS]
-            legs[side].append(np.array([*joints, *sole]))
+            legs[side] = np.array([*joints, *sole, joints[-1]])
+        hip = 0.5 * (legs["left"][0] + legs["right"][0])
+        now = {"left": legs["left"], "trunk": hip + up * data.xmat[trunk][2::3], "right": legs["right"]}
         points = data.wrap_xpos.reshape(-1, 3)
-        for path, tendon in zip(paths, device, strict=True):
-            first, count = data.ten_wrapadr[tendon], data.ten_wrapnum[tendon]
-            path.append(points[first : first + count].copy())
-    muscles = {
-        model.tendon(tendon).name: padded(path) for tendon, path in zip(device, paths, strict=True) if path
-    }
-    return Poses(np.array(trunk), {side: np.array(points) for side, points in legs.items()}, muscles)
+        for name in body.ids.muscles if body.ids else ():
+            tendon = model.tendon(name).id
+            first = data.ten_wrapadr[tendon]
+            now[name] = points[first : first + data.ten_wrapnum[tendon]].copy()
+        for name, line in now.items():
+            found.setdefault(name, []).append(line)
+    return {name: padded(lines) for name, lines in found.items()}

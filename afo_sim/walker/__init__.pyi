@@ -1,10 +1,12 @@
 from .answer import CASES as CASES
+from .answer import LEGS as LEGS
 from .answer import Reply as Reply
 from .answer import difference as difference
 from .answer import in_brief as in_brief
 from .answer import table as table
 from .answer import verdict as verdict
 from .answer import walk_in_words as walk_in_words
+from .body import ROOT as ROOT
 from .body import SIDES as SIDES
 from .body import Body as Body
 from .body import build_body as build_body
@@ -18,11 +20,10 @@ from .respond import Response as Response
 from .respond import falls_of as falls_of
 from .respond import prepared as prepared
 from .respond import respond as respond
-from .response_files import FILES as FILES
 from .response_files import JSON as JSON
 from .response_files import PICTURES as PICTURES
-from .response_files import TABLE as TABLE
 from .response_files import save as save
+from .response_files import save_table as save_table
 from .search import Cost as Cost
 from .search import Found as Found
 from .search import Free as Free

@@ -1,4 +1,4 @@
-"""A scenario's patient walks by reflexes, without and with the device, as they are and adapted: what changes."""
+"""A scenario's patient walks by reflexes, without and with the device, as they are and adapted."""
 
 import dataclasses
 import math

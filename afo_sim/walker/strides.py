@@ -1,6 +1,7 @@
 """What a responding walk was like: its strides, curves, clearance, effort, air."""
 
 import functools
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -69,7 +70,7 @@ def strides_of(walked: Walked, side: str) -> Strides:
         **{name: walked[f"{side}/{name}/activation"] for name in LEG_MUSCLES},
     }
     grid = np.linspace(0.0, 1.0, SAMPLES)
-    pairs = list(zip(kept[:-1], kept[1:], strict=True))
+    pairs = list(itertools.pairwise(kept))
     curves = {
         name: np.array(
             [
