@@ -12,9 +12,7 @@ from afo_sim.cli import common
 from afo_sim.cli.common import RecordingOption, Scenario, Sets, Threads
 from afo_sim.cli.overwriting import check_same
 from afo_sim.cli.printed_run import print_line
-from afo_sim.common import InputError
-
-_MOST = 100  # values of a key
+from afo_sim.common import InputError, optional
 
 
 @dataclass(frozen=True)
@@ -69,15 +67,15 @@ def walk_command(walk: _Walk) -> None:
         problem = "holds the responding walk of another description, or with other options"
         check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
         rows, rrd = [], not key and common.drawn(walk.rrd)
-        for number, (value, each) in enumerate(zip(values, sets, strict=True), 1):
-            before = f"{number} of {len(sets)}, " if key else ""
+        if not key:
+            optional("matplotlib")  # before minutes of walking
 
-            def moved(case: str, share: float, before: str = before) -> None:
-                report(round(100.0 * share), 100, f"{before}{CASES[case]}")
+        def moved(case: str, share: float) -> None:
+            report(round(100.0 * share), 100, f"{len(rows) + 1} of {len(sets)}: {CASES[case]}")
 
-            found = respond(
-                walk.scenario, each, threads=walk.threads or os.cpu_count() or 1, progress=moved, **options
-            )
+        threads = walk.threads or os.cpu_count() or 1
+        for value, each in zip(values, sets, strict=True):
+            found = respond(walk.scenario, each, threads=threads, progress=moved, **options)
             rows.append({key: str(value)} | in_brief(found))
         report(0, 0, "drawing")
         if key:
@@ -100,17 +98,16 @@ def _varied(text: str | None) -> tuple[str, list[Any]]:
         return "", [None]
     key, _, values = text.partition("=")
     parts = [part.strip() for part in values.split(",") if part.strip()]
-    if not key.strip() or not 0 < len(parts) <= _MOST:
-        allowed = f'supply.pressure="2 bar,3 bar", at most {_MOST} values'
-        raise InputError("is not KEY=V1,V2,…", field="--vary", value=text, allowed=allowed)
+    if not key.strip() or not parts:
+        problem, allowed = "is not KEY=V1,V2,…", 'supply.pressure="2 bar,3 bar"'
+        raise InputError(problem, field="--vary", value=text, allowed=allowed)
     return key.strip(), [common.read_sets([f"x={part}"])["x"] for part in parts]
 
 
 def _print(found: Any, written: str, view: str) -> None:
     from afo_sim.walker import table, verdict
 
-    title = f"{found.scenario.name}: a walker that responds"
-    common.print_table(title, *table(found), whole_names=True)
+    common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
     replies = verdict(found)
     for reply in replies:
         print_line(f"{reply.question} {reply.text}")

@@ -24,13 +24,7 @@ def look_of(case: Case) -> dict[str, Any]:
 
 
 def draw_response(response: Response, path: pathlib.Path) -> None:
-    """Draw the curves of each case over its cycle beside the healthy norm, and its falls.
-
-    Parameters
-    ----------
-    response : what `respond` gives
-    path : file to write; its suffix, png, pdf or svg, is the format
-    """
+    """Draw the curves of each case over its cycle beside the healthy norm, and its falls."""
 
     def fill(figure: Any) -> None:
         grid = figure.add_gridspec(len(_ROWS) + 1, 2)

@@ -14,13 +14,11 @@ def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> No
     figure, film, html, recording = (folder / name for name in PICTURES)
     draw_response(response, figure)
     draw_film(response, film)
-    header, rows = table(response)
     page = rendered(
         "walk.html.j2",
         title=f"{response.scenario.name}: a walker that responds",
         replies=verdict(response),
-        header=header,
-        rows=rows,
+        table=table(response),
         figure=base64.b64encode(figure.read_bytes()).decode(),
         asked=response.asked,
     )

@@ -1,6 +1,5 @@
 from .answer import CASES as CASES
 from .answer import LEGS as LEGS
-from .answer import Reply as Reply
 from .answer import difference as difference
 from .answer import in_brief as in_brief
 from .answer import table as table

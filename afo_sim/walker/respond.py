@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, called, unknown
+from afo_sim.common import InputError, called, optional, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.model import UNDRIVEN
 from afo_sim.physics import LEG_MUSCLES
@@ -19,7 +19,7 @@ from afo_sim.walker.gait import OFFSETS
 from afo_sim.walker.gait_file import Gait, read_gait, with_vector
 from afo_sim.walker.search import SUBSETS, Cost, Found, Free, search
 from afo_sim.walker.strides import numbers
-from afo_sim.walker.walking import Push, Walked, own_copy, walk
+from afo_sim.walker.walking import TICK, Push, Walked, own_copy, walk
 
 TIMESTEP = 0.0005  # at which the walker's numbers are stated [s]
 NOISE = 0.02  # standard deviation of each angle of a perturbed start [rad]
@@ -131,6 +131,11 @@ def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any
         raise InputError("nobody walks in it", field="scenario", value=read.name, allowed=allowed)
     if "timestep" not in (sets or {}):
         read = read.set({"timestep": f"{1e3 * TIMESTEP:g} ms"})
+    if abs(TICK / read.timestep - round(TICK / read.timestep)) > 1e-6:
+        allowed = "a whole part of 10 ms"
+        raise InputError(
+            "is not taken by a responding walker", field="timestep", value=read.timestep, allowed=allowed
+        )
     for key, has in (("drive", bool(read.drive)), ("sensor", bool(read.sensor))):
         if has:
             raise InputError(
@@ -196,25 +201,27 @@ def respond(
     if duration < 4.0:
         raise InputError("is too short to count strides", field="duration", value=duration, allowed="4 s")
     shares, healthy = strengths_of(described, strength), read_gait(gait)
+    if generations:
+        optional("cma")  # before anybody walks
+    if adapted_device is not None and not described.orthosis.muscle:
+        raise InputError("no device is worn", field="adapted_device", value=str(adapted_device))
+    files = (("patient", adapted), ("device", adapted_device))
+    known = {name: read_gait(file) for name, file in files if file is not None}
     bare = described.set({**UNDRIVEN, "orthosis": "none"})
     whole = bare.set({"patient": "healthy"} | _size_of(described))
     report = progress or (lambda name, share: None)
     cases: dict[str, Case] = {}
     settings = _Settings(duration, starts, push, seed, threads, report)
     cases["healthy"] = settings.case("healthy", build_body(whole), healthy)
-    pairs = [("patient", bare, adapted)]
-    if adapted_device is not None and not described.orthosis.muscle:
-        raise InputError("no device is worn", field="adapted_device", value=str(adapted_device))
-    if described.orthosis.muscle:
-        pairs.append(("device", described, adapted_device))
+    worn = {"patient": bare} | ({"device": described} if described.orthosis.muscle else {})
     target = cost or Cost(target=healthy.speed, speed=10.0)
     begun = healthy
-    for name, wearing, known in pairs:
+    for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = settings.case(name, body, healthy)
         after = f"{name} adapted"
-        if known is not None:
-            begun = read_gait(known)
+        if name in known:
+            begun = known[name]
             cases[after] = settings.case(after, body, begun)
         elif generations:
             found = search(

@@ -33,10 +33,6 @@ def save(
     folder : made if need be
     command : what is kept beside it in walk.json
     draw : called with the response and the folder to draw into
-
-    Returns
-    -------
-    the folder
     """
     import pyarrow as pa
 
