@@ -105,6 +105,7 @@ def _varied(text: str | None) -> tuple[str, list[Any]]:
 
 
 def _print(found: Any, written: str, view: str) -> None:
+    from afo_sim.metrics import NO_DEVICE
     from afo_sim.walker import table, verdict
 
     common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
@@ -113,4 +114,5 @@ def _print(found: Any, written: str, view: str) -> None:
         print_line(f"{reply.question} {reply.text}")
     for each in dict.fromkeys(text for reply in replies for text in reply.assumptions):
         print_line(f"assumed: {each}", hang=2)
+    print_line(NO_DEVICE)
     print(f"{written}: walk.html, walk.png, walk.gif, walk.json{view}")

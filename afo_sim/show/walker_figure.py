@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.show.style import RUN_STYLES, RUNS, write_page
+from afo_sim.show.style import RUN_STYLES, RUNS, write_figure
 from afo_sim.walker import CASES, LEGS, SAMPLES, Case, Response, norm_at, strides_of, walk_in_words
 
 _SIZE = (7.2, 9.4)  # [inch]
@@ -40,7 +40,7 @@ def draw_response(response: Response, path: pathlib.Path) -> None:
         _falls(figure.add_subplot(grid[-1, :]), response)
         figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
 
-    write_page(path, _SIZE, fill)
+    write_figure(path, _SIZE, fill)
 
 
 def _curves(axis: Any, response: Response, side: str, name: str) -> None:

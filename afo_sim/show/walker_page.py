@@ -3,6 +3,7 @@
 import base64
 import pathlib
 
+from afo_sim.metrics import NO_DEVICE
 from afo_sim.show.report import rendered
 from afo_sim.show.walker_figure import draw_response
 from afo_sim.show.walker_film import draw_film
@@ -17,6 +18,7 @@ def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> No
     page = rendered(
         "walk.html.j2",
         title=f"{response.scenario.name}: a walker that responds",
+        no_device=NO_DEVICE,
         replies=verdict(response),
         table=table(response),
         figure=base64.b64encode(figure.read_bytes()).decode(),

@@ -73,7 +73,7 @@ def in_brief(response: Response, rows: Sequence[str] = _BRIEF) -> dict[str, str]
     case = next(response[name] for name in names if name in response.cases)
     found = {"case": CASES[case.name], "undisturbed walk": walk_in_words(case)}
     found["falls, with 95 % interval"] = _falls(case.falls)
-    return found | {f"{_ROWS[name].label} [{_ROWS[name].unit}]": _ROWS[name].of(name, case) for name in rows}
+    return found | {f"{row.label} [{row.unit}]": row.of(n, case) for n, row in _ROWS.items() if n in rows}
 
 
 def walk_in_words(case: Case) -> str:

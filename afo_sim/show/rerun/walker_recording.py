@@ -43,11 +43,8 @@ def write_response(response: Response, path: pathlib.Path) -> None:
                 stream.log(entity, style, static=True)
                 curve = rr.Scalars.columns(scalars=factor * case.walked[column])
                 send(stream, entity, {"time": case.walked["time"]}, curve)
-        replies = (
-            f"**{reply.question}** {' '.join((reply.text, *reply.assumptions))}"
-            for reply in verdict(response)
-        )
-        stream.log("summary", rr.TextDocument("\n\n".join(replies), media_type="text/markdown"), static=True)
+        words = [f"**{r.question}** {r.text} {' '.join(r.assumptions)}" for r in verdict(response)]
+        stream.log("summary", rr.TextDocument("\n\n".join(words), media_type="text/markdown"), static=True)
 
 
 def _log_walker(stream: rr.RecordingStream, case: Case, place: int) -> None:
