@@ -2,6 +2,8 @@
 
 drives   the three pressure drives follow steps of pressure on S1's device (scenario seated-antagonist), whose
          dorsiflexor's drive is asked for STEPS by a controller: picture and table of docs/drives.md
+ledger   predicted over measured, with bands, of the ledger's devices: docs/ledger.png, and the table of
+         docs/accuracy.md
 muscles  force over contraction of the fluidic muscles of 10, 20 and 40 mm, with their limits
 runs     the seated scenarios and the arms, as the viewer shows them, and their figures; needs what
          `afo-sim view --screenshot` needs
@@ -23,6 +25,7 @@ from small_png import save
 import afo_sim
 from afo_sim.common import STANDARD_DENSITY
 from afo_sim.description import Muscle
+from afo_sim.lab.ledger import VERDICTS, LedgerRow, ledger
 from afo_sim.show import BLUE, GREY, RED, RUN_STYLES, RUNS, write_figure
 from afo_sim.show.rerun import screenshot
 
@@ -276,7 +279,46 @@ def wiring() -> None:
     draw_wiring(ROOT / "docs/electronics.png")
 
 
-PARTS = {"drives": drives, "muscles": muscles, "runs": runs, "wiring": wiring}
+VERDICT_LOOKS = dict(zip(VERDICTS, ((BLUE, "o"), (RED, "X"), (GREY, "s")), strict=True))
+
+
+def draw_ledger(rows: list[LedgerRow], figure: Any) -> None:
+    """A line for each row: its band and middle over the measured value; the measured error in grey."""
+    axes = figure.subplots()
+    labels = []
+    for y, row in enumerate(reversed(rows)):
+        assert row.band
+        assert row.measured
+        low, middle, high = (x / row.measured for x in row.band)
+        error = (row.error or 0.0) / row.measured
+        colour, marker = VERDICT_LOOKS[row.verdict]
+        axes.plot([1.0 - error, 1.0 + error], [y, y], color="0.82", linewidth=6.5, solid_capstyle="butt")
+        axes.plot([low, high], [y, y], color=colour, linewidth=1.6)
+        axes.plot(middle, y, marker, color=colour, markersize=4.5)
+        labels.append(f"{row.device}: {row.quantity}")
+    axes.axvline(1.0, color="black", linewidth=0.8)
+    axes.set(xscale="log", xlim=(0.15, 5.5), xlabel="predicted over measured", ylim=(-0.7, len(rows) - 0.3))
+    ticks = (0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
+    axes.set_yticks(range(len(rows)), labels, fontsize=6.5)
+    axes.grid(axis="x", color="0.92", linewidth=0.6)
+    axes.set_axisbelow(True)
+    for verdict, (colour, marker) in VERDICT_LOOKS.items():
+        axes.plot([], [], f"{marker}-", color=colour, markersize=4.5, label=verdict)
+    axes.plot([], [], color="0.82", linewidth=6.5, label="measured ± error")
+    figure.legend(loc="outside lower center", ncols=4)
+
+
+def draw_ledgers() -> None:
+    """Draw the ledger's rows that are both predicted and measured."""
+    rows = [row for row in ledger() if row.band and row.measured]
+    keep(
+        ROOT / "docs/ledger.png", lambda path: write_figure(path, (8.6, 7.4), lambda f: draw_ledger(rows, f))
+    )
+
+
+PARTS = {"drives": drives, "ledger": draw_ledgers, "muscles": muscles, "runs": runs, "wiring": wiring}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)

@@ -3,7 +3,7 @@
 import json
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -262,8 +262,22 @@ def _orthoses(texts: list[str]) -> Any:
 def validate_command(
     as_json: Annotated[bool, Option("--json", help="every row, cells too, as a JSON list")] = False,
     figures: Annotated[Path | None, Option(help="folder for S1's and S3's figures, redrawn")] = None,
+    worn: Annotated[bool, Option("--worn", help="instead: others' devices, predicted with bands")] = False,
+    bench: Annotated[bool, Option("--bench", help="instead: the shared recordings of muscles")] = False,
+    data: Annotated[Path | None, Option(help="folder of the shared recordings")] = None,
+    air: Annotated[Path | None, Option(help="instead: a log's air per stride, beside its band")] = None,
+    scenario: Annotated[str, Option(help="walk of that log")] = "walk-dropfoot-afo",
+    walker: Annotated[
+        bool, Option("--walker", help="instead: the responding walker, by measurement")
+    ] = False,
 ) -> None:
     """Every published number of the four papers against simulation; exit code 1 when one is missed."""
+    if worn or bench or air is not None:
+        _ledger(as_json, worn, bench, data, air, scenario)
+        return
+    if walker:
+        _walker(as_json)
+        return
     with progress("comparing with the papers") as report:
         from afo_sim.common import check_writable
         from afo_sim.lab import validation as v
@@ -285,3 +299,55 @@ def validate_command(
         print(path, file=sys.stderr if as_json else sys.stdout)
     if not all(row.passed for row in rows):
         sys.exit(1)
+
+
+def _walker(as_json: bool) -> None:
+    """The responding walker beside measurement; a disagreement is a result, and no failure."""
+    with progress("walking"):
+        from afo_sim.walker.measured import compare
+
+        rows = compare()
+    if as_json:
+        values = [
+            {key: None if value != value else value for key, value in asdict(row).items()} for row in rows
+        ]
+        print(json.dumps(values, ensure_ascii=False, indent=1))
+        return
+    table = [
+        [
+            row.quantity,
+            *(f"{x:.3g}" if x == x else "–" for x in (row.measured, row.simulated)),
+            row.unit,
+            row.verdict,
+        ]
+        for row in rows
+    ]
+    print_table("measured, and the responding walker", ["", "measured", "walker", "", ""], table)
+    print("\n".join(f"{row.quantity}: {row.why} ({row.source})" for row in rows))
+
+
+def _ledger(
+    as_json: bool, worn: bool, bench: bool, data: Path | None, air: Path | None, scenario: str
+) -> None:
+    """What is predicted beside what others measured; a disagreement is a result, and no failure."""
+    with progress("predicting") as report:
+        from afo_sim.common import InputError
+        from afo_sim.lab import air_log
+        from afo_sim.lab import ledger as lab
+
+        rows = [*(lab.ledger(report) if worn else ()), *(lab.bench(data) if bench else ())]
+        if air is not None:
+            air_log.air_row(air, (0.0, 0.0, 0.0))  # refuse the file before drawing
+            from afo_sim.study.python_calls import uncertainty
+
+            bands = uncertainty(scenario).studies["uncertainty"]["metrics"]
+            if "air_per_stride" not in bands:
+                raise InputError("uses no air", field="--scenario", value=scenario)
+            rows.append(air_log.air_row(air, bands["air_per_stride"]["quantiles"]))
+    values = [asdict(row) | {"verdict": row.verdict} for row in rows]
+    if as_json:
+        print(json.dumps(values, ensure_ascii=False, indent=1))
+        return
+    print_table("predicted and measured", list(lab.HEADER), lab.table(rows))
+    sources = dict.fromkeys(f"{row.device}: {row.source}" for row in rows)
+    print("\n".join([*(lab.summary(rows) if worn else ()), "", *sources]))

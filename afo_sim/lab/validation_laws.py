@@ -19,10 +19,8 @@ BAR, KPA = 1e5, 1e3  # [Pa]
 FLUIDIC = {10: "dmsp_10", 20: "dmsp_20"}  # bore [mm] → muscle with the maker's characteristic
 MAKER = "maker's, second-hand; fitted here"
 SECOND_HAND = "printed, read second-hand"
-MANUSCRIPT = "printed in the manuscript"
 WHY_MAKER = "the maker states ±10 % of its curves"
 WHY_TENTH = "by hand from the printed numbers, to 1 N"
-WHY_OTHERS = "two sources on two muscles of this type; neither is judged"
 S3_A, S3_B = 17.0, 8.0
 S3_N = {6.0: 3.2, 5.0: 3.5}  # pressure [bar] → n; printed "3.2/35" and not assigned to pressures
 # Sárosi's coefficients of a 10 mm muscle, for which no length is known: N, bar and per cent.
@@ -69,19 +67,12 @@ def _one_force(muscle: Muscle, law: str, contraction: float, pressure: float) ->
 
 def s0() -> list[Row]:
     """The numbers of S0, all lost."""
-    return [
-        lost(
-            "S0",
-            "K(P), B(P), F_ce(P) of MAS-20-250N (figures 4.3 to 4.9)",
-            "chapters 3 to 5 are not in the text",
-        ),
-        lost("S0", "sensor calibration equations (table 3.1)", "chapters 3 to 5 are not in the text"),
-        lost(
-            "S0",
-            "open-loop and repeatability results (tables 4.1, 4.2)",
-            "chapters 3 to 5 are not in the text",
-        ),
-    ]
+    what = (
+        "K(P), B(P), F_ce(P) of MAS-20-250N (figures 4.3 to 4.9)",
+        "sensor calibration equations (table 3.1)",
+        "open-loop and repeatability results (tables 4.1, 4.2)",
+    )
+    return [lost("S0", each, "chapters 3 to 5 are not in the text") for each in what]
 
 
 def _s3() -> list[Row]:
@@ -137,7 +128,7 @@ def _sarosi() -> list[Row]:
 
     short, long = (reader.load("muscle", f"dmsp_20_{n}00n") for n in (2, 4))
     sets = {"DMSP-20-200N": short.coefficients, "DMSP-20-400N": long.coefficients, "10 mm muscle": SAROSI_10}
-    found = [
+    return [
         implied(
             "Sárosi 2012",
             f"{name}: force at {100.0 * kappa:g} %, {bar:g} bar",
@@ -155,17 +146,6 @@ def _sarosi() -> list[Row]:
             ("10 mm muscle", 0.0, 6.0, 595.0),
         )
     ]
-    for name, bore in (("DMSP-20-200N", 20), ("DMSP-20-400N", 20), ("10 mm muscle", 10)):
-        data, _ = select(characteristic(bore))
-        law = LAWS["sarosi_2012"]
-        errors = forces(law.native_id, sets[name], data.contraction, data.pressure) - data.force  # type: ignore[arg-type]
-        found.append(_against_maker("Sárosi 2012", f"{name}'s coefficients", bore, errors, SECOND_HAND))
-    return found
-
-
-def _against_maker(source: str, whose: str, bore: int, errors: np.ndarray, sourcing: str) -> Row:
-    what = f"{whose} against the maker's {bore} mm curve, RMS"
-    return curve(source, what, errors, None, "N", sourcing=sourcing, why=WHY_OTHERS)
 
 
 def _lines(muscle: Muscle, low: float, high: float) -> tuple[float, float, float, float]:
@@ -253,7 +233,7 @@ def _serres() -> list[Row]:
 
 
 def _bolen() -> list[Row]:
-    """F620 at the ends of the lengths it was published for, and the law on the maker's curves."""
+    """F620 at the ends of the lengths it was published for."""
     found = []
     for bore, lengths in ((10, (0.112, 0.518)), (20, (0.300, 0.509))):
         muscle = reader.load("muscle", FLUIDIC[bore])
@@ -271,24 +251,10 @@ def _bolen() -> list[Row]:
                     why=WHY_TENTH,
                 )
             )
-    return [*found, *_others("Bolen 2026", "bolen_2026", MANUSCRIPT)]
-
-
-def _martens() -> list[Row]:
-    return _others("Martens & Boblan 2017", "martens_boblan_2017", SECOND_HAND)
-
-
-def _others(source: str, law: str, sourcing: str) -> list[Row]:
-    found = []
-    for bore, name in FLUIDIC.items():
-        data, _ = select(characteristic(bore))
-        assert data.contraction is not None
-        errors = law_force(reader.load("muscle", name), law, data.contraction, data.pressure) - data.force
-        found.append(_against_maker(source, "coefficients", bore, errors, sourcing))
     return found
 
 
-PARTS = (_s3, _kerscher, _sarosi, _reynolds, _serres, _bolen, _martens)
+PARTS = (_s3, _kerscher, _sarosi, _reynolds, _serres, _bolen)
 WHY_BOUND = "bound on the fit's RMS"
 WHY_TOO_MANY = (
     "21 coefficients on 33 points: the shipped set is fitted to a grid of `sarosi_2012`; only the error on "

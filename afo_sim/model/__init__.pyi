@@ -85,6 +85,7 @@ from .person import walker_of as walker_of
 from .person import with_person as with_person
 from .pneumatic_circuit import circuit_of as circuit_of
 from .pneumatic_circuit import endless as endless
+from .pneumatic_circuit import own_supply as own_supply
 from .prefill import cooled as cooled
 from .rescale import Fit as Fit
 from .rescale import Ratio as Ratio

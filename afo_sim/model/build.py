@@ -28,7 +28,7 @@ from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
 from afo_sim.model.patient import Active, active, own_active
 from afo_sim.model.periodic import unseen_drift, why_walked
 from afo_sim.model.person import Person, Size, as_recorded, in_contact, own_tissue, person_of, walker_of
-from afo_sim.model.pneumatic_circuit import circuit_of
+from afo_sim.model.pneumatic_circuit import circuit_of, own_supply
 from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
 from afo_sim.physics import KNEE_LIMIT
@@ -188,10 +188,8 @@ def _stretched(geometry: Geometry, circuit: native.Circuit, orthosis: Orthosis) 
 
 
 def _circuit(scenario: Scenario) -> native.Circuit:
-    orthosis, supply = scenario.orthosis, scenario.supply
-    told = supply if supply.source or supply.regulator or orthosis.volume else None  # else it is an input
     drives = tuple(scenario.drive.items())
-    return circuit_of(orthosis, inverts=free(scenario), drives=drives, supply=told)
+    return circuit_of(scenario.orthosis, inverts=free(scenario), drives=drives, supply=own_supply(scenario))
 
 
 def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:

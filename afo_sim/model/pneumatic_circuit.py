@@ -3,7 +3,7 @@
 import functools
 
 from afo_sim import native
-from afo_sim.description import Drive, Mounting, MuscleGroup, Orthosis, Supply
+from afo_sim.description import Drive, Mounting, MuscleGroup, Orthosis, Scenario, Supply
 from afo_sim.description.orthosis import Chamber
 from afo_sim.model.air_path import VALVE_END, AirPath, half_of_tubes, valve_row
 from afo_sim.model.mounting import ANKLE
@@ -12,6 +12,12 @@ KINDS = {"bang_bang": native.BANG_BANG, "pwm": native.PWM, "regulator": native.R
 
 
 @functools.lru_cache(maxsize=4)  # cases of a sweep share it, and what is kept by it
+def own_supply(scenario: Scenario) -> Supply | None:
+    """The supply that is a part of the circuit; None where it is an input."""
+    supply = scenario.supply
+    return supply if supply.source or supply.regulator or scenario.orthosis.volume else None
+
+
 def circuit_of(
     orthosis: Orthosis,
     joint: str = ANKLE,

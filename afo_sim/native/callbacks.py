@@ -14,7 +14,7 @@ its states are in `act`, its input in `ctrl`:
     spastic  ankle              none (see below)        –
     pad      a sole point's z   none (see below)        –
     grip     a sole point's x   none (see below)        where the floor holds it
-    reflex   a joint, no force  –                       phase of the gait, foot strikes
+    reflex   toes               –                       phase of the gait, foot strikes
     leg muscle  tendon          –                       activation, fibre, energy
     motor    joint              MuJoCo's own            –
 
@@ -74,7 +74,7 @@ from afo_sim.native.slots import (
     PASSIVE_ROW,
     SPASTIC_ROW,
 )
-from afo_sim.native.walker import grip_dyn, held_by_floor, leg_muscle_dyn, reflex_dyn
+from afo_sim.native.walker import grip_bias, grip_dyn, leg_muscle_dyn, reflex_dyn, toe_extension
 from afo_sim.physics import passive_moment, spastic_moment
 
 
@@ -112,9 +112,10 @@ def define(fail: Callable[[int, int], None]) -> tuple[Any, Any]:
             if tension != tension:
                 fail(NO_NUMBER, i)
             return 0.0 - tension
+        if kind == KIND_REFLEX:
+            return toe_extension(m, d, j)
         if kind == KIND_GRIP:
-            force, damping, _ = held_by_floor(m, d, i, j)
-            return bias_beside_gain(d, i, force, damping)
+            return grip_bias(m, d, i, j)
         if kind == KIND_MOTOR:
             return 0.0 - u[j + SPASTIC_ROW.gain] * d.actuator_velocity[i]
         return 0.0

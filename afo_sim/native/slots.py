@@ -260,7 +260,7 @@ class PadRow(NamedTuple):
 
 
 class LegMuscleRow(NamedTuple):
-    """Of a leg's own muscle: [-], [N], [m], [m], [-], [-], [1/s], [-], [-], [kg], [-], place of its results."""
+    """Of a leg's own muscle: [-], [N], [m], [m], [-], [-], [1/s], [-], [-], [kg], [-], its `userdata`."""
 
     strength: int
     force: int
@@ -282,6 +282,7 @@ class ReflexRow(NamedTuple):
     other : actuator id of the other leg's
     muscle, pad : actuator ids of its first muscle and its first pad; the others follow
     tissue : actuator id of the passive ankle, whose input is the knee's angle
+    extension : of the toes, on whose hinge the actuator is, at most [N·m]
     foot, trunk : bodies whose centres of mass are compared
     knee, knee_rate, pitch, pitch_rate : places in `qpos` and `qvel`
     userdata, slots : of the nerves' memory, and how many steps it holds
@@ -293,6 +294,7 @@ class ReflexRow(NamedTuple):
     muscle: int
     pad: int
     tissue: int
+    extension: int
     foot: int
     trunk: int
     knee: int
@@ -447,10 +449,10 @@ class ReflexAct(NamedTuple):
 
 
 class GripAct(NamedTuple):
-    """States of the floor's hold: where it holds [m]; the second is there because MuJoCo asks for two."""
+    """States of the floor's hold: where it holds [m], and what its gain carries [N·s/m]."""
 
     anchor: int
-    unused: int
+    carried: int
 
 
 class LegMuscleData(NamedTuple):

@@ -43,6 +43,7 @@ from afo_sim.physics import (
 )
 
 MUSCLES = len(LEG_MUSCLES)
+TOE_ACTIVATION = 0.2  # of the tibialis at which the toes are extended as in swing (assumed) [-]
 
 
 @register_jitable
@@ -88,6 +89,15 @@ def leg_muscle_dyn(m: Any, d: Any, i: int, j: int) -> None:
     d.act_dot[a + LEG_MUSCLE_ACT.velocity] = (velocity - d.act[a + LEG_MUSCLE_ACT.velocity]) / step
     d.act_dot[a + LEG_MUSCLE_ACT.force] = (tension - d.act[a + LEG_MUSCLE_ACT.force]) / step
     d.act_dot[a + LEG_MUSCLE_ACT.energy] = heat * u[j + LEG_MUSCLE_ROW.mass] + moving * force * optimal
+
+
+@register_jitable
+def toe_extension(m: Any, d: Any, j: int) -> float:
+    """Moment of the toes' extensors [N·m], which have the tibialis' nerve and strength."""
+    tibialis = int(m.actuator_user[j + REFLEX_ROW.muscle]) + TIBIALIS
+    strength = m.actuator_user[m.nuser_actuator * tibialis + LEG_MUSCLE_ROW.strength]
+    activation = d.act[m.actuator_actadr[tibialis] + LEG_MUSCLE_ACT.activation]
+    return m.actuator_user[j + REFLEX_ROW.extension] * min(strength * activation / TOE_ACTIVATION, 1.0)
 
 
 @register_jitable
@@ -172,7 +182,7 @@ def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
 
 @register_jitable
 def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
-    """Forward force of the floor on the grip i whose row starts at j [N], its gain's share [N·s/m], its place.
+    """Forward force of the floor on the grip whose row starts at j [N], its gain's [N·s/m], its place [m].
 
     A spring from where the sole came down, |F| ≤ μ N; where it would be more, that place moves along.
     """
@@ -192,6 +202,16 @@ def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
     elif sprung < -pressed:
         anchor = at - pressed / stiff
     return bound, 0.0, anchor
+
+
+@register_jitable
+def grip_bias(m: Any, d: Any, i: int, j: int) -> float:
+    """Bias of the grip i whose row starts at j, as `bias_beside_gain`; its last state is its gain's input."""
+    force, derivative, _ = held_by_floor(m, d, i, j)
+    carried = m.actuator_actadr[i] + GRIP_ACT.carried
+    gained = d.actuator_velocity[i] * d.act[carried]
+    d.act[carried] = derivative
+    return gained + force
 
 
 @register_jitable

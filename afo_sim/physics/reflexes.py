@@ -19,7 +19,7 @@ class Gains(NamedTuple):
     tibialis_length, tibialis_offset : k (l − l_0) in all states
     tibialis_soleus : k F of the soleus in all states
     soleus_force, gastrocnemius_force : k F in stance and lift-off
-    vasti_force, vasti_start, knee_straight : k F + c in stance; c alone where a knee beyond that angle extends
+    vasti_force, vasti_start, knee_straight : k F + c in stance; c where a knee beyond that angle extends
     hamstrings_, glutei_, iliopsoas_ pitch, rate, start : c + k_p (−0.105 − θ) − k_d θ' in stance
     iliopsoas_lift, glutei_lift : constant in lift-off
     iliopsoas_length, iliopsoas_offset : k max(l − l_0, 0) in swing

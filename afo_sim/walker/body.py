@@ -24,6 +24,7 @@ from afo_sim.model import (
     circuit_of,
     healthy_tissue,
     leg_spec,
+    own_supply,
     own_tissue,
     person_of,
     reflex_gain,
@@ -70,13 +71,14 @@ class Body:
     pads: np.ndarray
 
 
-def build_body(scenario: Scenario, strength: dict[str, float] | None = None) -> Body:
+def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spring: float = 0.0) -> Body:
     """Compile the body of a scenario's patient, with the scenario's orthosis on one leg.
 
     Parameters
     ----------
     scenario : a walking one
     strength : share left of each muscle, "tibialis" of the leg with the device, "left_tibialis" of the other
+    spring : stiffness of a passive orthosis on that leg's ankle, at rest at 0° [N·m/rad]
 
     Raises
     ------
@@ -86,12 +88,15 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None) -> 
     person = person_of(scenario)
     size = Size(person.body_mass / 75.0, person.body_height / 1.75)
     spec = _whole(scenario, size)
-    circuit = circuit_of(scenario.orthosis, supply=None) if scenario.orthosis.muscle else None
+    circuit = None
+    if scenario.orthosis.muscle:
+        circuit = circuit_of(scenario.orthosis, supply=own_supply(scenario))
     first = _add_own(spec)
     if circuit is not None:
         native.add_muscles(spec, circuit)
         native.add_chambers(spec, circuit, userdata=first)
     model = _compiled(spec, scenario)
+    model.jnt_stiffness[model.joint(ANKLE).id] += spring
     return _filled(model, scenario, size, circuit, first, strength or {})
 
 
@@ -140,9 +145,8 @@ def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: S
     at = np.array(ankle.pos) + np.array(leg.body(scenario.leg.foot).pos) + [0.0, 0.0, height]
     shank.pos = np.zeros(3)
     shank.add_joint(name=KNEE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, -1, 0], pos=at)
-    for joint in leg.joints:
-        if joint.name != TOE:
-            joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    for joint in leg.joints:  # tissue and springs hold them; the solver of stops would not be of second order
+        joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
     frame = thigh.add_frame(pos=size.taller * np.array(THIGH.end) - at)
     frame.attach_body(shank, side or OWN, "")
     if side == "":  # MuJoCo complains of an attachment without a prefix
@@ -183,7 +187,8 @@ def _add_own(spec: mujoco.MjSpec) -> int:
     """Actuators of reflexes, muscles, tissue, stops and floor; how many places of `userdata` they take."""
     spec.nuser_actuator = native.N_USER
     for side in SIDES:
-        native.add_states(spec, f"{side}{REFLEX}", f"{side}{HIP}", len(native.REFLEX_ACT))
+        native.add_states(spec, f"{side}{REFLEX}", f"{side}{TOE}", len(native.REFLEX_ACT))
+        spec.actuators[-1].biastype = mujoco.mjtBias.mjBIAS_USER  # of the toes' extensors
     user, none = mujoco.mjtBias.mjBIAS_USER, [0.0] * native.N_USER
     for side in SIDES:
         for muscle in LEG_MUSCLES:
@@ -263,7 +268,9 @@ def _filled(
     weight = float(model.body_mass.sum()) * GRAVITY
     own = len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES)
     slots = _slots(scenario.timestep)
-    ground = scenario.ground or Ground()
+    ground, toes = scenario.ground or Ground(), scenario.leg.toes
+    if toes is None:
+        raise InputError("has no toes, which a responding walker needs", file=scenario.leg.file, field="toes")
     stiffer = size.heavier / size.taller
     for k, side in enumerate(SIDES):
         for i, name in zip(muscles[k], LEG_MUSCLES, strict=True):
@@ -276,6 +283,7 @@ def _filled(
             muscle=muscles[k, 0],
             pad=pads[k, 0],
             tissue=named(f"{side}{TISSUE}"),
+            extension=toes.stiffness * size.springy * toes.swing_extension,
             knee=int(model.joint(f"{side}{KNEE}").qposadr[0]),
             knee_rate=int(model.joint(f"{side}{KNEE}").dofadr[0]),
             pitch=int(model.joint(PITCH).qposadr[0]),

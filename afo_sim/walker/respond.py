@@ -17,7 +17,7 @@ from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker.body import SIDES, Body, build_body
 from afo_sim.walker.gait import OFFSETS
 from afo_sim.walker.gait_file import Gait, read_gait, with_vector
-from afo_sim.walker.search import SUBSETS, Cost, Found, Free, search
+from afo_sim.walker.search import STRONGER, SUBSETS, Cost, Found, Free, adapt
 from afo_sim.walker.strides import numbers
 from afo_sim.walker.walking import TICK, Push, Walked, own_copy, walk
 
@@ -214,8 +214,7 @@ def respond(
     settings = _Settings(duration, starts, push, seed, threads, report)
     cases["healthy"] = settings.case("healthy", build_body(whole), healthy)
     worn = {"patient": bare} | ({"device": described} if described.orthosis.muscle else {})
-    target = cost or Cost(target=healthy.speed, speed=10.0)
-    begun = healthy
+    target = cost or Cost(healthy.speed, speed=10.0)
     for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = settings.case(name, body, healthy)
@@ -224,11 +223,11 @@ def respond(
             begun = known[name]
             cases[after] = settings.case(after, body, begun)
         elif generations:
-            found = search(
-                [body],
-                begun.vector,
+            found = adapt(
+                [*(build_body(wearing, _stronger(shares, share)) for share in STRONGER), body],
+                healthy.vector,
                 target,
-                Free(SUBSETS[subset], pose=subset == "all"),
+                Free(_alive(SUBSETS[subset], shares), pose=subset == "all"),
                 generations=generations,
                 seed=seed + 1,
                 threads=threads,
@@ -250,6 +249,17 @@ def respond(
             "timestep": described.timestep,
         },
     )
+
+
+def _stronger(shares: Mapping[str, float], share: float) -> dict[str, float]:
+    """The strengths of somebody who is stronger by a share, and no stronger than healthy."""
+    return {name: min(own + share, 1.0) if own < 1.0 else own for name, own in shares.items()}
+
+
+def _alive(names: tuple[str, ...], shares: Mapping[str, float]) -> tuple[str, ...]:
+    """Gains that a patient can change: those of a dead tibialis change nothing, and would be left anywhere."""
+    dead = shares.get("tibialis", 1.0) == 0.0
+    return tuple(name for name in names if not (dead and name.startswith("tibialis")))
 
 
 def _size_of(scenario: Scenario) -> dict[str, Any]:

@@ -13,12 +13,16 @@ from afo_sim.common import GRAVITY, SimulationError, optional
 from afo_sim.physics import GAINS, LEG_MUSCLES
 from afo_sim.walker.body import Body
 from afo_sim.walker.gait import OFFSETS, Vector
-from afo_sim.walker.strides import off_norm, strides_of
+from afo_sim.walker.strides import norm_at, off_norm, strides_of
 from afo_sim.walker.walking import Push, Walked, own_copy, walk
 
 POPULATION = 16
 SIGMA, LEAST_SIGMA = 0.08, 0.02  # first standard deviation over the value, and at least
-PUSH, PUSHES_FROM, PUSHES_EVERY = 50.0, 5.0, 1.55  # [N], [s]
+ADAPTING = 0.06  # the same of a patient, who begins at a gait that is known
+PUSH, PUSHES_FROM, PUSHES_EVERY = 50.0, 3.6, 1.3  # [N], [s]
+WALKED, WEAK = 10.0, 5.0  # of a walk, and of one of another body [s]
+NOISE = 0.02  # standard deviation of each angle of a start [rad]
+LOAD = 0.1  # spread between people of the vertical force (assumed) [body weights]
 # Gains that a patient changes: of swing, and of what holds the trunk and the knee.
 SWING = (
     "iliopsoas_lift",
@@ -37,6 +41,8 @@ SWING = (
 )
 STANCE = tuple(name for name in GAINS if name not in SWING)
 SUBSETS = {"swing": SWING, "stance": STANCE, "all": GAINS}
+# How much stronger than the patient the first ones are, through whom their gait is searched for.
+STRONGER = (0.3, 0.15, 0.07)
 
 
 @dataclass(frozen=True)
@@ -49,19 +55,23 @@ class Cost:
     activation : times the mean cube of all activations
     force : times the mean load beyond 1.25 body weights
     knee : times the mean extension beyond 4° of flexion [1/rad]
-    norm : times the mean distance from the norm's thigh, knee and ankle, over 6°; 0 of a patient
+    lean : times the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
+    norm : times the mean distance from the norm's angles, over 6°, and load, over 0.1 body weights
+    cadence : times the distance of the stride's time from the norm's beyond 4 %
     target : speed [m/s]
-    pushed : whether ±50 N push the trunk every 1.55 s
+    pushed : whether ±50 N push the trunk about every 1.3 s, from a drawn start
     """
 
     target: float
     fall: float = 150.0
-    speed: float = 30.0
+    speed: float = 60.0
     effort: float = 0.5
     activation: float = 20.0
-    force: float = 100.0
-    knee: float = 60.0
+    force: float = 200.0
+    knee: float = 250.0
+    lean: float = 60.0
     norm: float = 0.0
+    cadence: float = 0.0
     pushed: bool = True
 
     def of(self, walked: Walked, duration: float) -> dict[str, float]:
@@ -73,6 +83,7 @@ class Cost:
         sides = ("right", "left")
         energy = sum(walked[f"{s}/{m}/energy"][-1] for s in sides for m in LEG_MUSCLES)
         activation = np.mean([walked[f"{s}/{m}/activation"] ** 3 for s in sides for m in LEG_MUSCLES])
+        lean = np.abs(walked["trunk/pitch"][late] + 0.03) - 0.09
         load = np.array([walked[f"{s}/load"][late] for s in sides]) / walked.body.weight
         straight = np.array([walked[f"{s}/knee"][late] for s in sides]) + math.radians(4.0)
         found = {
@@ -82,17 +93,27 @@ class Cost:
             "activation": self.activation * activation,
             "force": self.force * np.mean(np.maximum(load - 1.25, 0.0)),
             "knee": self.knee * np.mean(np.maximum(straight, 0.0)),
+            "lean": self.lean * np.mean(np.maximum(lean, 0.0)),
         }
-        if self.norm:
-            found["norm"] = self.norm * np.mean([_off(walked, side, self.target) for side in sides])
+        if self.norm or self.cadence:
+            off = np.array([_off(walked, side, self.target) for side in sides]).mean(axis=0)
+            found |= {"norm": self.norm * off[0], "cadence": self.cadence * off[1]}
         return {name: float(value) for name, value in found.items()}
 
 
-def _off(walked: Walked, side: str, speed: float) -> float:
-    strides = strides_of(walked, side)
-    if not len(strides.duration):
-        return 5.0
-    return float(np.mean(list(off_norm(strides, speed).values())))
+def _off(walked: Walked, side: str, speed: float) -> tuple[float, float]:
+    """Mean distance of a leg from the norm at a speed, and of its stride's time beyond 4 % [-]."""
+    strides, norm = strides_of(walked, side), norm_at(speed)
+    if len(strides.duration) < 2:
+        return 5.0, 0.3
+    load = float(np.sqrt(np.mean((strides.mean("load") - norm["load"]) ** 2))) / LOAD
+    time = abs(float(strides.duration.mean() / norm["duration"]) - 1.0)
+    return float(np.mean([*off_norm(strides, speed).values(), load])), max(time - 0.04, 0.0)
+
+
+def healthy_cost(speed: float) -> Cost:
+    """The cost that the shipped healthy gaits were searched by [m/s]."""
+    return Cost(speed, norm=8.0, cadence=15.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +175,51 @@ def pushes_at(duration: float, seed: int) -> tuple[Push, ...]:
     return tuple(Push(float(t), float(force)) for t, force in zip(times, forces, strict=True))
 
 
+def adapt(
+    stages: Sequence[Body],
+    vector: Vector,
+    cost: Cost,
+    free: Free,
+    *,
+    generations: int,
+    seed: int = 1,
+    threads: int = 2,
+    progress: Callable[[int, int, float], None] | None = None,
+) -> Found:
+    """Search gains of a body by way of stronger ones, since a gait that falls at once teaches nothing.
+
+    Parameters
+    ----------
+    stages : the stronger bodies, and at last the one that is meant
+    vector, cost, free, seed, threads : as of `search`
+    generations : of the last stage; each other has a quarter of it
+    progress : called with generation, all, best cost
+    """
+    quarter = max(generations // 4, 1)
+    all_of, before, found = quarter * (len(stages) - 1) + generations, 0, None
+    for body in stages:
+        count = generations if body is stages[-1] else quarter
+
+        def told(k: int, _: int, best: float, before: int = before) -> None:
+            if progress is not None:
+                progress(before + k, all_of, best)
+
+        found = search(
+            [body],
+            vector if found is None else found.vector,
+            cost,
+            free,
+            generations=count,
+            seed=seed,
+            threads=threads,
+            spread=ADAPTING,
+            progress=told,
+        )
+        before += count
+    assert found is not None
+    return dataclasses.replace(found, evaluations=POPULATION * all_of)
+
+
 def search(
     bodies: Sequence[Body],
     vector: Vector,
@@ -161,7 +227,7 @@ def search(
     free: Free,
     *,
     generations: int,
-    duration: float = 14.0,
+    duration: float = WALKED,
     seed: int = 1,
     threads: int = 2,
     spread: float = SIGMA,
@@ -174,7 +240,7 @@ def search(
 
     Parameters
     ----------
-    bodies : that walk with the same gains; the first with pushes, the others count 20 × the share of 7 s lost
+    bodies : that walk with the same gains; the first with pushes, the others count 20 × the share of 5 s lost
     vector : start of the search
     cost, free : as stated
     generations : of 16 gaits
@@ -200,13 +266,15 @@ def search(
     def parts(values: np.ndarray, draw: int) -> tuple[dict[str, float], Walked]:
         gait = free.unpack(vector, values)
         pushed = pushes_at(duration, draw) if cost.pushed else ()
-        walked = walk(own_copy(bodies[0]), gait, duration, pushed)
+        noises = np.random.default_rng([draw, 1]).normal(0.0, NOISE, (len(bodies), len(OFFSETS)))
+        noises *= float(cost.pushed)
+        walked = walk(own_copy(bodies[0]), gait, duration, pushed, noises[0])
         found = cost.of(walked, duration)
-        for other in bodies[1:]:
-            left = 7.0 if walked.fell is None else 0.0
-            if left:
-                left -= walk(own_copy(other), gait, 7.0)["time"][-1]
-            found["weak"] = found.get("weak", 0.0) + 20.0 * (left / 7.0 if walked.fell is None else 1.0)
+        for other, noise in zip(bodies[1:], noises[1:], strict=True):
+            lost = 1.0
+            if walked.fell is None:
+                lost -= walk(own_copy(other), gait, WEAK, (), noise)["time"][-1] / WEAK
+            found["weak"] = found.get("weak", 0.0) + 20.0 * lost
         return found, walked
 
     def safe(task: tuple[np.ndarray, int]) -> float:

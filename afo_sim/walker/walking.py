@@ -215,6 +215,7 @@ class _Recorder:
         self.moment = np.zeros((model.nu, model.nv))
         floor = np.isin(model.actuator_user[:, 1], (native.KIND_PAD, native.KIND_GRIP))
         self.inner = np.flatnonzero(~floor | (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT))
+        self.own = 0.0  # moment of the wearer's own muscles, dorsiflexion positive [N·m]
         self.rows: dict[str, list[Any]] = {
             name: [] for name in ("time", "qpos", "qvel", "act", "force", "joint", "site", "torque")
         }
@@ -229,6 +230,7 @@ class _Recorder:
             "ankle/velocity": float(data.qvel[dof]),
             "shank/angle": float(lean),
             "ground/force_z": float(data.actuator_force[self.body.pads[0]].sum()),
+            "ankle/moment/biological": self.own,
         }
         if self.body.ids is not None:
             for name, chamber in self.body.ids.chambers.items():
@@ -249,8 +251,10 @@ class _Recorder:
             self.moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
         )
         # what the body and the device do at the joints, without the floor, which is actuators too
+        own, ankle = self.body.muscles[0], int(self.ankle.dofadr[0])
+        self.own = float(self.moment[own, ankle] @ data.actuator_force[own])
         rows["joint"].append(self.moment[self.inner].T @ data.actuator_force[self.inner])
-        arms = self.moment[self.device, int(self.ankle.dofadr[0])]
+        arms = self.moment[self.device, ankle]
         rows["torque"].append(float(arms @ data.actuator_force[self.device]))
 
     def columns(self) -> dict[str, np.ndarray]:

@@ -1,0 +1,211 @@
+"""The ledger: devices and rigs of others, predicted with a band, beside what was measured.
+
+Each file of `models/ledger` describes one device: what is published of it, what is not, what was measured.
+What is not published is drawn from a stated range, never chosen. The rules, written before any result:
+
+    band       5 to 95 % of the predictions of DRAWS draws; one set of draws for all rows of a device
+    verdict    disagrees    band and measured ± error have no number in common
+               cannot tell  they have, but half the band and the error exceed half of the measured value;
+                            or nothing is predicted
+               agrees       else
+    score      (u − l) + 2/α (l − x)+ + 2/α (x − u)+ over |x|, α = 0.1; small is good
+               (Gneiting & Raftery 2007, J. Am. Stat. Assoc. 102:359, eq. 43)
+"""
+
+import pathlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+from pydantic import Field as Option
+
+from afo_sim.common import InputError, assets, nearest_name, unknown
+from afo_sim.description import PROBLEMS
+from afo_sim.lab.ledger_predictions import PREDICTIONS, si
+
+DRAWS, SEED = 64, 20070302
+LEVELS = (0.05, 0.5, 0.95)
+ALPHA = 0.1  # share of measured values that a band of 90 % misses
+SAYS_NOTHING = (
+    0.5  # half the band and the error, over the measured value, beyond which agreement says nothing
+)
+VERDICTS = ("agrees", "disagrees", "cannot tell")
+HEADER = ("device", "quantity", "predicted", "90 % band", "measured", "ratio", "verdict")
+# Shared recordings that are not in this package, and what predicts them: their folder → rows.
+BENCH: dict[str, Callable[[pathlib.Path], "list[LedgerRow]"] | None] = dict.fromkeys(
+    ("aarl_festo10_isometric", "aarl_festo20_fill_leak", "pamy_acrkn")
+)
+
+
+class Number(BaseModel, frozen=True, extra="forbid"):
+    """A number of a device: its value, or a range or choices to draw from."""
+
+    value: float | str = ""
+    within: tuple[float, float] | tuple[str, str] | None = None
+    choices: tuple[str, ...] = ()
+    scale: Literal["linear", "log"] = "linear"
+    kind: Literal["published", "derived", "assumed"]
+    source: str = Option(min_length=1)
+
+    def at(self, share: float) -> float | str:
+        """The value below which a share of the draws lies, a text where the range has a unit."""
+        if self.within is None:
+            return self.choices[int(share * len(self.choices))]
+        ends = [str(end).partition(" ") for end in self.within]
+        low, high = float(ends[0][0]), float(ends[1][0])
+        value = float(low * (high / low) ** share if self.scale == "log" else low + share * (high - low))
+        return f"{value!r} {ends[0][2]}" if ends[0][2] else value
+
+
+class Measured(BaseModel, frozen=True, extra="forbid"):
+    """A measured number, half its 90 % interval, and `at` where it is predicted."""
+
+    quantity: str
+    value: str
+    error: str = ""
+    at: dict[str, str] = {}
+
+
+class Device(BaseModel, frozen=True, extra="forbid"):
+    """A file of the ledger: how a device is predicted (or why not), and what was measured on it."""
+
+    device: str
+    description: str
+    predict: str = ""
+    of: str = ""
+    given: dict[str, Number] = {}
+    unknown: dict[str, Number] = {}
+    wanting: str = ""
+    error_from: str = ""
+    source: str = Option(min_length=1)
+    measured: tuple[Measured, ...] = Option(min_length=1)
+
+    def draws(self) -> list[dict[str, Any]]:
+        """What is given, and draws of what is not known: each DRAWS-th part of every range once."""
+        rng = np.random.default_rng(SEED)
+        shares = {key: (rng.permutation(DRAWS) + rng.random(DRAWS)) / DRAWS for key in sorted(self.unknown)}
+        given = {key: number.value for key, number in self.given.items()}
+        return [
+            given
+            | {key: self.unknown[key].at(float(share[k])) for key, share in shares.items()}
+            | {"draw": k}
+            for k in range(DRAWS)
+        ]
+
+
+@dataclass(frozen=True)
+class LedgerRow:
+    """A measured number, half its 90 % interval, and the 5, 50, 95 % of its prediction, in `unit`."""
+
+    device: str
+    quantity: str
+    unit: str = ""
+    band: tuple[float, ...] | None = None
+    measured: float | None = None
+    error: float | None = None
+    source: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """One of VERDICTS, by the module's rule."""
+        if self.band is None or self.measured is None or self.error is None:
+            return VERDICTS[2]
+        low, _, high = self.band
+        if low > self.measured + self.error or high < self.measured - self.error:
+            return VERDICTS[1]
+        half = 0.5 * (high - low) + self.error
+        return VERDICTS[2 if half > SAYS_NOTHING * abs(self.measured) else 0]
+
+
+def interval_score(low: Any, high: Any, x: Any) -> Any:
+    """The interval score of bands over the measured values [-]; numbers or arrays."""
+    beyond = np.maximum(low - x, 0.0) + np.maximum(x - high, 0.0)
+    return (high - low + 2.0 / ALPHA * beyond) / np.abs(x)
+
+
+def read_device(file: pathlib.Path) -> Device:
+    """A file of the ledger, checked."""
+    try:
+        device = Device.model_validate(assets.read_toml(file))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        field, problem = ".".join(map(str, first["loc"])), PROBLEMS.get(first["type"], first["msg"])
+        near = nearest_name(field, [*Device.model_fields])
+        raise InputError(problem, file=file, field=field, nearest=near) from None
+    if device.predict not in PREDICTIONS and not device.wanting:
+        raise unknown(device.predict, [*PREDICTIONS], field="predict", problem="is an unknown prediction")
+    return device
+
+
+def ledger(report: Callable[[int, int], None] | None = None) -> list[LedgerRow]:
+    """A row for each measured number of the shipped ledger; `report` takes devices done, and in all."""
+    files = sorted((assets.folder("models") / "ledger").glob("*.toml"))
+    found = []
+    for done, file in enumerate(files, 1):
+        found += rows_of(read_device(file))
+        if report is not None:
+            report(done, len(files))
+    return found
+
+
+def rows_of(device: Device) -> list[LedgerRow]:
+    """The rows of one device: all its measured numbers, predicted from the same draws."""
+    draws, found = [] if device.wanting else device.draws(), []
+    source = f"{device.source} ({device.wanting or device.error_from})"
+    for each in device.measured:
+        unit, band = each.value.partition(" ")[2], None
+        if draws:
+            predict = PREDICTIONS[device.predict]
+            values = [predict(device.of, each.at, drawn) / si(f"1 {unit}") for drawn in draws]
+            band = tuple(map(float, np.quantile(values, LEVELS)))
+        value, error = (si(text) / si(f"1 {unit}") if text else None for text in (each.value, each.error))
+        found.append(LedgerRow(device.device, each.quantity, unit, band, value, error, source))
+    return found
+
+
+def bench(data: pathlib.Path | None = None) -> list[LedgerRow]:
+    """Rows of the shared recordings, predicted where their folder is given and something predicts them."""
+    why = "no prediction yet" if data else "the recordings are not in this package; give --data FOLDER"
+    found: list[LedgerRow] = []
+    for name, predict in BENCH.items():
+        found += predict(data / name) if data and predict else [LedgerRow(name, "recordings", source=why)]
+    return found
+
+
+def table(rows: Sequence[LedgerRow]) -> list[list[str]]:
+    """The rows as texts under HEADER."""
+    return [
+        [
+            row.device,
+            f"{row.quantity} [{row.unit}]" if row.unit else row.quantity,
+            f"{row.band[1]:.4g}" if row.band else "",
+            f"{row.band[0]:.4g} to {row.band[2]:.4g}" if row.band else "",
+            "" if row.measured is None else f"{row.measured:g}" + (f" ± {row.error:g}" if row.error else ""),
+            f"{row.band[1] / row.measured:.2f}" if row.band and row.measured else "",
+            row.verdict,
+        ]
+        for row in rows
+    ]
+
+
+def summary(rows: Sequence[LedgerRow]) -> list[str]:
+    """How rows came out of which some are predicted, how good the bands are, and how wide."""
+    counts = ", ".join(f"{[row.verdict for row in rows].count(v)} {v}" for v in VERDICTS)
+    devices = {row.device for row in rows if row.verdict != VERDICTS[2]}
+    both = [(*row.band, row.measured) for row in rows if row.band and row.measured]
+    from scipy.stats import binomtest  # slow to import
+
+    low, middle, high, x = np.array(both).T
+    inside, scores = int(((low <= x) & (x <= high)).sum()), interval_score(low, high, x)
+    least, most = binomtest(inside, len(both)).proportion_ci(0.9)
+    what = "too narrow" if most < 1.0 - ALPHA else "too wide" if least > 1.0 - ALPHA else "not refuted"
+    return [
+        f"{counts}; {len(devices)} devices or rigs with a verdict",
+        f"median error {100.0 * np.median(np.abs(middle / x - 1.0)):.0f} %, median width of the band "
+        f"{100.0 * np.median((high - low) / np.abs(middle)):.0f} % of the prediction",
+        f"{inside} of {len(both)} measured values lie in their band, a share of {100.0 * least:.0f} to "
+        f"{100.0 * most:.0f} % (90 % interval): as bands of 90 % they are {what}",
+        f"interval score over the measured value: median {np.median(scores):.2f}, mean {np.mean(scores):.2f}",
+    ]

@@ -1,0 +1,193 @@
+"""The walker against measurement: healthy norms, and how wearers responded, on which nothing is fitted."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from afo_sim.walker.body import build_body
+from afo_sim.walker.gait_file import Gait, read_gait
+from afo_sim.walker.respond import falls_of, prepared
+from afo_sim.walker.strides import norm_at, numbers, off_norm, strides_of
+from afo_sim.walker.walking import Walked, walk
+
+Verdict = Literal["agrees", "disagrees", "cannot tell"]
+GAITS = ("slow", "natural", "fast")
+WALKED = 20.0  # [s]
+FORCE_WITHIN, FORCE_MOST = 0.25, 1.5  # of the norm's peak; 95th percentile of the load [body weights]
+STEP_WITHIN, ANGLES_WITHIN = 0.10, 2.5
+ENERGY_ERROR = 0.10  # of differences of metabolic cost, below which the model cannot tell [-]
+BOVI = "Bovi et al. 2011, Gait Posture 33(1):6-13"
+KAO = "Kao & Ferris 2009, Gait Posture, PMC2663810"
+GEBOERS = "Geboers et al. 2002, Arch. Phys. Med. Rehabil."
+WATERVAL = "Waterval et al. 2023, J. NeuroEng. Rehabil. 20, doi 10.1186/s12984-023-01239-z"
+GALLE = "Galle et al. 2017, J. NeuroEng. Rehabil., PMC5408443"
+SPRING = 60.0  # of a posterior leaf spring, about 1 N·m/deg (assumed) [N·m/rad]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A measured number beside the walker's.
+
+    measured, simulated : in `unit`; NaN where there is none
+    why : what was done, or why it cannot be told
+    """
+
+    quantity: str
+    measured: float
+    simulated: float
+    unit: str
+    verdict: Verdict
+    source: str
+    why: str
+
+
+def compare(report: Callable[[str], None] | None = None) -> list[Compared]:
+    """All rows, by simulation: half a minute of it."""
+    found: list[Compared] = []
+    for part in (healthy, pushed, kao_ferris, geboers, waterval, galle):
+        for row in part():
+            found.append(row)
+            if report is not None:
+                report(row.quantity)
+    return found
+
+
+def _walk(
+    gait: Gait, scenario: str = "walk-healthy", sets: dict[str, Any] | None = None, **body: Any
+) -> Walked:
+    return walk(build_body(prepared(scenario, sets), **body), gait.vector, WALKED)
+
+
+def healthy() -> Iterator[Compared]:
+    """The three shipped gaits against adults' mean curves, which were in the cost of their search."""
+    for name in GAITS:
+        yield from _against_norm(name, read_gait(name))
+
+
+def _against_norm(name: str, gait: Gait) -> Iterator[Compared]:
+    walked = _walk(gait)
+    found = numbers(walked)
+    if walked.fell is not None or not math.isfinite(found["speed"]):
+        what, lasted = f"{name}: walks {WALKED:g} s", found["duration"]
+        yield Compared(what, WALKED, lasted, "s", "disagrees", BOVI, "fell")
+        return
+    norm, taller = norm_at(round(found["speed"], 2)), walked.body.size.taller
+    why = f"at {found['speed']:.2f} m/s, searched for {gait.speed:g}"
+    length, cadence = found["stride_length"] / 2.0, 120.0 / found["stride_time"]
+    yield _within(f"{name}: step length", float(norm["length"]) / 2.0, length, "m", STEP_WITHIN, why)
+    yield _within(f"{name}: cadence", 120.0 / float(norm["duration"]), cadence, "/min", STEP_WITHIN, why)
+    off = [off_norm(strides_of(walked, side), found["speed"], taller) for side in ("right", "left")]
+    for angle in off[0]:
+        both = float(np.mean([side[angle] for side in off]))
+        what = f"{name}: {angle}, RMS off the norm"
+        yield Compared(what, 0.0, 6.0 * both, "deg", _judged(both <= ANGLES_WITHIN), BOVI, "within 2.5 × 6°")
+    peak, own = float(norm["load"].max()), found["right/force_peak"]
+    near = _judged(abs(own - peak) <= FORCE_WITHIN)
+    yield Compared(f"{name}: vertical force, peak", peak, own, "BW", near, BOVI, "within 0.25 BW")
+    what, high = f"{name}: vertical force, 95th percentile", found["right/force_high"]
+    yield Compared(what, FORCE_MOST, high, "BW", _judged(high <= FORCE_MOST), "stated bound", "at most")
+
+
+def _judged(good: bool) -> Verdict:
+    return "agrees" if good else "disagrees"
+
+
+def _within(what: str, measured: float, simulated: float, unit: str, share: float, why: str) -> Compared:
+    near = _judged(abs(simulated / measured - 1.0) <= share)
+    return Compared(what, measured, simulated, unit, near, BOVI, f"within {share:.0%}; {why}")
+
+
+def pushed() -> Iterator[Compared]:
+    """Pushes of ±50 and ±100 N for 0.1 s on the healthy walker's trunk, from perturbed starts."""
+    body, gait = build_body(prepared("walk-healthy")), read_gait("natural")
+    for force in (50.0, 100.0):
+        falls = falls_of(body, gait, starts=20, push=force)
+        verdict: Verdict = "cannot tell" if force > 50.0 else "agrees" if falls.count == 0 else "disagrees"
+        yield Compared(
+            f"healthy: falls of 20 starts pushed by {force:g} N",
+            0.0,
+            falls.count,
+            "",
+            verdict,
+            "stated bound",
+            "",
+        )
+
+
+def kao_ferris() -> Iterator[Compared]:
+    """A dorsiflexor muscle on a healthy wearer, by the activity of their own tibialis: S1's, switched."""
+    gait = read_gait("natural")
+    plain = strides_of(_walk(gait), "right")
+    emg: dict[str, str] = {"column": "ankle/moment/biological", "full": "20 N*m", "chamber": "dorsiflexor"}
+    sets = {
+        "patient": "healthy",
+        "phases": None,
+        "start": None,
+        "controller": {"emg": emg},
+        "supply.pressure": "3 bar",
+    }
+    worn = _walk(gait, "walk-dropfoot-afo", sets)
+    with_device = strides_of(worn, "right")
+    why = "S1's muscles at 3 bar, valves by the dorsiflexors' own moment; the wearer does not adapt"
+    if not len(with_device.duration):
+        yield Compared("dorsiflexion in swing", 9.0, math.nan, "deg", "cannot tell", KAO, f"{why}: fell")
+        return
+    swing, first = slice(70, 95), slice(0, 15)
+    more = np.degrees(np.mean((with_device.mean("ankle") - plain.mean("ankle"))[swing]))
+    yield _same_way("ankle in swing, with less without", 9.0, float(more), "deg", KAO, why)
+    bursts = [strides.mean("tibialis")[first].max() for strides in (with_device, plain)]
+    yield _same_way(
+        "first burst of the tibialis", -28.0, 100.0 * (bursts[0] / bursts[1] - 1.0), "%", KAO, why
+    )
+
+
+def _same_way(what: str, measured: float, simulated: float, unit: str, source: str, why: str) -> Compared:
+    """Agrees within half and twice the measured response."""
+    near = _judged(0.5 <= simulated / measured <= 2.0)
+    return Compared(what, measured, simulated, unit, near, source, f"within half to twice; {why}")
+
+
+def geboers() -> Iterator[Compared]:
+    """Mean activity of the tibialis with a passive orthosis: patients −7 %, healthy −20 %."""
+    gait = read_gait("natural")
+    why = f"a spring of {SPRING:g} N·m/rad (assumed), no adaptation"
+    for who, share, measured in (("healthy", 1.0, -20.0), ("foot drop, 40 % left", 0.4, -7.0)):
+        means = []
+        for spring in (0.0, SPRING):
+            strides = strides_of(_walk(gait, strength={"tibialis": share}, spring=spring), "right")
+            means.append(strides.mean("tibialis").mean() if len(strides.duration) else math.nan)
+        change = 100.0 * (means[1] / means[0] - 1.0)
+        if math.isfinite(change):
+            yield _same_way(f"tibialis with an orthosis, {who}", measured, change, "%", GEBOERS, why)
+        else:
+            words = f"{why}: the walker fell"
+            yield Compared(
+                f"tibialis with an orthosis, {who}", measured, math.nan, "%", "cannot tell", GEBOERS, words
+            )
+
+
+def waterval() -> Iterator[Compared]:
+    """Whether the stiffness that costs least rises with weakness of the plantarflexors; no adaptation."""
+    gait, best = read_gait("natural"), []
+    for share in (0.8, 0.6):
+        costs = []
+        for stiffness in (0.0, 60.0, 120.0, 240.0):
+            weak = dict.fromkeys(("soleus", "gastrocnemius"), share)
+            walked = _walk(gait, strength=weak, spring=stiffness)
+            costs.append(numbers(walked)["cost_of_transport"] if walked.fell is None else math.inf)
+        best.append((0.0, 60.0, 120.0, 240.0)[int(np.argmin(costs))] if min(costs) < math.inf else math.nan)
+    rises = float(np.sign(best[1] - best[0])) if all(math.isfinite(value) for value in best) else 0.0
+    verdict: Verdict = "cannot tell" if rises == 0.0 else _judged(rises > 0.0)
+    words = f"least cost at {best[0]:g} and {best[1]:g} N·m/rad, 80 and 60 % strength left, no adaptation"
+    yield Compared("stiffness of least cost, by weakness", 1.0, rises, "sign", verdict, WATERVAL, words)
+
+
+def galle() -> Iterator[Compared]:
+    """Onset of a plantarflexor muscle: only metabolic cost was measured."""
+    words = "its ten conditions differ by less than the energy model's own error"
+    yield Compared(
+        "best onset of a plantarflexor", 42.0, math.nan, "% of the stride", "cannot tell", GALLE, words
+    )

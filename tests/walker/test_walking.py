@@ -1,0 +1,152 @@
+"""The walker in MuJoCo's step: against laws of nature, against its reflexes computed anew, and itself."""
+
+import dataclasses
+
+import mujoco
+import numpy as np
+import pytest
+
+from afo_sim import native
+from afo_sim.common import GRAVITY
+from afo_sim.physics import GAINS, LEG_MUSCLES
+from afo_sim.walker import Push, build_body, read_gait, walk
+from afo_sim.walker.gait import start
+from afo_sim.walker.respond import prepared
+
+ANKLE_MUSCLES = ("gastrocnemius", "soleus", "tibialis")
+
+
+def body_of(scenario: str = "walk-healthy", step: str = "1 ms", **strength: float):  # type: ignore[no-untyped-def]
+    return build_body(prepared(scenario, {"timestep": step}), strength)
+
+
+def limp(body):  # type: ignore[no-untyped-def]
+    """The body without muscles, tissue and toe spring, high in the air."""
+    rows = body.model.actuator_user
+    rows[body.muscles.ravel(), native.LEG_MUSCLE_ROW.force] = 0.0
+    for side in ("", "left_"):
+        rows[body.model.actuator(f"{side}tissue").id, 2] = 0.0
+        toe = body.model.joint(f"{side}toe")
+        body.model.jnt_stiffness[toe.id] = 0.0
+        body.model.dof_damping[int(toe.dofadr[0])] = 0.0
+        body.model.dof_damping[int(body.model.joint(f"{side}ankle").dofadr[0])] = 0.0
+        rows[body.reflexes, native.REFLEX_ROW.extension] = 0.0
+    return body
+
+
+def test_a_limp_walker_in_the_air_keeps_energy_and_falls_as_a_stone() -> None:
+    body = limp(body_of(step="0.25 ms"))
+    model = body.model
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
+    data = start(body, read_gait("natural").vector)
+    data.qpos[1] += 2.0
+    model.actuator_user[model.actuator("tissue").id, native.slots.PASSIVE_ROW.damping] = 0.0
+    model.actuator_user[model.actuator("left_tissue").id, native.slots.PASSIVE_ROW.damping] = 0.0
+    with native.installed():
+        mujoco.mj_forward(model, data)
+        energy, centre = data.energy.sum(), data.subtree_com[0].copy()
+        mujoco.mj_subtreeVel(model, data)
+        velocity = data.subtree_linvel[0].copy()
+        mujoco.mj_step(model, data, nstep=400)
+        mujoco.mj_forward(model, data)
+    assert data.energy.sum() == pytest.approx(energy, rel=2e-4)
+    fallen = centre + 0.1 * velocity - [0.0, 0.0, 0.5 * GRAVITY * 0.01]
+    assert np.abs(data.subtree_com[0] - fallen).max() < 2e-4
+
+
+def test_the_floor_carries_the_body_on_average() -> None:
+    body = body_of()
+    walked = walk(body, read_gait("natural").vector, 8.0)
+    assert walked.fell is None
+    down = walked["right/load"] > 20.0
+    strikes = np.flatnonzero(down[1:] & ~down[:-1])
+    strikes = strikes[np.diff(strikes, prepend=-99) > 40]
+    rows = slice(strikes[2], strikes[-1])
+    load = (walked["right/load"] + walked["left/load"])[rows].mean()
+    assert load == pytest.approx(body.weight, rel=0.02)
+
+
+def test_excitations_are_those_of_delayed_signals() -> None:
+    """Of soleus, gastrocnemius and tibialis, computed anew from rows of each step, 20 ms before."""
+    body, gait = body_of(), read_gait("natural")
+    model, data = body.model, start(body, gait.vector)
+    act, kept = native.LEG_MUSCLE_ACT, []
+    at = {name: int(model.actuator_actadr[i]) for name, i in zip(LEG_MUSCLES, body.muscles[0], strict=True)}
+    with native.installed():
+        for _ in range(600):
+            mujoco.mj_step(model, data)
+            row = [data.act[at[name] + act.force] for name in ANKLE_MUSCLES]
+            row += [data.act[at["tibialis"] + act.length]]
+            row += [data.act[at[name] + act.excitation] for name in ANKLE_MUSCLES]
+            row += [np.round(data.act[int(model.actuator_actadr[body.reflexes[0]])])]
+            kept.append(row)
+    force = np.array(kept)[:, :3]
+    length, asked, phase = np.array(kept)[:, 3], np.array(kept)[:, 4:7], np.array(kept)[:, 7]
+    gains = dict(zip(GAINS, gait.vector.gains[0], strict=True))
+    back, rows = 20, np.arange(100, 600)
+    stands = phase[rows] <= 2.0
+    for column, name in ((0, "gastrocnemius"), (1, "soleus")):
+        expected = np.where(stands, gains[f"{name}_force"] * force[rows - back, column], 0.0)
+        assert np.abs(asked[rows, column] - np.clip(expected, 0.01, 1.0)).max() < 1e-9
+    expected = gains["tibialis_length"] * (length[rows - back] - gains["tibialis_offset"])
+    expected += gains["tibialis_soleus"] * force[rows - back, 1]
+    expected += np.where(stands, 0.0, gains["tibialis_swing"])
+    assert np.abs(asked[rows, 2] - np.clip(expected, 0.01, 1.0)).max() < 1e-9
+
+
+def test_compiled_and_plain_python_agree() -> None:
+    gait, found = read_gait("natural"), []
+    for mode in ("native", "python"):
+        body = body_of("walk-dropfoot", tibialis=0.3)
+        data = start(body, gait.vector)
+        with native.installed(mode):
+            mujoco.mj_step(body.model, data, nstep=40)
+        found.append(np.concatenate([data.qpos, data.qvel, data.act]))
+    assert np.abs(found[0] - found[1]).max() < 1e-9 * np.abs(found[0]).max()
+
+
+def test_a_walk_goes_on_from_its_state_to_the_bit() -> None:
+    body = body_of("walk-healthy")
+    model, data = body.model, start(body, read_gait("natural").vector)
+    whole = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, whole))
+    with native.installed():
+        mujoco.mj_step(model, data, nstep=500)
+        mujoco.mj_getState(model, data, state, whole)
+        mujoco.mj_step(model, data, nstep=500)
+        other = mujoco.MjData(model)
+        mujoco.mj_setState(model, other, state, whole)
+        mujoco.mj_step(model, other, nstep=500)
+    assert (data.qpos == other.qpos).all() and (data.act == other.act).all()
+
+
+def test_looking_at_a_walk_does_not_change_it() -> None:
+    body, found = body_of(), []
+    for looks in (False, True):
+        data = start(body, read_gait("natural").vector)
+        with native.installed():
+            for _ in range(30):
+                if looks:
+                    mujoco.mj_forward(body.model, data)
+                mujoco.mj_step(body.model, data, nstep=10)
+        found.append(data.qpos.copy())
+    # to rounding: what a pad's gain adds and its bias takes off is of another size then
+    assert np.abs(found[0] - found[1]).max() < 1e-9
+
+
+def test_a_push_gives_its_impulse() -> None:
+    body = body_of()
+    vector = read_gait("natural").vector
+    plain, pushed = (walk(body, vector, 2.0, (Push(1.0, force),))["trunk/forward"] for force in (0.0, 20.0))
+    assert (plain[:99] == pushed[:99]).all()
+    gained = np.diff(pushed - plain)[109] / 0.01  # speed of the trunk after 0.1 s
+    assert 0.3 < gained / (20.0 * 0.1 / (body.weight / GRAVITY)) < 3.0  # the legs take or add some of it
+
+
+def test_a_body_of_another_size_has_its_mass() -> None:
+    body = build_body(
+        prepared("walk-dropfoot", {"patient.body_mass": "90 kg", "patient.body_height": "1.9 m"})
+    )
+    shoes = sum(body.model.body_mass[k] for k in range(body.model.nbody) if "shoe" in body.model.body(k).name)
+    assert body.weight / GRAVITY - shoes == pytest.approx(90.0, abs=0.02)
+    assert dataclasses.replace(body).size.heavier == pytest.approx(90.0 / 75.0)
