@@ -66,7 +66,8 @@ def walk_command(walk: _Walk) -> None:
         command = options | {"varied": key, "scenarios": [each.resolved() for each in described]}
         problem = "holds the responding walk of another description, or with other options"
         check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
-        rows, rrd = [], not key and common.drawn(walk.rrd)
+        rrd = not key and common.drawn(walk.rrd)
+        rows: list[dict[str, str]] = []
         if not key:
             optional("matplotlib")  # before minutes of walking
 

@@ -257,7 +257,7 @@ def _stronger(shares: Mapping[str, float], share: float) -> dict[str, float]:
 
 
 def _alive(names: tuple[str, ...], shares: Mapping[str, float]) -> tuple[str, ...]:
-    """Gains that a patient can change: those of a dead tibialis change nothing, and would be left anywhere."""
+    """Gains that a patient can change: those of a dead tibialis change nothing, and would end anywhere."""
     dead = shares.get("tibialis", 1.0) == 0.0
     return tuple(name for name in names if not (dead and name.startswith("tibialis")))
 

@@ -12,11 +12,12 @@ from afo_sim.walker import (
     build_body,
     falls_of,
     norm_at,
+    prepared,
     read_gait,
     respond,
     search,
 )
-from afo_sim.walker.respond import prepared, strengths_of
+from afo_sim.walker.respond import strengths_of
 from afo_sim.walker.search import pushes_at
 
 
