@@ -127,7 +127,9 @@ def verdict(response: Response) -> tuple[Reply, ...]:
 
 
 def _doubts(response: Response) -> Iterator[str]:
-    """Adapted cases whose search did not converge, or does not say so."""
+    """A healthy walker who falls; adapted cases whose search did not converge, or does not say so."""
+    if response["healthy"].numbers["fell"]:
+        yield "The healthy walker falls, too: its gait does not suit this body and says nothing of a patient."
     for name, case in response.cases.items():
         known = case.gait.search.get("converged") if case.found is None else case.found.converged
         if name.endswith("adapted") and not known:
@@ -178,9 +180,9 @@ def _compared(response: Response, words: Callable[[Case, Case], str]) -> Iterato
     """Each pair in words, or why it has none."""
     for title, pair in _pairs(response).items():
         gone = [
-            f"“{CASES[case.name]}” {walk_in_words(case)}, too few strides to count"
+            f"“{CASES[case.name]}” {walk_in_words(case)}{'' if case.numbers['fell'] else ', too few strides'}"
             for case in pair
-            if not math.isfinite(case.numbers["cost_of_transport"])
+            if case.numbers["fell"] or not math.isfinite(case.numbers["cost_of_transport"])
         ]
         yield f"{title}: {'not comparable; ' + '; '.join(gone) if gone else words(*pair)}."
 

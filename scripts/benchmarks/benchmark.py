@@ -3,8 +3,8 @@
     python scripts/benchmarks/benchmark.py run [--parts steps,networks,…] [--repeats 5] [--out now.json]
     python scripts/benchmarks/benchmark.py designs [--parts designs,strides,…] [--repeats 5] [--out now.json]
 
-Of a run: its steps and their parts, networks, the engine's own limit, what a user waits for, environments. Of
-designs: designs and strides per second, what accuracy costs, and memory; `--short-cases 10000` shows that it
+Of a run: its steps and their parts, networks, the engine's own limit, what a user waits for, environments,
+walkers. Of designs: designs and strides per second, what accuracy costs, and memory; `--short-cases 10000` shows that it
 stays flat. Measurements are repeated in turn; tables tell the best and the median. Speeds of two machines
 cannot be compared, ratios within a run can. `compare_benchmarks.py` compares two files.
 """
@@ -23,6 +23,7 @@ def of_run(options: argparse.Namespace) -> Measures:
     from motors import against_motors
     from processes import wall_times
     from step_parts import network_costs, step_parts
+    from walkers import walker_rates
 
     def environments() -> list[Figure]:
         from environment_rates import environment_rates  # which needs dm_control and gymnasium
@@ -36,6 +37,7 @@ def of_run(options: argparse.Namespace) -> Measures:
         "motors": lambda: against_motors(options.simulations, steps, repeats),
         "waits": lambda: wall_times(repeats),
         "environments": environments,
+        "walkers": lambda: walker_rates(repeats),
     }
 
 

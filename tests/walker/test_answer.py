@@ -135,6 +135,14 @@ def test_adapted_is_compared_with_adapted_and_a_search_that_did_not_converge_is_
     assert all(len(reply.assumptions) == 1 for reply in sure)
 
 
+def test_a_healthy_walker_who_falls_is_named_beside_each_answer() -> None:
+    fallen = case("healthy", fell=1.0, duration=6.01)  # after strides that were counted
+    replies = verdict(response(fallen, case("patient"), case("device")))
+    assert all("The healthy walker falls, too" in reply.assumptions[1] for reply in replies)
+    assert "healthy, not adapted: not comparable; “healthy” fell after 6.0 s." in replies[2].text
+    assert "without, not adapted: not distinguishable" in replies[2].text
+
+
 def test_cells_have_their_units() -> None:
     found = response(
         case("healthy"),

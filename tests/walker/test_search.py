@@ -17,8 +17,10 @@ from afo_sim.walker import (
     respond,
     search,
 )
+from afo_sim.walker.measured import _same_way
 from afo_sim.walker.respond import strengths_of
 from afo_sim.walker.search import pushes_at
+from afo_sim.walker.unknown import draw_falls
 
 
 def test_free_numbers_go_in_and_out() -> None:
@@ -90,3 +92,23 @@ def test_the_norm_is_the_published_walkers() -> None:
 def test_wrong_input_is_a_sentence(call, words: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match=words):
         call()
+
+
+def test_drawn_patients_are_those_of_the_seed_and_stay_within_what_is_stated() -> None:
+    scenario, gait = prepared("walk-dropfoot-afo", {"timestep": "1 ms"}), read_gait("natural")
+    gaits = {"patient": gait, "device": gait}
+    one, other = (draw_falls(scenario, gaits, draws=2, starts=1, threads=threads) for threads in (1, 2))
+    assert one.falls == other.falls and set(one.falls) == set(gaits)
+    many = draw_falls(scenario, {}, draws=400, starts=1).draws
+    assert many["tissue"].mean() == pytest.approx(1.0, abs=0.1)  # the mean stays that of the patient
+    assert many["tissue"].std() == pytest.approx(0.57, abs=0.1)
+    assert many["cuff"].min() >= 2e3 and many["cuff"].max() <= 8e3
+    with pytest.raises(InputError, match="draws"):
+        draw_falls(scenario, gaits, draws=0, starts=1)
+
+
+def test_a_response_agrees_within_half_and_twice_and_in_its_direction() -> None:
+    verdicts = [
+        _same_way("", 9.0, simulated, "deg", "", "").verdict for simulated in (4.4, 4.6, 17.9, 18.1, -9.0)
+    ]
+    assert verdicts == ["disagrees", "agrees", "agrees", "disagrees", "disagrees"]
