@@ -37,5 +37,6 @@ from .study.python_calls import optimise as optimise
 from .study.python_calls import sweep as sweep
 from .study.python_calls import uncertainty as uncertainty
 from .study.sizing.sizes import size as size
+from .walker.respond import respond as respond
 
 __version__: str

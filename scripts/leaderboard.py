@@ -18,8 +18,7 @@ from typing import Any
 import cma
 import numpy as np
 
-from afo_sim.control import Machine, Transition
-from afo_sim.control.gait_phase import FootSwitch
+from afo_sim.control import FootSwitch, Machine, Transition
 from afo_sim.control.state_machine import advance
 from afo_sim.rl.environments.day import Day
 from afo_sim.rl.environments.day_episodes import DaySetting

@@ -28,6 +28,7 @@ COMMANDS = {
     "both": "nothing",
     "bode": "nothing",
     "size": "pressure nothing",
+    "walk": "nothing",
     "electronics": "nothing",
     "recover": "r --out recovered",
     "view": "r --screenshot r.png",

@@ -31,12 +31,13 @@ ROOMS = {
     "gait_lab": GROUND | {"gait"},
     "legs": PLANT | {"model"},
     "export": CORE | {"legs"},
+    "walker": CORE,
     "study": CORE,
     "lab": CORE,
     "rl": CORE | {"legs"},
-    "show": CORE | {"study", "lab", "gait_lab", "legs"},
+    "show": CORE | {"study", "lab", "gait_lab", "legs", "walker"},
     "studio": CORE | {"study", "gait_lab", "show"},
-    "cli": CORE | {"studio", "gait_lab", "legs", "export", "study", "lab", "rl", "show"},
+    "cli": CORE | {"studio", "gait_lab", "legs", "export", "study", "lab", "rl", "show", "walker"},
 }
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
 PLAIN |= {"ctypes", "lazy_loader"}  # to call machine code; the face

@@ -5,6 +5,7 @@ from afo_sim.cli.common import app, gait_app
 # each registers its commands with the app, in the order in which --help shows them
 # ruff: isort: off
 from afo_sim.cli import run as _run  # noqa: F401
+from afo_sim.cli import walk as _walk  # noqa: F401
 from afo_sim.cli import analyses as _analyses  # noqa: F401
 from afo_sim.cli import electronics as _electronics  # noqa: F401
 from afo_sim.cli import look as _look  # noqa: F401

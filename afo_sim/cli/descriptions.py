@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _LISTS = (
     "muscles", "laws", "frictions", "scenarios", "legs", "orthoses", "valves", "tubes", "sources",
-    "regulators", "patients", "shoes", "gaits", "sensors", "sweeps", "searches", "uncertainties",
+    "regulators", "patients", "shoes", "gaits", "sensors", "sweeps", "searches", "uncertainties", "walkers",
 )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ KNOWN_BY = {
     "sweep.json": "sweep",
     "search.json": "search",
     "both.json": "run of both legs",
+    "walk.json": "responding walk",
     "differences.csv": "comparison of laws",
     "bode.json": "frequency response",
     "size.json": "sizing",

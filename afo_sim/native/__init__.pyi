@@ -50,8 +50,6 @@ from .install import installed as installed
 from .scratch_data import scratch as scratch
 from .sensing import compiled_sense as compiled_sense
 from .slots import BANG_BANG as BANG_BANG
-from .slots import GRIP_ACT as GRIP_ACT
-from .slots import GRIP_ROW as GRIP_ROW
 from .slots import KIND_GRIP as KIND_GRIP
 from .slots import KIND_LEG_MUSCLE as KIND_LEG_MUSCLE
 from .slots import KIND_PAD as KIND_PAD

@@ -60,7 +60,6 @@ from .law_volume import law_volume as law_volume
 from .law_volume import muscle_volume as muscle_volume
 from .law_volume import returning as returning
 from .laws import LAWS as LAWS
-from .leg_muscle import LEAST_ACTIVATION as LEAST_ACTIVATION
 from .leg_muscle import activated as activated
 from .leg_muscle import active_force as active_force
 from .leg_muscle import balanced_fibre as balanced_fibre

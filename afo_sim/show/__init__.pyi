@@ -56,3 +56,4 @@ from .verdict_texts import badge as badge
 from .verdict_texts import limit as limit
 from .video import write_video as write_video
 from .walk_panels import INTERNAL as INTERNAL
+from .walker_page import write_pictures as write_pictures

@@ -75,6 +75,12 @@ def joint_columns(model: mujoco.MjModel) -> list[str]:
     return [f"qpos/{model.joint(j).name}" for j in range(model.njnt)]
 
 
+def padded(lines: list[np.ndarray]) -> np.ndarray:
+    """Lines of different numbers of places as one array."""
+    most = max(map(len, lines), default=0)
+    return np.array([np.concatenate([x, np.repeat(x[-1:], most - len(x), axis=0)]) for x in lines])
+
+
 def _carried(model: mujoco.MjModel, anchor: str) -> list[int]:
     """The bodies that move with an anchor: the ends of the muscles, and the cuff or the plate."""
     ends = model.body(f"{anchor}_anchors")

@@ -334,19 +334,11 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
 
     both : contents of both.json, where the runs are two legs; the affected side alone has a verdict
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
     judged = runs[:1] if both and both.get("affected") else runs
     walking = [run for run in runs if run.walks and run.strides]
     others = [run for run in runs if run not in walking and len(run.recording["time"]) > 1]
-    environment = Environment(
-        loader=PackageLoader("afo_sim.show", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(_TEMPLATE).render(
+    return rendered(
+        _TEMPLATE,
         title=_begun(_title(runs, " compared with" if both is None else " and")),
         walkers=walkers(walking),
         leads=[(run, verdict.lead(run.recording, len(runs))) for run in judged if run.recording.verdict],
@@ -369,3 +361,17 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         any_strides=any(run.recording.strides for run in runs),
         sources=list(sources(runs)),
     )
+
+
+def rendered(template: str, **names: Any) -> str:
+    """A page of this room's templates."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("afo_sim.show", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render(**names)

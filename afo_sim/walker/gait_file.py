@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import tomli_w
 
 from afo_sim.common import InputError, assets, parse_quantity, parse_toml, read_text, unknown, write_text
 from afo_sim.physics import GAINS
 from afo_sim.walker.gait import OFFSETS, Vector
 
 LARGEST_GAIN = 20.0
+FASTEST_START = 2.0  # over the first speed of all gaits [-]
 TABLES = ("description", "speed", "start", "pose", "gains", "left", "search")
 
 
@@ -56,13 +58,14 @@ def read_gait(name: str | os.PathLike[str]) -> Gait:
             raise InputError("is missing", file=file, field=key)
     pose = _table(file, "pose", tables["pose"], OFFSETS, math.pi)
     gains = _table(file, "gains", tables["gains"], GAINS, LARGEST_GAIN)
+    begun = _table(file, "start", tables.get("start", {}), ("speed",), FASTEST_START)
     left = gains | _table(file, "left", tables.get("left", {}), GAINS, LARGEST_GAIN)
     legs = np.array([[leg.get(name, 0.0) for name in GAINS] for leg in (gains, left)])
     return Gait(
         name=file.stem,
         description=str(tables.get("description", "")),
         speed=_speed(file, tables["speed"]),
-        vector=Vector(np.array([pose.get(name, 0.0) for name in OFFSETS]), legs),
+        vector=Vector(np.array([pose.get(name, 0.0) for name in OFFSETS]), legs, begun.get("speed", 1.0)),
         search=dict(tables.get("search", {})),
     )
 
@@ -98,18 +101,18 @@ def _table(
 
 def write_gait(path: os.PathLike[str], gait: Gait) -> None:
     """Write a gait, each number to the digits that give it back."""
-    lines = [f'description = "{gait.description}"', f'speed = "{gait.speed:g} m/s"', "", "[pose]  # rad"]
-    offsets, gains = gait.vector.offsets, gait.vector.gains
-    lines += [f"{name} = {float(value)!r}" for name, value in zip(OFFSETS, offsets, strict=True)]
-    lines += ["", "[gains]"] + [f"{name} = {float(v)!r}" for name, v in zip(GAINS, gains[0], strict=True)]
-    other = [(name, a) for name, a, b in zip(GAINS, gains[1], gains[0], strict=True) if a != b]
-    lines += (["", "[left]"] if other else []) + [f"{name} = {float(value)!r}" for name, value in other]
-    lines += ["", "[search]"] + [f"{key} = {_toml(value)}" for key, value in gait.search.items()]
-    write_text(pathlib.Path(path), "\n".join(lines) + "\n")
-
-
-def _toml(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else f"{value!r}".lower()
+    own, other = ({n: float(g) for n, g in zip(GAINS, leg, strict=True)} for leg in gait.vector.gains)
+    apart = {name: gain for name, gain in other.items() if gain != own[name]}
+    tables = {
+        "description": gait.description,
+        "speed": f"{float(gait.speed)!r} m/s",
+        "start": {"speed": float(gait.vector.speed)},
+        "pose": {name: float(angle) for name, angle in zip(OFFSETS, gait.vector.offsets, strict=True)},
+        "gains": own,
+        **({"left": apart} if apart else {}),
+        "search": dict(gait.search),
+    }
+    write_text(pathlib.Path(path), tomli_w.dumps(tables))
 
 
 def with_vector(gait: Gait, vector: Vector, name: str, description: str, search: Mapping[str, Any]) -> Gait:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, unknown
+from afo_sim.common import InputError, called, optional, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.model import UNDRIVEN
 from afo_sim.physics import LEG_MUSCLES
@@ -19,7 +19,7 @@ from afo_sim.walker.gait import OFFSETS
 from afo_sim.walker.gait_file import Gait, read_gait, with_vector
 from afo_sim.walker.search import STRONGER, SUBSETS, Cost, Found, Free, adapt
 from afo_sim.walker.strides import numbers
-from afo_sim.walker.walking import Push, Walked, own_copy, walk
+from afo_sim.walker.walking import TICK, Push, Walked, own_copy, walk
 
 TIMESTEP = 0.0005  # at which the walker's numbers are stated [s]
 NOISE = 0.02  # standard deviation of each angle of a perturbed start [rad]
@@ -68,7 +68,7 @@ class Case:
     found: Found | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Response:
     """How a patient responds to a device in simulation.
 
@@ -83,6 +83,9 @@ class Response:
 
     def __getitem__(self, case: str) -> Case:
         return self.cases[case]
+
+    def __repr__(self) -> str:
+        return called(self, {"scenario": self.scenario.name, "cases": list(self.cases)})
 
 
 def strengths_of(scenario: Scenario, given: Mapping[str, float] | None = None) -> dict[str, float]:
@@ -128,6 +131,11 @@ def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any
         raise InputError("nobody walks in it", field="scenario", value=read.name, allowed=allowed)
     if "timestep" not in (sets or {}):
         read = read.set({"timestep": f"{1e3 * TIMESTEP:g} ms"})
+    if abs(TICK / read.timestep - round(TICK / read.timestep)) > 1e-6:
+        allowed = "a whole part of 10 ms"
+        raise InputError(
+            "is not taken by a responding walker", field="timestep", value=read.timestep, allowed=allowed
+        )
     for key, has in (("drive", bool(read.drive)), ("sensor", bool(read.sensor))):
         if has:
             raise InputError(
@@ -176,32 +184,43 @@ def respond(
     ------
     InputError
         As `prepared`, `strengths_of`, `read_gait`; a number is out of range.
+
+    Examples
+    --------
+    >>> found = respond("walk-dropfoot-afo", duration=4.0, starts=0)
+    >>> list(found.cases), found["healthy"].walked.fell
+    (['healthy', 'patient', 'device'], None)
     """
     described = prepared(scenario, sets)
     if subset not in SUBSETS:
         raise unknown(subset, SUBSETS, field="subset", problem="is not a set of gains")
-    for name, value, most in (("duration", duration, MOST), ("push", push, 1000.0), ("starts", starts, 1e5)):
+    limits = (("duration", duration, MOST), ("push", push, 1000.0), ("starts", starts, 1e5))
+    for name, value, most in (*limits, ("generations", generations, 1e5)):
         if not 0.0 <= value <= most or not math.isfinite(value):
             raise InputError("is out of range", field=name, value=value, allowed=f"0 to {most:g}")
     if duration < 4.0:
         raise InputError("is too short to count strides", field="duration", value=duration, allowed="4 s")
     shares, healthy = strengths_of(described, strength), read_gait(gait)
+    if generations:
+        optional("cma")  # before anybody walks
+    if adapted_device is not None and not described.orthosis.muscle:
+        raise InputError("no device is worn", field="adapted_device", value=str(adapted_device))
+    files = (("patient", adapted), ("device", adapted_device))
+    known = {name: read_gait(file) for name, file in files if file is not None}
     bare = described.set({**UNDRIVEN, "orthosis": "none"})
     whole = bare.set({"patient": "healthy"} | _size_of(described))
     report = progress or (lambda name, share: None)
     cases: dict[str, Case] = {}
     settings = _Settings(duration, starts, push, seed, threads, report)
     cases["healthy"] = settings.case("healthy", build_body(whole), healthy)
-    pairs = [("patient", bare, adapted)]
-    if described.orthosis.muscle:
-        pairs.append(("device", described, adapted_device))
+    worn = {"patient": bare} | ({"device": described} if described.orthosis.muscle else {})
     target = cost or Cost(healthy.speed, speed=10.0)
-    for name, wearing, known in pairs:
+    for name, wearing in worn.items():
         body = build_body(wearing, shares)
         cases[name] = settings.case(name, body, healthy)
         after = f"{name} adapted"
-        if known is not None:
-            begun = read_gait(known)
+        if name in known:
+            begun = known[name]
             cases[after] = settings.case(after, body, begun)
         elif generations:
             found = adapt(
@@ -238,7 +257,7 @@ def _stronger(shares: Mapping[str, float], share: float) -> dict[str, float]:
 
 
 def _alive(names: tuple[str, ...], shares: Mapping[str, float]) -> tuple[str, ...]:
-    """Gains that a patient can change: those of a dead tibialis change nothing, and would be left anywhere."""
+    """Gains that a patient can change: those of a dead tibialis change nothing, and would end anywhere."""
     dead = shares.get("tibialis", 1.0) == 0.0
     return tuple(name for name in names if not (dead and name.startswith("tibialis")))
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, SimulationError
+from afo_sim.common import GRAVITY, SimulationError, optional
 from afo_sim.physics import GAINS, LEG_MUSCLES
 from afo_sim.walker.body import Body
 from afo_sim.walker.gait import OFFSETS, Vector
@@ -253,8 +253,7 @@ def search(
     MissingExtra
         The library cma is not installed.
     """
-    import cma
-
+    cma = optional("cma")
     first = free.pack(vector)
     scale = np.maximum(np.abs(first) * spread, LEAST_SIGMA * spread / SIGMA)
     options = {"popsize": POPULATION, "seed": seed, "verbose": -9, "verb_log": 0}

@@ -5,8 +5,7 @@ from collections.abc import Callable
 
 from measuring import Figure, figure, in_turn, ratio
 
-from afo_sim.walker import Walked, build_body, read_gait, walk
-from afo_sim.walker.respond import prepared
+from afo_sim.walker import Walked, build_body, prepared, read_gait, walk
 from afo_sim.walker.walking import own_copy
 
 WALKED = 5.0  # [s]

@@ -10,7 +10,8 @@ from control.samples import commands, made, walker
 
 import afo_sim
 from afo_sim.common import InputError
-from afo_sim.control.gait_phase import FootSwitch, command_at
+from afo_sim.control import FootSwitch
+from afo_sim.control.gait_phase import command_at
 from afo_sim.description import ChamberPhases
 
 DT = 0.01

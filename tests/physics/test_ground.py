@@ -11,11 +11,10 @@ from scipy.integrate import solve_ivp
 from afo_sim import native
 from afo_sim.common import GRAVITY
 from afo_sim.description import load
-from afo_sim.model import POINTS, Built, walking_start
+from afo_sim.model import POINTS, SOLE, Built, walking_start
 from afo_sim.model.build import build
 from afo_sim.model.contact import pad_stiffness, shares, standing
 from afo_sim.model.controls import controls
-from afo_sim.model.outsole import SOLE
 from afo_sim.model.patient import ground_moment
 from afo_sim.physics import pad_force
 

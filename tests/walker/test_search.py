@@ -12,12 +12,13 @@ from afo_sim.walker import (
     build_body,
     falls_of,
     norm_at,
+    prepared,
     read_gait,
     respond,
     search,
 )
 from afo_sim.walker.measured import _same_way
-from afo_sim.walker.respond import prepared, strengths_of
+from afo_sim.walker.respond import strengths_of
 from afo_sim.walker.search import pushes_at
 from afo_sim.walker.unknown import draw_falls
 

@@ -9,9 +9,8 @@ import pytest
 from afo_sim import native
 from afo_sim.common import GRAVITY
 from afo_sim.physics import GAINS, LEG_MUSCLES
-from afo_sim.walker import Push, build_body, read_gait, walk
+from afo_sim.walker import Push, build_body, prepared, read_gait, walk
 from afo_sim.walker.gait import start
-from afo_sim.walker.respond import prepared
 
 ANKLE_MUSCLES = ("gastrocnemius", "soleus", "tibialis")
 

@@ -4,7 +4,6 @@ One timeline counts whole degrees of the ankle, the other seconds, in which it t
 """
 
 import pathlib
-from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -13,7 +12,7 @@ import rerun.blueprint as rrb
 from afo_sim.model import ANKLE, Design, PathFacts, muscle_names, pressure, rows
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun import colours, scene
-from afo_sim.show.rerun.layout import CAMERA
+from afo_sim.show.rerun.layout import CAMERA, closed, space, time_plot
 from afo_sim.show.rerun.recording_file import APPLICATION, saving
 from afo_sim.show.rerun.run_rows import ANGLE, SWEPT, Columns, send
 
@@ -113,30 +112,8 @@ def _words(design: Design) -> list[str]:
 def _layout(design: Design) -> rrb.Blueprint:
     told = colours.in_words((entry.name, colours.of_run(k)) for k, entry in enumerate(design.facts))
     position, target = CAMERA
-    view = rrb.Spatial3DView(
-        origin="/world",
-        name=f"at {pressure(design.facts[0])}: {told}",
-        line_grid=False,
-        background=[28, 30, 34],
-        eye_controls=rrb.EyeControls3D(
-            kind="Orbital", position=position, look_target=target, eye_up=(0, 0, 1)
-        ),
-    )
-    legend = rrb.PlotLegend(visible=False)
-    plots: list[Any] = [
-        rrb.TimeSeriesView(
-            origin=f"/{plot}", name=title, axis_x=rrb.TimeAxis(link="LinkToGlobal"), plot_legend=legend
-        )
-        for plot, title in _PLOTS.items()
-    ]
+    view = space("/world", f"at {pressure(design.facts[0])}: {told}", position, target)
+    plots = [time_plot(f"/{name}", title, legend=False) for name, title in _PLOTS.items()]
     text = rrb.TextDocumentView(origin="/summary", name="in words")
-    return rrb.Blueprint(
-        rrb.Horizontal(
-            view, rrb.Vertical(*plots[:3], rrb.Tabs(text, plots[3], active_tab=0)), column_shares=[3, 4]
-        ),
-        rrb.TimePanel(state="collapsed", timeline=ANGLE, play_state="paused"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
-    )
+    right = rrb.Vertical(*plots[:3], rrb.Tabs(text, plots[3], active_tab=0))
+    return closed(rrb.Horizontal(view, right, column_shares=[3, 4]), ANGLE, play_state="paused")

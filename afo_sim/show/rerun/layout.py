@@ -51,15 +51,19 @@ class Contents:
 def blueprint(contents: Contents) -> rrb.Blueprint:
     """The layout: leg on the left; plots, lanes and text on the right."""
     body = _walking(contents) if contents.carriage else _sitting(contents)
+    return closed(
+        body,
+        play_state="paused",
+        loop_mode="selection",
+        time_selection=AbsoluteTimeRange(min=0, max=round(contents.loop * 1e9)),
+    )
+
+
+def closed(body: Any, timeline: str = TIMELINE, **time: Any) -> rrb.Blueprint:
+    """A layout with all panels collapsed, and the time panel's settings."""
     return rrb.Blueprint(
         body,
-        rrb.TimePanel(
-            state="collapsed",
-            timeline=TIMELINE,
-            play_state="paused",
-            loop_mode="selection",
-            time_selection=AbsoluteTimeRange(min=0, max=round(contents.loop * 1e9)),
-        ),
+        rrb.TimePanel(state="collapsed", timeline=timeline, **time),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         auto_views=False,
@@ -152,17 +156,14 @@ def _space(
         ]
         overrides = {trail: rrb.VisibleTimeRanges(last) for trail in contents.trails}
     position, target = camera
-    return rrb.Spatial3DView(
-        origin=origin,
-        contents="/world/**",
-        name=name,
-        line_grid=False,
-        background=[28, 30, 34],
-        eye_controls=rrb.EyeControls3D(
-            kind="Orbital", position=position, look_target=target, eye_up=(0, 0, 1)
-        ),
-        overrides=overrides,
-    )
+    return space(origin, name, position, target, contents="/world/**", overrides=overrides)
+
+
+def space(origin: str, name: str, position: Any, target: Any, **more: Any) -> rrb.Spatial3DView:
+    """A view in space that turns about a point, z up."""
+    eye = rrb.EyeControls3D(kind="Orbital", position=position, look_target=target, eye_up=(0, 0, 1))
+    ground: dict[str, Any] = {"line_grid": False, "background": [28, 30, 34], "eye_controls": eye}
+    return rrb.Spatial3DView(origin=origin, name=name, **ground, **more)
 
 
 def _tabs(contents: Contents) -> Row:
@@ -204,14 +205,14 @@ def _plots(contents: Contents, origin: str, title: str, tab: str = "") -> Any:
         legend = contents.plots.get(origin, "")
         whole = f"{title}: {legend}" if legend else title
         fits = contents.compared or len(whole) <= TITLE
-        plot = _plot(origin, whole if fits else title, not fits)
+        plot = time_plot(origin, whole if fits else title, not fits)
         return rrb.Vertical(plot, name=tab) if tab else plot
     short = title.split(",")[0]  # beside one another there is no room for the direction
-    views = [_plot(part, f"{part.rsplit('/', 1)[1]}: {short}", False) for part in parts]
+    views = [time_plot(part, f"{part.rsplit('/', 1)[1]}: {short}", False) for part in parts]
     return rrb.Horizontal(*views, name=tab or title)
 
 
-def _plot(origin: str, name: str, legend: bool) -> rrb.TimeSeriesView:
+def time_plot(origin: str, name: str, legend: bool) -> rrb.TimeSeriesView:
     """A plot whose title tells its lines; only where they are too many, a legend lies on it."""
     return rrb.TimeSeriesView(
         origin=origin,

@@ -13,7 +13,7 @@ from afo_sim.metrics import stance_force
 from afo_sim.model import ANKLE, muscle_names, path_points
 from afo_sim.show.ground_force import COLUMNS as FORCE
 from afo_sim.show.ground_force import LOWEST
-from afo_sim.show.moving_parts import Mountings, joint_columns
+from afo_sim.show.moving_parts import Mountings, joint_columns, padded
 from afo_sim.show.rerun.muscle_shapes import DrawnMuscle
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
@@ -35,17 +35,11 @@ def guided_lines(
         for name in names:
             found[name].append(path_points(model, data, name))
     mountings.place({})
-    return {name: _padded(lines) for name, lines in found.items()}
+    return {name: padded(lines) for name, lines in found.items()}
 
 
 def _row(block: Columns, k: int) -> Callable[[str], float]:
     return lambda name: float(block[name][k])
-
-
-def _padded(lines: list[np.ndarray]) -> np.ndarray:
-    """Lines of different numbers of places as one array."""
-    most = max(map(len, lines), default=0)
-    return np.array([np.concatenate([x, np.repeat(x[-1:], most - len(x), axis=0)]) for x in lines])
 
 
 _WALKING = (  # columns that walking is shown by, as far as a run has them

@@ -9,9 +9,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from afo_sim.lab import AXES, Trial, set_point_text
+from afo_sim.show.rerun.layout import closed, space, time_plot
 from afo_sim.show.rerun.muscle_shapes import PULLING, SLACK, tube_radius
 from afo_sim.show.rerun.recording_file import APPLICATION, saving
-from afo_sim.show.rerun.run_rows import TIMELINE, send
+from afo_sim.show.rerun.run_rows import send
 from afo_sim.show.stand_figure import SHOWN, colour
 
 _SPACING = 0.09  # between muscles [m]
@@ -43,31 +44,15 @@ def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
 
 
 def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
-    link = rrb.TimeAxis(link="LinkToGlobal")
     plots = [
-        rrb.TimeSeriesView(
-            origin=f"/{name}",
-            name=SHOWN[name][0],
-            axis_x=link,
-            plot_legend=rrb.PlotLegend(corner="RightTop", visible=name == "pressure"),
-        )
+        time_plot(f"/{name}", SHOWN[name][0], legend=name == "pressure")
         for name in ("pressure", "contraction", "force")
     ]
     count = sum(len(trial.curves) for trial in trials)
     height = max(trial.plan.muscle.total_length for trial in trials)
     middle = 0.5 * (count - 1) * _SPACING
-    scene = rrb.Spatial3DView(
-        origin="/stand",
-        name="the stand",
-        line_grid=False,
-        background=[28, 30, 34],
-        eye_controls=rrb.EyeControls3D(
-            kind="Orbital",
-            position=(1.2 * max(height, count * _SPACING) + 0.3, middle, -0.3 * height),
-            look_target=(0.0, middle, -0.6 * height),
-            eye_up=(0, 0, 1),
-        ),
-    )
+    eye = (1.2 * max(height, count * _SPACING) + 0.3, middle, -0.3 * height)
+    scene = space("/stand", "the stand", eye, (0.0, middle, -0.6 * height))
     right: list[Any] = list(plots)
     shares = [1.0] * len(plots)
     if trials[0].plan.kind in AXES:
@@ -75,14 +60,8 @@ def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:
         title = f"{SHOWN[ordinate][0]} over {SHOWN[abscissa][0]}"
         right.insert(0, rrb.Spatial2DView(origin="/characteristic", name=title))
         shares.insert(0, 2.0)
-    return rrb.Blueprint(
-        rrb.Horizontal(scene, rrb.Vertical(*right, row_shares=shares), column_shares=[3, 4]),
-        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="paused"),
-        rrb.BlueprintPanel(state="collapsed"),
-        rrb.SelectionPanel(state="collapsed"),
-        auto_views=False,
-        auto_layout=False,
-    )
+    beside = rrb.Vertical(*right, row_shares=shares)
+    return closed(rrb.Horizontal(scene, beside, column_shares=[3, 4]), play_state="paused")
 
 
 def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, label: str, y: float) -> None:

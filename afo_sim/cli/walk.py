@@ -1,0 +1,119 @@
+"""The command of a walker that responds to its device."""
+
+import functools
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from typer import Option
+
+from afo_sim.cli import common
+from afo_sim.cli.common import RecordingOption, Scenario, Sets, Threads
+from afo_sim.cli.overwriting import check_same
+from afo_sim.cli.printed_run import print_line
+from afo_sim.common import InputError, optional
+
+
+@dataclass(frozen=True)
+class _Walk:
+    """Options of `walk`: who walks, by which gaits, how it is disturbed, how the patient adapts."""
+
+    scenario: Scenario
+    sets: Sets = None
+    gait: Annotated[str, Option(help="healthy gait: a shipped name, or a file")] = "natural"
+    strength: Annotated[
+        list[str] | None, Option(metavar="MUSCLE=SHARE", help="share left, as tibialis=0.2 or left_soleus=0")
+    ] = None
+    duration: Annotated[str, Option(help="of the undisturbed walks")] = "20 s"
+    starts: Annotated[int, Option(help="perturbed starts of each case; 0 for none")] = 50
+    push: Annotated[str, Option(help="on the trunk, once in each perturbed start")] = "50 N"
+    generations: Annotated[
+        int, Option("--adapt", help="generations of 16 walks in which who is weak adapts")
+    ] = 0
+    subset: Annotated[str, Option(help="gains that adapt: swing, stance or all")] = "all"
+    adapted: Annotated[str | None, Option(help="gait of the patient who has adapted")] = None
+    adapted_device: Annotated[str | None, Option(help="the same, with the device")] = None
+    seed: Annotated[int, Option(help="of perturbed starts and search")] = 0
+    threads: Threads = 0
+    vary: Annotated[
+        str | None, Option(metavar="KEY=V1,V2,…", help='a table over values: supply.pressure="2 bar,3 bar"')
+    ] = None
+    out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-walk by default")] = None
+    rrd: RecordingOption = None
+    force: Annotated[bool, Option("--force", help="replace another responding walk")] = False
+
+
+@common.app.command("walk")
+@common.one_group
+def walk_command(walk: _Walk) -> None:
+    """A walker that responds by reflexes: does the wearer fall, what do they change, what does it cost?"""
+    key, values = _varied(walk.vary)
+    sets = [common.read_sets(walk.sets) | ({key: value} if key else {}) for value in values]
+    common.check_counts(walk.threads, 0)
+    names = ("gait", "starts", "generations", "subset", "adapted", "adapted_device", "seed")
+    options = common.picked(walk, *names) | {
+        "strength": common.read_sets(walk.strength, "--strength", "tibialis=0.2"),
+        "duration": common.quantity("--duration", walk.duration, "s"),
+        "push": common.quantity("--push", walk.push, "N"),
+    }
+    common.short_lived()
+    with common.progress("reading, compiling the muscles") as report:
+        from afo_sim.walker import CASES, JSON, in_brief, prepared, respond, save, save_table
+
+        described = [prepared(walk.scenario, each) for each in sets]
+        folder = walk.out or Path("runs") / f"{described[0].name}-walk"
+        command = options | {"varied": key, "scenarios": [each.resolved() for each in described]}
+        problem = "holds the responding walk of another description, or with other options"
+        check_same(folder, "responding walk", JSON, {"command": command}, problem, force=walk.force)
+        rrd = not key and common.drawn(walk.rrd)
+        rows: list[dict[str, str]] = []
+        if not key:
+            optional("matplotlib")  # before minutes of walking
+
+        def moved(case: str, share: float) -> None:
+            report(round(100.0 * share), 100, f"{len(rows) + 1} of {len(sets)}: {CASES[case]}")
+
+        threads = walk.threads or os.cpu_count() or 1
+        for value, each in zip(values, sets, strict=True):
+            found = respond(walk.scenario, each, threads=threads, progress=moved, **options)
+            rows.append({key: str(value)} | in_brief(found))
+        report(0, 0, "drawing")
+        if key:
+            save_table(rows, folder, command)
+        else:
+            from afo_sim.show import write_pictures
+
+            save(found, folder, command=command, draw=functools.partial(write_pictures, rrd=rrd))
+    if key:
+        title = f"{described[0].name}: the wearer at values of {key}"
+        common.print_table(title, list(rows[0]), [list(row.values()) for row in rows], whole_names=True)
+        print(f"written to {folder}: walk.csv, walk.json")
+    else:
+        _print(found, f"written to {folder}", f"; to view: afo-sim view {folder}/walk.rrd" if rrd else "")
+
+
+def _varied(text: str | None) -> tuple[str, list[Any]]:
+    """The key that is varied and its values; "" and one value where none is."""
+    if text is None:
+        return "", [None]
+    key, _, values = text.partition("=")
+    parts = [part.strip() for part in values.split(",") if part.strip()]
+    if not key.strip() or not parts:
+        problem, allowed = "is not KEY=V1,V2,…", 'supply.pressure="2 bar,3 bar"'
+        raise InputError(problem, field="--vary", value=text, allowed=allowed)
+    return key.strip(), [common.read_sets([f"x={part}"])["x"] for part in parts]
+
+
+def _print(found: Any, written: str, view: str) -> None:
+    from afo_sim.metrics import NO_DEVICE
+    from afo_sim.walker import table, verdict
+
+    common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
+    replies = verdict(found)
+    for reply in replies:
+        print_line(f"{reply.question} {reply.text}")
+    for each in dict.fromkeys(text for reply in replies for text in reply.assumptions):
+        print_line(f"assumed: {each}", hang=2)
+    print_line(NO_DEVICE)
+    print(f"{written}: walk.html, walk.png, walk.gif, walk.json{view}")

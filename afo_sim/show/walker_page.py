@@ -1,0 +1,31 @@
+"""The pictures of a response, and its page."""
+
+import base64
+import pathlib
+
+from afo_sim.metrics import NO_DEVICE
+from afo_sim.show.report import rendered
+from afo_sim.show.walker_figure import draw_response
+from afo_sim.show.walker_film import draw_film
+from afo_sim.walker import PICTURES, Response, table, verdict
+
+
+def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> None:
+    """Write walk.png, walk.gif, walk.html and, with rrd, walk.rrd into a folder that is there."""
+    figure, film, html, recording = (folder / name for name in PICTURES)
+    draw_response(response, figure)
+    draw_film(response, film)
+    page = rendered(
+        "walk.html.j2",
+        title=f"{response.scenario.name}: a walker that responds",
+        no_device=NO_DEVICE,
+        replies=verdict(response),
+        table=table(response),
+        figure=base64.b64encode(figure.read_bytes()).decode(),
+        asked=response.asked,
+    )
+    html.write_text(page, encoding="utf-8")
+    if rrd:
+        from afo_sim.show.rerun.walker_recording import write_response
+
+        write_response(response, recording)

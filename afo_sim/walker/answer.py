@@ -1,0 +1,213 @@
+"""What a response says: a table of its cases, and three questions answered in words."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from afo_sim.walker.respond import Case, Falls, Response
+
+CASES = {
+    "healthy": "healthy",
+    "patient": "patient, not adapted",
+    "patient adapted": "patient, adapted",
+    "device": "with device, not adapted",
+    "device adapted": "with device, adapted",
+}
+LEGS = {"right": "device's leg", "left": "other leg"}
+LEAST = 0.10  # relative difference of a cost of transport from which on it is claimed [-]
+NONE = "–"
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A number by its name in `numbers`, how it is written, whether each leg has one."""
+
+    label: str
+    unit: str
+    digits: int
+    factor: float = 1.0
+    both: bool = False
+
+    def of(self, name: str, case: Case, side: str = "right") -> str:
+        """The cell of a case; a dash where there is no such number."""
+        value = self.factor * case.numbers.get(f"{side}/{name}" if self.both else name, math.nan)
+        if not math.isfinite(value) or (name == "device_torque_swing" and "device" not in case.name):
+            return NONE
+        return f"{round(value, self.digits) + 0.0:.{self.digits}f}".replace("-", "−")
+
+
+_ROWS = {
+    "speed": _Row("speed", "m/s", 2),
+    "stride_length": _Row("stride length", "m", 2),
+    "stride_time": _Row("stride time", "s", 2),
+    "clearance": _Row("toe clearance in mid-swing", "mm", 0, 1e3, both=True),
+    "scuffs": _Row("swings that touch the floor", "%", 0, 100.0, both=True),
+    "ankle_swing": _Row("ankle in mid-swing", "°", 1, both=True),
+    "thigh_max": _Row("thigh's greatest flexion", "°", 1, both=True),
+    "knee_max": _Row("knee's greatest flexion", "°", 1, both=True),
+    "force_peak": _Row("greatest vertical force", "body weights", 2, both=True),
+    "push_off_work": _Row("push-off work of the ankle", "J/kg", 2, both=True),
+    "cost_of_transport": _Row("cost of transport", "J/(kg·m)", 1),
+    "device_torque_swing": _Row("device's torque in swing", "N·m", 2),
+    "air_per_stride": _Row("air per stride", "g", 3, 1e3),
+}
+_BRIEF = ("speed", "clearance", "ankle_swing", "cost_of_transport", "air_per_stride")
+_CHANGED = ("speed", "stride_length", "clearance", "ankle_swing", "knee_max", "thigh_max", "push_off_work")
+
+
+def table(response: Response) -> tuple[list[str], list[list[str]]]:
+    """A response as header and rows of text, a column for each case; "–" where it has no such number."""
+    cases = list(response.cases.values())
+    rows = [["undisturbed walk", *map(walk_in_words, cases)]]
+    rows.append(["falls of perturbed starts, with 95 % interval", *(_falls(case.falls) for case in cases)])
+    for name, row in _ROWS.items():
+        for side, leg in LEGS.items() if row.both else (("", ""),):
+            label = f"{row.label}, {leg}" if leg else row.label
+            rows.append([f"{label} [{row.unit}]", *(row.of(name, case, side) for case in cases)])
+    return ["", *(CASES[case.name] for case in cases)], rows
+
+
+def in_brief(response: Response, rows: Sequence[str] = _BRIEF) -> dict[str, str]:
+    """The wearer in one line, by what each cell is; the patient where there is no device."""
+    names = ("device adapted", "device", "patient adapted", "patient")
+    case = next(response[name] for name in names if name in response.cases)
+    found = {"case": CASES[case.name], "undisturbed walk": walk_in_words(case)}
+    found["falls, with 95 % interval"] = _falls(case.falls)
+    return found | {f"{row.label} [{row.unit}]": row.of(n, case) for n, row in _ROWS.items() if n in rows}
+
+
+def walk_in_words(case: Case) -> str:
+    """How an undisturbed walk ended."""
+    time = case.numbers["duration"]
+    return f"fell after {time:.1f} s" if case.numbers["fell"] else f"walks {time:.3g} s"
+
+
+def _falls(falls: Falls | None) -> str:
+    if falls is None:
+        return NONE
+    low, high = falls.interval
+    return f"{falls.count} of {falls.of} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A question about a response, its answer, and what the answer assumes."""
+
+    question: str
+    text: str
+    assumptions: tuple[str, ...]
+
+
+_FALLS = (
+    "A walker in the sagittal plane with reflexes, without eyes, arms or steps aside, starts from poses "
+    "drawn about its own and is pushed once. Falls compare walkers; they are not a patient's risk of falling."
+)
+_CHANGES = (
+    "Both legs are in the sagittal plane. A case that is not adapted keeps the reflexes of the healthy walk. "
+    "An adapted one is the best that a search found for a stated cost; a person may adapt otherwise."
+)
+_COST = (
+    "The muscles' energy is a model's. Over conditions of walking, seven such models follow measured gas "
+    "exchange with a correlation of 0.9 and more (Koelewijn et al. 2019, doi 10.1371/journal.pone.0222037). "
+    "Differences below 10 % are not claimed."
+)
+
+
+def verdict(response: Response) -> tuple[Reply, ...]:
+    """Whether the wearer falls in simulation, what they change, what it costs them, in plain English."""
+    doubts = tuple(_doubts(response))
+    return tuple(
+        Reply(question, " ".join(answers(response)), (assumed, *doubts))
+        for question, answers, assumed in (
+            ("Does the wearer fall (in simulation)?", _of_falls, _FALLS),
+            ("What do they change?", _of_changes, _CHANGES),
+            ("What does it cost them?", _of_cost, _COST),
+        )
+    )
+
+
+def _doubts(response: Response) -> Iterator[str]:
+    """A healthy walker who falls; adapted cases whose search did not converge, or does not say so."""
+    if response["healthy"].numbers["fell"]:
+        yield "The healthy walker falls, too: its gait does not suit this body and says nothing of a patient."
+    for name, case in response.cases.items():
+        known = case.gait.search.get("converged") if case.found is None else case.found.converged
+        if name.endswith("adapted") and not known:
+            what = "is not known to have converged" if known is None else "did not converge"
+            yield f"The search of “{CASES[name]}” {what}: a longer one may find another walk."
+
+
+def _pairs(response: Response) -> dict[str, tuple[Case, Case]]:
+    """What is compared, before and after, by its title: both adapted, or neither."""
+    cases = response.cases
+    devices = [kind for kind in (" adapted", "") if {f"patient{kind}", f"device{kind}"} <= set(cases)]
+    kind = devices[0] if devices else " adapted" if "patient adapted" in cases else ""
+    patient, how = cases[f"patient{kind}"], "adapted" if kind else "not adapted"
+    found = {f"The patient against healthy, {how}": (cases["healthy"], patient)}
+    return found | {
+        f"With the device against without, {how}": (patient, cases[f"device{k}"]) for k in devices[:1]
+    }
+
+
+def _of_falls(response: Response) -> Iterator[str]:
+    for case in response.cases.values():
+        among = "" if case.falls is None else f"; of perturbed starts {_falls(case.falls)} fall"
+        yield f"{CASES[case.name][0].upper()}{CASES[case.name][1:]}: {walk_in_words(case)}{among}."
+    for title, (before, after) in list(_pairs(response).items())[1:]:
+        if before.falls is None or after.falls is None:
+            continue
+        low, high = difference(before.falls, after.falls)
+        more = "more falls" if low > 0.0 else "fewer falls" if high < 0.0 else "falls are not distinguishable"
+        spread = f"{100.0 * low:+.0f} to {100.0 * high:+.0f}".replace("-", "−")
+        yield f"{title}: {more} ({spread} % of {after.falls.of} starts, 95 % interval)."
+
+
+def difference(before: Falls, after: Falls) -> tuple[float, float]:
+    """95 % interval of the share that falls after, less that before [-].
+
+    Source
+    ------
+    Newcombe 1998, Statistics in Medicine 17, 873, method 10, of independent shares. Starts are the same in
+    both cases, which it leaves aside.
+    """
+    (low, high), (lower, higher) = after.interval, before.interval
+    now, then = after.count / after.of, before.count / before.of
+    apart = now - then
+    return apart - math.hypot(now - low, higher - then), apart + math.hypot(high - now, then - lower)
+
+
+def _compared(response: Response, words: Callable[[Case, Case], str]) -> Iterator[str]:
+    """Each pair in words, or why it has none."""
+    for title, pair in _pairs(response).items():
+        gone = [
+            f"“{CASES[case.name]}” {walk_in_words(case)}{'' if case.numbers['fell'] else ', too few strides'}"
+            for case in pair
+            if case.numbers["fell"] or not math.isfinite(case.numbers["cost_of_transport"])
+        ]
+        yield f"{title}: {'not comparable; ' + '; '.join(gone) if gone else words(*pair)}."
+
+
+def _of_changes(response: Response) -> Iterator[str]:
+    def words(before: Case, after: Case) -> str:
+        rows = [(name, _ROWS[name]) for name in _CHANGED]
+        told = [f"{row.label} {row.of(n, before)} → {row.of(n, after)} {row.unit}" for n, row in rows]
+        return f"on the device's leg {', '.join(told)}".replace(" °", "°")
+
+    yield from _compared(response, words)
+    torque = in_brief(response, ("device_torque_swing",))["device's torque in swing [N·m]"]
+    if torque != NONE:
+        yield f"In swing the device turns the ankle with {torque} N·m, dorsiflexion positive."
+
+
+def _of_cost(response: Response) -> Iterator[str]:
+    def words(before: Case, after: Case) -> str:
+        name = "cost_of_transport"
+        row, change = _ROWS[name], after.numbers[name] / before.numbers[name] - 1.0
+        more = f"{abs(change):.0%} {'more' if change > 0.0 else 'less'}"
+        values = f"{row.of(name, before)} → {row.of(name, after)} {row.unit}"
+        return f"{'not distinguishable' if abs(change) < LEAST else more} ({values})"
+
+    yield from _compared(response, words)
+    air = in_brief(response)["air per stride [g]"]
+    if air != NONE:
+        yield f"The device takes {air} g of air per stride."

@@ -1,0 +1,123 @@
+"""`afo-sim walk`: what it prints and writes, its pictures, and what it refuses."""
+
+import csv
+import json
+import pathlib
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from afo_sim.show.walker_poses import poses
+from afo_sim.walker import PICTURES, Response, in_brief, respond, table
+from tests.command import call
+
+SCENARIO = "walk-dropfoot-afo"
+SHORT = ("walk", SCENARIO, "--duration", "4 s", "--starts", "1", "--threads", "1")
+
+
+@pytest.fixture(scope="module")
+def found() -> Response:
+    return respond(SCENARIO, duration=4.0, starts=1, threads=1)
+
+
+@pytest.mark.slow
+def test_a_walk_is_printed_and_written_whole(
+    found: Response,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: pathlib.Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("rerun")
+    monkeypatch.setenv("COLUMNS", "200")
+    folder = tmp_path / "out"
+    code, out, err = call(capsys, *SHORT, "--rrd", "--out", folder)
+    assert code == 0 and "Traceback" not in err, err
+    for words in ("Does the wearer fall (in simulation)?", "What do they change?", "What does it cost them?"):
+        assert words in out
+    assert "not a patient's risk" in out and "nan" not in out.lower()
+    columns = {f"{name.replace(' ', '_')}.parquet" for name in found.cases}
+    assert {path.name for path in folder.iterdir()} == {"walk.json", *PICTURES, *columns}
+    assert (folder / "walk.gif").stat().st_size < 2_000_000
+    for name, case in found.cases.items():  # one walk, whoever asks for it
+        kept = pq.read_table(folder / f"{name}.parquet")
+        assert kept.column_names == list(case.walked.columns)
+        assert all((kept[key].to_numpy() == values).all() for key, values in case.walked.columns.items())
+    written = json.loads((folder / "walk.json").read_text(encoding="utf-8"))
+    assert written["cases"]["patient"]["fell"] == found["patient"].walked.fell
+    assert written["cases"]["healthy"]["falls"]["of"] == 1 and "mujoco" in written["versions"]
+    page = (folder / "walk.html").read_text(encoding="utf-8")
+    assert "https://" not in page and "<script" not in page
+    assert all(f">{cell}<" in page for row in table(found)[1] for cell in row[1:])
+    before = (folder / "walk.json").read_bytes()
+    code, _, err = call(capsys, *SHORT, "--seed", "1", "--out", folder)
+    assert code == 2 and "--force" in err and (folder / "walk.json").read_bytes() == before
+    code, _, err = call(capsys, "run", "seated", "--out", folder)
+    assert code == 2 and "responding walk" in err
+    code, _, _ = call(capsys, *SHORT, "--vary", "supply.pressure=2 bar,4 bar", "--out", folder, "--force")
+    assert code == 0 and {path.name for path in folder.iterdir()} == {"walk.json", "walk.csv"}
+    rows = list(csv.DictReader((folder / "walk.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row["supply.pressure"] for row in rows] == ["2 bar", "4 bar"]
+    own = {name: cell.replace("−", "-") for name, cell in in_brief(found).items()}
+    assert rows[1] == {"supply.pressure": "4 bar"} | own  # the scenario's own pressure
+    assert rows[0] != {"supply.pressure": "2 bar"} | own
+
+
+def test_poses_are_those_of_the_walk(found: Response) -> None:
+    for case in found.cases.values():
+        seen, rows = poses(case, range(0, len(case.walked["time"]), 20)), slice(None, None, 20)
+        for side in ("right", "left"):
+            hip, knee, ankle = seen[side][:, 0], seen[side][:, 1], seen[side][:, 2]
+            taller = case.walked.body.size.taller
+            assert np.allclose(np.linalg.norm(knee - hip, axis=1), 0.396 * taller)  # the thigh's length
+            low = seen[side][:, 3:7, 2].min(axis=1) - case.walked[f"{side}/clearance"][rows]
+            assert abs(low).max() < 1e-3  # the column is of the step's beginning, 0.5 ms before
+            thigh, shank = (
+                np.arctan2(*(upper - lower)[:, [0, 2]].T) for upper, lower in ((hip, knee), (knee, ankle))
+            )
+            apart = (
+                thigh - shank - case.walked[f"{side}/knee"][rows]
+            )  # constant: the angle at which the knee is 0
+            assert np.ptp(np.unwrap(apart)) < 1e-6
+        assert set(seen) - {"left", "trunk", "right"} == (
+            {*case.walked.body.ids.muscles} if case.walked.body.ids else set()
+        )
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ((SCENARIO, "--strength", "tibialis=3"), "--strength tibialis = 3: is out of range; allowed: 0 to 2"),
+        ((SCENARIO, "--strength", "tibialis=-0.1"), "allowed: 0 to 2"),
+        ((SCENARIO, "--strength", "tibialis=weak"), "allowed: 0 to 2"),
+        ((SCENARIO, "--strength", "tibealis=0"), "did you mean 'tibialis'"),
+        ((SCENARIO, "--strength", "tibialis"), "is not KEY=VALUE"),
+        (("seated",), "nobody walks in it"),
+        (("walk-dropfoot-af",), "did you mean 'walk-dropfoot-afo'"),
+        ((SCENARIO, "--gait", "naturel"), "did you mean 'natural'"),
+        ((SCENARIO, "--adapted", "naturel"), "did you mean 'natural'"),
+        (("walk-dropfoot", "--adapted-device", "natural"), "--adapted-device = 'natural': no device is worn"),
+        ((SCENARIO, "--vary", "supply.presure=1 bar"), "did you mean 'pressure'"),
+        ((SCENARIO, "--vary", "supply.pressure"), "is not KEY=V1,V2,…"),
+        ((SCENARIO, "--vary", "supply.pressure=2 bar,-3 bar"), "supply.pressure"),
+        ((SCENARIO, "--subset", "arms"), "--subset"),
+        ((SCENARIO, "--adapt", "-1"), "--adapt"),
+        ((SCENARIO, "--starts", "-1"), "--starts"),
+        ((SCENARIO, "--duration", "1 s"), "too short"),
+        ((SCENARIO, "--duration", "nan s"), "--duration"),
+        ((SCENARIO, "--push", "9 kg"), "--push"),
+        ((SCENARIO, "--set", "timestep=3 ms"), "a whole part of 10 ms"),
+        ((SCENARIO, "--set", "patient.dorsiflexor_strength=7"), "dorsiflexor_strength"),
+    ],
+)
+def test_what_is_refused(
+    more: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
+) -> None:
+    code, _, err = call(capsys, "walk", *more, "--out", tmp_path / "none")
+    assert code == 2 and says in err and "Traceback" not in err, err
+    assert not (tmp_path / "none").exists()
+
+
+def test_gaits_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(capsys, "list", "walkers")
+    assert code == 0 and "natural" in out
