@@ -38,9 +38,15 @@ HIP, KNEE, TOE = "hip", "knee", "toe"
 FORWARD, UP, PITCH = "forward", "up", "pitch"
 ROOT = (FORWARD, UP, PITCH)
 JOINTS = (HIP, KNEE, ANKLE, TOE)
-REFLEX, TISSUE, SPASM, STOP = "reflex", "tissue", "spasm", "stop"
+REFLEX, TISSUE, SPASM = "reflex", "tissue", "spasm"
 FLOOR = "floor"
-KNEE_STRAIGHT = math.radians(5.0)  # flexion at which the knee's stop begins [rad]
+# Stops as springs that lose energy: {name: joint, sign of its coordinate, coordinate at which it begins [rad]}.
+# The knee's is H0914v3's, the ankle's are the adult leg's.
+STOPS = {
+    "knee_stop": (KNEE, -1.0, math.radians(5.0)),
+    "ankle_up": (ANKLE, -1.0, math.radians(-30.0)),
+    "ankle_down": (ANKLE, 1.0, math.radians(-50.0)),
+}
 STOP_STIFFNESS, STOP_DAMPING = 500.0, 1.0  # [N·m/rad], [s/rad]: of SCONE's other joints
 GRIP_STIFFNESS, GRIP_DAMPING, FRICTION = 4e4, 150.0, 0.8  # [N/m], [N·s/m], [-]
 KNEE_HEIGHT = 0.431  # of the leg's knee over its ankle, of its body's height 1.75 m
@@ -212,12 +218,12 @@ def _add_own(spec: mujoco.MjSpec) -> int:
     for side in SIDES:
         add_motor(spec, f"{side}{TISSUE}", f"{side}{ANKLE}", (0.0,), callback=True)
         add_motor(spec, f"{side}{SPASM}", f"{side}{ANKLE}", (0.0, 0.0, -1.0), callback=True)
-        add_motor(spec, f"{side}{STOP}", f"{side}{KNEE}", (0.0, 0.0, -1.0), callback=True)
-    for actuator in spec.actuators:
-        if actuator.name.endswith(STOP):
-            actuator.gear = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        for name, (joint, sign, _) in STOPS.items():
+            add_motor(spec, f"{side}{name}", f"{side}{joint}", (0.0, 0.0, -1.0), callback=True)
+            spec.actuators[-1].gear = [sign, 0.0, 0.0, 0.0, 0.0, 0.0]
     add_motor(spec, FLOOR, FORWARD, (0.0,))
-    add_motor(spec, f"{STOP}_angle", FORWARD, (0.0,))
+    for name in STOPS:
+        add_motor(spec, f"{name}_angle", FORWARD, (0.0,))
     memory = NERVES * _slots(spec.option.timestep)
     spec.nuserdata = len(SIDES) * (memory + len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES))
     return spec.nuserdata
@@ -312,12 +318,13 @@ def _filled(
             scale=tissue.scale, offset=tissue.offset, damping=0.5 * tissue.damping
         )
         rows[named(f"{side}{SPASM}")] = native.spastic_row(gain=reflex_gain(scenario) if side == "" else 0.0)
-        rows[named(f"{side}{STOP}")] = native.pad_row(
-            stiffness=STOP_STIFFNESS * size.springy,
-            damping=STOP_DAMPING * size.slower,
-            floor=named(f"{STOP}_angle"),
-        )
-    rows[[named(FLOOR), named(f"{STOP}_angle")]] = native.motor_row()
+        for name in STOPS:
+            rows[named(f"{side}{name}")] = native.pad_row(
+                stiffness=STOP_STIFFNESS * size.springy,
+                damping=STOP_DAMPING * size.slower,
+                floor=named(f"{name}_angle"),
+            )
+    rows[[named(FLOOR), *(named(f"{name}_angle") for name in STOPS)]] = native.motor_row()
     ids = None
     if circuit is not None:
         ids = native.circuit_ids(model, circuit)

@@ -18,7 +18,7 @@ from afo_sim.physics import (
     TIBIALIS,
     balanced_fibre,
 )
-from afo_sim.walker.body import FORWARD, HIP, KNEE, PITCH, SIDES, UP, Body
+from afo_sim.walker.body import FORWARD, HIP, KNEE, PITCH, SIDES, STOPS, UP, Body
 
 SUNK = 0.003  # of the lowest point of the sole at the start [m]
 OFFSETS = (PITCH, HIP, KNEE, ANKLE, f"left_{HIP}", f"left_{KNEE}", f"left_{ANKLE}")
@@ -89,6 +89,8 @@ def start(body: Body, vector: Vector, noise: Sequence[float] | np.ndarray = ()) 
     )
     data.qpos[int(model.joint(UP).qposadr[0])] = -lowest - SUNK
     mujoco.mj_fwdPosition(model, data)
+    for name, (_, _, begins) in STOPS.items():
+        data.ctrl[model.actuator(f"{name}_angle").id] = begins
     for side in range(2):
         _rest(body, data, side)
     for grip in np.flatnonzero(model.actuator_user[:, 1] == native.KIND_GRIP):
