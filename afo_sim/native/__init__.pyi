@@ -47,6 +47,11 @@ from .install import asks_for_callback as asks_for_callback
 from .install import assert_live as assert_live
 from .install import assert_rows as assert_rows
 from .install import installed as installed
+from .rows import motor_row as motor_row
+from .rows import pad_row as pad_row
+from .rows import passive_row as passive_row
+from .rows import row as row
+from .rows import spastic_row as spastic_row
 from .scratch_data import scratch as scratch
 from .sensing import compiled_sense as compiled_sense
 from .slots import BANG_BANG as BANG_BANG
@@ -65,11 +70,6 @@ from .slots import PWM as PWM
 from .slots import REFLEX_ACT as REFLEX_ACT
 from .slots import REFLEX_ROW as REFLEX_ROW
 from .slots import REGULATOR as REGULATOR
-from .slots import motor_row as motor_row
-from .slots import pad_row as pad_row
-from .slots import passive_row as passive_row
-from .slots import row as row
-from .slots import spastic_row as spastic_row
 from .state import Air as Air
 from .state import Flows as Flows
 from .state import GasOf as GasOf

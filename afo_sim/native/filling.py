@@ -17,6 +17,7 @@ from afo_sim.native.circuit import (
     circuit_ids,
 )
 from afo_sim.native.install import assert_live, assert_rows
+from afo_sim.native.rows import muscle_row, row
 from afo_sim.native.scratch_data import scratch
 from afo_sim.native.slots import (
     AIR_ROW,
@@ -45,8 +46,6 @@ from afo_sim.native.slots import (
     VALVE_ROW,
     VOLUME_DATA,
     VOLUME_ROW,
-    muscle_row,
-    row,
 )
 from afo_sim.native.state import air_at, gas_of, read_flows, write_air, write_rest
 from afo_sim.physics import laminar_slope

@@ -25,20 +25,24 @@ A "last" state, and all states of a network, belong to the posture one step back
 posture is solved anew in each step and stands in `userdata`.
 """
 
-from collections.abc import Sequence
 from itertools import accumulate
 from typing import Any, NamedTuple
 
-import numpy as np
-
+from afo_sim.native.walker_slots import (
+    GripAct,
+    GripRow,
+    LegMuscleAct,
+    LegMuscleData,
+    LegMuscleRow,
+    ReflexAct,
+    ReflexRow,
+)
 from afo_sim.physics import (
     DAMPER_COEFFICIENTS,
     GAINS,
     LAW_VOLUME,
-    LAWS,
     MAX_COEFFICIENTS,
     MAX_FRICTION_COEFFICIENTS,
-    Braid,
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
@@ -259,63 +263,6 @@ class PadRow(NamedTuple):
     floor: int
 
 
-class LegMuscleRow(NamedTuple):
-    """Of a leg's own muscle: [-], [N], [m], [m], [-], [-], [1/s], [-], [-], [kg], [-], its `userdata`."""
-
-    strength: int
-    force: int
-    optimal: int
-    slack: int
-    width: int
-    strain: int
-    fastest: int
-    damping: int
-    passive: int
-    mass: int
-    slow: int
-    userdata: int
-
-
-class ReflexRow(NamedTuple):
-    """Of a leg's reflexes.
-
-    other : actuator id of the other leg's
-    muscle, pad : actuator ids of its first muscle and its first pad; the others follow
-    tissue : actuator id of the passive ankle, whose input is the knee's angle
-    extension : of the toes, on whose hinge the actuator is, at most [N·m]
-    foot, trunk : bodies whose centres of mass are compared
-    knee, knee_rate, pitch, pitch_rate : places in `qpos` and `qvel`
-    userdata, slots : of the nerves' memory, and how many steps it holds
-    weight : of the body [N]
-    gains : as `physics.reflexes` names them
-    """
-
-    other: int
-    muscle: int
-    pad: int
-    tissue: int
-    extension: int
-    foot: int
-    trunk: int
-    knee: int
-    knee_rate: int
-    pitch: int
-    pitch_rate: int
-    userdata: int
-    slots: int
-    weight: int
-    gains: int
-
-
-class GripRow(NamedTuple):
-    """Of the floor's hold on a point of the sole: actuator id of its pad; [N/m], [N·s/m], [-]."""
-
-    pad: int
-    stiffness: int
-    damping: int
-    friction: int
-
-
 FIRST = 2  # place in a row behind the mark and the kind
 MUSCLE_ROW: MuscleRow = places(
     MuscleRow,
@@ -430,38 +377,6 @@ class DriveAct(NamedTuple):
     outlet_switches: int
 
 
-class LegMuscleAct(NamedTuple):
-    """States of a leg's own muscle: [-], [-], [-], [1/s], [-], [J]."""
-
-    excitation: int
-    activation: int
-    length: int
-    velocity: int
-    force: int
-    energy: int
-
-
-class ReflexAct(NamedTuple):
-    """States of a leg's reflexes: the gait's phase, and how often the foot has come down."""
-
-    phase: int
-    strikes: int
-
-
-class GripAct(NamedTuple):
-    """States of the floor's hold: where it holds [m], and what its gain carries [N·s/m]."""
-
-    anchor: int
-    carried: int
-
-
-class LegMuscleData(NamedTuple):
-    """Results of a leg's own muscle: [-], [N]."""
-
-    excitation: int
-    tension: int
-
-
 class ChamberData(NamedTuple):
     """Results of a chamber, and −dp/dV; of a valve's, as of a restriction, its opening is behind its flow."""
 
@@ -530,91 +445,3 @@ ANCHOR_DATA: AnchorData = places(AnchorData)
 DRIVE_DATA: DriveData = places(DriveData)
 VOLUME_DATA: VolumeData = places(VolumeData)
 EDGE_DATA = 2  # results of a restriction: its mean flow and opening over the step
-
-
-# Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
-# parts of the kind have them.
-_LOSSES = {"damper", "friction", "friction_coefficients"}
-_SOME = {"bandwidth", "closing_delay", "coil", "dead_band", "follows", "law", "opening_delay", "parameters"}
-MAY_LACK = {
-    KIND_MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES},
-    KIND_CHAMBER: {"real_gas"},
-    KIND_VOLUME: {"real_gas"},
-    KIND_VALVE: _SOME,
-    KIND_RESTRICTION: _SOME,
-}
-_PLACES = {
-    kind: {name: getattr(table, name) for table in tables for name in table._fields}
-    for kind, tables in ROWS.items()
-}
-_NEEDED = {kind: found.keys() - MAY_LACK.get(kind, set()) for kind, found in _PLACES.items()}
-
-
-def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
-    """`actuator_user` of an actuator, its numbers by the names of its kind's tables.
-
-    Raises
-    ------
-    TypeError
-        A number is missing that `MAY_LACK` does not name.
-    KeyError
-        The kind has no number of that name.
-    """
-    found, own = np.zeros(N_USER), _PLACES[kind]
-    if missing := _NEEDED[kind] - values.keys():
-        raise TypeError(f"a row of kind {kind:g} lacks {', '.join(sorted(missing))}")
-    found[:FIRST] = MARK, kind
-    for name, value in values.items():
-        if hasattr(value, "__len__"):
-            found[own[name] : own[name] + len(value)] = value
-        else:
-            found[own[name]] = value
-    return found
-
-
-def muscle_row(*, law: str, braid: Braid, **values: Any) -> np.ndarray:
-    """`actuator_user` of a muscle, but for its `inverse_mass`, which the compiled model gives."""
-    return row(
-        KIND_MUSCLE,
-        law=LAWS[law].native_id,
-        braids=float(LAWS[law].braids),
-        nominal_length=braid.nominal_length,
-        nominal_radius=braid.nominal_radius,
-        b=braid.b,
-        lock=braid.lock,
-        **values,
-    )
-
-
-def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:
-    """`actuator_user` of the passive ankle.
-
-    Parameters
-    ----------
-    scale, offset : [-], [rad]
-    load : against positive angles [N·m]
-    damping : half of the joint's, which is taken at the start of a step [N·m·s/rad]; the other half is
-        MuJoCo's, which takes it at the end
-    """
-    return row(KIND_PASSIVE, scale=scale, offset=offset, load=load, damping=damping)
-
-
-def motor_row(*, damping: float = 0.0) -> np.ndarray:
-    """`actuator_user` of MuJoCo's own motor; `damping` as of `passive_row` needs its callback [N·s/m]."""
-    return row(KIND_MOTOR, gain=damping)
-
-
-def spastic_row(*, gain: float) -> np.ndarray:
-    """`actuator_user` of the plantarflexors' stretch reflex; gain [N·m·s/rad]."""
-    return row(KIND_SPASTIC, gain=gain)
-
-
-def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
-    """`actuator_user` of a pad under the sole.
-
-    Parameters
-    ----------
-    stiffness, damping : [N/m], [s/m]
-    floor : id of the actuator whose input is the floor's height [m]
-    """
-    return row(KIND_PAD, stiffness=stiffness, damping=damping, floor=floor)

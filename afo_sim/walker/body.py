@@ -40,7 +40,7 @@ ROOT = (FORWARD, UP, PITCH)
 JOINTS = (HIP, KNEE, ANKLE, TOE)
 REFLEX, TISSUE, SPASM = "reflex", "tissue", "spasm"
 FLOOR = "floor"
-# Stops as springs that lose energy: {name: joint, sign of its coordinate, coordinate at which it begins [rad]}.
+# Stops as springs that lose energy: {name: joint, sign of its coordinate, where it begins [rad]}.
 # The knee's is H0914v3's, the ankle's are the adult leg's.
 STOPS = {
     "knee_stop": (KNEE, -1.0, math.radians(5.0)),

@@ -1,0 +1,110 @@
+"""Rows of `actuator_user`, written by the names of their numbers."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from afo_sim.native.slots import (
+    FIRST,
+    KIND_CHAMBER,
+    KIND_MOTOR,
+    KIND_MUSCLE,
+    KIND_PAD,
+    KIND_PASSIVE,
+    KIND_RESTRICTION,
+    KIND_SPASTIC,
+    KIND_VALVE,
+    KIND_VOLUME,
+    MARK,
+    N_USER,
+    ROWS,
+)
+from afo_sim.physics import LAWS, Braid
+
+# Numbers of a row that may be missing, and are then 0: the compiled model gives them later, or only some
+# parts of the kind have them.
+_LOSSES = {"damper", "friction", "friction_coefficients"}
+_SOME = {"bandwidth", "closing_delay", "coil", "dead_band", "follows", "law", "opening_delay", "parameters"}
+MAY_LACK = {
+    KIND_MUSCLE: {"inverse_mass", "law_volume", "return_stiffness", "returning", *_LOSSES},
+    KIND_CHAMBER: {"real_gas"},
+    KIND_VOLUME: {"real_gas"},
+    KIND_VALVE: _SOME,
+    KIND_RESTRICTION: _SOME,
+}
+_PLACES = {
+    kind: {name: getattr(table, name) for table in tables for name in table._fields}
+    for kind, tables in ROWS.items()
+}
+_NEEDED = {kind: found.keys() - MAY_LACK.get(kind, set()) for kind, found in _PLACES.items()}
+
+
+def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
+    """`actuator_user` of an actuator, its numbers by the names of its kind's tables.
+
+    Raises
+    ------
+    TypeError
+        A number is missing that `MAY_LACK` does not name.
+    KeyError
+        The kind has no number of that name.
+    """
+    found, own = np.zeros(N_USER), _PLACES[kind]
+    if missing := _NEEDED[kind] - values.keys():
+        raise TypeError(f"a row of kind {kind:g} lacks {', '.join(sorted(missing))}")
+    found[:FIRST] = MARK, kind
+    for name, value in values.items():
+        if hasattr(value, "__len__"):
+            found[own[name] : own[name] + len(value)] = value
+        else:
+            found[own[name]] = value
+    return found
+
+
+def muscle_row(*, law: str, braid: Braid, **values: Any) -> np.ndarray:
+    """`actuator_user` of a muscle, but for its `inverse_mass`, which the compiled model gives."""
+    return row(
+        KIND_MUSCLE,
+        law=LAWS[law].native_id,
+        braids=float(LAWS[law].braids),
+        nominal_length=braid.nominal_length,
+        nominal_radius=braid.nominal_radius,
+        b=braid.b,
+        lock=braid.lock,
+        **values,
+    )
+
+
+def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:
+    """`actuator_user` of the passive ankle.
+
+    Parameters
+    ----------
+    scale, offset : [-], [rad]
+    load : against positive angles [N·m]
+    damping : half of the joint's, which is taken at the start of a step [N·m·s/rad]; the other half is
+        MuJoCo's, which takes it at the end
+    """
+    return row(KIND_PASSIVE, scale=scale, offset=offset, load=load, damping=damping)
+
+
+def motor_row(*, damping: float = 0.0) -> np.ndarray:
+    """`actuator_user` of MuJoCo's own motor; `damping` as of `passive_row` needs its callback [N·s/m]."""
+    return row(KIND_MOTOR, gain=damping)
+
+
+def spastic_row(*, gain: float) -> np.ndarray:
+    """`actuator_user` of the plantarflexors' stretch reflex; gain [N·m·s/rad]."""
+    return row(KIND_SPASTIC, gain=gain)
+
+
+def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
+    """`actuator_user` of a pad under the sole.
+
+    Parameters
+    ----------
+    stiffness, damping : [N/m], [s/m]
+    floor : id of the actuator whose input is the floor's height [m]
+    """
+    return row(KIND_PAD, stiffness=stiffness, damping=damping, floor=floor)
