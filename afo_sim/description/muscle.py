@@ -10,8 +10,8 @@ from pydantic_core import PydanticCustomError
 from afo_sim.common import format_quantity, nearest_name, parse_quantity, unknown
 from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
-from afo_sim.description.quantity import Described, Quantity, refusal, refuse_all, split_sources
-from afo_sim.description.rest_curves import RestCurves
+from afo_sim.description.quantity import Described, Quantity, amount, refusal, refuse_all, split_sources
+from afo_sim.description.rest_curves import RestCurves, at_rest
 from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter, LawVolume, law_volume, returning
 
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
@@ -126,6 +126,20 @@ class ThreeElementDamper(Described):
         return (*self.contracting, self.switch_pressure, *self.relaxing, *above)
 
 
+class OwnEnds(Described):
+    """The ends of one muscle's characteristic, measured on it: its fittings and batch change its type's law.
+
+    Each law is asked at a contraction, and gives a force, scaled so that it goes through them.
+    """
+
+    pressure: Annotated[float, Quantity("Pa", at_least=1e5, at_most=2e6)] = 6.2e5
+    """Gauge pressure at which the two were measured."""
+    free_contraction: Annotated[float, Quantity("", above=0.0, at_most=0.6)] | None = None
+    """Contraction ratio without load; the law's by default."""
+    blocked_force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)] | None = None
+    """Force at the nominal length; the law's by default."""
+
+
 class Muscle(Described, RestCurves, Draws):
     """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
@@ -173,6 +187,8 @@ class Muscle(Described, RestCurves, Draws):
     """Force per contraction ratio that brings a muscle without air back to its nominal length."""
     dead_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
     """Volume of air that stays when the muscle is empty."""
+    own: OwnEnds = OwnEnds()
+    """Free contraction and blocked force of this very muscle, to which its laws are scaled."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
     """Mass of muscle and fittings; at lengths.reference, where there are lengths."""
     limits: Limits
@@ -226,6 +242,18 @@ class Muscle(Described, RestCurves, Draws):
                 f"less than the total length, {self.total_length * 100:g} cm",
                 "end_length",
             )
+        return self
+
+    @model_validator(mode="after")
+    def _law_has_ends(self) -> Self:
+        law, own = LAWS[self.law], self.own
+        pull = law.kernel(0.0, own.pressure, *law.coefficients(self.braid, self.law_set.parameters))
+        problem = f"the law {law.name} does not pull at {amount(own.pressure, 'Pa')}"
+        for key in ("free_contraction", "blocked_force"):
+            if getattr(own, key) is not None and not pull > 0.0:
+                raise refusal(problem, "", f"own.{key}")
+        if own.blocked_force is not None and not law.force_powers:
+            raise refusal(f"the force of the law {law.name} cannot be scaled", "", "own.blocked_force")
         return self
 
     @model_validator(mode="after")
@@ -302,7 +330,8 @@ class Muscle(Described, RestCurves, Draws):
         """Arguments of a law's kernel for this muscle at its length, after contraction and pressure.
 
         With `lengths` the force goes with the contraction ratio as at the reference length, times
-        `Lengths.factor`. A law that knows the effect of the length itself takes the length instead.
+        `Lengths.factor`. A law that knows the effect of the length itself takes the length instead. A blocked
+        force of its `own` has precedence.
 
         Parameters
         ----------
@@ -310,11 +339,27 @@ class Muscle(Described, RestCurves, Draws):
         parameters : of the law [SI]
         """
         known, braid = LAWS[law], self.braid
-        if self.lengths is None or known.length == "own":
-            return known.coefficients(braid, parameters)
-        if known.length == "one":
-            braid = replace(braid, nominal_length=self.lengths.reference)
-        return known.scaled(known.coefficients(braid, parameters), self.lengths.factor(self.nominal_length))
+        factor = 1.0
+        if self.lengths is not None and known.length != "own":
+            factor = self.lengths.factor(self.nominal_length)
+            if known.length == "one":
+                braid = replace(braid, nominal_length=self.lengths.reference)
+        found = known.coefficients(braid, parameters)
+        if self.own.blocked_force is not None:
+            factor = self.own.blocked_force / known.kernel(0.0, self.own.pressure, *found)
+        return known.scaled(found, factor)
+
+    @property
+    def contraction_scale(self) -> float:
+        """Contraction at which the law is asked over the muscle's: both are free at once [-]."""
+        return at_rest(self).contraction_scale
+
+    @property
+    def contraction_range(self) -> tuple[float, float]:
+        """Contractions of the muscle between which its law holds [-]."""
+        low, high = self.law_set.contraction_range
+        scale = self.contraction_scale
+        return low / scale, high / scale
 
     @property
     def friction_coefficients(self) -> tuple[float, ...]:
@@ -340,20 +385,19 @@ class Muscle(Described, RestCurves, Draws):
             "friction_coefficients": self.friction_coefficients,
             "law_volume": self.law_volume.numbers,
             "returning": self.returning,
+            "contraction_scale": self.contraction_scale,
         }
 
     @property
     def law_volume(self) -> LawVolume:
         """Its volume by the law in use; the braid's, and why, where that is not plausible."""
-        used = self.law_set
-        return law_volume(
-            self.law, self.coefficients, self.braid, used.pressure_range, used.contraction_range
-        )
+        ranges = self.law_set.pressure_range, self.contraction_range
+        return law_volume(self.law, self.coefficients, self.braid, *ranges, self.contraction_scale)
 
     @property
     def returning(self) -> float:
         """The part of its return force that has a volume [N]."""
-        return returning(self.return_stiffness, self.braid, max(self.law_set.contraction_range[1], 0.0))
+        return returning(self.return_stiffness, self.braid, max(self.contraction_range[1], 0.0))
 
     @property
     def nominal_length(self) -> float:

@@ -1,7 +1,9 @@
 """Curves of a muscle at rest: force, contraction, pressure and volume, over arrays."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -28,8 +30,7 @@ class _Muscle(Protocol):
     def limits(self) -> Any: ...
     @property
     def law_set(self) -> Any: ...
-    @property
-    def coefficients(self) -> tuple[float, ...]: ...
+    def coefficients_of(self, law: str, parameters: Mapping[str, float]) -> tuple[float, ...]: ...
     @property
     def braid(self) -> Braid: ...
     @property
@@ -38,6 +39,8 @@ class _Muscle(Protocol):
     def law_volume(self) -> LawVolume: ...
     @property
     def returning(self) -> float: ...
+    @property
+    def own(self) -> Any: ...
 
 
 class RestCurves:
@@ -45,7 +48,7 @@ class RestCurves:
 
     Arguments are SI numbers, texts with a unit ("3 bar"), or arrays of either, which broadcast as in NumPy:
     plain numbers give a float, arrays an array. Contraction ratios are (L0 − L)/L0, shorter is positive;
-    pressures are gauge. A law holds within `law_set.pressure_range` and `law_set.contraction_range`; beyond
+    pressures are gauge. A law holds within `law_set.pressure_range` and `contraction_range`; beyond
     them it is extrapolated. Below zero contraction the braid's stiffness carries.
     """
 
@@ -220,18 +223,22 @@ class RestCurves:
         )
 
 
-def at_rest(muscle: _Muscle) -> AtRest:
-    """A muscle's static force as a function of numbers, by the law in use."""
+def at_rest(muscle: _Muscle, law: Mapping[str, float] = MappingProxyType({})) -> AtRest:
+    """A muscle's static force as a function of numbers, by the law in use; `law` replaces its parameters."""
     lowest = muscle.law_set.pressure_range[0]
-    return AtRest(
+    by_law = AtRest(
         float(LAWS[muscle.law].native_id),
-        muscle.coefficients,
+        muscle.coefficients_of(muscle.law, muscle.law_set.parameters | law),
         lowest,
         muscle.braid_stiffness,
         muscle.return_stiffness,
         muscle.braid,
         float(LAWS[muscle.law].braids),
     )
+    if muscle.own.free_contraction is None:
+        return by_law
+    free = by_law.contraction(muscle.own.pressure, 0.0, 0.0)
+    return replace(by_law, contraction_scale=free / muscle.own.free_contraction)
 
 
 def _over(function: Callable[..., float], *arguments: np.ndarray) -> _Found:

@@ -325,7 +325,7 @@ def _points(given: Sequence[float] | None, usual: np.ndarray) -> np.ndarray:
 
 def _until_slack(muscle: Muscle, pressure: float) -> float:
     """End of a sweep of the length [-]: slack, or the limit of muscle or law if that comes first."""
-    known = min(muscle.limits.contraction_max, muscle.law_set.contraction_range[1])
+    known = min(muscle.limits.contraction_max, muscle.contraction_range[1])
     return min(slack(muscle, pressure), known)
 
 

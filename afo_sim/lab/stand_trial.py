@@ -289,7 +289,7 @@ def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
     pressure, contraction, force = (
         np.concatenate([columns[name] for columns in curves]) for name in ("pressure", "contraction", "force")
     )
-    least, most = limits.contraction_min, max(limits.contraction_max, law.contraction_range[1])
+    least, most = limits.contraction_min, max(limits.contraction_max, muscle.contraction_range[1])
     low, high = law.pressure_range
     strong, stretched = (provenance_note(limits, key) for key in ("force", "contraction_min"))
     law_pressure = f"range of {low * 1e-5:g} to {high * 1e-5:g} bar"

@@ -209,16 +209,13 @@ class _Muscle:
     ) -> "_Muscle":
         group = orthosis.muscle[path.group]
         filled = (group.chamber or path.group) == chamber
-        bare, cable, series = at_rest(group.type), group.cable.stiffness, group.series_length
+        law = dict(change.law or {}) if filled else {}
+        bare, cable, series = at_rest(group.type, law), group.cable.stiffness, group.series_length
         if filled:
             if change.series_stiffness is not None:
                 cable = change.series_stiffness
             if change.offset is not None:
                 series += change.offset - group.cable.offset
-            if change.law:
-                parameters = group.type.law_set.parameters | dict(change.law)
-                coefficients = group.type.coefficients_of(group.type.law, parameters)
-                bare = type(bare)(**{**vars(bare), "coefficients": coefficients})
         nominal = group.type.nominal_length
         return cls(
             path,

@@ -31,6 +31,7 @@ def law_slopes(u: Any, k: int, contraction: float, pressure: float) -> Slopes:
         u[k + MUSCLE_ROW.nominal_radius],
         u[k + MUSCLE_ROW.b],
         u[k + MUSCLE_ROW.braids],
+        u[k + MUSCLE_ROW.contraction_scale],
         u,
         k + MUSCLE_ROW.coefficients,
     )

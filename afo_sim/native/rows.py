@@ -62,7 +62,7 @@ def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
     return found
 
 
-def muscle_row(*, law: str, braid: Braid, **values: Any) -> np.ndarray:
+def muscle_row(*, law: str, braid: Braid, contraction_scale: float = 1.0, **values: Any) -> np.ndarray:
     """`actuator_user` of a muscle, but for its `inverse_mass`, which the compiled model gives."""
     return row(
         KIND_MUSCLE,
@@ -72,6 +72,7 @@ def muscle_row(*, law: str, braid: Braid, **values: Any) -> np.ndarray:
         nominal_radius=braid.nominal_radius,
         b=braid.b,
         lock=braid.lock,
+        contraction_scale=contraction_scale,
         **values,
     )
 

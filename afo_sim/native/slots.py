@@ -46,7 +46,7 @@ from afo_sim.physics import (
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2835.0  # tells this project's actuators from anybody else's; another number where the places move
+MARK = 2836.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
@@ -74,7 +74,7 @@ class MuscleRow(NamedTuple):
 
     Units: series_length, nominal_length, nominal_radius [m], cable_stiffness [N/m], damping [N·s/Pa],
     braid_stiffness, return_stiffness, returning [N], dead_volume [m³], lowest_pressure [Pa],
-    wrap_friction [-].
+    wrap_friction, contraction_scale [-].
     """
 
     leader: int
@@ -104,6 +104,7 @@ class MuscleRow(NamedTuple):
     damper: int
     returning: int
     law_volume: int
+    contraction_scale: int
     coefficients: int
 
 

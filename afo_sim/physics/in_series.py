@@ -30,6 +30,7 @@ class AtRest:
 
     `law` is the native id, whose `coefficients` follow; `lowest_pressure` [Pa] is that of the law's range,
     `braid_stiffness` [N] acts when the braid is stretched, `return_stiffness` [N] without air.
+    `contraction_scale` [-] takes the muscle's contraction to its law's.
     """
 
     law: float
@@ -39,6 +40,7 @@ class AtRest:
     return_stiffness: float
     braid: Braid
     braids: float
+    contraction_scale: float = 1.0
 
     def force(self, contraction: float, pressure: float) -> float:
         """Tension [N], ≥ 0, at a contraction ratio [-] and a gauge pressure [Pa]."""
@@ -57,6 +59,7 @@ class AtRest:
             self.braid.nominal_radius,
             self.braid.b,
             self.braids,
+            self.contraction_scale,
             self.coefficients,
             0,
         )[0]
@@ -81,7 +84,7 @@ class AtRest:
         return crossing(lambda gauge: force - self.force(contraction, gauge), (), 0.0, highest, HALVINGS)
 
 
-_COEFFICIENTS = 16  # place of a row's first coefficient of the law
+_COEFFICIENTS = 17  # place of a row's first coefficient of the law
 _SHORTEST = 0.9  # contraction ratio that no muscle reaches
 _RIGID = (math.inf, 0.0, 0.0)  # stiffness, force and length of an anchor that does not give
 
@@ -101,7 +104,8 @@ def row(
     Returns
     -------
     (COEFFICIENTS + MAX_COEFFICIENTS,) [SI]: law, lowest pressure, return and braid stiffness, radius, b and
-    braids of the muscle; nominal length, k, n; three numbers of each anchor; the law's coefficients
+    braids of the muscle; nominal length, k, n; three numbers of each anchor; contraction_scale; the law's
+    coefficients
     """
     found = np.zeros(_COEFFICIENTS + MAX_COEFFICIENTS)
     found[:7] = (
@@ -115,6 +119,7 @@ def row(
     )
     found[7:10] = bare.braid.nominal_length, cable, count
     found[10:16] = np.ravel([*anchors, _RIGID, _RIGID][:2])
+    found[16] = bare.contraction_scale
     found[_COEFFICIENTS : _COEFFICIENTS + len(bare.coefficients)] = bare.coefficients
     return found
 
@@ -129,7 +134,9 @@ def on_anchors(u: np.ndarray, anchors: Sequence[tuple[float, ...]]) -> np.ndarra
 @register_jitable
 def _tension_at(kappa: float, pressure: float, u: Any) -> float:
     """Tension of the muscle of a row at its own contraction ratio and a gauge pressure [Pa], ≥ 0 [N]."""
-    force = signed_force(u[0], kappa, pressure, u[1], u[2], u[3], u[4], u[5], u[6], u, _COEFFICIENTS)[0]
+    force = signed_force(u[0], kappa, pressure, u[1], u[2], u[3], u[4], u[5], u[6], u[16], u, _COEFFICIENTS)[
+        0
+    ]
     return 0.0 if force < 0.0 else force  # a NaN comes out here
 
 

@@ -152,6 +152,7 @@ def law_volume(
     braid: Braid,
     pressures: tuple[float, float],
     contractions: tuple[float, float],
+    contraction_scale: float = 1.0,
 ) -> LawVolume:
     """The volume that follows from a static law, where the braid's geometry does not speak against it.
 
@@ -162,17 +163,21 @@ def law_volume(
     ----------
     law, coefficients, braid : of the muscle
     pressures, contractions : the law's range, gauge [Pa] and [-]; below 1 bar V is that at 1 bar
+    contraction_scale : contraction at which the law is asked over the muscle's, whose volume this is [-]
 
     Returns
     -------
     LawVolume
     """
-    kernel = LAWS[law].kernel
+    bare = LAWS[law].kernel
     low, high = max(pressures[0], BAR), pressures[1]
     if not low < high:
         return LawVolume(GEOMETRIC, f"its range of pressure ends at {high / BAR:.3g} bar")
     if not contractions[1] > 0.0:
         return LawVolume(GEOMETRIC, f"its range of contraction ends at {contractions[1]:.2g}")
+
+    def kernel(kappa: float, pressure: float, *coefficients: float) -> float:
+        return bare(contraction_scale * kappa, pressure, *coefficients)
 
     def added(kappa: float) -> float:
         """Force that the range of pressure adds [N]."""

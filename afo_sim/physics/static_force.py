@@ -176,6 +176,7 @@ def signed_force(
     nominal_radius: float,
     b: float,
     braids: float,
+    contraction_scale: float,
     u: Sequence[float],
     c: int,
 ) -> Slopes:
@@ -183,13 +184,14 @@ def signed_force(
 
     Negative, it brings a slack muscle back.
 
-    κ ≥ 0:  F = law(κ, p)
+    κ ≥ 0:  F = law(s κ, p)
     κ < 0:  F = law(0, p)⁺ − law(0, p)⁻ max(0, 1 + κ/κ_b) + f p π r0² 3 (b − 1) [(1 − κ)² − 1] + braid(κ)
 
     and − k_r κ (1 − p/1 bar)² below 1 bar. Stretched, the pressure pulls on a braid by virtual work,
     p [V'(κ) − V'(0)]/L0. A measured fluidic muscle of 20 mm does not show it, so that other laws are held at
     κ = 0. A bladder that pushes leaves the braid over κ_b = 0.05 % of stretch. The return force gives a
-    muscle without air its nominal length; above 1 bar the law is untouched.
+    muscle without air its nominal length; above 1 bar the law is untouched. A muscle that contracts less
+    without load than its law says has s > 1; stretch is not scaled.
 
     Parameters
     ----------
@@ -201,6 +203,7 @@ def signed_force(
     braid_stiffness : [N] per unit of stretch
     nominal_radius, b : r0 [m], 1/sin²α0 [-]
     braids : f, 1 for a law that is the braid's own formula, else 0
+    contraction_scale : s, the law's free contraction over the muscle's own [-]
     u, c : the law's coefficients start at u[c]
 
     Returns
@@ -213,8 +216,9 @@ def signed_force(
     """
     pressure, below = (0.0, 0.0) if pressure < 0.0 else (pressure, 1.0)
     force, by_contraction, by_pressure = muscle_static_force(
-        law, contraction, pressure, lowest_pressure, u, c
+        law, contraction_scale * contraction, pressure, lowest_pressure, u, c
     )
+    by_contraction *= contraction_scale
     if contraction < 0.0:
         x = 1.0 - contraction
         if force < 0.0:

@@ -349,7 +349,7 @@ def _law_warnings(
     pulling = force - braid > NEGLIGIBLE * muscle.limits.force
     for word, values, (lower, upper), unit in (
         ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
-        ("contraction", np.maximum(contraction, 0.0), law.contraction_range, ""),
+        ("contraction", np.maximum(contraction, 0.0), muscle.contraction_range, ""),
     ):
         beyond = np.where(pulling, np.maximum(lower - values, values - upper), -np.inf)
         worst = int(np.argmax(beyond))

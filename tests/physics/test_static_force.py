@@ -199,7 +199,7 @@ def _muscle(case, contraction, pressure, lowest=0.0, braid_stiffness=BRAID_STIFF
     native_id = float(case.law.native_id)
     braids = float(case.law.braids)
     return signed_force(
-        native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, braids, row, 0
+        native_id, contraction, pressure, lowest, returning, braid_stiffness, R0, B, braids, 1.0, row, 0
     )[0]
 
 
@@ -279,6 +279,7 @@ def test_a_muscles_force_is_continuous_and_hides_no_nan(case):
         R0,
         B,
         float(case.law.braids),
+        1.0,
     ]
     for i in range(len(good)):
         bad = [*good[:i], math.nan, *good[i + 1 :]]
@@ -295,7 +296,7 @@ COMPLEX = types.SimpleNamespace(exp=np.exp, log=np.log, sqrt=np.sqrt, pi=math.pi
 def test_slopes_are_those_of_the_force(case):
     """By complex steps, which take no difference: the law's own, and a muscle's, stretched, slack, vented."""
     step, row, native_id = 1e-30, list(case.coefficients), float(case.law.native_id)
-    fixed = (case.pressures[0], RETURN, BRAID_STIFFNESS, R0, B, float(case.law.braids), row, 0)
+    fixed = (case.pressures[0], RETURN, BRAID_STIFFNESS, R0, B, float(case.law.braids), 1.0, row, 0)
     kernels = (
         lambda kappa, p: slopes_of(case.law.kernel)(kappa, p, *row),
         lambda kappa, p: signed_force(native_id, kappa, p, *fixed),
