@@ -126,20 +126,6 @@ class ThreeElementDamper(Described):
         return (*self.contracting, self.switch_pressure, *self.relaxing, *above)
 
 
-class OwnEnds(Described):
-    """The ends of one muscle's characteristic, measured on it: its fittings and batch change its type's law.
-
-    Each law is asked at a contraction, and gives a force, scaled so that it goes through them.
-    """
-
-    pressure: Annotated[float, Quantity("Pa", at_least=1e5, at_most=2e6)] = 6.2e5
-    """Gauge pressure at which the two were measured."""
-    free_contraction: Annotated[float, Quantity("", above=0.0, at_most=0.6)] | None = None
-    """Contraction ratio without load; the law's by default."""
-    blocked_force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)] | None = None
-    """Force at the nominal length; the law's by default."""
-
-
 class Muscle(Described, RestCurves, Draws):
     """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
@@ -187,8 +173,12 @@ class Muscle(Described, RestCurves, Draws):
     """Force per contraction ratio that brings a muscle without air back to its nominal length."""
     dead_volume: Annotated[float, Quantity("m^3", above=0.0, at_most=0.1)]
     """Volume of air that stays when the muscle is empty."""
-    own: OwnEnds = OwnEnds()
-    """Free contraction and blocked force of this very muscle, to which its laws are scaled."""
+    test_pressure: Annotated[float, Quantity("Pa", at_least=1e5, at_most=2e6)] = 6.2e5
+    """Gauge pressure at which free_contraction and blocked_force were measured on this very muscle."""
+    free_contraction: Annotated[float, Quantity("", above=0.0, at_most=0.6)] | None = None
+    """Contraction ratio without load, to which the law's contractions are scaled; the law's by default."""
+    blocked_force: Annotated[float, Quantity("N", above=0.0, at_most=1e6)] | None = None
+    """Force at the nominal length, to which the law's forces are scaled; the law's by default."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=20.0)]
     """Mass of muscle and fittings; at lengths.reference, where there are lengths."""
     limits: Limits
@@ -246,14 +236,14 @@ class Muscle(Described, RestCurves, Draws):
 
     @model_validator(mode="after")
     def _law_has_ends(self) -> Self:
-        law, own = LAWS[self.law], self.own
-        pull = law.kernel(0.0, own.pressure, *law.coefficients(self.braid, self.law_set.parameters))
-        problem = f"the law {law.name} does not pull at {amount(own.pressure, 'Pa')}"
+        law = LAWS[self.law]
+        pull = law.kernel(0.0, self.test_pressure, *law.coefficients(self.braid, self.law_set.parameters))
+        problem = f"the law {law.name} does not pull at {amount(self.test_pressure, 'Pa')}"
         for key in ("free_contraction", "blocked_force"):
-            if getattr(own, key) is not None and not pull > 0.0:
-                raise refusal(problem, "", f"own.{key}")
-        if own.blocked_force is not None and not law.force_powers:
-            raise refusal(f"the force of the law {law.name} cannot be scaled", "", "own.blocked_force")
+            if getattr(self, key) is not None and not pull > 0.0:
+                raise refusal(problem, "", key)
+        if self.blocked_force is not None and not law.force_powers:
+            raise refusal(f"the force of the law {law.name} cannot be scaled", "", "blocked_force")
         return self
 
     @model_validator(mode="after")
@@ -330,8 +320,8 @@ class Muscle(Described, RestCurves, Draws):
         """Arguments of a law's kernel for this muscle at its length, after contraction and pressure.
 
         With `lengths` the force goes with the contraction ratio as at the reference length, times
-        `Lengths.factor`. A law that knows the effect of the length itself takes the length instead. A blocked
-        force of its `own` has precedence.
+        `Lengths.factor`. A law that knows the effect of the length itself takes the length instead. A
+        `blocked_force` has precedence.
 
         Parameters
         ----------
@@ -345,8 +335,8 @@ class Muscle(Described, RestCurves, Draws):
             if known.length == "one":
                 braid = replace(braid, nominal_length=self.lengths.reference)
         found = known.coefficients(braid, parameters)
-        if self.own.blocked_force is not None:
-            factor = self.own.blocked_force / known.kernel(0.0, self.own.pressure, *found)
+        if self.blocked_force is not None:
+            factor = self.blocked_force / known.kernel(0.0, self.test_pressure, *found)
         return known.scaled(found, factor)
 
     @property

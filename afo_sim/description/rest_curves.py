@@ -40,7 +40,9 @@ class _Muscle(Protocol):
     @property
     def returning(self) -> float: ...
     @property
-    def own(self) -> Any: ...
+    def free_contraction(self) -> float | None: ...
+    @property
+    def test_pressure(self) -> float: ...
 
 
 class RestCurves:
@@ -235,10 +237,10 @@ def at_rest(muscle: _Muscle, law: Mapping[str, float] = MappingProxyType({})) ->
         muscle.braid,
         float(LAWS[muscle.law].braids),
     )
-    if muscle.own.free_contraction is None:
+    if muscle.free_contraction is None:
         return by_law
-    free = by_law.contraction(muscle.own.pressure, 0.0, 0.0)
-    return replace(by_law, contraction_scale=free / muscle.own.free_contraction)
+    free = by_law.contraction(muscle.test_pressure, 0.0, 0.0)
+    return replace(by_law, contraction_scale=free / muscle.free_contraction)
 
 
 def _over(function: Callable[..., float], *arguments: np.ndarray) -> _Found:

@@ -8,7 +8,7 @@ from afo_sim.description import load
 from afo_sim.lab.stand import stand
 from afo_sim.physics import LAWS
 
-ENDS = {"own.free_contraction": 0.165, "own.blocked_force": "420 N"}
+ENDS = {"free_contraction": 0.165, "blocked_force": "420 N"}
 LAWS_OF_10 = tuple(load("muscle", "dmsp_10").laws)
 
 
@@ -28,7 +28,7 @@ def test_every_law_goes_through_the_two_ends(law: str) -> None:
 @pytest.mark.parametrize("law", LAWS_OF_10)
 def test_a_stretched_muscle_keeps_its_braid(law: str) -> None:
     """Stretch is not scaled by a free contraction: the braid carries it as before."""
-    muscle = load("muscle", "dmsp_10", {"own.free_contraction": 0.165, "law": law})
+    muscle = load("muscle", "dmsp_10", {"free_contraction": 0.165, "law": law})
     bare = load("muscle", "dmsp_10", {"law": law})
     assert (
         muscle.force("3 bar", contraction=[-0.02, -0.004]).tolist()
@@ -39,7 +39,7 @@ def test_a_stretched_muscle_keeps_its_braid(law: str) -> None:
 @pytest.mark.parametrize("law", ["sarosi_2012", "tondu_lopez_2000", "bolen_2026", "polynomial"])
 def test_the_volume_is_the_scaled_laws(law: str) -> None:
     """Maxwell's relation ∂V/∂κ = L0 ∂F/∂p, by differences of two curves that do not know of each other."""
-    muscle = load("muscle", "dmsp_10", {"law": law, "own.free_contraction": 0.165})
+    muscle = load("muscle", "dmsp_10", {"law": law, "free_contraction": 0.165})
     assert not muscle.law_volume.reason
     for kappa in (0.02, 0.05, 0.07):
         volume = muscle.volume(contraction=[kappa - 1e-4, kappa + 1e-4], pressure=4e5)
@@ -69,9 +69,9 @@ def test_without_ends_nothing_is_scaled_and_they_are_written_and_read() -> None:
 
 
 def test_an_end_that_a_law_cannot_have_is_refused() -> None:
-    weak = {"laws.sarosi_2012.a6": -600.0, "own.pressure": "1 bar"}
-    for end in ({"own.free_contraction": 0.2}, {"own.blocked_force": "300 N"}):
+    weak = {"laws.sarosi_2012.a6": -600.0, "test_pressure": "1 bar"}
+    for end in ({"free_contraction": 0.2}, {"blocked_force": "300 N"}):
         with pytest.raises(InputError, match="does not pull at 1 bar"):
             load("muscle", "dmsp_10", weak | end)
     with pytest.raises(InputError, match=r"0\.6"):
-        load("muscle", "dmsp_10", {"own.free_contraction": 0.7})
+        load("muscle", "dmsp_10", {"free_contraction": 0.7})
