@@ -30,8 +30,10 @@ if TYPE_CHECKING:
 class _Test:
     """Options of `stand`: muscles, and what is done to them."""
 
-    test: Annotated[str, Argument(help="isobaric|isotonic|isometric|step|release, or all (the first three)")]
-    muscles: Annotated[list[str], Argument(help="shipped muscles, or TOML files")]
+    test: Annotated[
+        str, Argument(help="isobaric|isotonic|isometric|step|release|replay, or all (the first three)")
+    ]
+    muscles: Annotated[list[str], Argument(help="shipped muscles, or TOML files; of replay logs of a bench")]
     law: Annotated[list[str] | None, Option(help="force law; may be given several times")] = None
     friction: Annotated[list[str] | None, Option(help="friction, or none; several times")] = None
     pressure: Annotated[list[str] | None, Option(help='gauge, "3 bar"; several: curves, or from and to')] = (
@@ -48,6 +50,10 @@ class _Test:
     sets: Annotated[
         list[str] | None, Option("--set", metavar="KEY=VALUE", help='of the muscle: damping="1e-4 m^2*s"')
     ] = None
+    bench: Annotated[
+        list[str] | None, Option(metavar="KEY=VALUE", help='of replay: muscle=dmsp_10, supply="6 bar"')
+    ] = None
+    fit: Annotated[str, Option(help="of replay: settings to fit to the first log, with commas")] = ""
     out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
     rrd: Annotated[
         bool | None,
@@ -58,7 +64,9 @@ class _Test:
 @app.command("stand")
 @one_group
 def stand_command(test: _Test) -> None:
-    """The muscle test stand: static characteristics, steps, quick release, measured points beside them."""
+    """The muscle test stand: static characteristics, steps, quick release; measured points and logs beside them."""
+    if test.test == "replay":
+        return _replay(test)
     with progress("compiling the muscles") as report:
         from afo_sim.lab.stand import stand
         from afo_sim.show import target, write_stand_files
@@ -79,6 +87,38 @@ def stand_command(test: _Test) -> None:
             written[kind] = write_stand_files(tests.of(kind), target(test.out, kind), rrd=drawn(test.rrd))
     for kind, files in written.items():
         _print_trials(tests.of(kind), files)
+
+
+def _replay(test: _Test) -> None:
+    """Logs of a bench replayed, after a fit to the first."""
+    sets, bench = read_sets(test.sets), read_sets(test.bench, "--bench", 'supply="6 bar"')
+    with progress("compiling the muscles"):
+        from afo_sim.lab import fit_replay, replay
+        from afo_sim.show import write_replays
+
+        check_folder(test.out)
+        names = [name.strip() for name in test.fit.split(",") if name.strip()]
+        fitted = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else {}
+        found = [replay(log, bench=bench | fitted, sets=sets) for log in test.muscles]
+        files = write_replays(found, test.out)
+    rows = [
+        [one.log.file.name, name, f"{error.rms:.4g}", f"{100.0 * error.share:.3g}", f"{error.worst:.4g}"]
+        for one in found
+        for name, error in one.errors.items()
+    ]
+    print_table("replayed", ["log", "channel", "RMS error [SI]", "of the largest [%]", "worst [SI]"], rows)
+    for name, value in fitted.items():
+        print(f"fitted to {test.muscles[0]}: {name} = {value:.4g} (SI); the other logs were held out")
+    for one in found:
+        if one.loops:
+            print(
+                "{}: loop {measured:.3g} N, predicted {predicted:.3g} N".format(
+                    one.log.file.name, **one.loops
+                )
+            )
+        for warning in one.warnings:
+            print(f"warning: {warning}")
+    print(f"written: {', '.join(map(str, files))}")
 
 
 def _print_trials(tests: "Stand", files: Sequence[Path]) -> None:

@@ -1,3 +1,4 @@
+from .bench_log import read_bench_log as read_bench_log
 from .identifiability import refused as refused
 from .identifiability import rms as rms
 from .law_fit import LawFit as LawFit
@@ -12,6 +13,9 @@ from .law_result import StaticFit as StaticFit
 from .law_result import fit as fit
 from .measured import Measured as Measured
 from .measured import read_measured as read_measured
+from .replay import Replay as Replay
+from .replay import fit_replay as fit_replay
+from .replay import replay as replay
 from .run_fit import FitRun as FitRun
 from .run_fit import fit_run as fit_run
 from .run_problem import Channel as Channel
@@ -26,6 +30,7 @@ from .stand_table import write_csv as write_csv
 from .stand_table import write_parquet as write_parquet
 from .stand_table import write_summary as write_summary
 from .stand_trial import AXES as AXES
+from .stand_trial import COLUMNS as COLUMNS
 from .stand_trial import Trial as Trial
 from .stand_trial import isobaric as isobaric
 from .stand_trial import isotonic as isotonic

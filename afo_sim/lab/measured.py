@@ -121,7 +121,7 @@ def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measur
     file = table.file
     facts = dict(known or {}) | read_facts(table, HEADER)
     check_facts(file, facts)
-    columns = [_column(file, title) for title in table.titles]
+    columns = [column_of(file, title) for title in table.titles]
     names = [name for name, _, _ in columns]
     _require(file, names)
     values: dict[str, list[Any]] = {name: [] for name in names}
@@ -220,19 +220,21 @@ def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], group: str 
         raise InputError("is not less than the total length", file=file, field="end_length")
 
 
-def _column(file: pathlib.Path, title: str) -> tuple[str, float, str]:
+def column_of(
+    file: pathlib.Path, title: str, columns: Mapping[str, tuple[str, ...]] = COLUMNS, example: str = EXAMPLE
+) -> tuple[str, float, str]:
     """Name of a column, the factor that takes its values to SI, and that SI unit."""
     name = re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower())
-    if name not in COLUMNS:
+    if name not in columns:
         raise InputError(
             "is an unknown column",
             file=file,
             field="header",
             value=title,
-            allowed=", ".join(COLUMNS),
-            nearest=nearest_name(name, COLUMNS),
+            allowed=", ".join(columns),
+            nearest=nearest_name(name, columns),
         )
-    if not COLUMNS[name]:
+    if not columns[name]:
         return name, 1.0, ""
-    scale, si = scale_of(file, name, title, COLUMNS[name], EXAMPLE)
+    scale, si = scale_of(file, name, title, columns[name], example)
     return name, scale, si

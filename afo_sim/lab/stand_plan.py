@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, GRAVITY, InputError
 from afo_sim.description import Muscle, provenance_note
 from afo_sim.description import load as load_description
@@ -64,6 +65,8 @@ class StandPlan:
     branches : how many
     stride : every how many steps a row is kept; turning points are
     valve : solenoid valve at inlet and outlet; None is the regulator
+    outlet : another valve at the outlet
+    spring : stiffness of a spring that the carriage is drawn against [N/m]
     """
 
     kind: Kind
@@ -78,7 +81,9 @@ class StandPlan:
     duration: float
     branches: int
     stride: int = 1
-    valve: Valve | None = field(default=None)
+    valve: Valve | native.CircuitValve | None = field(default=None)
+    outlet: native.CircuitValve | None = None
+    spring: float = 0.0
 
     @property
     def inertia(self) -> float:
@@ -94,6 +99,19 @@ class StandPlan:
         """Share of the way from the first value to the second [-], over time [s]."""
         inside = np.clip(time, 0.0, self.duration * self.branches)
         return 0.5 - 0.5 * np.cos(np.pi * inside / self.duration)
+
+    def supply(self, curve: int, time: np.ndarray) -> np.ndarray:
+        """Gauge pressure of a curve's supply [Pa] over time [s]."""
+        low, high = self.pressure[curve]
+        found: np.ndarray = low + (high - low) * self.wave(time)
+        return found
+
+    def coils(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coils of inlet and outlet [-] over time [s]; a regulator is always open."""
+        if self.kind != "step":
+            return np.ones_like(time), np.zeros_like(time)
+        venting = self.branch(time) % 2.0
+        return 1.0 - venting, venting
 
     def branch(self, time: np.ndarray) -> np.ndarray:
         """Number of the branch at times [s], from 0; a turning point belongs to the branch that it ends."""

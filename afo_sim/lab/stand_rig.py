@@ -9,6 +9,7 @@ actuators as everywhere.
 * A *prescribed length*: the carriage is given the inertia of a mountain and the force that moves the
   mountain as planned. No muscle can disturb it.
 * A *load*: a weight on the carriage, with its inertia; the carriage has that of half the muscle.
+* A *spring* holds the carriage from the muscle's nominal length on.
 * Frame and hook give by `MOUNTING` between muscle and carriage. The muscle's own contraction is recorded.
 """
 
@@ -85,7 +86,8 @@ def _build_rig(plan: StandPlan) -> Rig:
         name="carriage", mass=1.0, inertia=[1.0, 1.0, 1.0], explicitinertial=True
     )
     inertia = MOUNTAIN if plan.held else plan.inertia
-    carriage.add_joint(name="slide", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0.0, 0.0, 1.0], armature=inertia)
+    slide = {"name": "slide", "type": mujoco.mjtJoint.mjJNT_SLIDE, "axis": [0.0, 0.0, 1.0]}
+    carriage.add_joint(**slide, armature=inertia, stiffness=plan.spring)
     carriage.add_site(name="hook")
     tendon = spec.add_tendon(name=MUSCLE, width=muscle.bore / 2.0)
     tendon.wrap_site("frame")
@@ -104,9 +106,8 @@ def _circuit_of(plan: StandPlan) -> native.Circuit:
     laboratory = plan.laboratory
     regulator = native.CircuitValve(_regulator_conductance(plan), REGULATOR_RATIO)
     valve = regulator if plan.valve is None else plan.valve
-    chamber = native.CircuitChamber(
-        CHAMBER, "slide", laboratory.tube_volume, laboratory.wall_conductance, valve, valve
-    )
+    room, wall = laboratory.tube_volume, laboratory.wall_conductance
+    chamber = native.CircuitChamber(CHAMBER, "slide", room, wall, valve, plan.outlet or valve)
     muscle = native.CircuitMuscle(MUSCLE, (MUSCLE,), plan.muscle.row, 0.0, CHAMBER, MOUNTING)
     return native.Circuit((muscle,), (chamber,))
 
@@ -116,7 +117,8 @@ def _stability(plan: StandPlan) -> dict[str, float]:
     step = plan.timestep
     air = REGULATOR_NUMBER
     if plan.valve is not None:
-        slope = 2.0 * laminar_slope(plan.valve.conductance, plan.valve.critical_ratio)
+        valves = plan.valve, plan.outlet or plan.valve
+        slope = sum(laminar_slope(each.conductance, each.critical_ratio) for each in valves)
         air = step * _per_slope(plan) * slope
     if air > AIR_LIMIT:
         raise InputError(
@@ -182,19 +184,13 @@ def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
 
     def choose(moment: Moment) -> np.ndarray:
         time = np.arange(moment.steps.start - 1, moment.steps.stop + 1) * step
-        wave = plan.wave(time)
         inputs = np.zeros((len(moment.steps), rig.model.nu + 1))
         # the supply at the end of each step, so that the regulator is not a step late
-        low, high = plan.pressure[k]
-        inputs[:, rig.chamber] = low + (high - low) * wave[2:]
-        if plan.kind == "step":
-            venting = plan.branch(time[1:-1] + 0.5 * step) % 2
-            inputs[:, rig.inlet], inputs[:, rig.outlet] = 1.0 - venting, venting
-        else:
-            inputs[:, rig.inlet] = 1.0
+        inputs[:, rig.chamber] = plan.supply(k, time[2:])
+        inputs[:, rig.inlet], inputs[:, rig.outlet] = plan.coils(time[1:-1] + 0.5 * step)
         if plan.held:
             low, high = _hook(plan, k)
-            inputs[:, -1] = MOUNTAIN * np.diff(low + (high - low) * wave, 2) / step**2
+            inputs[:, -1] = MOUNTAIN * np.diff(low + (high - low) * plan.wave(time), 2) / step**2
         return inputs
 
     return Policy(choose)

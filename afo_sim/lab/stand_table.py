@@ -80,6 +80,11 @@ class Comparison:
         return float(np.sqrt(np.mean(self.error**2)))
 
     @property
+    def share(self) -> float:
+        """The RMS error over the largest measured value [-]."""
+        return self.rms / float(np.abs(self.measured).max())
+
+    @property
     def worst(self) -> float:
         """The largest error, in its unit."""
         return float(np.abs(self.error).max())

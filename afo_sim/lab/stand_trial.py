@@ -216,7 +216,7 @@ PLANS: dict[str, Callable[..., StandPlan]] = {
 def run(plan: StandPlan, progress: Progress | None = None) -> Trial:
     """Run a plan in the rig."""
     start = time.perf_counter()
-    curves = tuple(_complete(plan, k, rows) for k, rows in enumerate(roll(plan, progress)))
+    curves = tuple(complete(plan, k, rows) for k, rows in enumerate(roll(plan, progress)))
     return _trial(plan, curves, static=False, wall=time.perf_counter() - start)
 
 
@@ -254,7 +254,7 @@ def static(plan: StandPlan, rows: int = 200) -> Trial:
             "inflow": np.zeros_like(p),
             "outflow": np.zeros_like(p),
         }
-        curves.append(_complete(plan, k, columns))
+        curves.append(complete(plan, k, columns))
     return _trial(plan, tuple(curves), static=True, wall=time.perf_counter() - start)
 
 
@@ -262,7 +262,7 @@ def _muscle(muscle: Muscle | str | os.PathLike[str]) -> Any:
     return muscle if isinstance(muscle, Muscle) else load_description("muscle", muscle)
 
 
-def _complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
+def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
     """A curve's columns, in the order of COLUMNS."""
     length = plan.muscle.nominal_length
     columns = rows | {
@@ -279,10 +279,10 @@ def _trial(plan: StandPlan, curves: tuple[Rows, ...], *, static: bool, wall: flo
     strongest = force_at(plan.muscle, 0.0, float(plan.pressure.max()))
     bare = Trial(plan, curves, (), static)
     found = tuple(measures(plan, k, bare.loop(k), strongest) for k in range(len(curves)))
-    return Trial(plan, curves, found, static, tuple(_warnings(plan, curves)), wall)
+    return Trial(plan, curves, found, static, tuple(limits_left(plan, curves)), wall)
 
 
-def _warnings(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
+def limits_left(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
     """Warnings of a muscle beyond its limits, or beyond its law's range of validity."""
     muscle = plan.muscle
     limits, law = muscle.limits, muscle.law_set

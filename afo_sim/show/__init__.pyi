@@ -32,6 +32,7 @@ from .run_view import RunView as RunView
 from .search_figure import draw_search as draw_search
 from .stand_figure import draw_trials as draw_trials
 from .stand_files import target as target
+from .stand_files import write_replays as write_replays
 from .stand_files import write_stand_files as write_stand_files
 from .style import BLUE as BLUE
 from .style import COLOURS as COLOURS

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.lab import AXES, SET, Comparison, Trial, set_point_text, static
+from afo_sim.lab import AXES, SET, Comparison, Replay, Trial, set_point_text, static
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_figure
 
 # Column → (label, factor from SI)
@@ -17,6 +17,7 @@ SHOWN = {
     "force": ("force [N]", 1.0),
     "velocity": ("shortening speed [m/s]", -1.0),
     "time": ("time [s]", 1.0),
+    "length": ("length [cm]", 100.0),
 }
 _PANEL = (3.6, 2.9)  # of one panel [inch]
 _COLUMNS = 3  # panels side by side
@@ -36,6 +37,22 @@ def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: p
     height = _PANEL[1] * (0.72 if tall > 1 else 1.0) * tall * down
     fill = functools.partial(_page, trials=trials, compared=compared, tall=tall)
     write_figure(path, (_PANEL[0] * across + 0.9, height + 0.4), fill)
+
+
+def draw_replay(found: Replay, path: pathlib.Path) -> None:
+    """Draw each channel of a replayed log over time, measured and predicted."""
+
+    def fill(figure: Any) -> None:
+        axes = figure.subplots(len(found.errors), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, (name, error) in zip(axes, found.errors.items(), strict=True):
+            label, factor = SHOWN[name]
+            axis.plot(error.x, factor * error.measured, color="0.6", lw=3.0, label="measured")
+            axis.plot(error.x, factor * error.predicted, color=COLOURS[0], label="predicted")
+            axis.set_ylabel(label)
+        axes[0].legend()
+        axes[-1].set_xlabel(SHOWN["time"][0])
+
+    write_figure(path, (7.1, 0.6 + 2.0 * len(found.errors)), fill)
 
 
 def _page(figure: Any, trials: Sequence[Trial], compared: Sequence[Comparison], tall: int) -> None:

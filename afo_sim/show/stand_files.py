@@ -1,11 +1,14 @@
 """The files of the stand: table, figure, summary, Rerun recording of the tests of one kind."""
 
 import pathlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from afo_sim.common import InputError, together
-from afo_sim.lab import Stand, write_csv, write_parquet, write_summary
-from afo_sim.show.stand_figure import draw_trials
+import numpy as np
+
+from afo_sim.common import InputError, titles, together
+from afo_sim.lab import COLUMNS, Replay, Stand, write_csv, write_parquet, write_summary
+from afo_sim.show.stand_figure import draw_replay, draw_trials
 
 _TABLES = {".csv": write_csv, ".parquet": write_parquet}
 
@@ -71,3 +74,21 @@ def write_stand_files(tests: Stand, place: _Target, *, rrd: bool = True) -> list
 
             write_stand(trials, new.path(".rrd"))
     return [place.path(suffix) for suffix in suffixes]
+
+
+def write_replays(found: Sequence[Replay], folder: pathlib.Path) -> list[pathlib.Path]:
+    """Write a table and a figure of each replay: what was measured beside what is predicted."""
+    names = [
+        f"replay_{k}_{one.log.file.stem}{suffix}"
+        for k, one in enumerate(found, 1)
+        for suffix in (".csv", ".png")
+    ]
+    with together(folder, names) as scratch:
+        for table, figure, one in zip(names[::2], names[1::2], found, strict=True):
+            units = {name: COLUMNS[name][0] for name in one.predicted}
+            columns = dict(zip(titles(units).values(), one.predicted.values(), strict=True))
+            columns |= {f"measured {titles(units)[name]}": each.measured for name, each in one.errors.items()}
+            rows = np.column_stack(list(columns.values()))
+            np.savetxt(scratch / table, rows, "%.9g", ",", header=",".join(columns), comments="")
+            draw_replay(one, scratch / figure)
+    return [folder / name for name in names]

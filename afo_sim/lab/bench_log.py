@@ -1,0 +1,94 @@
+"""A log of a muscle on a bench: pressure, force, length, coils over time, and settings of the bench."""
+
+import pathlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common import InputError, Table, number, read_facts, table_of, unknown
+from afo_sim.lab.measured import column_of
+
+# Column → the SI units that it may be given in.
+_UNITS = {"time": "s", "pressure": "Pa", "force": "N", "length": "m", "contraction": ""}
+_COLUMNS = {name: (unit,) for name, unit in _UNITS.items()} | {"inlet": (), "outlet": ()}
+_EXAMPLE = "time [s], pressure [kPa], force [N], inlet, outlet"
+# SI unit → header lines "# key: value", which are the keys of `bench`; None for texts.
+_KEYS: dict[str | None, str] = {
+    "m": "total_length length",
+    "": "free_contraction contraction critical_ratio outlet_critical_ratio",
+    "N": "blocked_force",
+    "kg": "load",
+    "N/m": "spring",
+    "Pa": "supply",
+    "m^3/(s*Pa)": "conductance outlet_conductance",
+    "m^3": "tube_volume",
+    "W/K": "wall_conductance",
+    "s": "timestep period inlet_pulse outlet_pulse venting_from",
+    None: "muscle valve source licence note",
+}
+BENCH = {name: unit for unit, names in _KEYS.items() for name in names.split()}
+_FEWEST = 10  # samples
+
+
+@dataclass(frozen=True, eq=False)
+class BenchLog:
+    """Samples by column on a clock that begins at 0, and settings by key of `BENCH`; SI."""
+
+    file: pathlib.Path
+    columns: dict[str, np.ndarray]
+    bench: dict[str, Any]
+
+    @property
+    def time(self) -> np.ndarray:
+        """[s] (n,)."""
+        return self.columns["time"]
+
+    def stated(self, bench: Mapping[str, Any]) -> "BenchLog":
+        """The log with other settings of its bench, as texts or in SI."""
+        for key in bench:
+            if key not in BENCH:
+                raise unknown(key, BENCH, field="bench", problem="is not a setting of a bench")
+        texts = {key: value for key, value in bench.items() if isinstance(value, str)}
+        return replace(
+            self, bench={**self.bench, **bench, **read_facts(Table(self.file, (), (), texts), BENCH)}
+        )
+
+    def coils(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coils of inlet and outlet at times [s]: a stated train of pulses, or each row's until the next."""
+        bench, nothing = self.bench, np.zeros_like(self.time)
+        if "period" in bench:
+            turn = bench.get("venting_from", np.inf)
+            since = np.where(time < turn, time, time - turn) % bench["period"]
+            inlet = (time < turn) & (since < bench.get("inlet_pulse", 0.0))
+            return inlet * 1.0, (time >= turn) * (since < bench.get("outlet_pulse", 0.0)) * 1.0
+        row = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 1)
+        return self.columns.get("inlet", nothing)[row], self.columns.get("outlet", nothing)[row]
+
+
+def read_bench_log(data: Any) -> BenchLog:
+    """A log of a bench, from a CSV or from {title with unit: array}.
+
+    Columns are time, gauge pressure, force, length or contraction, and the coils inlet and outlet, 0 or 1;
+    header lines are keys of `BENCH`. InputError where one is unknown, or time does not increase.
+    """
+    if isinstance(data, BenchLog):
+        return data
+    table = table_of(data, _EXAMPLE, "log")
+    heads = [column_of(table.file, title, _COLUMNS, _EXAMPLE) for title in table.titles]
+    names = [name for name, _, _ in heads]
+    if not {"time", "pressure"} <= set(names) or len(set(names)) < len(names):
+        value = ", ".join(names)
+        raise InputError(
+            "needs time and pressure, each column once", file=table.file, value=value, allowed=_EXAMPLE
+        )
+    columns = {
+        name: np.array([number(table.file, line, name, row[k]) for line, row in table.rows]) * scale
+        for k, (name, scale, _) in enumerate(heads)
+    }
+    time = columns["time"]
+    if len(time) < _FEWEST or np.diff(time).min() <= 0.0:
+        allowed = f"at least {_FEWEST} samples, each later than the last"
+        raise InputError("time does not increase", file=table.file, field="time", allowed=allowed)
+    return BenchLog(table.file, columns | {"time": time - time[0]}, read_facts(table, BENCH))
