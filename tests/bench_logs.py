@@ -26,11 +26,11 @@ ZERO, FIRST = 8180.0, 0.008  # reading of the gauge without air [Pa], time befor
 
 
 def festo_10(cut: int, kink: str) -> dict[str, Any]:
-    """A 10 mm muscle held at a length, filled and vented by pulses; valve openings as its own gauge shows them.
+    """A 10 mm muscle held at a length, filled and vented by pulses; openings as its own gauge shows them.
 
-    The gauge stands on the valves' side: it jumps as a valve opens and falls back as it shuts. The pulses'
-    commands were not recorded, and openings of 5 to 15 ms were sampled every 1.9 ms; so rows are put in where
-    the reading crosses a share of its first rise, and where it has lost one of it.
+    The gauge stands on the valves' side: it jumps as a valve opens and falls back as it shuts. The commands
+    were not recorded, and openings of 5 to 15 ms were sampled every 1.9 ms; so rows are put in where the
+    reading crosses a share of its first rise, and where it has lost one of it.
     """
     with gzip.open(FOLDER / "aarl_festo10_isometric" / "show" / f"10mm_{cut}cm_{kink}_Test9.csv.gz") as file:
         force, pressure, time, state = np.loadtxt(file, delimiter=",").T

@@ -64,7 +64,7 @@ class _Test:
 @app.command("stand")
 @one_group
 def stand_command(test: _Test) -> None:
-    """The muscle test stand: static characteristics, steps, quick release; measured points and logs beside them."""
+    """The muscle test stand: characteristics, steps, quick release; measured points and logs beside them."""
     if test.test == "replay":
         return _replay(test)
     with progress("compiling the muscles") as report:
@@ -101,21 +101,14 @@ def _replay(test: _Test) -> None:
         fitted = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else {}
         found = [replay(log, bench=bench | fitted, sets=sets) for log in test.muscles]
         files = write_replays(found, test.out)
-    rows = [
-        [one.log.file.name, name, f"{error.rms:.4g}", f"{100.0 * error.share:.3g}", f"{error.worst:.4g}"]
-        for one in found
-        for name, error in one.errors.items()
-    ]
-    print_table("replayed", ["log", "channel", "RMS error [SI]", "of the largest [%]", "worst [SI]"], rows)
+    shares = [[one.log.file.name, *row] for one in found for row in one.rows]
+    print_table("replayed", ["log", "channel", "RMS error", "of the largest [%]"], shares)
     for name, value in fitted.items():
         print(f"fitted to {test.muscles[0]}: {name} = {value:.4g} (SI); the other logs were held out")
     for one in found:
         if one.loops:
-            print(
-                "{}: loop {measured:.3g} N, predicted {predicted:.3g} N".format(
-                    one.log.file.name, **one.loops
-                )
-            )
+            loops = " N, ".join(f"{side} {width:.3g}" for side, width in one.loops.items())
+            print(f"{one.log.file.name}: loop of force over pressure, {loops} N")
         for warning in one.warnings:
             print(f"warning: {warning}")
     print(f"written: {', '.join(map(str, files))}")

@@ -15,7 +15,7 @@ from afo_sim.lab.bench_log import BENCH, BenchLog, read_bench_log
 from afo_sim.lab.stand_plan import Kind, Laboratory, StandPlan, force_at
 from afo_sim.lab.stand_rig import Rows, roll
 from afo_sim.lab.stand_table import Comparison
-from afo_sim.lab.stand_trial import complete, limits_left
+from afo_sim.lab.stand_trial import COLUMNS, complete, limits_left
 from afo_sim.physics import crossing
 
 STEP = 5e-4  # of a replay [s]: a pulse of 10 ms has twenty
@@ -23,6 +23,8 @@ FLOW = ("conductance", "critical_ratio")
 FITTED = (*FLOW, *(f"outlet_{name}" for name in FLOW), "tube_volume", "wall_conductance", "supply")
 FITTED += ("free_contraction", "blocked_force")
 REACH = 1e3  # factor about its start within which a number is searched
+CARRIAGE = 1e-3  # what a spring draws beside half the muscle [kg]
+QUIET = 5e-3  # of the span of pressure that a quiet sample changes by in 0.1 s
 FIT_POINTS = 400  # of a channel that a fit compares
 Laid = Mapping[str, Any] | None  # keys and values
 
@@ -64,6 +66,12 @@ class Replay:
     predicted: Rows
     errors: dict[str, Comparison]
     warnings: tuple[Notice, ...]
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """Of each channel its name, RMS error and that over the largest measurement [%], to print."""
+        found = self.errors.items()
+        return [[k, f"{e.rms:.4g} {COLUMNS[k][0]}", f"{100.0 * e.share:.3g}"] for k, e in found]
 
     @property
     def loops(self) -> dict[str, float]:
@@ -131,13 +139,11 @@ def _needed(log: BenchLog, key: str, example: str) -> Any:
 
 def shortened(log: BenchLog, muscle: Muscle) -> np.ndarray | None:
     """Contraction over a log [-], by its columns or else as stated; None where neither says it."""
-    for known in (log.columns, log.bench):
-        kappa = known.get("contraction")
-        if "length" in known:
-            kappa = (muscle.total_length - known["length"]) / muscle.nominal_length
-        if kappa is not None:
-            return np.broadcast_to(kappa, log.time.shape)
-    return None
+    known = log.bench | log.columns
+    kappa = known.get("contraction")
+    if "length" in known:
+        kappa = (muscle.total_length - known["length"]) / muscle.nominal_length
+    return None if kappa is None else np.broadcast_to(kappa, log.time.shape)
 
 
 def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
@@ -145,7 +151,7 @@ def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
     inlet, outlet = _valves(log) if "supply" in bench else (None, None)
     first, top = max(float(pressure[0]), 0.0), bench.get("supply", float(pressure.max()))
     hung, spring = {"load", "spring"} & bench.keys(), bench.get("spring", 0.0)
-    weight = GRAVITY * bench.get("load", 0.0) if hung else math.nan
+    weight = GRAVITY * bench.get("load", CARRIAGE) if hung else math.nan
 
     def excess(kappa: float) -> float:
         return force_at(muscle, kappa, first) - weight - spring * kappa * muscle.nominal_length
@@ -180,13 +186,13 @@ def _valves(log: BenchLog) -> tuple[native.CircuitValve, native.CircuitValve]:
 def loop_width(time: np.ndarray, pressure: np.ndarray, force: np.ndarray) -> float:
     """Median force while the pressure falls less that while it rises, over the middle half of its span [N].
 
-    The ways part at the highest pressure; of each the quieter half of the samples counts.
+    The ways part at the highest pressure; of each the quiet samples count, at least its quieter half.
     """
     top, low, span = int(np.argmax(pressure)), pressure.min(), np.ptp(pressure)
     rate = np.abs(np.interp(time + 0.05, time, pressure) - np.interp(time - 0.05, time, pressure))
     ways = []
     for way in (slice(0, top + 1), slice(top, None)):
-        p, f, quiet = pressure[way], force[way], rate[way] <= np.median(rate[way])
+        p, f, quiet = pressure[way], force[way], rate[way] <= max(np.median(rate[way]), QUIET * span)
         order = np.argsort(p[quiet], kind="stable")
         ways.append((p[quiet][order], f[quiet][order]))
     (up, rising), (down, falling) = ways
@@ -235,7 +241,7 @@ def fit_replay(
             for name in channels or one.errors:
                 found = one.errors[name]
                 every = max(len(found.x) // FIT_POINTS, 1)
-                parts.append(found.error[::every] / np.abs(found.measured).max())
+                parts.append(found.error[::every] / max(float(np.abs(found.measured).max()), 1e-12))
         return np.concatenate(parts)
 
     highest = [0.9 / each if "ratio" in name else REACH for name, each in zip(names, start, strict=True)]

@@ -129,6 +129,18 @@ def plan_isobaric(
     """Length from `span[0]` to `span[1]` [-] and back at constant pressures [Pa].
 
     By default from zero contraction to where the muscle goes slack, at every whole bar of the law's range.
+
+    Parameters
+    ----------
+    pressures : gauge [Pa]
+    span : contraction from, to [-]; None is to slack
+    laboratory : what stands around the muscle
+    duration : of one branch [s]; by default so long that damping adds at most 0.5 % of the greatest force
+
+    Raises
+    ------
+    InputError
+        What is asked lies outside what the muscle, the braid or the supply allows; says what is possible.
     """
     laboratory = laboratory or Laboratory()
     top = highest(muscle, laboratory)

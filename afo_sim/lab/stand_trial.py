@@ -9,10 +9,11 @@ At rest L = F_ce(p) − K(p) x: at each pressure the stand's isobaric curve is a
 shortening x, whose start is F_ce and whose slope is −K. S0 draws F_ce over pressure with its line.
 """
 
+import functools
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,7 +23,6 @@ from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, 
 from afo_sim.description import Muscle, provenance_note
 from afo_sim.description import load as load_description
 from afo_sim.lab.stand_plan import (
-    Laboratory,
     StandPlan,
     force_at,
     hanging,
@@ -96,114 +96,6 @@ class Trial(Shown):
         return {name: values[last] for name, values in columns.items()}
 
 
-def isobaric(
-    muscle: Muscle | str,
-    pressures: Sequence[float] | None = None,
-    span: tuple[float, float | None] | None = None,
-    *,
-    laboratory: Laboratory | None = None,
-    duration: float | None = None,
-    progress: Progress | None = None,
-) -> Trial:
-    """Force over contraction at constant pressure: the carriage is driven up and down.
-
-    Parameters
-    ----------
-    muscle : description, or the name of a shipped one
-    pressures : gauge [Pa]; every whole bar by default
-    span : contraction from, to [-]; zero to slack by default, and None is to slack
-    laboratory : what stands around it
-    duration : of one branch [s]; by default so long that damping adds at most 0.5 % of the greatest force
-    progress : called with (steps done, steps in all)
-
-    Returns
-    -------
-    Trial
-
-    Raises
-    ------
-    InputError
-        What is asked lies outside what the muscle, the braid or the supply allows; says what is possible.
-    SimulationError
-        A curve became unstable.
-    """
-    return run(plan_isobaric(_muscle(muscle), pressures, span, laboratory, duration), progress)
-
-
-def isotonic(
-    muscle: Muscle | str,
-    loads: Sequence[float] | None = None,
-    span: tuple[float | None, float] | None = None,
-    *,
-    laboratory: Laboratory | None = None,
-    duration: float | None = None,
-    progress: Progress | None = None,
-) -> Trial:
-    """Contraction over pressure under constant loads [N]: weights hang on the carriage.
-
-    `span` is the pressure from, to [Pa]; from None, each load begins where it stretches the muscle no further
-    than its limit. The other parameters, result and errors as in `isobaric`.
-    """
-    return run(plan_isotonic(_muscle(muscle), loads, span, laboratory, duration), progress)
-
-
-def isometric(
-    muscle: Muscle | str,
-    contractions: Sequence[float] | None = None,
-    span: tuple[float, float] | None = None,
-    *,
-    laboratory: Laboratory | None = None,
-    duration: float | None = None,
-    progress: Progress | None = None,
-) -> Trial:
-    """Force over pressure at constant contractions [-]: the carriage is held.
-
-    `span` is the pressure from, to [Pa]; the other parameters, result and errors as in `isobaric`. Nothing
-    moves, so friction does not show.
-    """
-    return run(plan_isometric(_muscle(muscle), contractions, span, laboratory, duration), progress)
-
-
-def step(
-    muscle: Muscle | str,
-    pressures: Sequence[float] | None = None,
-    *,
-    load: float | None = None,
-    contraction: float | None = None,
-    laboratory: Laboratory | None = None,
-    duration: float | None = None,
-    progress: Progress | None = None,
-) -> Trial:
-    """Open loop: the inlet valve opens to a supply at each pressure [Pa], then the outlet to ambient.
-
-    Parameters
-    ----------
-    load : weight on the muscle [N]; a fifth of its strength by default
-    contraction : or the length is held, at this contraction [-]
-    duration : of filling, and of venting [s]; by default long enough to settle
-
-    The other parameters, result and errors as in `isobaric`.
-    """
-    return run(plan_step(_muscle(muscle), pressures, load, contraction, laboratory, duration), progress)
-
-
-def release(
-    muscle: Muscle | str,
-    pressures: Sequence[float] | None = None,
-    *,
-    load: float | None = None,
-    contraction: float = 0.0,
-    laboratory: Laboratory | None = None,
-    duration: float | None = None,
-    progress: Progress | None = None,
-) -> Trial:
-    """Quick release: held at a contraction [-] under each pressure [Pa], then let go against a load [N].
-
-    The other parameters, result and errors as in `step`.
-    """
-    return run(plan_release(_muscle(muscle), pressures, load, contraction, laboratory, duration), progress)
-
-
 PLANS: dict[str, Callable[..., StandPlan]] = {
     "isobaric": plan_isobaric,
     "isotonic": plan_isotonic,
@@ -214,10 +106,24 @@ PLANS: dict[str, Callable[..., StandPlan]] = {
 
 
 def run(plan: StandPlan, progress: Progress | None = None) -> Trial:
-    """Run a plan in the rig."""
+    """Run a plan in the rig; `progress` is called with (steps done, steps in all)."""
     start = time.perf_counter()
     curves = tuple(complete(plan, k, rows) for k, rows in enumerate(roll(plan, progress)))
     return _trial(plan, curves, static=False, wall=time.perf_counter() - start)
+
+
+def _test(plan: Callable[..., StandPlan]) -> Callable[..., Trial]:
+    """The test of a plan: a muscle's description or name, what the plan takes, and `progress` as of `run`."""
+
+    @functools.wraps(plan)
+    def test(muscle: Muscle | str, *given: Any, progress: Progress | None = None, **others: Any) -> Trial:
+        return run(plan(_muscle(muscle), *given, **others), progress)
+
+    test.__name__ = plan.__name__.removeprefix("plan_")
+    return test
+
+
+isobaric, isotonic, isometric, step, release = map(_test, PLANS.values())
 
 
 def static(plan: StandPlan, rows: int = 200) -> Trial:
