@@ -230,7 +230,7 @@ def fit_replay(
         if name not in FITTED:
             raise unknown(name, FITTED, field="fit", problem="cannot be fitted to a log of a bench")
     read = [read_bench_log(log).stated(bench or {}) for log in logs]
-    start = np.array([float(_needed(read[0], name, "where to start from")) for name in names])
+    start = np.array([float(_needed(read[0], name, "a first estimate")) for name in names])
 
     def values(x: np.ndarray) -> dict[str, float]:
         return dict(zip(names, (start * np.exp(x - 1.0)).tolist(), strict=True))

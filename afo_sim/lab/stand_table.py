@@ -81,8 +81,9 @@ class Comparison:
 
     @property
     def share(self) -> float:
-        """The RMS error over the largest measured value [-]."""
-        return self.rms / float(np.abs(self.measured).max())
+        """The RMS error over the largest measured value [-]; infinite where all are zero."""
+        size = float(np.abs(self.measured).max())
+        return self.rms / size if size > 0.0 else np.inf
 
     @property
     def worst(self) -> float:

@@ -1,19 +1,20 @@
-"""Measured logs of muscles on benches, which lie beside the repository, as `afo-sim stand replay` takes them.
+"""Measured muscles of two benches as logs for `afo-sim stand replay`.
 
-No licence is stated for the two Festo sets: they are checked against, and are no part of the repository.
+    python scripts/bench_logs.py FOLDER OUT
+
+FOLDER holds `aarl_festo10_isometric/show` and `aarl_festo20_fill_leak/show`: recordings of the repository
+Agile-and-Adaptive-Robotics/Muscle_Sensory, Portland State University, commit e3a82772 (B. Bolen, A. Hunt). It
+states no licence, so that they are read where they lie and are no part of this one. OUT gets a CSV of each.
 """
 
+import argparse
+import csv
 import gzip
-import os
 import pathlib
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import pytest
-
-ROOT = pathlib.Path(__file__).parents[1]
-FOLDER = pathlib.Path(os.environ.get("AFO_SIM_BENCH", ROOT.parent / "shared" / "data" / "bench"))
-needed = pytest.mark.skipif(not FOLDER.is_dir(), reason="the measured logs lie beside the repository")
 
 KINKS = ("Unkink", "kinked25", "kinked50", "kinked75")
 RESTS = {10: (8.3, 7.0), 20: (18.2, 15.2), 30: (28.1, 23.2)}  # cut [cm]: at rest, free at 620 kPa [cm]
@@ -25,14 +26,14 @@ HELD = {
 ZERO, FIRST = 8180.0, 0.008  # reading of the gauge without air [Pa], time before the first pulse [s]
 
 
-def festo_10(cut: int, kink: str) -> dict[str, Any]:
+def festo_10(folder: pathlib.Path, cut: int, kink: str) -> dict[str, Any]:
     """A 10 mm muscle held at a length, filled and vented by pulses; openings as its own gauge shows them.
 
     The gauge stands on the valves' side: it jumps as a valve opens and falls back as it shuts. The commands
     were not recorded, and openings of 5 to 15 ms were sampled every 1.9 ms; so rows are put in where the
     reading crosses a share of its first rise, and where it has lost one of it.
     """
-    with gzip.open(FOLDER / "aarl_festo10_isometric" / "show" / f"10mm_{cut}cm_{kink}_Test9.csv.gz") as file:
+    with gzip.open(folder / "aarl_festo10_isometric" / "show" / f"10mm_{cut}cm_{kink}_Test9.csv.gz") as file:
         force, pressure, time, state = np.loadtxt(file, delimiter=",").T
     rises = np.concatenate([[True], np.diff(time) > 0.0])
     force, pressure, time, state = (each[rises] for each in (force, pressure, time, state))
@@ -57,7 +58,7 @@ def festo_10(cut: int, kink: str) -> dict[str, Any]:
     }
 
 
-def _openings(time: np.ndarray, pressure: np.ndarray, kind: int) -> Any:
+def _openings(time: np.ndarray, pressure: np.ndarray, kind: int) -> Iterator[tuple[float, ...]]:
     """From and to of each opening of the inlet (1) or the outlet (2), as the gauge shows them [s]."""
     way, share, longest = ((1.0, 0.25, 14), (-1.0, 0.15, 32))[kind - 1]
     for start in np.arange(0.0, time[-1], 0.5) - (0.0, 0.05)[kind - 1]:
@@ -82,11 +83,38 @@ def _openings(time: np.ndarray, pressure: np.ndarray, kind: int) -> Any:
         yield tuple(ends)
 
 
-def festo_20(number: int) -> dict[str, Any]:
+def festo_20(folder: pathlib.Path, number: int) -> dict[str, Any]:
     """A 20 mm muscle that fills through a valve; its length, valve and load are not known."""
-    path = FOLDER / "aarl_festo20_fill_leak" / "show" / f"fill{number}.csv"
+    path = folder / "aarl_festo20_fill_leak" / "show" / f"fill{number}.csv"
     time, pressure = np.loadtxt(path, delimiter=",", skiprows=1).T
     rises = np.concatenate([[True], np.diff(time) > 0.0])
     time, gauge = time[rises], 1e3 * (pressure[rises] - pressure[0])
     inlet = np.ones(len(time))
     return {"time [s]": time, "pressure [Pa]": gauge, "inlet": inlet, "muscle": "dmsp_20"}
+
+
+def write(log: dict[str, Any], path: pathlib.Path) -> None:
+    """A log as a CSV."""
+    texts = {key: value for key, value in log.items() if isinstance(value, str)}
+    columns = {key: value for key, value in log.items() if key not in texts}
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.writelines(f"# {key}: {value}\n" for key, value in texts.items())
+        csv.writer(file).writerows([list(columns), *np.round(np.column_stack(list(columns.values())), 6)])
+
+
+def main() -> None:
+    """Write all logs."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("out", type=pathlib.Path)
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    for cut in RESTS:
+        for kink in KINKS:
+            write(festo_10(given.folder, cut, kink), given.out / f"festo_10_{cut}cm_{kink}.csv")
+    for number in (2, 5, 7):
+        write(festo_20(given.folder, number), given.out / f"festo_20_fill{number}.csv")
+
+
+if __name__ == "__main__":
+    main()
