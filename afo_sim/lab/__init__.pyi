@@ -1,4 +1,3 @@
-from .bench_log import read_bench_log as read_bench_log
 from .identifiability import refused as refused
 from .identifiability import rms as rms
 from .law_fit import LawFit as LawFit

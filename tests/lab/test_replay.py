@@ -9,8 +9,14 @@ import numpy as np
 import pytest
 from command import call
 
-from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, GRAVITY, InputError
-from afo_sim.common.units import STANDARD_DENSITY
+from afo_sim.common import (
+    AMBIENT_PRESSURE,
+    AMBIENT_TEMPERATURE,
+    GAS_CONSTANT,
+    GRAVITY,
+    STANDARD_DENSITY,
+    InputError,
+)
 from afo_sim.description import load
 from afo_sim.lab import fit_replay, replay
 

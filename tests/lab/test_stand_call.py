@@ -8,9 +8,8 @@ import pytest
 
 from afo_sim.common import GRAVITY, InputError, find
 from afo_sim.description import load
-from afo_sim.lab import isobaric
+from afo_sim.lab import COLUMNS, isobaric
 from afo_sim.lab.stand import stand
-from afo_sim.lab.stand_trial import COLUMNS
 
 SHORT = {"static": True}
 
