@@ -98,13 +98,17 @@ def _replay(test: _Test) -> None:
 
         check_folder(test.out)
         names = [name.strip() for name in test.fit.split(",") if name.strip()]
-        fitted = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else {}
+        fitted, factor = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else ({}, {})
         found = [replay(log, bench=bench | fitted, sets=sets) for log in test.muscles]
         files = write_replays(found, test.out)
     shares = [[one.log.file.name, *row] for one in found for row in one.rows]
     print_table("replayed", ["log", "channel", "RMS error", "of the largest [%]"], shares)
     for name, value in fitted.items():
-        print(f"fitted to {test.muscles[0]}: {name} = {value:.4g} (SI); the other logs were held out")
+        print(
+            f"fitted to the first log: {name} = {value:.4g} (SI), 95 % within a factor of {factor[name]:.3g}"
+        )
+    if fitted and len(found) > 1:
+        print("the other logs were held out")
     for one in found:
         if one.loops:
             loops = " N, ".join(f"{side} {width:.3g}" for side, width in one.loops.items())

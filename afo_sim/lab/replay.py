@@ -12,6 +12,7 @@ from afo_sim import native
 from afo_sim.common import GRAVITY, InputError, Notice, unknown
 from afo_sim.description import Muscle, load
 from afo_sim.lab.bench_log import BENCH, BenchLog, read_bench_log
+from afo_sim.lab.identifiability import intervals
 from afo_sim.lab.stand_plan import Kind, Laboratory, StandPlan, force_at
 from afo_sim.lab.stand_rig import Rows, roll
 from afo_sim.lab.stand_table import Comparison
@@ -208,7 +209,7 @@ def fit_replay(
     *,
     bench: Laid = None,
     **others: Any,
-) -> dict[str, float]:
+) -> tuple[dict[str, float], dict[str, float]]:
     """Fit numbers of bench and muscle to logs by least squares, one value for all of them.
 
     Parameters
@@ -219,7 +220,8 @@ def fit_replay(
 
     Returns
     -------
-    {name: value [SI]}, settings of a bench for `replay` of these logs and of others
+    ({name: value [SI]}, settings of a bench for `replay` of these logs and of others,
+    {name: f}, the 95 % interval from value/f to f value, widened where errors hang together in time)
 
     Raises
     ------
@@ -247,4 +249,9 @@ def fit_replay(
     highest = [0.9 / each if "ratio" in name else REACH for name, each in zip(names, start, strict=True)]
     bounds = 1.0 - math.log(REACH), 1.0 + np.log(highest)
     tolerances = {"diff_step": 0.01, "xtol": 1e-4, "ftol": 1e-5, "max_nfev": 40}
-    return values(least_squares(residuals, np.ones(len(names)), bounds=bounds, **tolerances).x)
+    best = least_squares(residuals, np.ones(len(names)), bounds=bounds, **tolerances)
+    square = float(np.sum(best.fun**2))
+    memory = min(max(float(np.sum(best.fun[1:] * best.fun[:-1])) / max(square, 1e-300), 0.0), 0.999)
+    freedom = max(len(best.fun) * (1.0 - memory) / (1.0 + memory) - len(names), 1.0)
+    half, _ = intervals(best.jac, square / freedom, freedom)
+    return values(best.x), dict(zip(names, np.exp(np.minimum(half, 99.0)).tolist(), strict=True))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import afo_sim as afo
 from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.lab.stand import stand
@@ -56,6 +57,14 @@ def test_the_compiled_muscle_has_them_too() -> None:
     (trial,) = stand("isometric", muscle, contraction=[0.05, 0.12], time="8 s").trials
     assert max(m["off_formula_share"].value for m in trial.metrics) < 0.5
     assert trial.curves[1]["force"].max() > 20.0
+
+
+def test_a_run_honours_them_and_keeps_its_energy() -> None:
+    key = "orthosis.muscle.dorsiflexor.type.free_contraction"
+    found = [afo.run("seated", {"duration": "2 s"} | more) for more in ({}, {key: 0.2})]
+    bare, own = (run.metrics["peak_dorsiflexion_angle"] for run in found)
+    assert own < bare - 1.0  # less stroke, less angle [deg]
+    assert abs(found[1].metrics["energy_error"]) < 1e-3  # [%]
 
 
 def test_without_ends_nothing_is_scaled_and_they_are_written_and_read() -> None:

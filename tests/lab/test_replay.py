@@ -99,7 +99,8 @@ def test_a_fit_finds_the_bench_that_made_a_log_and_predicts_another() -> None:
         "force [N]": made.predicted["force"],
     }
     del seen["pressure [bar]"]
-    values = fit_replay([seen], ["tube_volume", "free_contraction"], bench={"tube_volume": "20 ml"})
+    values, factors = fit_replay([seen], ["tube_volume", "free_contraction"], bench={"tube_volume": "20 ml"})
+    assert max(factors.values()) < 1.02
     assert values["tube_volume"] == pytest.approx(15e-6, rel=0.02)
     assert values["free_contraction"] == pytest.approx(0.18, rel=0.02)
     truth = replay(pulsed(tube_volume="15 ml", free_contraction="0.18", contraction="0.08"))
@@ -135,6 +136,10 @@ def test_the_command_writes_measured_beside_predicted(tmp_path: pathlib.Path, ca
     expected = load("muscle", "dmsp_10").force("2 bar", contraction=0.05)
     assert table["force_[N]"][-1] == pytest.approx(expected, rel=0.02)
     assert (tmp_path / "out" / "replay_1_bench.png").stat().st_size > 5000
+    options = ("--bench", "blocked_force=400 N", "--fit", "blocked_force", "--out", tmp_path / "fit")
+    code, printed, _ = call(capsys, "stand", "replay", log, log, *options)
+    assert code == 0 and "blocked_force = " in printed and "held out" in printed
+    assert "no such" in call(capsys, "stand", "replay", tmp_path / "none.csv")[2]
 
 
 OF_20 = {  # fitted to the pressures of the four logs of the 20 cm muscle, and to nothing else; SI
