@@ -29,6 +29,9 @@ _KEYS: dict[str | None, str] = {
     None: "muscle valve source licence note",
 }
 BENCH = {name: unit for unit, names in _KEYS.items() for name in names.split()}
+# Least and greatest value of a setting, or of its unit [SI]; from 0 to 1e4 of others.
+_LIMITS = {"contraction": (-0.5, 0.9), "timestep": (1e-5, 0.1), "period": (1e-3, 1e4), "load": (1e-4, 1e4)}
+_LIMITS |= {"": (0.0, 0.9), "Pa": (0.0, 2e6), "N/m": (0.0, 1e7)}
 _FEWEST = 10  # samples
 
 
@@ -51,9 +54,14 @@ class BenchLog:
             if key not in BENCH:
                 raise unknown(key, BENCH, field="bench", problem="is not a setting of a bench")
         texts = {key: value for key, value in bench.items() if isinstance(value, str)}
-        return replace(
-            self, bench={**self.bench, **bench, **read_facts(Table(self.file, (), (), texts), BENCH)}
-        )
+        found = {**self.bench, **bench, **read_facts(Table(self.file, (), (), texts), BENCH)}
+        for key, value in found.items():
+            unit = BENCH[key]
+            low, high = _LIMITS.get(key) or _LIMITS.get(str(unit), (0.0, 1e4))
+            if unit is not None and not low <= value <= high:
+                allowed = f"{low:g} to {high:g} {unit}"
+                raise InputError("is out of range", file=self.file, field=key, value=value, allowed=allowed)
+        return replace(self, bench=found)
 
     def coils(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coils of inlet and outlet at times [s]: a stated train of pulses, or each row's until the next."""

@@ -106,17 +106,13 @@ def replay(log: Any, muscle: Any = None, *, sets: Laid = None, bench: Laid = Non
     plan = _plan(read, _muscle(read, muscle, sets))
     whole = complete(plan, 0, roll(plan)[0])
     predicted = {name: np.interp(read.time, whole["time"], each) for name, each in whole.items()}
-    known = {
-        "force",
-        *([] if plan.valve is None else ["pressure"]),
-        *([] if plan.held else ["contraction", "length"]),
-    }
+    given = {"time", "inlet", "outlet", *(["pressure"] if plan.valve is None else [])}
+    given |= {"contraction", "length"} if plan.held else set()
+    none = np.zeros(len(read.time), int)
     errors = {
-        name: Comparison(
-            name, np.zeros(len(read.time), int), read.time, read.columns[name], predicted[name], 0
-        )
-        for name in read.columns
-        if name in known
+        name: Comparison(name, none, read.time, measured, predicted[name], 0)
+        for name, measured in read.columns.items()
+        if name not in given
     }
     return Replay(read, plan, predicted, errors, tuple(limits_left(plan, (whole,))))
 
