@@ -34,6 +34,8 @@ _OWN = {"muscle": ("covariance",)}  # what a product has of its own measurements
 # Examples of keys that no shipped product sets, or that are a product's own.
 _EXAMPLES: dict[str, dict[str, Any]] = {
     "muscle": {
+        "free_contraction": 0.2,
+        "blocked_force": "400 N",
         "covariance": {
             "law": "tondu_lopez_2000_bladder",
             "parameters": ["braid_angle", "laws.tondu_lopez_2000_bladder.bladder_force"],
