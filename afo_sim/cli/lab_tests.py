@@ -93,9 +93,15 @@ def _replay(test: _Test) -> None:
     """Logs of a bench replayed, after a fit to the first."""
     sets, bench = read_sets(test.sets), read_sets(test.bench, "--bench", 'supply="6 bar"')
     with progress("compiling the muscles"):
+        from afo_sim.common import InputError
         from afo_sim.lab import fit_replay, replay
         from afo_sim.show import write_replays
 
+        others = picked(
+            test, "law", "friction", "pressure", "load", "contraction", "length", "valve", "supply"
+        )
+        if given := [name for name, value in others.items() if value]:
+            raise InputError("is nothing that replay takes", field=given[0], allowed="--bench or --set")
         check_folder(test.out)
         names = [name.strip() for name in test.fit.split(",") if name.strip()]
         fitted, factor = fit_replay(test.muscles[:1], names, bench=bench, sets=sets) if names else ({}, {})

@@ -77,10 +77,10 @@ class Replay:
     @property
     def loops(self) -> dict[str, float]:
         """Width of the loop of force over pressure, measured and predicted [N]; see `loop_width`."""
-        sides = {"measured": self.log.columns, "predicted": self.predicted} if "force" in self.errors else {}
-        return {
-            side: loop_width(self.log.time, each["pressure"], each["force"]) for side, each in sides.items()
-        }
+        if "force" not in self.errors:
+            return {}
+        time, sides = self.log.time, {"measured": self.log.columns, "predicted": self.predicted}
+        return {name: loop_width(time, each["pressure"], each["force"]) for name, each in sides.items()}
 
 
 def replay(log: Any, muscle: Any = None, *, sets: Laid = None, bench: Laid = None) -> Replay:
@@ -128,9 +128,8 @@ def _muscle(log: BenchLog, muscle: Any, sets: Laid) -> Any:
 
 def _needed(log: BenchLog, key: str, example: str) -> Any:
     if key not in log.bench:
-        raise InputError(
-            "is not stated", file=log.file, field=key, allowed=f'a header line "# {key}: {example}"'
-        )
+        allowed = f'a header line "# {key}: {example}"'
+        raise InputError("is not stated", file=log.file, field=key, allowed=allowed)
     return log.bench[key]
 
 

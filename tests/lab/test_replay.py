@@ -142,6 +142,7 @@ def test_the_command_writes_measured_beside_predicted(tmp_path: pathlib.Path, ca
     options = ("--bench", "blocked_force=400 N", "--fit", "blocked_force", "--out", tmp_path / "fit")
     code, printed, _ = call(capsys, "stand", "replay", log, log, *options)
     assert code == 0 and "blocked_force = " in printed and "held out" in printed
+    assert "--law" in call(capsys, "stand", "replay", log, "--law", "bolen_2026")[2]
     assert "no such" in call(capsys, "stand", "replay", tmp_path / "none.csv")[2]
 
 
