@@ -5,8 +5,8 @@
 
 Of a run: its steps and their parts, networks, the engine's own limit, what a user waits for, environments,
 walkers. Of designs: designs and strides per second, what accuracy costs, and memory; `--short-cases 10000`
-shows that it stays flat. Measurements are repeated in turn; tables tell the best and the median. Speeds of two
-machines cannot be compared, ratios within a run can. `compare_benchmarks.py` compares two files.
+shows that it stays flat. Measurements are repeated in turn; tables tell the best and the median. Speeds of
+two machines cannot be compared, ratios within a run can. `compare_benchmarks.py` compares two files.
 """
 
 import argparse
