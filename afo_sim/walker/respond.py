@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, called, optional, unknown
+from afo_sim.common import InputError, assets, called, optional, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.model import UNDRIVEN
 from afo_sim.physics import LEG_MUSCLES
@@ -168,7 +168,8 @@ def respond(
     ----------
     scenario, sets : as of `run`; its recorded walk is not used
     gait : a healthy gait, shipped or a file
-    adapted, adapted_device : gaits of the patient without and with the device, found before
+    adapted, adapted_device : gaits of the patient without and with the device, found before; where nothing is
+        set, those that are shipped for this patient and device
     strength : share left of each muscle, over the patient's own
     duration : of the undisturbed walks [s]
     starts : perturbed starts of each case
@@ -205,6 +206,11 @@ def respond(
         optional("cma")  # before anybody walks
     if adapted_device is not None and not described.orthosis.muscle:
         raise InputError("no device is worn", field="adapted_device", value=str(adapted_device))
+    if not (sets or strength or generations):
+        adapted, adapted_device = (
+            adapted or _shipped(described),
+            adapted_device or _shipped(described, "device"),
+        )
     files = (("patient", adapted), ("device", adapted_device))
     known = {name: read_gait(file) for name, file in files if file is not None}
     bare = described.set({**UNDRIVEN, "orthosis": "none"})
@@ -249,6 +255,14 @@ def respond(
             "timestep": described.timestep,
         },
     )
+
+
+def _shipped(scenario: Scenario, worn: str = "") -> str | None:
+    """The shipped gait to which a patient has adapted, by their name, with a device by its name too."""
+    assert scenario.patient is not None
+    device = scenario.orthosis.name if scenario.orthosis.muscle else None
+    name = f"{scenario.patient.name}-{device}" if worn else scenario.patient.name
+    return name if name in assets.names("walker") and (device or not worn) else None
 
 
 def _stronger(shares: Mapping[str, float], share: float) -> dict[str, float]:
