@@ -2,7 +2,7 @@
 
 import functools
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,6 +13,8 @@ from afo_sim.cli.common import RecordingOption, Scenario, Sets, Threads
 from afo_sim.cli.overwriting import check_same
 from afo_sim.cli.printed_run import print_line
 from afo_sim.common import InputError, optional
+
+DRAWN_STARTS = 8  # of each drawn patient
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class _Walk:
     subset: Annotated[str, Option(help="gains that adapt: swing, stance or all")] = "all"
     adapted: Annotated[str | None, Option(help="gait of the patient who has adapted")] = None
     adapted_device: Annotated[str | None, Option(help="the same, with the device")] = None
+    draws: Annotated[int, Option(help="patients drawn over what is not known of this one")] = 0
     seed: Annotated[int, Option(help="of perturbed starts and search")] = 0
     threads: Threads = 0
     vary: Annotated[
@@ -78,6 +81,8 @@ def walk_command(walk: _Walk) -> None:
         for value, each in zip(values, sets, strict=True):
             found = respond(walk.scenario, each, threads=threads, progress=moved, **options)
             rows.append({key: str(value)} | in_brief(found))
+            if walk.draws and not key:
+                found = _drawn(found, walk, options["push"], threads, report)
         report(0, 0, "drawing")
         if key:
             save_table(rows, folder, command)
@@ -91,6 +96,28 @@ def walk_command(walk: _Walk) -> None:
         print(f"written to {folder}: walk.csv, walk.json")
     else:
         _print(found, f"written to {folder}", f"; to view: afo-sim view {folder}/walk.rrd" if rrd else "")
+
+
+def _drawn(found: Any, walk: _Walk, push: float, threads: int, report: Any) -> Any:
+    """The response with falls over drawn patients, each case by the gait that it has adapted to, if any."""
+    from afo_sim.walker import DRAWN, draw_falls
+
+    names = [name for name in ("patient", "device") if name in found.cases]
+    gaits = {name: found.cases.get(f"{name} adapted", found.cases[name]).gait for name in names}
+    band = draw_falls(
+        found.scenario,
+        gaits,
+        draws=walk.draws,
+        starts=DRAWN_STARTS,
+        push=push,
+        strength=found.asked["strength"],
+        seed=walk.seed,
+        threads=threads,
+        report=lambda share: report(round(100.0 * share), 100, "drawn patients"),
+    )
+    ranges = {name: band.range(name) for name in gaits}
+    drawn = {"draws": walk.draws, "starts": DRAWN_STARTS, "falls_5_50_95": ranges, "over": DRAWN}
+    return replace(found, asked=dict(found.asked) | {"drawn": drawn})
 
 
 def _varied(text: str | None) -> tuple[str, list[Any]]:
@@ -110,6 +137,9 @@ def _print(found: Any, written: str, view: str) -> None:
     from afo_sim.walker import table, verdict
 
     common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
+    for case, (low, middle, high) in found.asked.get("drawn", {}).get("falls_5_50_95", {}).items():
+        words = f"falls over drawn patients: {middle:.0%}, 5 to 95 %: {low:.0%} to {high:.0%}"
+        print_line(f"{case}: {words} of {DRAWN_STARTS} perturbed starts each")
     replies = verdict(found)
     for reply in replies:
         print_line(f"{reply.question} {reply.text}")

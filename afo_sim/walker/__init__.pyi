@@ -33,6 +33,8 @@ from .strides import norm_at as norm_at
 from .strides import numbers as numbers
 from .strides import off_norm as off_norm
 from .strides import strides_of as strides_of
+from .unknown import DRAWN as DRAWN
+from .unknown import draw_falls as draw_falls
 from .walking import Push as Push
 from .walking import Walked as Walked
 from .walking import walk as walk

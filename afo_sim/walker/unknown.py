@@ -16,7 +16,7 @@ from afo_sim.walker.respond import Falls, falls_of, strengths_of
 
 MOST_DRAWS = 1000
 TISSUE = math.sqrt(math.log(1.0 + 0.57**2))  # of ln of the passive stiffness, from a variation of 57 %
-SOURCES = {
+DRAWN = {
     "patient.passive_scale": "lognormal, 57 % between people (Chung et al. 2004)",
     "strength": "each dead or weak muscle 0 to 0.1 stronger, plantarflexors 0.8 to 1 (assumed)",
     "patient.body_mass": "10 % to either side (assumed)",
