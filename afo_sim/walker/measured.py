@@ -107,7 +107,7 @@ def _within(what: str, measured: float, simulated: float, unit: str, share: floa
 
 
 def pushed() -> Iterator[Compared]:
-    """Pushes of ±50 and ±100 N for 0.1 s on the healthy walker's trunk, at ten instants of one second each."""
+    """Pushes of ±50 and ±100 N for 0.1 s on the healthy walker's trunk, at ten instants of a second."""
     body, gait = build_body(prepared(SCENARIO, HEALTHY | SHOD)), read_gait("natural")
     for force in (50.0, -50.0, 100.0, -100.0):
         instants = [Push(3.0 + 0.1 * k, force) for k in range(10)]

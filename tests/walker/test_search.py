@@ -47,6 +47,7 @@ def test_a_search_does_not_depend_on_threads_and_keeps_what_is_not_free() -> Non
     assert (found[0].vector.gains == found[1].vector.gains).all()
     changed = np.flatnonzero((found[0].vector.gains != vector.gains).any(axis=0))
     assert {GAINS[k] for k in changed} == {"lean", "vasti_force"}
+    assert isinstance(found[0].converged, bool)  # a file of the gait holds it
     assert found[0].evaluations == 32 and found[0].history.shape == (2, 2)
 
 
