@@ -41,6 +41,7 @@ SWING = (
     "vasti_swing",
 )
 STANCE = tuple(name for name in GAINS if name not in SWING)
+LEAST_GENERATIONS = 30  # of a search that can have converged
 SUBSETS = {"swing": SWING, "stance": STANCE, "all": GAINS}
 # How much stronger than the patient the first ones are, through whom their gait is searched for.
 STRONGER = (0.3, 0.15, 0.07)
@@ -138,10 +139,12 @@ class Found:
 
     @property
     def converged(self) -> bool:
-        """Whether it walks to the end, and the last third of the generations gained less than 2 %."""
+        """Whether it walks to the end, and the last third of at least 30 generations gained less than 2 %."""
         best = np.minimum.accumulate(self.history[:, 1])
-        third = max(len(best) // 3, 1)
-        return bool(self.walked.fell is None and best[-third] - best[-1] < 0.02 * best[-third])
+        if len(best) < LEAST_GENERATIONS or self.walked.fell is not None:
+            return False
+        before = best[-len(best) // 3]
+        return bool(before - best[-1] < 0.02 * before)
 
 
 @dataclass(frozen=True)
@@ -277,7 +280,7 @@ def search(
             lost = 1.0
             if walked.fell is None:
                 lost -= walk(own_copy(other), gait, WEAK, (), noise)["time"][-1] / WEAK
-            found["weak"] = found.get("weak", 0.0) + 20.0 * lost
+            found["weak"] = found.get("weak", 0.0) + 20.0 * float(lost)
         return found, walked
 
     def safe(task: tuple[np.ndarray, int]) -> float:
