@@ -22,7 +22,6 @@ ADAPTING = 0.06  # the same of a patient, who begins at a gait that is known
 PUSH, PUSHES_FROM, PUSHES_EVERY = 50.0, 3.6, 1.3  # [N], [s]
 WALKED, WEAK = 10.0, 5.0  # of a walk, and of one of another body [s]
 NOISE = 0.02  # standard deviation of each angle of a start [rad]
-ANKLE_WEIGHT = 3.0  # of the ankle's distance from the norm: a device acts there
 LOAD = 0.1  # spread between people of the vertical force (assumed) [body weights]
 # Gains that a patient changes: of swing, and of what holds the trunk and the knee.
 SWING = (
@@ -110,9 +109,7 @@ def _off(walked: Walked, side: str, speed: float) -> tuple[float, float]:
         return 5.0, 0.3
     load = float(np.sqrt(np.mean((strides.mean("load") - norm["load"]) ** 2))) / LOAD
     time = abs(float(strides.duration.mean() / norm["duration"]) - 1.0)
-    angles = off_norm(strides, speed)
-    angles["ankle"] *= ANKLE_WEIGHT
-    return float(np.mean([*angles.values(), load])), max(time - 0.04, 0.0)
+    return float(np.mean([*off_norm(strides, speed).values(), load])), max(time - 0.04, 0.0)
 
 
 def healthy_cost(speed: float) -> Cost:
