@@ -71,11 +71,12 @@ def leg_muscle_dyn(m: Any, d: Any, i: int, j: int) -> None:
         u[j + LEG_MUSCLE_ROW.damping],
         u[j + LEG_MUSCLE_ROW.passive],
     )
-    force = u[j + LEG_MUSCLE_ROW.force]
+    force, mass = u[j + LEG_MUSCLE_ROW.force], u[j + LEG_MUSCLE_ROW.mass]
+    mass *= u[j + LEG_MUSCLE_ROW.strength]  # what is lost of a weak muscle makes no heat
     active = strong * active_force(length)[0] * velocity_factor(velocity / fastest)[0]
     heat, moving = muscle_power(
-        u[j + LEG_MUSCLE_ROW.strength] * excitation,
-        strong,
+        excitation,
+        activation,
         length,
         velocity,
         along,
@@ -88,7 +89,7 @@ def leg_muscle_dyn(m: Any, d: Any, i: int, j: int) -> None:
     d.act_dot[a + LEG_MUSCLE_ACT.length] = (length - d.act[a + LEG_MUSCLE_ACT.length]) / step
     d.act_dot[a + LEG_MUSCLE_ACT.velocity] = (velocity - d.act[a + LEG_MUSCLE_ACT.velocity]) / step
     d.act_dot[a + LEG_MUSCLE_ACT.force] = (tension - d.act[a + LEG_MUSCLE_ACT.force]) / step
-    d.act_dot[a + LEG_MUSCLE_ACT.energy] = heat * u[j + LEG_MUSCLE_ROW.mass] + moving * force * optimal
+    d.act_dot[a + LEG_MUSCLE_ACT.energy] = heat * mass + moving * force * optimal
 
 
 @register_jitable

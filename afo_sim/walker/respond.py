@@ -196,7 +196,7 @@ def respond(
     if subset not in SUBSETS:
         raise unknown(subset, SUBSETS, field="subset", problem="is not a set of gains")
     limits = (("duration", duration, MOST), ("push", push, 1000.0), ("starts", starts, 1e5))
-    for name, value, most in (*limits, ("generations", generations, 1e5)):
+    for name, value, most in (*limits, ("generations", generations, 1e5), ("seed", seed, 2e9)):
         if not 0.0 <= value <= most or not math.isfinite(value):
             raise InputError("is out of range", field=name, value=value, allowed=f"0 to {most:g}")
     if duration < 4.0:

@@ -159,7 +159,7 @@ def swing_clearance(walked: Walked, strides: Strides, side: str) -> np.ndarray:
 
     Mid-swing is while the foot's forward speed is in its upper quartile. 0 and below is a touch of the floor.
     """
-    lowest, speed = walked[f"{side}/clearance"], np.gradient(walked[f"{side}/foot"], walked["time"])
+    lowest, speed = walked[f"{side}/forefoot_clearance"], np.gradient(walked[f"{side}/foot"], walked["time"])
     found = []
     for a, b in zip(strides.begins[:-1], strides.begins[1:], strict=True):
         fast = speed[a:b] >= np.percentile(speed[a:b], 75.0)

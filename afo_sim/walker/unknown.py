@@ -9,7 +9,7 @@ import numpy as np
 
 from afo_sim.common import InputError
 from afo_sim.description import Scenario
-from afo_sim.model import UNDRIVEN
+from afo_sim.model import UNDRIVEN, person_of
 from afo_sim.walker.body import build_body
 from afo_sim.walker.gait_file import Gait
 from afo_sim.walker.respond import Falls, falls_of, strengths_of
@@ -78,7 +78,7 @@ def draw_falls(
         raise InputError("is out of range", field="draws", value=draws, allowed=f"1 to {MOST_DRAWS}")
     rng, own = np.random.default_rng([seed, 7]), strengths_of(scenario, strength)
     assert scenario.patient is not None
-    mass = scenario.patient.body_mass
+    mass = person_of(scenario).body_mass
     drawn = {
         "tissue": rng.lognormal(-0.5 * TISSUE**2, TISSUE, draws),
         "stronger": rng.uniform(0.0, 0.1, draws),
@@ -91,8 +91,7 @@ def draw_falls(
         sets: dict[str, Any] = {
             "patient.passive_scale": float(scenario.patient.passive_scale * drawn["tissue"][k])
         }
-        if mass is not None:
-            sets["patient.body_mass"] = f"{float(mass * drawn['mass'][k])!r} kg"
+        sets["patient.body_mass"] = f"{float(mass * drawn['mass'][k])!r} kg"
         shares = {name: share + float(drawn["stronger"][k]) for name, share in own.items()}
         for name in ("soleus", "gastrocnemius"):
             shares[name] = shares.get(name, 1.0) * float(drawn["plantarflexors"][k])

@@ -273,6 +273,7 @@ class _Recorder:
                 found[f"{side}/{name}_moment"] = kept["joint"][:, int(joint.dofadr[0])]
             points = kept["site"][:, len(POINTS) * k : len(POINTS) * (k + 1)]
             found[f"{side}/clearance"] = points[:, :, 2].min(axis=1)
+            found[f"{side}/forefoot_clearance"] = points[:, 1:, 2].min(axis=1)  # of ball, pulp and tip
             found[f"{side}/toe_clearance"] = points[:, 2:, 2].min(axis=1)
             found[f"{side}/foot"] = points[:, :2, 0].mean(axis=1)
             found[f"{side}/load"] = kept["force"][:, body.pads[k]].sum(axis=1)

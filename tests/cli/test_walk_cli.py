@@ -103,6 +103,7 @@ def test_poses_are_those_of_the_walk(found: Response) -> None:
         ((SCENARIO, "--subset", "arms"), "--subset"),
         ((SCENARIO, "--adapt", "-1"), "--adapt"),
         ((SCENARIO, "--starts", "-1"), "--starts"),
+        ((SCENARIO, "--seed", "-1"), "--seed"),
         ((SCENARIO, "--duration", "1 s"), "too short"),
         ((SCENARIO, "--duration", "nan s"), "--duration"),
         ((SCENARIO, "--push", "9 kg"), "--push"),

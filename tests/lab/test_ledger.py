@@ -244,6 +244,16 @@ def test_a_log_of_bottle_flow_or_tank_gives_the_same_air(tmp_path: pathlib.Path)
     assert air_row(tmp_path / "b.csv", (0.10, 0.11, 0.12)).source.startswith("outside")
 
 
+def test_a_log_refutes_by_air_that_was_taken_and_by_more_than_its_error(tmp_path: pathlib.Path) -> None:
+    file, lost = tmp_path / "a.csv", 700.0 - 0.09 / 1.1 * np.arange(1112) * 0.1
+    for fact in ("# error: 5 g", "# error: 1 kg"):
+        found = air_row(log(file, "bottle mass [g]", lost, fact), (0.10, 0.11, 0.12))
+        assert found.source.startswith("not distinguishable") and found.verdict != "disagrees"
+    for values, fact in ((lost[::-1], ""), (lost, "# error: -5 g")):
+        with pytest.raises(InputError, match="no log of air"):
+            air_row(log(file, "bottle mass [g]", values, *([fact] if fact else [])), (0.10, 0.11, 0.12))
+
+
 @pytest.mark.parametrize(
     ("title", "count", "says"),
     [

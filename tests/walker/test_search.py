@@ -1,5 +1,8 @@
 """The search for gains, strides' numbers, and what they are held against."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -8,6 +11,7 @@ from afo_sim.physics import GAINS
 from afo_sim.walker import (
     Cost,
     Falls,
+    Found,
     Free,
     build_body,
     falls_of,
@@ -16,6 +20,7 @@ from afo_sim.walker import (
     read_gait,
     respond,
     search,
+    unknown,
 )
 from afo_sim.walker.measured import _same_way
 from afo_sim.walker.respond import strengths_of
@@ -95,11 +100,34 @@ def test_wrong_input_is_a_sentence(call, words: str) -> None:  # type: ignore[no
         call()
 
 
-def test_drawn_patients_are_those_of_the_seed_and_stay_within_what_is_stated() -> None:
+@pytest.mark.parametrize(
+    ("medians", "converged"),
+    [([9.0], False), ([9.0, 5.0], False), ([9.0, 5.0, 5.0, 4.0], False), ([9.0, 5.0, 5.0], True)],
+)
+def test_a_search_that_still_gains_did_not_converge(medians: list[float], converged: bool) -> None:
+    history = np.array([medians, medians]).T
+    found = Found(read_gait("natural").vector, history, 16, {}, SimpleNamespace(fell=None))  # type: ignore[arg-type]
+    assert found.converged is converged
+
+
+def test_drawn_patients_are_those_of_the_seed_and_stay_within_what_is_stated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     scenario, gait = prepared("walk-dropfoot-afo", {"timestep": "1 ms"}), read_gait("natural")
     gaits = {"patient": gait, "device": gait}
     one, other = (draw_falls(scenario, gaits, draws=2, starts=1, threads=threads) for threads in (1, 2))
     assert one.falls == other.falls and set(one.falls) == set(gaits)
+    bodies = []
+
+    def build(*of: Any) -> Any:
+        bodies.append(build_body(*of))
+        return bodies[-1]
+
+    monkeypatch.setattr(unknown, "build_body", build)
+    draw_falls(scenario, {"patient": gait}, draws=2, starts=1)
+    assert bodies[0].weight != pytest.approx(
+        bodies[1].weight, rel=1e-3
+    )  # a patient whose mass is the gait's own is drawn, too
     many = draw_falls(scenario, {}, draws=400, starts=1).draws
     assert many["tissue"].mean() == pytest.approx(1.0, abs=0.1)  # the mean stays that of the patient
     assert many["tissue"].std() == pytest.approx(0.57, abs=0.1)

@@ -11,6 +11,7 @@ from afo_sim.common import GRAVITY
 from afo_sim.physics import GAINS, LEG_MUSCLES
 from afo_sim.walker import Push, build_body, prepared, read_gait, walk
 from afo_sim.walker.gait import start
+from afo_sim.walker.strides import strides_of, swing_clearance
 
 ANKLE_MUSCLES = ("gastrocnemius", "soleus", "tibialis")
 
@@ -149,3 +150,31 @@ def test_a_body_of_another_size_has_its_mass() -> None:
     shoes = sum(body.model.body_mass[k] for k in range(body.model.nbody) if "shoe" in body.model.body(k).name)
     assert body.weight / GRAVITY - shoes == pytest.approx(90.0, abs=0.02)
     assert dataclasses.replace(body).size.heavier == pytest.approx(90.0 / 75.0)
+
+
+def test_a_muscle_of_half_its_fibres_makes_half_the_heat() -> None:
+    """Of quick fibres, whose heat grows with the square of a small activation."""
+    powers, silent = [], dataclasses.replace(read_gait("natural").vector, gains=np.zeros((2, len(GAINS))))
+    for share in (1.0, 0.5):
+        body = body_of(tibialis=share)
+        row = body.model.actuator_user[body.muscles[0, -1]]
+        row[native.LEG_MUSCLE_ROW.slow] = row[native.LEG_MUSCLE_ROW.force] = 0.0  # no work, heat alone
+        data = start(body, silent)
+        with native.installed():
+            mujoco.mj_forward(body.model, data)
+        at = int(body.model.actuator_actadr[body.muscles[0, -1]])
+        powers.append(data.act_dot[at + native.LEG_MUSCLE_ACT.energy])
+    assert powers[0] > 0.0 and powers[1] == pytest.approx(0.5 * powers[0], rel=0.05)
+
+
+def test_clearance_is_of_the_forefoot_not_of_the_heel() -> None:
+    """A dorsiflexed foot in swing: its heel is lower than ball and toes."""
+    walked = walk(body_of(), read_gait("natural").vector, 6.0)
+    strides = strides_of(walked, "right")
+    found = swing_clearance(walked, strides, "right")
+    speed = np.gradient(walked["right/foot"], walked["time"])
+    a, b = strides.begins[:2]
+    fast = np.flatnonzero(speed[a:b] >= np.percentile(speed[a:b], 75.0)) + a
+    lowest = np.minimum(walked["right/forefoot_clearance"], walked["right/toe_clearance"])[fast].min()
+    assert found[0] == pytest.approx(lowest)
+    assert found[0] > walked["right/clearance"][fast].min() + 1e-3  # the heel's
