@@ -223,6 +223,7 @@ class _Recorder:
     def seen(self, data: mujoco.MjData) -> _Seen:
         """What the board sees now."""
         place, dof = int(self.ankle.qposadr[0]), int(self.ankle.dofadr[0])
+        heel, *front = (float(data.actuator_force[pad]) for pad in self.body.pads[0])
         lean = -(data.qpos[2] + data.qpos[3] + data.qpos[4])
         values = {
             "time": float(data.time),
@@ -230,6 +231,8 @@ class _Recorder:
             "ankle/velocity": float(data.qvel[dof]),
             "shank/angle": float(lean),
             "ground/force_z": float(data.actuator_force[self.body.pads[0]].sum()),
+            "foot/heel_load": heel,
+            "foot/toe_load": sum(front),  # of ball and toes
             "ankle/moment/biological": self.own,
         }
         if self.body.ids is not None:

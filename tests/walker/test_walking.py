@@ -178,3 +178,12 @@ def test_clearance_is_of_the_forefoot_not_of_the_heel() -> None:
     lowest = np.minimum(walked["right/forefoot_clearance"], walked["right/toe_clearance"])[fast].min()
     assert found[0] == pytest.approx(lowest)
     assert found[0] > walked["right/clearance"][fast].min() + 1e-3  # the heel's
+
+
+def test_a_controller_sees_the_switch_under_the_heel() -> None:
+    """Valves by strikes of the heel alone: shut until a stride is known, then vented in stance."""
+    phases = {"estimator": "foot_switch", "dorsiflexor": {"outlet": [[0.15, 0.45]]}}
+    sets = {"timestep": "1 ms", "patient": "healthy", "phases": None, "controller": {"gait_phase": phases}}
+    walked = walk(build_body(prepared("walk-dropfoot-afo", sets)), read_gait("natural").vector, 4.0)
+    mass, time = walked["chamber/dorsiflexor/mass"], walked["time"]
+    assert np.ptp(mass[time < 1.5]) < 1e-9 and mass[-1] < 0.95 * mass[0]
