@@ -14,6 +14,7 @@ from afo_sim.walker import (
     Found,
     Free,
     build_body,
+    draw_falls,
     falls_of,
     norm_at,
     prepared,
@@ -25,7 +26,6 @@ from afo_sim.walker import (
 from afo_sim.walker.measured import _same_way
 from afo_sim.walker.respond import strengths_of
 from afo_sim.walker.search import pushes_at
-from afo_sim.walker.unknown import draw_falls
 
 
 def test_free_numbers_go_in_and_out() -> None:

@@ -9,9 +9,9 @@ import pytest
 from afo_sim import native
 from afo_sim.common import GRAVITY
 from afo_sim.physics import GAINS, LEG_MUSCLES
-from afo_sim.walker import Push, build_body, prepared, read_gait, walk
+from afo_sim.walker import Push, build_body, prepared, read_gait, strides_of, walk
 from afo_sim.walker.gait import start
-from afo_sim.walker.strides import strides_of, swing_clearance
+from afo_sim.walker.strides import swing_clearance
 
 ANKLE_MUSCLES = ("gastrocnemius", "soleus", "tibialis")
 
