@@ -9,7 +9,7 @@ pressures over the half second drive the joint; its start is the measured angle 
 
 Three predictions beside it: the angle stays; a linear model of start and pressures, fitted on the first half
 of the files; and the joint with one number, its pulley's radius, fitted on that half. All errors are of the
-second half.
+second half, over the spread of its angles. The joint agrees where it errs no more than the linear model.
 """
 
 import argparse
@@ -23,6 +23,7 @@ from scipy.optimize import minimize_scalar
 
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.description import load
+from afo_sim.lab.ledger import HEADER, LedgerRow, table
 
 AHEAD, EVERY, RATE = 50, 5, 0.01  # samples ahead, between starts; [s]
 SUBSTEPS = 10
@@ -90,21 +91,20 @@ def main() -> None:
     seen, unseen = (starts(some, given.joint) for some in (files[:half], files[half:]))
     weights = np.linalg.lstsq(design(seen), seen[3], rcond=None)[0]
 
-    def missed(radius: float) -> float:
-        return rms(joint_ahead(seen, radius, force) - seen[3])
+    def missed(radius: float, data: Starts = seen) -> float:
+        return rms(joint_ahead(data, radius, force) - data[3])
 
     radius = minimize_scalar(missed, bounds=(0.01, 0.15), method="bounded", options={"xatol": 1e-3}).x
-    predicted = {
-        "the angle stays": unseen[0],
-        "linear, fitted on the other files": design(unseen) @ weights,
-        "joint, nothing fitted": joint_ahead(unseen, RADIUS, force),
-        f"joint, radius of {1e3 * radius:.0f} mm fitted on the other files": joint_ahead(
-            unseen, radius, force
-        ),
-    }
-    print(f"{len(unseen[0])} starts, angle {AHEAD * RATE:g} s ahead, spread {unseen[3].std():.3f} rad")
-    for name, angle in predicted.items():
-        print(f"{rms(angle - unseen[3]):.3f} rad RMS  {name}")
+    spread, linear = unseen[3].std(), rms(design(unseen) @ weights - unseen[3])
+    stays = f"the angle that stays: {100.0 * rms(unseen[0] - unseen[3]) / spread:.0f} %"
+    rows = []
+    for text, one in (("nothing fitted", RADIUS), (f"radius of {1e3 * radius:.0f} mm fitted", radius)):
+        error = 100.0 * missed(one, unseen) / spread
+        band, limit = (error, error, error), 100.0 * linear / spread
+        name = f"joint {given.joint + 1} {AHEAD * RATE:g} s ahead, {text}, limit {limit:.1f}"
+        rows.append(LedgerRow("pamy_acrkn", name, "%", band, source=stays, limit=limit))
+    print("\n".join(" | ".join(row) for row in [HEADER, *table(rows)]))
+    print(f"{len(unseen[0])} starts; limit: a linear model's error; {stays}; spread {spread:.3f} rad")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,8 @@
 
 FOLDER holds `aarl_festo10_isometric/show` and `aarl_festo20_fill_leak/show`: recordings of the repository
 Agile-and-Adaptive-Robotics/Muscle_Sensory, Portland State University, commit e3a82772 (B. Bolen, A. Hunt). It
-states no licence, so that they are read where they lie and are no part of this one. OUT gets a CSV of each.
+states no licence, so that they are read where they lie and are no part of this one. OUT gets a folder of
+logs of each, for `afo-sim validate --bench --data OUT`.
 """
 
 import argparse
@@ -18,6 +19,7 @@ import numpy as np
 
 KINKS = ("Unkink", "kinked25", "kinked50", "kinked75")
 RESTS = {10: (8.3, 7.0), 20: (18.2, 15.2), 30: (28.1, 23.2)}  # cut [cm]: at rest, free at 620 kPa [cm]
+SOURCE = "Portland State University, Muscle_Sensory e3a82772, no licence stated"
 HELD = {
     10: (8.3, 7.975, 7.65, 7.325),
     20: (18.2, 17.45, 16.7, 15.95),
@@ -52,6 +54,7 @@ def festo_10(folder: pathlib.Path, cut: int, kink: str) -> dict[str, Any]:
         "force [N]": np.interp(whole, time, force),
         **coils,
         "muscle": "dmsp_10",
+        "source": SOURCE,
         "total_length": f"{rest} cm",
         "free_contraction": f"{1.0 - free / rest:.6f}",
         "length": f"{HELD[cut][KINKS.index(kink)]} cm",
@@ -89,8 +92,9 @@ def festo_20(folder: pathlib.Path, number: int) -> dict[str, Any]:
     time, pressure = np.loadtxt(path, delimiter=",", skiprows=1).T
     rises = np.concatenate([[True], np.diff(time) > 0.0])
     time, gauge = time[rises], 1e3 * (pressure[rises] - pressure[0])
-    inlet = np.ones(len(time))
-    return {"time [s]": time, "pressure [Pa]": gauge, "inlet": inlet, "muscle": "dmsp_20"}
+    known = {"muscle": "dmsp_20", "source": f"{SOURCE}; supply: the last readings, contraction 0 assumed"}
+    known |= {"contraction": "0", "supply": f"{np.median(gauge[-15:]):.0f} Pa"}
+    return {"time [s]": time, "pressure [Pa]": gauge, "inlet": np.ones(len(time))} | known
 
 
 def write(log: dict[str, Any], path: pathlib.Path) -> None:
@@ -99,7 +103,7 @@ def write(log: dict[str, Any], path: pathlib.Path) -> None:
     columns = {key: value for key, value in log.items() if key not in texts}
     with path.open("w", encoding="utf-8", newline="") as file:
         file.writelines(f"# {key}: {value}\n" for key, value in texts.items())
-        csv.writer(file).writerows([list(columns), *np.round(np.column_stack(list(columns.values())), 6)])
+        csv.writer(file).writerows([list(columns), *np.round(np.column_stack(list(columns.values())), 9)])
 
 
 def main() -> None:
@@ -108,12 +112,14 @@ def main() -> None:
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("out", type=pathlib.Path)
     given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
+    tens, twenties = (given.out / f"aarl_festo{size}" for size in ("10_isometric", "20_fill_leak"))
+    for folder in (tens, twenties):
+        folder.mkdir(parents=True, exist_ok=True)
     for cut in RESTS:
         for kink in KINKS:
-            write(festo_10(given.folder, cut, kink), given.out / f"festo_10_{cut}cm_{kink}.csv")
+            write(festo_10(given.folder, cut, kink), tens / f"{cut}cm_{kink}.csv")
     for number in (2, 5, 7):
-        write(festo_20(given.folder, number), given.out / f"festo_20_fill{number}.csv")
+        write(festo_20(given.folder, number), twenties / f"fill{number}.csv")
 
 
 if __name__ == "__main__":

@@ -375,10 +375,10 @@ def _ledger(
     """What is predicted beside what others measured; a disagreement is a result, and no failure."""
     with progress("predicting") as report:
         from afo_sim.common import InputError
-        from afo_sim.lab import air_log
+        from afo_sim.lab import air_log, bench_sets
         from afo_sim.lab import ledger as lab
 
-        rows = [*(lab.ledger(report) if worn else ()), *(lab.bench(data) if bench else ())]
+        rows = [*(lab.ledger(report) if worn else ()), *(bench_sets.bench(data) if bench else ())]
         if air is not None:
             air_log.air_row(air, (0.0, 0.0, 0.0))  # refuse the file before drawing
             from afo_sim.study.python_calls import uncertainty

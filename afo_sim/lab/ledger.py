@@ -33,10 +33,6 @@ SAYS_NOTHING = (
 )
 VERDICTS = ("agrees", "disagrees", "cannot tell")
 HEADER = ("device", "quantity", "predicted", "90 % band", "measured", "ratio", "verdict")
-# Shared recordings that are not in this package, and what predicts them: their folder → rows.
-BENCH: dict[str, Callable[[pathlib.Path], "list[LedgerRow]"] | None] = dict.fromkeys(
-    ("aarl_festo10_isometric", "aarl_festo20_fill_leak", "pamy_acrkn")
-)
 
 
 class Number(BaseModel, frozen=True, extra="forbid"):
@@ -97,7 +93,7 @@ class Device(BaseModel, frozen=True, extra="forbid"):
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """A measured number, half its 90 % interval, and the 5, 50, 95 % of its prediction, in `unit`."""
+    """A measured number, half its 90 % interval, 5, 50, 95 % of its prediction; or errors, with a `limit`."""
 
     device: str
     quantity: str
@@ -106,10 +102,13 @@ class LedgerRow:
     measured: float | None = None
     error: float | None = None
     source: str = ""
+    limit: float | None = None
 
     @property
     def verdict(self) -> str:
         """One of VERDICTS, by the module's rule."""
+        if self.band and self.limit:
+            return VERDICTS[int(self.band[1] > self.limit)]
         if self.band is None or self.measured is None or self.error is None:
             return VERDICTS[2]
         low, _, high = self.band
@@ -162,15 +161,6 @@ def rows_of(device: Device) -> list[LedgerRow]:
             band = tuple(map(float, np.quantile(values, LEVELS)))
         value, error = (si(text) / si(f"1 {unit}") if text else None for text in (each.value, each.error))
         found.append(LedgerRow(device.device, each.quantity, unit, band, value, error, source))
-    return found
-
-
-def bench(data: pathlib.Path | None = None) -> list[LedgerRow]:
-    """Rows of the shared recordings, predicted where their folder is given and something predicts them."""
-    why = "no prediction yet" if data else "the recordings are not in this package; give --data FOLDER"
-    found: list[LedgerRow] = []
-    for name, predict in BENCH.items():
-        found += predict(data / name) if data and predict else [LedgerRow(name, "recordings", source=why)]
     return found
 
 

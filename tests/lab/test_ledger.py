@@ -205,16 +205,13 @@ def test_the_page_shows_the_summary() -> None:
 # --- recordings, logs, command line
 
 
-def test_recordings_need_their_folder(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
-    assert all("give --data FOLDER" in r.source and r.verdict == "cannot tell" for r in lab.bench())
+def test_recordings_need_their_folder(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
     code, out, _ = call(capsys, "validate", "--bench", "--json")
     assert code == 0 and [r["verdict"] for r in json.loads(out)] == ["cannot tell"] * 3
-    plug = {"pamy_acrkn": lambda folder: [LedgerRow(folder.name, "x", "N", BAND, 90.0, 1.0)]}
-    monkeypatch.setattr(lab, "BENCH", plug)
-    (found,) = lab.bench(tmp_path)
-    assert (found.device, found.verdict) == ("pamy_acrkn", "agrees")
+    assert all("give --data FOLDER" in r["source"] for r in json.loads(out))
+    code, _, err = call(capsys, "validate", "--bench", "--data", tmp_path)
+    assert code == 2 and "--data" in err and "aarl_festo10_isometric" in err and "Traceback" not in err
+    assert LedgerRow("d", "q", "%", (1.0, 4.1, 9.0), limit=4.0).verdict == "disagrees"
 
 
 def log(file: pathlib.Path, title: str, values: np.ndarray, *facts: str) -> pathlib.Path:

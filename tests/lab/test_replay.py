@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaign import nightly
 from command import call
 
 from afo_sim.common import (
@@ -18,11 +19,13 @@ from afo_sim.common import (
     InputError,
 )
 from afo_sim.description import load
-from afo_sim.lab import fit_replay, replay
+from afo_sim.lab import bench_sets, fit_replay, replay
 
 ROOT = pathlib.Path(__file__).parents[2]
 BENCHES = pathlib.Path(os.environ.get("AFO_SIM_BENCH", ROOT.parent / "shared" / "data" / "bench"))
 needed = pytest.mark.skipif(not BENCHES.is_dir(), reason="measured logs lie beside the repository")
+SCRIPT = runpy.run_path(str(ROOT / "scripts" / "bench_logs.py"))
+OWN: dict[str, Any] = {"total_length": "20 cm", "free_contraction": "0.2"}
 HELD = {"muscle": "dmsp_10", "contraction": "0.05"}
 VALVES = {
     "supply": "6 bar",
@@ -161,8 +164,57 @@ OF_20 = {  # fitted to the pressures of the four logs of the 20 cm muscle, and t
 @pytest.mark.parametrize(("cut", "kink"), [(10, "Unkink"), (30, "kinked25"), (30, "kinked75")])
 def test_a_bench_fitted_on_one_length_predicts_the_pressure_at_others(cut: int, kink: str) -> None:
     """Festo muscles of 10 mm, held and pulsed (Portland State University, Muscle_Sensory, e3a82772)."""
-    log = runpy.run_path(str(ROOT / "scripts" / "bench_logs.py"))["festo_10"](BENCHES, cut, kink)
+    log = SCRIPT["festo_10"](BENCHES, cut, kink)
     found = replay(log, bench=OF_20)
     assert found.errors["pressure"].share < 0.02
     if (cut, kink) == (30, "kinked25"):  # half of the volume seen would be wrong by far
         assert replay(log, bench=OF_20 | {"tube_volume": 0.5 * 68.9e-6}).errors["pressure"].share > 0.05
+
+
+def rows_of(folder: pathlib.Path, *logs: dict[str, Any]) -> dict[str, Any]:
+    """The rows of logs of held muscles, by quantity without its limit."""
+    (to := folder / "aarl_festo10_isometric").mkdir()
+    for k, log in enumerate(logs):
+        SCRIPT["write"](log, to / f"{k:02}.csv")
+    return {row.quantity.partition(", limit")[0]: row for row in bench_sets.bench(folder) if row.band}
+
+
+def test_the_rows_find_the_bench_that_made_the_recordings(tmp_path: pathlib.Path) -> None:
+    """1 nm³/(s·Pa), a cell that shows 0.9 of the force: nothing fitted errs by a ninth of it, a fit not."""
+    blank = {key: each for key, each in pulsed().items() if key not in (*VALVES, "contraction")} | OWN
+    logs = [blank | {"length": length} for length in ("20 cm", "19.4 cm")]
+    for log in logs:
+        seen = replay(log, bench=bench_sets.VALVE | {"supply": 6.2e5, "conductance": 1e-9}).predicted
+        log |= {"pressure [bar]": 1e-5 * seen["pressure"], "force [N]": 0.9 * seen["force"]}
+    rows = rows_of(tmp_path, *logs)
+    shares = [100.0 / 9.0 * np.sqrt(np.mean(a["force [N]"] ** 2)) / logs[0]["force [N]"].max() for a in logs]
+    expected = min(shares), np.sqrt(np.mean(np.square(shares))), max(shares)
+    assert rows["static force, nothing fitted"].band == pytest.approx(expected, abs=0.2)
+    assert max(rows["static force, blocked_force fitted"].band) < 0.5
+    assert rows["pulses, pressure, conductance fitted"].verdict == "agrees"
+
+
+def test_a_loop_is_judged_over_three_muscles(tmp_path: pathlib.Path, monkeypatch: Any) -> None:
+    """8 ± 1 N more force while venting: 2.92/√3 of the deviation 1 N; a held muscle here has no loop."""
+    monkeypatch.setattr(bench_sets, "BENCH", {"aarl_festo10_isometric": []})
+    log = OWN | ramp(length="19 cm", contraction="0.05")
+    forces = [30.0 * log["pressure [bar]"] + width * (log["time [s]"] > 1.0) for width in (7.0, 8.0, 9.0)]
+    ((name, found),) = rows_of(tmp_path, *(log | {"force [N]": force} for force in forces)).items()
+    assert name == "loop at 25% of free contraction" and found.verdict == "disagrees"
+    assert (found.measured, found.error) == pytest.approx((8.0, 2.92 / 3.0**0.5), abs=0.1)
+
+
+@needed
+@nightly("80 s")
+def test_measured_muscles_miss_the_limits_as_the_page_says(tmp_path: pathlib.Path) -> None:
+    """The static error again by the formula, over each muscle's force at rest length."""
+    logs = [SCRIPT["festo_10"](BENCHES, cut, kink) for cut in SCRIPT["RESTS"] for kink in SCRIPT["KINKS"]]
+    rows, shares = rows_of(tmp_path, *logs), []
+    for k, log in enumerate(logs):
+        muscle = load("muscle", "dmsp_10", {key: log[key] for key in ("total_length", "free_contraction")})
+        kappa = (muscle.total_length - float(log["length"][:-3]) / 100.0) / muscle.nominal_length
+        force = np.maximum(muscle.force(np.maximum(log["pressure [Pa]"], 0.0), contraction=kappa), 0.0)
+        shares.append(np.mean((force - log["force [N]"]) ** 2) / logs[k - k % 4]["force [N]"].max() ** 2)
+    expected = 100.0 * np.sqrt(np.mean(shares))
+    assert rows["static force, nothing fitted"].band[1] == pytest.approx(expected, abs=0.3)
+    assert {row.verdict for row in rows.values() if row.limit} == {"disagrees"}
