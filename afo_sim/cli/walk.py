@@ -14,7 +14,7 @@ from afo_sim.cli.overwriting import check_same
 from afo_sim.cli.printed_run import print_line
 from afo_sim.common import InputError, optional
 
-DRAWN_STARTS = 8  # of each drawn patient
+DRAWN_STARTS = 30  # of each drawn patient
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,9 @@ def walk_command(walk: _Walk) -> None:
     key, values = _varied(walk.vary)
     sets = [common.read_sets(walk.sets) | ({key: value} if key else {}) for value in values]
     common.check_counts(walk.threads, 0)
+    if not 0 <= walk.draws <= 1000 or (walk.draws and key):
+        allowed = "0 without --vary" if key else "0 to 1000"
+        raise InputError("is out of range", field="--draws", value=walk.draws, allowed=allowed)
     names = ("gait", "starts", "generations", "subset", "adapted", "adapted_device", "seed")
     options = common.picked(walk, *names) | {
         "strength": common.read_sets(walk.strength, "--strength", "tibialis=0.2"),

@@ -23,6 +23,7 @@ WAYS = {"bottle mass": "kg", "tank pressure": "Pa", "flow": "m^3/s"}
 COLUMNS = {"time": "s", "heel strike": "", **WAYS}
 FACTS: dict[str, str | None] = {"tank volume": "m^3", "error": "kg"}
 LEAST = 20  # strides, whose mean says something
+SHORTEST = 0.4  # stride [s]
 
 
 def air_row(file: pathlib.Path, band: Sequence[float]) -> LedgerRow:
@@ -44,6 +45,8 @@ def air_row(file: pathlib.Path, band: Sequence[float]) -> LedgerRow:
         raise InputError("does not state air by strides", file=file, field="header", allowed=allowed)
     down = columns["heel strike"] > 0.5
     starts = 1 + np.flatnonzero(down[1:] & ~down[:-1])
+    apart = np.diff(columns["time"][starts], prepend=-np.inf)
+    starts = starts[apart > SHORTEST]  # a switch that chatters is not another stride
     if len(starts) <= LEAST:
         raise InputError(f"holds {len(starts)} heel strikes", file=file, allowed=f"more than {LEAST}")
     first, last, x = starts[0], starts[-1], columns[ways[0]]

@@ -185,10 +185,12 @@ def summary(rows: Sequence[LedgerRow]) -> list[str]:
     counts = ", ".join(f"{[row.verdict for row in rows].count(v)} {v}" for v in VERDICTS)
     devices = {row.device for row in rows if row.verdict != VERDICTS[2]}
     both = [(*row.band, row.measured) for row in rows if row.band and row.measured]
+    error = np.array([row.error for row in rows if row.band and row.measured])
     from scipy.stats import binomtest  # slow to import
 
     low, middle, high, x = np.array(both).T
     inside, scores = int(((low <= x) & (x <= high)).sum()), interval_score(low, high, x)
+    near = int(((low <= x + error) & (x - error <= high)).sum())
     least, most = binomtest(inside, len(both)).proportion_ci(0.9)
     what = "too narrow" if most < 1.0 - ALPHA else "too wide" if least > 1.0 - ALPHA else "not refuted"
     return [
@@ -196,6 +198,7 @@ def summary(rows: Sequence[LedgerRow]) -> list[str]:
         f"median error {100.0 * np.median(np.abs(middle / x - 1.0)):.0f} %, median width of the band "
         f"{100.0 * np.median((high - low) / np.abs(middle)):.0f} % of the prediction",
         f"{inside} of {len(both)} measured values lie in their band, a share of {100.0 * least:.0f} to "
-        f"{100.0 * most:.0f} % (90 % interval): as bands of 90 % they are {what}",
+        f"{100.0 * most:.0f} % (90 % interval): as bands of 90 % they are {what}; "
+        f"{near} lie in it within their own error",
         f"interval score over the measured value: median {np.median(scores):.2f}, mean {np.mean(scores):.2f}",
     ]

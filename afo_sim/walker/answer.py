@@ -100,7 +100,8 @@ class Reply:
 
 _FALLS = (
     "A walker in the sagittal plane with reflexes, without eyes, arms or steps aside, starts from poses "
-    "drawn about its own and is pushed once. Falls compare walkers; they are not a patient's risk of falling."
+    "drawn about its own and is pushed once, if it has not fallen before. Falls compare walkers; they are "
+    "not a patient's risk of falling."
 )
 _CHANGES = (
     "Both legs are in the sagittal plane. A case that is not adapted keeps the reflexes of the healthy walk. "
@@ -109,7 +110,7 @@ _CHANGES = (
 _COST = (
     "The muscles' energy is a model's. Over conditions of walking, seven such models follow measured gas "
     "exchange with a correlation of 0.9 and more (Koelewijn et al. 2019, doi 10.1371/journal.pone.0222037). "
-    "Differences below 10 % are not claimed."
+    "Differences below 10 % are not claimed. The cost itself, with 1.51 W/kg at rest, is not validated."
 )
 
 
@@ -130,6 +131,8 @@ def _doubts(response: Response) -> Iterator[str]:
     """A healthy walker who falls; adapted cases whose search did not converge, or does not say so."""
     if response["healthy"].numbers["fell"]:
         yield "The healthy walker falls, too: its gait does not suit this body and says nothing of a patient."
+    if any(case.falls is not None and case.falls.count for case in response.cases.values()):
+        yield "Numbers are of one undisturbed walk; where starts fall, another start gives other numbers."
     for name, case in response.cases.items():
         known = case.gait.search.get("converged") if case.found is None else case.found.converged
         if name.endswith("adapted") and not known:

@@ -87,9 +87,11 @@ def _against_norm(name: str, gait: Gait) -> Iterator[Compared]:
     yield _within(f"{name}: cadence", 120.0 / float(norm["duration"]), cadence, "/min", STEP_WITHIN, why)
     off = [off_norm(strides_of(walked, side), found["speed"], taller) for side in ("right", "left")]
     for angle in off[0]:
-        both = float(np.mean([side[angle] for side in off]))
-        what = f"{name}: {angle}, RMS off the norm"
-        yield Compared(what, 0.0, 6.0 * both, "deg", _judged(both <= ANGLES_WITHIN), BOVI, "within 2.5 × 6°")
+        both = 6.0 * float(np.mean([side[angle] for side in off]))
+        held = float(np.degrees(np.std(norm[angle])))
+        good = both <= min(6.0 * ANGLES_WITHIN, held)
+        words = f"within 2.5 × 6° and the {held:.1f}° of a joint held at its mean"
+        yield Compared(f"{name}: {angle}, RMS off the norm", 0.0, both, "deg", _judged(good), BOVI, words)
     peak, own = float(norm["load"].max()), found["right/force_peak"]
     near = _judged(abs(own - peak) <= FORCE_WITHIN)
     yield Compared(f"{name}: vertical force, peak", peak, own, "BW", near, BOVI, "within 0.25 BW")

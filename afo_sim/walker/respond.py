@@ -22,6 +22,8 @@ from afo_sim.walker.strides import numbers
 from afo_sim.walker.walking import TICK, Push, Walked, own_copy, walk
 
 TIMESTEP = 0.0005  # at which the walker's numbers are stated [s]
+LONGEST = 0.002  # time step at which the walker still walks as at a shorter one [s]
+FILLED = 2.0  # time from which on a chamber counts as filled to the supply [s]
 NOISE = 0.02  # standard deviation of each angle of a perturbed start [rad]
 FROM, UNTIL, HORIZON = 2.5, 4.5, 8.0  # between which a perturbed start is pushed, and how long it walks [s]
 PLANTARFLEXORS = ("soleus", "gastrocnemius")
@@ -131,16 +133,22 @@ def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any
         raise InputError("nobody walks in it", field="scenario", value=read.name, allowed=allowed)
     if "timestep" not in (sets or {}):
         read = read.set({"timestep": f"{1e3 * TIMESTEP:g} ms"})
-    if abs(TICK / read.timestep - round(TICK / read.timestep)) > 1e-6:
-        allowed = "a whole part of 10 ms"
+    if read.timestep > LONGEST or abs(TICK / read.timestep - round(TICK / read.timestep)) > 1e-6:
+        allowed = "a whole part of 10 ms, at most 2 ms"
         raise InputError(
             "is not taken by a responding walker", field="timestep", value=read.timestep, allowed=allowed
         )
-    for key, has in (("drive", bool(read.drive)), ("sensor", bool(read.sensor))):
+    begun = read.start.chambers.items() if read.start is not None else ()
+    short = next((name for name, way in begun if (way.fill_time or FILLED) < FILLED), None)
+    for key, has, allowed in (
+        ("drive", bool(read.drive), "timer, phases, controller"),
+        ("sensor", bool(read.sensor), "timer, phases, controller"),
+        ("load_moment", read.load_moment != 0.0, "0 N·m"),
+        ("controller.rate", read.controller is not None and read.controller.rate * TICK != 1.0, "100 Hz"),
+        (f"start.{short}.fill_time", short is not None, f"{FILLED:g} s, which fills it, or a pressure"),
+    ):
         if has:
-            raise InputError(
-                "is not taken by a responding walker", field=key, allowed="timer, phases, controller"
-            )
+            raise InputError("is not taken by a responding walker", field=key, allowed=allowed)
     return read
 
 

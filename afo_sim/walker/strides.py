@@ -11,7 +11,7 @@ import numpy as np
 from afo_sim.common import GRAVITY, find_gait
 from afo_sim.gait import at_speed
 from afo_sim.model import ANKLE
-from afo_sim.physics import LEG_MUSCLES
+from afo_sim.physics import EARLY_STANCE, LEG_MUSCLES
 from afo_sim.walker.body import HIP, KNEE
 from afo_sim.walker.walking import Walked
 
@@ -49,13 +49,7 @@ class Strides:
 def strides_of(walked: Walked, side: str) -> Strides:
     """The strides of a leg, "right" with the device or "left", without the first two and the last."""
     load, time = walked[f"{side}/load"], walked["time"]
-    down = np.flatnonzero((load[1:] > STANDS) & (load[:-1] <= STANDS)) + 1
-    begins: list[int] = []
-    for row in down:
-        weighty = load[row : row + 30].max() > 0.3 * walked.body.weight
-        if weighty and (not begins or time[row] - time[begins[-1]] > SHORTEST):
-            begins.append(int(row))
-    kept = np.array(begins[FIRST:], dtype=int)
+    kept = _contacts(walked, side)[FIRST:]
     mass = walked.body.weight / GRAVITY
     moment, velocity = walked[f"{side}/{ANKLE}_moment"], walked[f"{side}/{ANKLE}_velocity"]
     columns = {
@@ -82,6 +76,22 @@ def strides_of(walked: Walked, side: str) -> Strides:
     }
     forward = walked["trunk/forward"]
     return Strides(kept, curves, np.diff(time[kept]), np.diff(forward[kept]))
+
+
+def _contacts(walked: Walked, side: str) -> np.ndarray:
+    """Rows at which a foot comes down to stand: its last touch before its reflexes begin to stand.
+
+    A foot that scuffs touches too, and does not stand.
+    """
+    load, time, phase = walked[f"{side}/load"], walked["time"], walked[f"{side}/phase"]
+    stands = np.flatnonzero((phase[1:] == EARLY_STANCE) & (phase[:-1] != EARLY_STANCE)) + 1
+    begins: list[int] = []
+    for row in stands:
+        while row > 0 and load[row - 1] > STANDS:
+            row -= 1
+        if not begins or time[row] - time[begins[-1]] > SHORTEST:
+            begins.append(int(row))
+    return np.array(begins, dtype=int)
 
 
 def numbers(walked: Walked) -> dict[str, float]:

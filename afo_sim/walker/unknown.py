@@ -92,7 +92,7 @@ def draw_falls(
             "patient.passive_scale": float(scenario.patient.passive_scale * drawn["tissue"][k])
         }
         sets["patient.body_mass"] = f"{float(mass * drawn['mass'][k])!r} kg"
-        shares = {name: share + float(drawn["stronger"][k]) for name, share in own.items()}
+        shares = {name: min(share + float(drawn["stronger"][k]), 1.0) for name, share in own.items()}
         for name in ("soleus", "gastrocnemius"):
             shares[name] = shares.get(name, 1.0) * float(drawn["plantarflexors"][k])
         for case, gait in gaits.items():

@@ -68,7 +68,7 @@ class _Board:
     def __call__(self, seen: "_Seen") -> Mapping[str, tuple[float, float]]:
         """Coils of inlet and outlet by chamber."""
         scenario, now = self.scenario, seen.time
-        self.switch.update(seen["ground/force_z"], TICK)
+        self.switch.update(seen["foot/heel_load"], TICK)
         if self.controller is not None:
             described = scenario.orthosis.chamber
             self.commands |= checked(
