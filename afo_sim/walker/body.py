@@ -49,7 +49,6 @@ STOPS = {
 }
 STOP_STIFFNESS, STOP_DAMPING = 500.0, 1.0  # [N·m/rad], [s/rad]: of SCONE's other joints
 GRIP_STIFFNESS, GRIP_DAMPING, FRICTION = 4e4, 150.0, 0.8  # [N/m], [N·s/m], [-]
-KNEE_HEIGHT = 0.431  # of the leg's knee over its ankle, of its body's height 1.75 m
 SHANK_SHARE = 0.246  # of the body's height (Winter)
 
 
@@ -144,8 +143,8 @@ def _weigh(body: mujoco.MjsBody, mass: float, centre: np.ndarray, inertia: float
 
 def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: Scenario, size: Size) -> None:
     """The described leg on a thigh, with a knee."""
-    leg = leg_spec(scenario, size)
-    height = _shank_length(scenario, size)
+    leg = leg_spec(scenario, Size.of(scenario))  # as much bigger than the body that it was made for
+    height = _shank_length(scenario)
     shank = leg.body(scenario.leg.shank)
     ankle = leg.joint(ANKLE)
     at = np.array(ankle.pos) + np.array(leg.body(scenario.leg.foot).pos) + [0.0, 0.0, height]
@@ -161,10 +160,10 @@ def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: S
                 element.name = element.name.removeprefix(OWN)
 
 
-def _shank_length(scenario: Scenario, size: Size) -> float:
+def _shank_length(scenario: Scenario) -> float:
     leg = scenario.leg
     own = SHANK_SHARE * leg.body_height if leg.shank_length is None else leg.shank_length
-    return own * size.taller
+    return own * Size.of(scenario).taller
 
 
 def _add_paths(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
@@ -289,7 +288,7 @@ def _filled(
             muscle=muscles[k, 0],
             pad=pads[k, 0],
             tissue=named(f"{side}{TISSUE}"),
-            extension=toes.stiffness * size.springy * toes.swing_extension,
+            extension=toes.stiffness * Size.of(scenario).springy * toes.swing_extension,
             knee=int(model.joint(f"{side}{KNEE}").qposadr[0]),
             knee_rate=int(model.joint(f"{side}{KNEE}").dofadr[0]),
             pitch=int(model.joint(PITCH).qposadr[0]),
