@@ -11,13 +11,13 @@ from afo_sim.model.mounting import ANKLE
 KINDS = {"bang_bang": native.BANG_BANG, "pwm": native.PWM, "regulator": native.REGULATOR}
 
 
-@functools.lru_cache(maxsize=4)  # cases of a sweep share it, and what is kept by it
 def own_supply(scenario: Scenario) -> Supply | None:
     """The supply that is a part of the circuit; None where it is an input."""
     supply = scenario.supply
     return supply if supply.source or supply.regulator or scenario.orthosis.volume else None
 
 
+@functools.lru_cache(maxsize=4)  # cases of a sweep share it, and what is kept by it
 def circuit_of(
     orthosis: Orthosis,
     joint: str = ANKLE,

@@ -198,7 +198,7 @@ def respond(
     --------
     >>> found = respond("walk-dropfoot-afo", duration=4.0, starts=0)
     >>> list(found.cases), found["healthy"].walked.fell
-    (['healthy', 'patient', 'device'], None)
+    (['healthy', 'patient', 'patient adapted', 'device', 'device adapted'], None)
     """
     described = prepared(scenario, sets)
     if subset not in SUBSETS:
