@@ -133,6 +133,11 @@ def _doubts(response: Response) -> Iterator[str]:
         yield "The healthy walker falls, too: its gait does not suit this body and says nothing of a patient."
     if any(case.falls is not None and case.falls.count for case in response.cases.values()):
         yield "Numbers are of one undisturbed walk; where starts fall, another start gives other numbers."
+    if any(name.endswith("adapted") for name in response.cases):
+        yield (
+            "An adapted gait is adapted to exactly this body. Patients who differ from it as much as is not "
+            "known, and do not adapt anew, fall far more often (--draws)."
+        )
     for name, case in response.cases.items():
         known = case.gait.search.get("converged") if case.found is None else case.found.converged
         if name.endswith("adapted") and not known:

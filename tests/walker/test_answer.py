@@ -125,14 +125,15 @@ def test_adapted_is_compared_with_adapted_and_a_search_that_did_not_converge_is_
         and "−10.0 → 5.0°" in half.text
         and "7.0" not in half.text
     )
-    assert half.assumptions[1] == (
+    assert "exactly this body" in half.assumptions[1]
+    assert half.assumptions[2] == (
         "The search of “with device, adapted” did not converge: a longer one may find another walk."
     )
     both = verdict(response(*three, only, case("patient adapted", converged=None, right__ankle_swing=-8.0)))
     assert "without, adapted: on the device's leg" in both[1].text and "−8.0 → 7.0°" in both[1].text
-    assert "is not known to have converged" in both[2].assumptions[2]
+    assert "is not known to have converged" in both[2].assumptions[3]
     sure = verdict(response(*three, case("patient adapted"), case("device adapted")))
-    assert all(len(reply.assumptions) == 1 for reply in sure)
+    assert all(len(reply.assumptions) == 2 for reply in sure)
 
 
 def test_a_healthy_walker_who_falls_is_named_beside_each_answer() -> None:
