@@ -11,7 +11,9 @@ from .air_scheme import AirWay as AirWay
 from .air_scheme import conductance as conductance
 from .assemble import PASSIVE as PASSIVE
 from .build import Built as Built
+from .contact import ground_of as ground_of
 from .controls import OFF as OFF
+from .controls import valves_at as valves_at
 from .design import Design as Design
 from .design import Source as Source
 from .design import design_of as design_of

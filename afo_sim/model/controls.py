@@ -37,7 +37,7 @@ def controls(built: Built, n_step: int | None = None) -> np.ndarray:
     if scenario.timer is not None:
         clock = Clock.of(np.arange(count) * scenario.timestep, scenario.timestep, scenario.timer.period)
         for chamber, times in scenario.timer.chambers.items():
-            for valve, intervals in _of_valves(chamber, times, index.chambers):
+            for valve, intervals in valves_at(chamber, times, index.chambers):
                 control[:, index.valves[valve]] = clock.share(intervals)
     if built.walk is not None:
         _walking_controls(built, control)
@@ -68,13 +68,13 @@ def _walking_controls(built: Built, control: np.ndarray) -> None:
         control[:, index.walking[REST]] = rest[steps]
     phases = built.scenario.phases
     for chamber, events in phases.chambers.items() if phases else ():
-        for valve, intervals in _of_valves(chamber, events, index.chambers):
+        for valve, intervals in valves_at(chamber, events, index.chambers):
             parts = tuple(p for a, b in intervals for p in ([(a, b)] if a < b else [(a, 1.0), (0.0, b)]))
             if parts:
                 control[:, index.valves[valve]] = _share(walk.clock, parts)[steps]
 
 
-def _of_valves(name: str, times: Any, chambers: Container[str]) -> Iterator[tuple[str, Intervals]]:
+def valves_at(name: str, times: Any, chambers: Container[str]) -> Iterator[tuple[str, Intervals]]:
     """(valve, its intervals) of a table of times: of a chamber's two valves, or of one between nodes."""
     if name not in chambers:
         yield name, times.open

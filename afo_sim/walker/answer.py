@@ -139,10 +139,15 @@ def _doubts(response: Response) -> Iterator[str]:
             "known, and do not adapt anew, fall far more often (--draws)."
         )
     for name, case in response.cases.items():
-        known = case.gait.search.get("converged") if case.found is None else case.found.converged
+        known = _converged(case)
         if name.endswith("adapted") and not known:
             what = "is not known to have converged" if known is None else "did not converge"
             yield f"The search of “{CASES[name]}” {what}: a longer one may find another walk."
+
+
+def _converged(case: Case) -> bool | None:
+    """Whether the search that adapted a case converged; None where its gait does not say."""
+    return case.gait.search.get("converged") if case.found is None else case.found.converged
 
 
 def _pairs(response: Response) -> dict[str, tuple[Case, Case]]:
@@ -212,8 +217,13 @@ def _of_cost(response: Response) -> Iterator[str]:
         name = "cost_of_transport"
         row, change = _ROWS[name], after.numbers[name] / before.numbers[name] - 1.0
         more = f"{abs(change):.0%} {'more' if change > 0.0 else 'less'}"
-        values = f"{row.of(name, before)} → {row.of(name, after)} {row.unit}"
-        return f"{'not distinguishable' if abs(change) < LEAST else more} ({values})"
+        speeds = f"at {_ROWS['speed'].of('speed', before)} and {_ROWS['speed'].of('speed', after)} m/s"
+        values = f"{row.of(name, before)} → {row.of(name, after)} {row.unit}, {speeds}"
+        if abs(change) < LEAST:
+            return f"not distinguishable ({values})"
+        open_ends = [case for case in (before, after) if "adapted" in case.name and not _converged(case)]
+        claimed = "; a longer search may find less" if open_ends else ""
+        return f"{more} ({values}{claimed})"
 
     yield from _compared(response, words)
     air = in_brief(response)["air per stride [g]"]

@@ -3,7 +3,9 @@
 The device is on the leg whose names are the leg's own; the other leg's begin with "left_".
 """
 
+import dataclasses
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
@@ -11,7 +13,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError
-from afo_sim.description import Ground, Scenario
+from afo_sim.description import Scenario
 from afo_sim.model import (
     ANKLE,
     POINTS,
@@ -22,6 +24,7 @@ from afo_sim.model import (
     add_tendons,
     attach_parts,
     circuit_of,
+    ground_of,
     healthy_tissue,
     leg_spec,
     own_supply,
@@ -266,70 +269,90 @@ def _filled(
     strength: dict[str, float],
 ) -> Body:
     """The walker with the parameters of all its actuators."""
-    rows, named = model.actuator_user, lambda name: model.actuator(name).id
+    rows, named = model.actuator_user, _named(model)
     muscles = np.array([[named(f"{side}{muscle}") for muscle in LEG_MUSCLES] for side in SIDES])
     reflexes = np.array([named(f"{side}{REFLEX}") for side in SIDES])
     pads = np.array([[named(f"{side}pad_{point}") for point in POINTS] for side in SIDES])
     weight = float(model.body_mass.sum()) * GRAVITY
-    own = len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES)
-    slots = _slots(scenario.timestep)
-    ground, toes = scenario.ground or Ground(), scenario.leg.toes
-    if toes is None:
-        raise InputError("has no toes, which a responding walker needs", file=scenario.leg.file, field="toes")
-    stiffer = size.heavier / size.taller
-    for k, side in enumerate(SIDES):
-        for i, name in zip(muscles[k], LEG_MUSCLES, strict=True):
-            place = own * k + len(native.LEG_MUSCLE_DATA) * LEG_MUSCLES.index(name)
-            rows[i] = muscle_row(MUSCLES[name], size, strength.get(f"{side}{name}", 1.0), place)
-        bodies = {"foot": f"{side}{scenario.leg.foot}", "trunk": "trunk"}
-        rows[reflexes[k]] = native.row(
-            native.KIND_REFLEX,
-            other=reflexes[1 - k],
-            muscle=muscles[k, 0],
-            pad=pads[k, 0],
-            tissue=named(f"{side}{TISSUE}"),
-            extension=toes.stiffness * Size.of(scenario).springy * toes.swing_extension,
-            knee=int(model.joint(f"{side}{KNEE}").qposadr[0]),
-            knee_rate=int(model.joint(f"{side}{KNEE}").dofadr[0]),
-            pitch=int(model.joint(PITCH).qposadr[0]),
-            pitch_rate=int(model.joint(PITCH).dofadr[0]),
-            userdata=2 * own + NERVES * slots * k,
-            slots=slots,
-            weight=weight,
-            gains=[0.0] * len(GAINS),
-            **{key: model.body(body).id for key, body in bodies.items()},
-        )
-        for pad, point in zip(pads[k], POINTS, strict=True):
-            rows[pad] = native.pad_row(
-                stiffness=ground.stiffness * stiffer,
-                damping=ground.damping / size.slower,
-                floor=named(FLOOR),
-            )
-            rows[named(f"{side}grip_{point}")] = native.row(
-                native.KIND_GRIP,
-                pad=pad,
-                stiffness=GRIP_STIFFNESS * stiffer,
-                damping=GRIP_DAMPING * stiffer * size.slower,
-                friction=FRICTION,
-            )
-        tissue = own_tissue(scenario) if side == "" else healthy_tissue(scenario)
-        rows[named(f"{side}{TISSUE}")] = native.passive_row(
-            scale=tissue.scale, offset=tissue.offset, damping=0.5 * tissue.damping
-        )
-        rows[named(f"{side}{SPASM}")] = native.spastic_row(gain=reflex_gain(scenario) if side == "" else 0.0)
-        for name in STOPS:
-            rows[named(f"{side}{name}")] = native.pad_row(
-                stiffness=STOP_STIFFNESS * size.springy,
-                damping=STOP_DAMPING * size.slower,
-                floor=named(f"{name}_angle"),
-            )
+    body = Body(model, scenario, size, circuit, None, weight, muscles, reflexes, pads)
+    for k in range(len(SIDES)):
+        _fill_leg(body, k, strength)
+        _fill_floor(body, k)
+        _fill_tissue(body, k)
     rows[[named(FLOOR), *(named(f"{name}_angle") for name in STOPS)]] = native.motor_row()
-    ids = None
-    if circuit is not None:
-        ids = native.circuit_ids(model, circuit)
-        native.fill_circuit(model, circuit, ids, userdata=first)
-        native.fill_inverse_masses(model)
-    return Body(model, scenario, size, circuit, ids, weight, muscles, reflexes, pads)
+    if circuit is None:
+        return body
+    ids = native.circuit_ids(model, circuit)
+    native.fill_circuit(model, circuit, ids, userdata=first)
+    native.fill_inverse_masses(model)
+    return dataclasses.replace(body, ids=ids)
+
+
+def _fill_leg(body: Body, k: int, strength: dict[str, float]) -> None:
+    """Rows of a leg's muscles and reflexes."""
+    model, side, toes = body.model, SIDES[k], body.scenario.leg.toes
+    leg, rows, named = body.scenario.leg, body.model.actuator_user, _named(body.model)
+    if toes is None:
+        raise InputError("has no toes, which a responding walker needs", file=leg.file, field="toes")
+    own, slots = len(native.LEG_MUSCLE_DATA) * len(LEG_MUSCLES), _slots(body.scenario.timestep)
+    for place, (i, name) in enumerate(zip(body.muscles[k], LEG_MUSCLES, strict=True)):
+        at = own * k + len(native.LEG_MUSCLE_DATA) * place
+        rows[i] = muscle_row(MUSCLES[name], body.size, strength.get(f"{side}{name}", 1.0), at)
+    knee, pitch = model.joint(f"{side}{KNEE}"), model.joint(PITCH)
+    rows[body.reflexes[k]] = native.row(
+        native.KIND_REFLEX,
+        other=body.reflexes[1 - k],
+        muscle=body.muscles[k, 0],
+        pad=body.pads[k, 0],
+        tissue=named(f"{side}{TISSUE}"),
+        extension=toes.stiffness * Size.of(body.scenario).springy * toes.swing_extension,
+        foot=model.body(f"{side}{leg.foot}").id,
+        trunk=model.body("trunk").id,
+        knee=int(knee.qposadr[0]),
+        knee_rate=int(knee.dofadr[0]),
+        pitch=int(pitch.qposadr[0]),
+        pitch_rate=int(pitch.dofadr[0]),
+        userdata=2 * own + NERVES * slots * k,
+        slots=slots,
+        weight=body.weight,
+        gains=[0.0] * len(GAINS),
+    )
+
+
+def _fill_floor(body: Body, k: int) -> None:
+    """Rows of a leg's pads and grips."""
+    rows, side, size, named = body.model.actuator_user, SIDES[k], body.size, _named(body.model)
+    ground, stiffer = ground_of(body.scenario, Size.of(body.scenario)), size.heavier / size.taller
+    for pad, point in zip(body.pads[k], POINTS, strict=True):
+        rows[pad] = native.pad_row(stiffness=ground.stiffness, damping=ground.damping, floor=named(FLOOR))
+        rows[named(f"{side}grip_{point}")] = native.row(
+            native.KIND_GRIP,
+            pad=pad,
+            stiffness=GRIP_STIFFNESS * stiffer,
+            damping=GRIP_DAMPING * stiffer * size.slower,
+            friction=FRICTION,
+        )
+
+
+def _fill_tissue(body: Body, k: int) -> None:
+    """Rows of a leg's passive ankle, its stretch reflex, its stops; the device's leg has the patient's."""
+    rows, side, scenario, named = body.model.actuator_user, SIDES[k], body.scenario, _named(body.model)
+    tissue = own_tissue(scenario) if side == "" else healthy_tissue(scenario)
+    rows[named(f"{side}{TISSUE}")] = native.passive_row(
+        scale=tissue.scale, offset=tissue.offset, damping=0.5 * tissue.damping
+    )
+    rows[named(f"{side}{SPASM}")] = native.spastic_row(gain=reflex_gain(scenario) if side == "" else 0.0)
+    for name in STOPS:
+        rows[named(f"{side}{name}")] = native.pad_row(
+            stiffness=STOP_STIFFNESS * body.size.springy,
+            damping=STOP_DAMPING * body.size.slower,
+            floor=named(f"{name}_angle"),
+        )
+
+
+def _named(model: mujoco.MjModel) -> Callable[[str], int]:
+    """The id of an actuator by its name."""
+    return lambda name: int(model.actuator(name).id)
 
 
 def muscle_row(muscle: Muscle, size: Size, strength: float, place: int) -> np.ndarray:

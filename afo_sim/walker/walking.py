@@ -1,6 +1,7 @@
 """A responding walk: reflexes and air in MuJoCo's step, the device's board and pushes between steps."""
 
 import copy
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,10 +11,10 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, SimulationError
+from afo_sim.common import AMBIENT_PRESSURE, InputError, SimulationError
 from afo_sim.control import Controller, FootSwitch, checked, make
 from afo_sim.description import Scenario
-from afo_sim.model import ANKLE, POINTS, SOLE
+from afo_sim.model import ANKLE, POINTS, SOLE, valves_at
 from afo_sim.physics import LEG_MUSCLES
 from afo_sim.walker.body import JOINTS, ROOT, SIDES, UP, Body
 from afo_sim.walker.gait import Vector, start
@@ -65,8 +66,8 @@ class _Board:
         if self.scenario.controller is not None:
             self.controller = make(self.scenario.controller, self.scenario)
 
-    def __call__(self, seen: "_Seen") -> Mapping[str, tuple[float, float]]:
-        """Coils of inlet and outlet by chamber."""
+    def __call__(self, seen: "_Seen") -> Mapping[str, float]:
+        """Coils by valve; the others are off."""
         scenario, now = self.scenario, seen.time
         self.switch.update(seen["foot/heel_load"], TICK)
         if self.controller is not None:
@@ -77,21 +78,28 @@ class _Board:
                 {},
                 [name for name, chamber in described.items() if chamber.three_way],
             )
-            return {name: found for name, found in self.commands.items() if isinstance(found, tuple)}
+            return {
+                f"{chamber}_{side}": coil
+                for chamber, coils in self.commands.items()
+                if isinstance(coils, tuple)
+                for side, coil in zip(native.SIDES, coils, strict=True)
+            }
         if scenario.timer is not None:
-            return _at(scenario.timer.chambers, now % scenario.timer.period)
+            return self._at(scenario.timer.chambers, now % scenario.timer.period)
         if scenario.phases is not None:
             if not self.switch.ready:
                 return {}
-            return _at(scenario.phases.chambers, self.switch.phase % 1.0)
+            return self._at(scenario.phases.chambers, self.switch.phase % 1.0)
         return {}
 
-
-def _at(tables: Mapping[str, Any], place: float) -> dict[str, tuple[float, float]]:
-    def on(intervals: Sequence[tuple[float, float]]) -> float:
-        return float(any(a <= place < b if a < b else place >= a or place < b for a, b in intervals))
-
-    return {name: (on(times.inlet), on(times.outlet)) for name, times in tables.items()}
+    def _at(self, tables: Mapping[str, Any], place: float) -> dict[str, float]:
+        """Coils at a time or phase of the valves that tables of intervals name; one that wraps is whole."""
+        assert self.body.ids is not None
+        return {
+            valve: float(any(a <= place < b if a < b else place >= a or place < b for a, b in intervals))
+            for name, times in tables.items()
+            for valve, intervals in valves_at(name, times, self.body.ids.chambers)
+        }
 
 
 @dataclass(frozen=True)
@@ -119,8 +127,6 @@ class _Seen:
 
 def own_copy(body: Body) -> Body:
     """The same body with a model of its own, so that threads can write gains."""
-    import dataclasses
-
     return dataclasses.replace(body, model=copy.copy(body.model))
 
 
@@ -195,11 +201,10 @@ def _fill(body: Body, data: mujoco.MjData) -> None:
     native.step_back(body.model, data)
 
 
-def _command(body: Body, data: mujoco.MjData, coils: Mapping[str, tuple[float, float]]) -> None:
+def _command(body: Body, data: mujoco.MjData, coils: Mapping[str, float]) -> None:
     assert body.ids is not None
-    for chamber in body.ids.chambers:
-        for side, coil in zip(native.SIDES, coils.get(chamber, (0.0, 0.0)), strict=True):
-            data.ctrl[body.ids.valves[f"{chamber}_{side}"]] = coil
+    for valve, number in body.ids.valves.items():
+        data.ctrl[number] = coils.get(valve, 0.0)
 
 
 class _Recorder:
@@ -238,7 +243,7 @@ class _Recorder:
         if self.body.ids is not None:
             for name, chamber in self.body.ids.chambers.items():
                 air = native.read_air(self.model, data.act, data.userdata, chamber)
-                values[f"chamber/{name}/pressure"] = float(air.absolute_pressure) - 101325.0
+                values[f"chamber/{name}/pressure"] = float(air.absolute_pressure) - AMBIENT_PRESSURE
         return _Seen(float(data.time), values)
 
     def take(self, data: mujoco.MjData) -> None:

@@ -12,6 +12,7 @@ from afo_sim.physics import GAINS, LEG_MUSCLES
 from afo_sim.walker import Push, build_body, prepared, read_gait, strides_of, walk
 from afo_sim.walker.gait import start
 from afo_sim.walker.strides import swing_clearance
+from afo_sim.walker.walking import _Board
 
 ANKLE_MUSCLES = ("gastrocnemius", "soleus", "tibialis")
 
@@ -187,3 +188,14 @@ def test_a_controller_sees_the_switch_under_the_heel() -> None:
     walked = walk(build_body(prepared("walk-dropfoot-afo", sets)), read_gait("natural").vector, 4.0)
     mass, time = walked["chamber/dorsiflexor/mass"], walked["time"]
     assert np.ptp(mass[time < 1.5]) < 1e-9 and mass[-1] < 0.95 * mass[0]
+
+
+def test_the_board_switches_valves_by_intervals_that_may_wrap() -> None:
+    sets = {"phases.dorsiflexor.inlet": [[0.9, 0.1]], "phases.dorsiflexor.outlet": [[0.2, 0.4]]}
+    body = build_body(prepared("walk-dropfoot-afo", {"timestep": "1 ms"} | sets))
+    board, phases = _Board(body.scenario, body), body.scenario.phases
+    assert phases is not None
+    for place, inlet, outlet in ((0.95, 1.0, 0.0), (0.05, 1.0, 0.0), (0.15, 0.0, 0.0), (0.3, 0.0, 1.0)):
+        coils = board._at(phases.chambers, place)
+        assert (coils["dorsiflexor_inlet"], coils["dorsiflexor_outlet"]) == (inlet, outlet)
+    assert set(board._at(phases.chambers, 0.5)) <= set(body.ids.valves)  # type: ignore[union-attr]
