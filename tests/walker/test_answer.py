@@ -79,9 +79,9 @@ def test_interval_of_a_difference_is_the_published_one(
     ("before", "after", "says"),
     [
         (4.0, 4.39, "not distinguishable"),
-        (4.0, 4.41, "10% more (4.0 → 4.4 J/(kg·m))"),
+        (4.0, 4.41, "10% more (4.0 → 4.4 J/(kg·m), at "),
         (4.0, 3.61, "not distinguishable"),
-        (4.0, 3.5, "12% less (4.0 → 3.5 J/(kg·m))"),
+        (4.0, 3.5, "12% less (4.0 → 3.5 J/(kg·m), at "),
     ],
 )
 def test_a_cost_that_differs_by_less_than_a_tenth_is_not_claimed(
