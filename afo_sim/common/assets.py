@@ -66,19 +66,7 @@ def names(kind: str) -> list[str]:
 
 
 def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Path:
-    """The description file that a name or a path means.
-
-    Parameters
-    ----------
-    kind : of KINDS
-    name : a shipped name, or a path to a TOML file or to the folder that holds it
-    beside : file in which `name` was found; a relative path is taken from there first
-
-    Raises
-    ------
-    InputError
-        Nothing of that name; lists what there is.
-    """
+    """The description file that a name or a path means."""
     shipped = names(kind)
     if name in shipped:
         root = folder("models") / KINDS[kind]
@@ -140,17 +128,8 @@ def shipped_name(file: pathlib.Path) -> str:
 
 
 def as_stored(data: Any, place: pathlib.Path) -> Any:
-    """Plain data to be written into a folder: it names files as seen from there, and none by its whole path.
-
-    Parameters
-    ----------
-    data : texts, numbers, and dicts and lists of them
-    place : the folder
-
-    Returns
-    -------
-    the same, in which a text that is a file's whole path is `models/…`, or the path from the folder
-    """
+    """Plain data to be written into a folder: it names files as seen from there, and none by its whole
+    path."""
     if isinstance(data, dict):
         return {key: as_stored(value, place) for key, value in data.items()}
     if isinstance(data, list | tuple):
@@ -170,13 +149,7 @@ def gait_names() -> list[str]:
 
 
 def find_gait(name: str) -> pathlib.Path:
-    """The gait file that a shipped name or a path means.
-
-    Raises
-    ------
-    InputError
-        Nothing of that name; lists what there is.
-    """
+    """The gait file that a shipped name or a path means."""
     if pathlib.Path(name).name == name and (own := folder("gait_data") / f"{name}.csv").is_file():
         _warn_of_change(own)
         return own
@@ -216,13 +189,7 @@ def read_toml(path: pathlib.Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """A TOML text as a dict.
-
-    Raises
-    ------
-    ValueError
-        It is not valid TOML, a number or date is beyond Python's, or it is nested beyond `_MOST_LEVELS`.
-    """
+    """A TOML text as a dict."""
     try:
         table = None if _LONG_KEY.search(text) else tomllib.loads(text)
     except RecursionError:

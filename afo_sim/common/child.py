@@ -21,12 +21,7 @@ def trusted_places() -> list[str]:
 
 
 def child_environment(own: Mapping[str, str] | None = None) -> dict[str, str]:
-    """This process's environment for a child, without the current folder in any list of places.
-
-    Parameters
-    ----------
-    own : variables of the child's own
-    """
+    """This process's environment for a child, without the current folder in any list of places."""
     found = {name: value for name, value in os.environ.items() if name != "PYTHONSTARTUP"}
     for name in found.keys() & set(_LISTS):
         found[name] = os.pathsep.join(_elsewhere(found[name].split(os.pathsep)))

@@ -85,14 +85,7 @@ _Raised = Callable[[Any, Any], None]  # (builder, arguments): writes what is don
 
 @global_compiler_lock
 def compile_all(functions: Sequence[Callable[..., Any]], signature: Any, raised: _Raised) -> Compiled:
-    """Compile functions of one signature.
-
-    Parameters
-    ----------
-    functions : that numba can compile; all that they call is known to it
-    signature : numba's, of a function that returns a number
-    raised : of exceptions; the function returns afterwards
-    """
+    """Compile functions of one signature."""
     start_numba()
     with _nothing_collected():
         compiled = [_compile(function, signature, raised) for function in functions]

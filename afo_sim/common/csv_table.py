@@ -33,22 +33,7 @@ class Table:
 
 
 def read_table(file: pathlib.Path, example: str) -> Table:
-    """Read a CSV as text.
-
-    Parameters
-    ----------
-    file : path
-    example : titles as they could be, for the message when there are none
-
-    Returns
-    -------
-    Table: every row has as many cells as there are titles
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is empty, or a line has more or fewer values than titles.
-    """
+    """Read a CSV as text."""
     try:
         text = read_bytes(file, _LARGEST_CSV).decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -87,24 +72,7 @@ def read_table(file: pathlib.Path, example: str) -> Table:
 
 
 def table_of(data: Any, example: str, name: str) -> Table:
-    """A table from a file, or from columns in memory.
-
-    Parameters
-    ----------
-    data : path to a CSV; {title with unit: numbers}, or a pandas DataFrame of such titles, in which a title
-        whose value is a text, and the DataFrame's `attrs`, are header lines
-    example : titles as they could be, for messages
-    name : stands in messages for the file of columns in memory
-
-    Returns
-    -------
-    Table
-
-    Raises
-    ------
-    InputError
-        As `read_table`; or there is no column, or the columns are of different lengths.
-    """
+    """A table from a file, or from columns in memory."""
     if isinstance(data, str | os.PathLike):
         return read_table(pathlib.Path(data), example)
     facts = {str(key).lower(): str(value) for key, value in getattr(data, "attrs", {}).items()}
@@ -137,13 +105,7 @@ def split_title(title: str) -> tuple[str, str]:
 def scale_of(
     file: pathlib.Path, name: str, title: str, units: tuple[str, ...], example: str
 ) -> tuple[float, str]:
-    """The factor that takes a column's values to the first of `units` (SI) that its unit fits, and that.
-
-    Raises
-    ------
-    InputError
-        The title has no unit, an unknown one, one of another dimension, or one with a zero of its own.
-    """
+    """The factor that takes a column's values to the first of `units` (SI) that its unit fits, and that."""
     unit = split_title(title)[1]
     if not unit:
         raise InputError("has no unit", file=file, field=name, value=title, allowed=f"as in: {example}")

@@ -102,13 +102,7 @@ class SimulationError(AfoSimError):
 
 
 class ControllerError(SimulationError):
-    """A controller failed, or commanded what is not allowed: the simulation ends there.
-
-    Examples
-    --------
-    >>> print(ControllerError("the controller raised ValueError: oh", time=0.5))
-    t = 0.5 s: the controller raised ValueError: oh
-    """
+    """A controller failed, or commanded what is not allowed: the simulation ends there."""
 
     def __init__(self, reason: str, *, simulation: int = 0, time: float = float("nan")):
         super().__init__(reason, simulation=simulation, time=time)

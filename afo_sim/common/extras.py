@@ -24,14 +24,7 @@ NO_WHEEL = "; on Python 3.13 its part labmaze has no wheel: take Python 3.11 or 
 
 
 class MissingExtra(InputError, ImportError):
-    """A library of an extra is not installed; `package` is its name, `extra` what brings it.
-
-    Examples
-    --------
-    >>> from afo_sim.common.extras import MissingExtra
-    >>> print(MissingExtra("ezc3d", "gait"))
-    this needs the library ezc3d: pip install 'afo-sim[gait]', or -e '.[gait]' in a clone
-    """
+    """A library of an extra is not installed; `package` is its name, `extra` what brings it."""
 
     def __init__(self, package: str, extra: str):
         self.package, self.extra = package, extra
@@ -60,17 +53,7 @@ def installed(package: str) -> bool:
 
 
 def optional(module: str) -> Any:
-    """A module of a library that an extra brings, imported when it is asked for.
-
-    Parameters
-    ----------
-    module : its dotted name, such as "SALib.sample.sobol"
-
-    Raises
-    ------
-    MissingExtra
-        The library is not installed.
-    """
+    """A module of a library that an extra brings, imported when it is asked for."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

@@ -40,15 +40,7 @@ _WITHOUT_EFFECT = ("NUMBA_NUM_THREADS", "NUMBA_CACHE_DIR")  # on code
 def functions(
     kind: str, prototype: Any, follows: Sequence[Any], compile_: Callable[[], Compiled]
 ) -> list[Any]:
-    """C function pointers, shipped, from the cache or compiled now.
-
-    Parameters
-    ----------
-    kind : name of the files
-    prototype : ctypes type of the pointers
-    follows : what else than sources, platform and numba's settings the code follows from
-    compile_ : gives the code
-    """
+    """C function pointers, shipped, from the cache or compiled now."""
     start()
     key = fingerprint(*follows)
     codes = _stored(kind, key)

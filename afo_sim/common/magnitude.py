@@ -52,23 +52,7 @@ def magnitudes(unit: str | None) -> tuple[float, float]:
 
 
 def plausible(values: Any, *, file: object = None, field: str = "", missing: bool = False) -> "np.ndarray":
-    """Numbers that were read, as floats that can be calculated with.
-
-    Parameters
-    ----------
-    values : number or array of any shape, in its file's unit
-    file, field : that hold them, for the message
-    missing : NaN stands for what was not measured, and passes
-
-    Returns
-    -------
-    array of the same shape; what is closer to 0 than `LEAST` is 0
-
-    Raises
-    ------
-    InputError
-        A value is not a number, is infinite, or beyond ±`LARGEST`.
-    """
+    """Numbers that were read, as floats that can be calculated with."""
     import numpy as np  # large: whoever only lists what is shipped does without
 
     try:

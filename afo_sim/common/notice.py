@@ -7,22 +7,7 @@ Severity = Literal["note", "warning", "error"]
 
 
 class Notice(str):
-    """A sentence for people that a program recognises by its code and subject, never by its words.
-
-    Parameters
-    ----------
-    code : what kind of notice this is, such as "source-empty"; it stays when the words change
-    text : the sentence, with the data in braces as `str.format` takes them
-    subject : what it is about: a key, a column or a part's name; in braces as {subject}
-    severity : a "note" explains, a "warning" makes a number doubtful, an "error" makes it useless
-    data : numbers and names of the sentence, in SI units where they have one; `beyond` is by how much a
-        limit is passed, in the unit of the limit
-
-    Raises
-    ------
-    KeyError
-        The text names data that are not given.
-    """
+    """A sentence for people that a program recognises by its code and subject, never by its words."""
 
     __slots__ = ("_text", "code", "data", "severity", "subject")
     code: str

@@ -35,18 +35,7 @@ class PhaseTable:
 
 
 def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
-    """Read a file that has just these columns, in any order.
-
-    Parameters
-    ----------
-    path : UTF-8 text
-    columns : the names that must be there
-
-    Raises
-    ------
-    InputError
-        Unreadable, another separator, a column missing or unknown, a cell that is not a number.
-    """
+    """Read a file that has just these columns, in any order."""
     text = read_table(path, ", ".join(columns))
     names = list(text.titles)
     _require_names(path, names, columns)
@@ -66,14 +55,7 @@ def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
 def write_phase_table(
     path: pathlib.Path, header: Mapping[str, str], columns: Mapping[str, np.ndarray]
 ) -> None:
-    """Write a file, whole or not at all; NaN becomes an empty cell.
-
-    Parameters
-    ----------
-    path : file to write
-    header : key and text of each header line
-    columns : name and values (n,) of each column
-    """
+    """Write a file, whole or not at all; NaN becomes an empty cell."""
     lines = [f"# {key}: {' '.join(text.split())}" for key, text in header.items()]
     lines.append(",".join(columns))
     for row in np.column_stack(list(columns.values())) + 0.0:  # no "-0"

@@ -19,18 +19,7 @@ _FLAGS = ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY")
 
 
 def read_bytes(path: str | os.PathLike[str], most: int = LARGEST_DATA) -> bytes:
-    """A file's content.
-
-    Parameters
-    ----------
-    path : of a regular file, or of a link to one
-    most : size that it may have [bytes]
-
-    Raises
-    ------
-    InputError
-        There is no such file, it cannot be read, it is a folder, a pipe or a device, or it is larger.
-    """
+    """A file's content."""
     with _in_words(path), open(path, "rb", opener=_opened) as stream:
         content = stream.read(most + 1)  # not its stated size, which a file of the system lacks
     if len(content) > most:
@@ -70,18 +59,7 @@ def _opened(path: str, flags: int) -> int:
 
 
 def read_text(path: str | os.PathLike[str], most: int = LARGEST_DATA) -> str:
-    """A file's text, with line feeds as its only line ends.
-
-    Parameters
-    ----------
-    path : of a regular file in UTF-8, with or without its mark
-    most : size that it may have [bytes]
-
-    Raises
-    ------
-    InputError
-        As `read_bytes`; or it is not UTF-8.
-    """
+    """A file's text, with line feeds as its only line ends."""
     try:
         text = read_bytes(path, most).decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -91,20 +69,7 @@ def read_text(path: str | os.PathLike[str], most: int = LARGEST_DATA) -> str:
 
 
 def unpack(data: bytes, most: int) -> bytes:
-    """Unpack what `zlib.compress` has made.
-
-    Parameters
-    ----------
-    data : compressed; a few kB of a damaged or hostile file may stand for gigabytes
-    most : size that is allowed [bytes]
-
-    Raises
-    ------
-    ValueError
-        The data are cut short, or larger than allowed.
-    zlib.error
-        They are not compressed data.
-    """
+    """Unpack what `zlib.compress` has made."""
     unpacker = zlib.decompressobj()
     found = unpacker.decompress(data, most + 1)
     if len(found) > most or not unpacker.eof:

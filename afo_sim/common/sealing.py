@@ -52,13 +52,7 @@ _digest = functools.partial(hashlib.blake2b, digest_size=16)
 
 
 def sealed_text(text: str, folder: pathlib.Path | None = None) -> str:
-    """A TOML or CSV text below a line with its digest.
-
-    Parameters
-    ----------
-    text : of the file
-    folder : in which it will stand; the models, meshes and tables that are there get lines of their own
-    """
+    """A TOML or CSV text below a line with its digest."""
     files = sorted(path for path in folder.rglob("*") if path.is_file()) if folder else ()
     for path in files:
         if folder and path.suffix in _PARTS:
@@ -72,13 +66,7 @@ def without_digests(text: str) -> str:
 
 
 def check_text(text: str, file: pathlib.Path) -> str:
-    """A text without the line of its digest, which was checked, as were those of the files beside it.
-
-    Raises
-    ------
-    InputError
-        The text, or a file that it names so, has changed since this program wrote them.
-    """
+    """A text without the line of its digest, which was checked, as were those of the files beside it."""
     line, _, rest = text.partition("\n")
     if not _MARKS.search(line):
         return text
@@ -116,13 +104,7 @@ def sealed_json(value: Mapping[str, Any]) -> str:
 
 
 def read_json(path: pathlib.Path) -> Any:
-    """What a JSON file holds, without its digest.
-
-    Raises
-    ------
-    OSError, ValueError, InputError
-        The file cannot be read or is too large; it is not JSON, or is damaged.
-    """
+    """What a JSON file holds, without its digest."""
     path.stat()  # OSError where it is not there
     text = read_text(path)
     found = _LAST.search(text)
@@ -184,18 +166,7 @@ def parquet_column(values: Any) -> Any:
 
 
 def open_parquet(path: pathlib.Path, *, damaged: bool = False) -> Any:
-    """A pyarrow ParquetFile whose every byte was checked; its rows are not read.
-
-    Parameters
-    ----------
-    path : of the file
-    damaged : open what can be opened; pages are then checked as they are read
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not Parquet, or is not as it was written.
-    """
+    """A pyarrow ParquetFile whose every byte was checked; its rows are not read."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

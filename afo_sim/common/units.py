@@ -70,23 +70,7 @@ def _registry() -> Any:
 
 
 def parse_quantity(value: object, unit: str) -> float:
-    """Read a quantity and return its magnitude in `unit`.
-
-    Parameters
-    ----------
-    value : text such as "4 bar"; a bare number only where `unit` is "" (dimensionless).
-    unit : the SI unit to return it in, for example "Pa".
-
-    Returns
-    -------
-    float, finite, up to the largest magnitude that `magnitudes` has for the unit
-
-    Raises
-    ------
-    ValueError
-        No unit, an unknown unit, another dimension, or a value that is not finite or too large. The message
-        shows a well-formed example.
-    """
+    """Read a quantity and return its magnitude in `unit`."""
     example = f'write it like "{EXAMPLES.get(unit, "1 " + unit)}"'
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise ValueError(f"is not a quantity; {example}")
@@ -111,13 +95,7 @@ def dimension(unit: str) -> Dimension:
 
 
 def read_any_quantity(text: str) -> tuple[float, Dimension]:
-    """A quantity of whatever dimension: its magnitude in the SI unit, and what it measures.
-
-    Raises
-    ------
-    ValueError
-        As `parse_quantity`.
-    """
+    """A quantity of whatever dimension: its magnitude in the SI unit, and what it measures."""
     example = 'write it like "4 bar"'
     if _is_number(text):
         raise ValueError(f"has no unit; {example}")

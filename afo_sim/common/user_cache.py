@@ -105,11 +105,8 @@ def write(kind: str, key: str, content: bytes) -> None:
 
 @contextmanager
 def locked() -> Iterator[None]:
-    """A block that one process at a time is in, of those that share the folder; so that one compiles for all.
-
-    Where the system has no such lock, or nobody else has come out within PATIENCE, the block is entered
-    all the same. A process that ends gives its lock back.
-    """
+    """A block that one process at a time is in, of those that share the folder; so that one compiles
+    for all."""
     place, lock = folder(), -1
     with contextlib.suppress(ImportError, OSError):
         if place is not None and _made(place):

@@ -16,12 +16,7 @@ PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 
 @functools.cache
 def code_fingerprint(package: pathlib.Path = PACKAGE) -> str:
-    """SHA-256 of the sources of the rooms that compute.
-
-    Parameters
-    ----------
-    package : folder of `afo_sim`
-    """
+    """SHA-256 of the sources of the rooms that compute."""
     return digest_of_sources(package, COMPUTING)
 
 

@@ -39,13 +39,7 @@ _REASONS = {
 
 @contextmanager
 def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
-    """A temporary path beside `path` that takes its place when the block ends well.
-
-    Raises
-    ------
-    InputError
-        The disk is full, or the place cannot be written to; an older file stays as it was.
-    """
+    """A temporary path beside `path` that takes its place when the block ends well."""
     with _in_words(path), keeping(path) as temporary:
         yield temporary
 
@@ -72,20 +66,7 @@ def keeping(path: pathlib.Path) -> Iterator[pathlib.Path]:
 
 @contextmanager
 def together(folder: pathlib.Path, group: Iterable[str] = (), again: str = "") -> Iterator[pathlib.Path]:
-    """A scratch folder whose files take their places in `folder` together when the block ends well.
-
-    Parameters
-    ----------
-    folder : made if need be; its other files stay
-    group : names that belong together; one that the block does not write is removed from `folder`, and
-        its own folder with it if nothing else is there
-    again : what can be done once there is room
-
-    Raises
-    ------
-    InputError
-        The disk is full, or the place cannot be written to; an older group stays as it was.
-    """
+    """A scratch folder whose files take their places in `folder` together when the block ends well."""
     with _in_words(folder, again):
         folder.parent.mkdir(parents=True, exist_ok=True)
         _remove_leftovers(folder.parent.absolute())
@@ -116,17 +97,7 @@ def together(folder: pathlib.Path, group: Iterable[str] = (), again: str = "") -
 
 
 def settle(folder: pathlib.Path) -> None:
-    """Complete a group whose writer was killed while its files moved to their places.
-
-    Parameters
-    ----------
-    folder : to be read or written; nothing happens where no group is left
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written to.
-    """
+    """Complete a group whose writer was killed while its files moved to their places."""
     with _in_words(folder):
         for ready in sorted(folder.glob(f".{READY}-*")) if folder.is_dir() else ():
             _take_places(ready, folder)
@@ -231,10 +202,7 @@ def write_text(path: pathlib.Path, text: str) -> None:
 
 
 def json_text(value: object) -> str:
-    """Plain data as JSON; a number that is not finite is null, which JSON has.
-
-    A path that is not UTF-8 is in it with the escapes that JSON has for its bytes.
-    """
+    """Plain data as JSON; a number that is not finite is null, which JSON has."""
     text = json.dumps(_json_numbers(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode(errors="backslashreplace").decode()
 
@@ -248,13 +216,7 @@ def _json_numbers(value: Any) -> Any:
 
 
 def check_encoding(path: str) -> None:
-    """Refuse a path, or another text, that cannot be given to other programs or to the system.
-
-    Raises
-    ------
-    InputError
-        It is not UTF-8, or has characters that no file's name has in this system's locale.
-    """
+    """Refuse a path, or another text, that cannot be given to other programs or to the system."""
     try:
         path.encode()
         os.fsencode(path)
@@ -279,18 +241,7 @@ def check_writable(folder: pathlib.Path, field: str = "out") -> None:
 
 @contextmanager
 def disk(folder: pathlib.Path, again: str) -> Iterator[None]:
-    """The system's refusals as InputError.
-
-    Parameters
-    ----------
-    folder : that is written to
-    again : what can be done once there is room
-
-    Raises
-    ------
-    InputError
-        The disk is full, or the folder cannot be written to.
-    """
+    """The system's refusals as InputError."""
     try:
         yield
     except OSError as error:

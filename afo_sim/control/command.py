@@ -18,15 +18,7 @@ def coils(
     allowed: str = WORDS,
     three_way: Iterable[str] = (),
 ) -> dict[str, tuple[float, float]]:
-    """Coils (inlet, outlet) [-] of the chambers that are commanded; a refusal tells `allowed`.
-
-    Chambers `three_way` have a 3/2 valve, which vents while its one coil has no current.
-
-    Raises
-    ------
-    InputError
-        There is no such chamber, or it is no command.
-    """
+    """Coils (inlet, outlet) [-] of the chambers that are commanded; a refusal tells `allowed`."""
     known, one_coil = list(chambers), set(three_way)
     found = {}
     for chamber, command in commands.items():
@@ -77,20 +69,8 @@ def checked_pressure(pressure: float) -> float:
 def checked(
     commands: object, chambers: Iterable[str], driven: Iterable[str] = (), three_way: Iterable[str] = ()
 ) -> dict[str, tuple[float, float] | float | None]:
-    """Commands of a control period: coils (inlet, outlet), pressure [Pa], or None for the scenario's timing.
-
-    Parameters
-    ----------
-    commands : what a controller gave: a mapping of chambers to commands
-    chambers : of the orthosis
-    driven : chambers that have a pressure drive
-    three_way : chambers with a 3/2 valve, which vents while its one coil has no current
-
-    Raises
-    ------
-    InputError
-        It is no mapping, there is no such chamber, or it is no command.
-    """
+    """Commands of a control period: coils (inlet, outlet), pressure [Pa], or None for the scenario's
+    timing."""
     if not isinstance(commands, Mapping):
         allowed = 'a mapping of chambers, such as {"dorsiflexor": "inlet"}'
         raise InputError("is not a valid command", field="command", value=commands, allowed=allowed)

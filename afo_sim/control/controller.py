@@ -9,11 +9,7 @@ from afo_sim.description import ControllerDescription, Scenario
 
 
 class Observation(Protocol):
-    """A view of the last sample, by column name, SI; a name that is not asked for costs nothing.
-
-    A sample is a step old: what stands in `seen["time"]` is the start of the last step. "sensor/<name>" is
-    the reading of one of the scenario's sensors, any other name the true column of a run.
-    """
+    """A view of the last sample, by column name, SI; a name that is not asked for costs nothing."""
 
     @property
     def time(self) -> float:
@@ -38,17 +34,7 @@ Told = Mapping[str, float]  # what a controller reports beside its commands, by 
 
 
 class Controller(Protocol):
-    """What chooses the commands of the next control period. Any function of an observation is one.
-
-    A command names chambers; those that it does not name keep their last one. See `command.py`.
-
-    An object may have, beside:
-
-    reset() : called before the first step of each run
-    tell() -> {name: float} : what is recorded beside the commands, as columns "controller/<name>"; the names
-        and units are those of `TOLD`
-    asks : the columns that it reads, as names or `RequiredInput`; held against what there is before a run
-    """
+    """What chooses the commands of the next control period. Any function of an observation is one."""
 
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The commands by chamber."""
@@ -71,13 +57,7 @@ TOLD: dict[str, tuple[str, str]] = {
 
 
 def make(description: ControllerDescription, scenario: Scenario) -> Controller:
-    """A fresh controller: what the module of its kind's name calls CONTROLLER.
-
-    Parameters
-    ----------
-    description : of the scenario
-    scenario : that it is for; it knows chambers, timers and time step
-    """
+    """A fresh controller: what the module of its kind's name calls CONTROLLER."""
     kind = description.kind
     module = importlib.import_module(f"afo_sim.control.{kind}")
     made: Controller = module.CONTROLLER(getattr(description, kind), scenario)

@@ -11,10 +11,7 @@ from afo_sim.description import Emg, Scenario, in_si
 
 
 def activated(activation: float, excitation: float, dt: float, rise: float, fall: float) -> float:
-    """Activation after a time with a constant excitation: a' = (u − a)/τ, solved exactly.
-
-    Units: activation, excitation [-], dt [s], rise, fall [s].
-    """
+    """Activation after a time with a constant excitation: a' = (u − a)/τ, solved exactly."""
     constant = rise if excitation > activation else fall
     if constant == 0.0:
         return excitation

@@ -18,10 +18,7 @@ LOST = 1.5  # durations of a stride without a heel strike, from which on the pha
 
 
 class FootSwitch:
-    """An estimator of the gait phase.
-
-    Units: threshold [N].
-    """
+    """An estimator of the gait phase."""
 
     def __init__(self, threshold: float, strides: int = 3):
         self.threshold, self.strides = threshold, strides
@@ -35,10 +32,7 @@ class FootSwitch:
         self.closed = True  # a switch that is closed at first was not seen to close
 
     def update(self, value: float, dt: float) -> bool:
-        """Take a sample, and tell whether the heel has struck in it.
-
-        Units: value [N], dt [s].
-        """
+        """Take a sample, and tell whether the heel has struck in it."""
         self.since += dt
         if not math.isfinite(value):  # a lost sample: the foot stands where it stood
             return False

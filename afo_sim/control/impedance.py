@@ -38,11 +38,7 @@ class ImpedanceController:
         self.reported: dict[str, float] = {}
 
     def difference(self, moment: float, angle: float) -> float:
-        """Pressure [Pa] by which the chambers depart from the mean for a moment [N·m] at an angle [rad].
-
-        d with τ(θ, d) = τ, by straight lines between the rows of the map, within its rows and ±half_range.
-        Where several d give the moment, because a cable hangs, it is the one nearest to 0.
-        """
+        """Pressure [Pa] by which the chambers depart from the mean for a moment [N·m] at an angle [rad]."""
         moments = np.array([np.interp(angle, self.angles, column) for column in self.moments.T])
         rising = moments + EPSILON * np.arange(len(moments))  # so that there is one d
         low = float(np.interp(moment - FLAT, rising, self.differences))

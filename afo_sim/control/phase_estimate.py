@@ -37,12 +37,7 @@ SAMPLES, EXTREMES = 512, 128  # of a stride of the published curve; in which ext
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """Shank angle of a stride of a duration.
-
-    series : (a₀, a₁, b₁, …) [rad] (2 `HARMONICS` + 1,)
-    lowest, highest : phases of its extremes [-]
-    low, high : its extremes [rad]
-    """
+    """Shank angle of a stride of a duration."""
 
     stride_time: float
     series: np.ndarray
@@ -146,12 +141,7 @@ GAP = 0.05 + 1e-4
 
 
 class PhaseEstimate:
-    """Estimator of gait phase and stride time from samples of the shank's angle.
-
-    Parameters
-    ----------
-    lead : time by which it reports the phase ahead of the sample, as old as samples are [s]
-    """
+    """Estimator of gait phase and stride time from samples of the shank's angle."""
 
     def __init__(self, lead: float = 0.0) -> None:
         self._lead = lead
@@ -198,10 +188,7 @@ class PhaseEstimate:
         return self._follows and self._agreed >= AGREED and float(self._covariance[0, 0]) < CERTAIN**2
 
     def update(self, value: float, dt: float, struck: bool = False) -> None:
-        """Take in a sample; while samples are lost (not finite), the phase goes on at its rate.
-
-        Units: value [rad], dt [s].
-        """
+        """Take in a sample; while samples are lost (not finite), the phase goes on at its rate."""
         if not dt > 0.0:
             return
         self._gap = 0.0 if math.isfinite(value) else self._gap + dt
@@ -369,10 +356,7 @@ class PhaseEstimate:
         self._rate += (self._state[1] - self._rate) * min(AVERAGED * dt * max(self._rate, SLOWEST), 1.0)
 
     def _hold(self, gone: float) -> None:
-        """Keep the shape where it lies in the stride, else each stride's share of errors would turn it on.
-
-        A foot switch says where that is. Without one it is where the population's fundamental lies.
-        """
+        """Keep the shape where it lies in the stride, else each stride's share of errors would turn it on."""
         if self._unstruck < SEEN:
             self._origin = origin(self._state)
         else:

@@ -13,14 +13,7 @@ TELLS = {"angle": "reference", "moment": "reference_moment", "pressure": "refere
 
 
 class Law:
-    """The PID law itself, on numbers of whatever unit: error and measurement → output.
-
-    u = (e + I − D)/band, held within ±limit
-    dI/dt = e/Ti, but not while u is at its limit and e would drive it further: no wind-up
-    D + Tf dD/dt = Td dy/dt, by backward differences: a step of the reference gives no kick
-
-    Units: integral_time [s], derivative_time, derivative_filter [s], limit [-].
-    """
+    """The PID law itself, on numbers of whatever unit: error and measurement → output."""
 
     def __init__(
         self,
@@ -41,10 +34,7 @@ class Law:
         self.before: float | None = None
 
     def __call__(self, error: float, measured: float, period: float) -> float:
-        """Output [-] of the next period.
-
-        Units: period [s].
-        """
+        """Output [-] of the next period."""
         change = 0.0 if self.before is None else measured - self.before
         self.before = measured
         filtered = self.derivative_filter * self.derivative + self.derivative_time * change

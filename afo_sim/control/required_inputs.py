@@ -9,13 +9,7 @@ from afo_sim.description import STATE_TIME
 
 @dataclass(frozen=True)
 class RequiredInput:
-    """A column that a controller reads.
-
-    column : its name, or "sensor/<name>"
-    table : of the description that names it, for the error
-    key, text : a value of that table that is compared with the column, as it is written
-    unit : that the column must have [SI]; any by default
-    """
+    """A column that a controller reads."""
 
     column: str
     table: str = ""
@@ -25,19 +19,7 @@ class RequiredInput:
 
 
 def check_required(asks: Iterable[RequiredInput], known: Iterable[str], unit: Callable[[str], str]) -> None:
-    """Refuse what a controller cannot read, before the first step.
-
-    Parameters
-    ----------
-    asks : of a controller
-    known : columns that a controller sees in this scenario
-    unit : of a column
-
-    Raises
-    ------
-    InputError
-        There is no such column, it is not in the unit that it must have, or a value is not in its unit.
-    """
+    """Refuse what a controller cannot read, before the first step."""
     names = list(known)
     for asked in asks:
         if asked.column == STATE_TIME:

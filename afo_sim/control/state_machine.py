@@ -13,13 +13,7 @@ DIGITS = 9  # to which the time in a state is rounded: to a nanosecond, so that 
 
 @dataclass(frozen=True)
 class Transition:
-    """A condition that leads from a state to another; states by their number.
-
-    column : what is compared; "state_time" is the time in the state [s]
-    above : whether it holds at the threshold and above it; else below it
-    threshold : [SI]
-    after : least time in the state before it may fire [s]
-    """
+    """A condition that leads from a state to another; states by their number."""
 
     source: int
     to: int
@@ -38,14 +32,7 @@ class Transition:
 
 @dataclass(frozen=True)
 class Machine:
-    """A state machine, whole: what a microcontroller needs to be the same.
-
-    states : names
-    start : number of the first
-    commands : of each state, by chamber: two coils (inlet, outlet) [-], or a gauge pressure [Pa]; a chamber
-        that is not named keeps its command
-    transitions : in the order in which they are looked at
-    """
+    """A state machine, whole: what a microcontroller needs to be the same."""
 
     states: tuple[str, ...]
     start: int
@@ -59,10 +46,7 @@ class Machine:
 
 
 def advance(machine: Machine, state: int, state_time: float, values: Mapping[str, float]) -> int:
-    """The state of the next control period: that of the first transition that fires, or the same.
-
-    Units: state_time [s], values [SI].
-    """
+    """The state of the next control period: that of the first transition that fires, or the same."""
     for transition in machine.transitions:
         if transition.source == state and transition.holds(state_time, values):
             return transition.to
@@ -70,13 +54,7 @@ def advance(machine: Machine, state: int, state_time: float, values: Mapping[str
 
 
 def machine_of(description: StateMachine, scenario: Scenario) -> Machine:
-    """The machine that is described.
-
-    Parameters
-    ----------
-    description : of the scenario
-    scenario : that it is for
-    """
+    """The machine that is described."""
     names = list(description.state)
     return Machine(
         states=tuple(names),

@@ -60,18 +60,7 @@ class Log:
 
 
 def read_log(file: pathlib.Path, chambers: Sequence[str]) -> Log:
-    """Read a CSV of switchings, as the host program and the sketch print it.
-
-    Parameters
-    ----------
-    file : columns time_ms [ms], chamber, inlet, outlet (0 or 1)
-    chambers : of the orthosis
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, has other columns, an unknown chamber, times that fall, or no 0 or 1.
-    """
+    """Read a CSV of switchings, as the host program and the sketch print it."""
     if not file.is_file():
         raise InputError("there is no such file", file=file, field="--read", allowed="a log in CSV")
     table = read_table(file, EXAMPLE)
@@ -115,12 +104,7 @@ def _row(table: Table, number: int, cells: Mapping[str, str]) -> tuple[float, st
 
 @dataclass(frozen=True)
 class Difference:
-    """How a chamber's switchings differ from the simulation's.
-
-    counts : switchings of the log and of the simulation, in the time that both have; how they begin is none
-    first : the first one that is missing, is another, or is off by more than `within`; "" where none is
-    largest : largest difference of the times of switchings that both have [s]
-    """
+    """How a chamber's switchings differ from the simulation's."""
 
     chamber: str
     counts: tuple[int, int]
@@ -129,13 +113,7 @@ class Difference:
 
 
 def differences(log: Log, simulated: Log, within: float) -> list[Difference]:
-    """Each chamber's switchings, one by one, in the time that both have.
-
-    Parameters
-    ----------
-    log, simulated : what is compared with what
-    within : difference of times that is passed over [s]
-    """
+    """Each chamber's switchings, one by one, in the time that both have."""
     end = min(log.end, simulated.end)
     return [
         _difference(name, log.switches.get(name, ()), simulated.switches[name], end, within)
@@ -180,21 +158,7 @@ def _said(switch: Switch | None) -> str:
 
 
 class RecordedController:
-    """A controller: the coils of a log, on average over each control period.
-
-    At a rate of a command in each step it switches within steps, as the scenario's own `[timer]` does. A
-    chamber without a row is shut, and after the log's end each keeps its coils.
-
-    Parameters
-    ----------
-    file : see `read_log`
-    chambers : of the orthosis
-
-    Raises
-    ------
-    InputError
-        The file is no such log, or names another chamber.
-    """
+    """A controller: the coils of a log, on average over each control period."""
 
     def __init__(self, file: str | os.PathLike[str], chambers: Sequence[str]):
         self.log = read_log(pathlib.Path(file), chambers)

@@ -11,20 +11,14 @@ AnyReference = Reference | MomentReference | PressureReference
 
 
 def value_at(reference: AnyReference, time: float) -> float:
-    """What a reference without a column asks for at a time, in its own SI unit.
-
-    Units: time [s].
-    """
+    """What a reference without a column asks for at a time, in its own SI unit."""
     if reference.table:
         return _in_table(reference, time)
     return reference.mean + reference.amplitude * math.sin(2.0 * math.pi * cycles(reference, time))
 
 
 def cycles(reference: AnyReference, time: float) -> float:
-    """Cycles that the sine has made since the start.
-
-    f(t) = f0 (f1/f0)^(t/T), so that ∫ f dt = f0 T/ln(f1/f0) ((f1/f0)^(t/T) − 1) up to T; f1 after it.
-    """
+    """Cycles that the sine has made since the start."""
     first, last, duration = reference.frequency, reference.end_frequency, reference.sweep_time
     if last is None or duration is None or last == first:
         return first * time
@@ -53,11 +47,7 @@ WHOLE = 1.0 - 1e-9  # of a period in which valves are due to be open
 
 
 class OpenPeriods:
-    """Valves that are open for a share of the control periods: each period they are open or shut.
-
-    What a period gives too much or too little is carried to the next: of N periods at a constant output u,
-    N |u| are open, to less than one.
-    """
+    """Valves that are open for a share of the control periods: each period they are open or shut."""
 
     def __init__(self, raises: str, lowers: str | None, least: float):
         self.raises, self.lowers, self.least = raises, lowers, least

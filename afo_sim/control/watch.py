@@ -17,16 +17,7 @@ class TookTooLong(BaseException):
 
 
 class Watch:
-    """Calls functions, and interrupts one that takes longer than a limit.
-
-    One thread of the process looks at the clock for all of them. It can interrupt Python code, also an
-    endless loop; a call that waits inside compiled code is found to be late when it comes back. Calls that
-    are in time are not touched.
-
-    Parameters
-    ----------
-    limit : wall time of one call [s]; infinite for none
-    """
+    """Calls functions, and interrupts one that takes longer than a limit."""
 
     def __init__(self, limit: float):
         self.limit = limit

@@ -73,12 +73,7 @@ class Surface(Described):
 
 
 class PathPoint(Anchor):
-    """A place that the muscle's path runs through, or a surface centred there that it bends around.
-
-    Points of a path stand in their order from origin to insertion. A surface stands between two points, of
-    which origin and insertion are the outermost; the path touches it only where the straight line would
-    pass through it.
-    """
+    """A place that the muscle's path runs through, or a surface centred there that it bends around."""
 
     surface: Surface | None = None
     """Surface around this place that the path bends around; without one the path runs through the place."""
@@ -90,11 +85,7 @@ def difference(origin: Coordinates, insertion: Coordinates) -> Coordinates:
 
 
 class Pulley(Described):
-    """A wheel on the joint's axis that a muscle's cable runs over: its moment arm is constant.
-
-    A `positive` muscle turns the joint to positive angles. `initial_contraction` is its contraction
-    ratio at angle zero, κ0 in κ = κ0 ± r φ/L0. `spacing` sets parallel muscles apart in pictures.
-    """
+    """A wheel on the joint's axis that a muscle's cable runs over: its moment arm is constant."""
 
     radius: PositiveLength
     """Radius of the wheel, the muscle's moment arm."""

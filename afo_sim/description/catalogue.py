@@ -15,22 +15,7 @@ _TableOf = tuple[str, Sequence[str], _Rows]  # title, header, rows
 
 
 def product(name: str) -> list[_TableOf]:
-    """Everything of this name that is shipped, with each of its numbers.
-
-    Parameters
-    ----------
-    name : of a scenario, leg, orthosis, muscle, valve, tube, source, regulator, patient, shoe, limits, sweep,
-        search, gait, law or friction
-
-    Returns
-    -------
-    a table for each kind that has the name
-
-    Raises
-    ------
-    InputError
-        Nothing has this name.
-    """
+    """Everything of this name that is shipped, with each of its numbers."""
     found = list(_found(name))
     if not found:
         kinds = (*assets.KINDS.values(), "laws", "frictions", "gaits")

@@ -20,12 +20,7 @@ _Correlation = Annotated[float, Quantity("", at_least=-1.0, at_most=1.0)]
 
 
 class FitCovariance(Described):
-    """Covariance of the numbers that were fitted together: standard errors and correlations.
-
-    The covariance of parameters i and j is s_i s_j r_ij. It says what the scatter of the measured points
-    leaves open, to first order about the fitted values. It says nothing of an error of the law itself, nor
-    of one that all points share, such as a gauge that reads high.
-    """
+    """Covariance of the numbers that were fitted together: standard errors and correlations."""
 
     law: str
     """Force law that was fitted; the covariance applies while this law is in use."""
@@ -125,25 +120,7 @@ class FitCovariance(Described):
         return np.outer(errors, errors) * np.array(self.correlation)
 
     def draws(self, normals: np.ndarray, about: Mapping[str, float]) -> dict[str, np.ndarray]:
-        """Values of the parameters, distributed normally with this covariance.
-
-        θ = θ0 + S √R z, with S the standard errors, z standard normal, and √R = V √Λ Vᵀ of the correlations'
-        eigenvalues Λ and eigenvectors V: it exists also where R is singular.
-
-        Parameters
-        ----------
-        normals : standard normal deviates (n, k), a column for each of `parameters`
-        about : value of each parameter in the middle [SI], by its key
-
-        Returns
-        -------
-        {key: values (n,) [SI]}; some may lie where no such muscle is, see `Muscle.legal`
-
-        Raises
-        ------
-        InputError
-            `normals` has another number of columns.
-        """
+        """Values of the parameters, distributed normally with this covariance."""
         deviates = np.asarray(normals, dtype=float)
         if deviates.ndim != 2 or deviates.shape[1] != len(self.parameters):
             raise InputError(

@@ -40,11 +40,7 @@ _YOURS = ("user", "given to afo-sim new")
 def muscle_values(
     given: Mapping[str, str], base: Mapping[str, Any], *, told: tuple[str, str] = _YOURS
 ) -> dict[str, Any]:
-    """Table of a hand-made muscle, as a TOML file holds it; each number says where it comes from.
-
-    The law is the geometric one (Chou & Hannaford 1996) with its wall term; the sets of two others stand
-    beside it, with an end correction and with a rubber bladder.
-    """
+    """Table of a hand-made muscle, as a TOML file holds it; each number says where it comes from."""
     q = _read(given)
     bore, end, total = q["bore"], q["end_length"], q["length"]
     braid = Braid(total - end, bore / 2.0, q["braid_angle"])
@@ -131,18 +127,12 @@ def muscle_values(
 
 
 def maximum_contraction(braid_angle: float) -> float:
-    """Contraction ratio at which an ideal braid's force ends: κ = 1 − 1/(√3 cos α0) [-], α0 in [rad].
-
-    Source: Chou & Hannaford 1996, F = 0 at cos²α = 1/3.
-    """
+    """Contraction ratio at which an ideal braid's force ends: κ = 1 − 1/(√3 cos α0) [-], α0 in [rad]."""
     return 1.0 - 1.0 / (math.sqrt(3.0) * math.cos(braid_angle))
 
 
 def blocked_force(braid: Braid, pressure: float) -> float:
-    """Force of an ideal braid at no contraction [N]: π r0² p (3/tan²α0 − 1/sin²α0), p gauge [Pa].
-
-    Source: Chou & Hannaford 1996; Tondu & Lopez 2000.
-    """
+    """Force of an ideal braid at no contraction [N]: π r0² p (3/tan²α0 − 1/sin²α0), p gauge [Pa]."""
     return math.pi * braid.nominal_radius**2 * pressure * (3.0 * (braid.b - 1.0) - braid.b)
 
 
@@ -163,11 +153,7 @@ class BraidFacts:
 
     @classmethod
     def of(cls, muscle: Muscle, pressure: float | None = None) -> "BraidFacts":
-        """Facts at a gauge pressure [Pa], by default the muscle's limit.
-
-        Filled slowly, the air has the ambient temperature T: m = [(p + p_a) V1 − p_a V0]/(R T). Litres ANR
-        are m over the density of ISO 8778.
-        """
+        """Facts at a gauge pressure [Pa], by default the muscle's limit."""
         gauge = muscle.limits.pressure if pressure is None else pressure
         most = maximum_contraction(muscle.braid_angle)
         rest, filled = (float(muscle.volume(contraction=kappa)) for kappa in (0.0, most))

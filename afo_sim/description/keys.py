@@ -39,11 +39,7 @@ from afo_sim.description.tree import child_of, value_at
 
 @dataclass(frozen=True)
 class Key:
-    """A settable key. `value` is as it is written, `unit` the SI unit, "" of bare numbers and words.
-
-    `source` is the file that the value stands in, "default", or "set"; `kind` and `reference` are of the
-    number's provenance, "" where the file states none.
-    """
+    """A settable key. `value` is as it is written, `unit` the SI unit, "" of bare numbers and words."""
 
     key: str
     value: str
@@ -73,26 +69,7 @@ def keys(
     *,
     whole: bool = False,
 ) -> list[Key]:
-    """Settable keys of a description, with their present values.
-
-    Parameters
-    ----------
-    source : a shipped name, a path, or the description as a dict
-    word : only keys that mention it
-    sets : dotted keys and their values, as `load` takes them
-    kind : "scenario", "leg", "orthosis", "muscle", "valve", "tube", "source", "regulator", "patient", "shoe"
-        or "limits"
-    whole : also lists that are written only as a whole, such as correlations: no key sets them
-
-    Returns
-    -------
-    list of Key, in the description's order; an item of a list is a key of its own
-
-    Raises
-    ------
-    InputError
-        As `load`.
-    """
+    """Settable keys of a description, with their present values."""
     reading = read(kind, source, sets)
     found = (
         key
@@ -166,12 +143,7 @@ def _short(file: pathlib.Path) -> str:
 
 @dataclass(frozen=True)
 class Field:
-    """A field that a dotted key leads to.
-
-    `unit` is the SI unit, "" for bare numbers and words. `annotation` is its type with bounds;
-    `description` the kind of description that a word names here ("patient"), "" where it names none.
-    `value` is what the scenario has there [SI], None where nothing.
-    """
+    """A field that a dotted key leads to."""
 
     key: str
     kind: Literal["number", "integer", "word"]
@@ -198,18 +170,7 @@ class Field:
         return "a whole number" if self.kind == "integer" else f'such as "{EXAMPLES.get(self.unit, "")}"'
 
     def read(self, value: Any, beside: pathlib.Path) -> float | str:
-        """A value as the scenario would read it: SI number, whole number as float, or word.
-
-        Parameters
-        ----------
-        value : as TOML has it
-        beside : file in which it was found, for words that are paths
-
-        Raises
-        ------
-        InputError
-            No unit, another dimension, out of range, no whole number, no such name.
-        """
+        """A value as the scenario would read it: SI number, whole number as float, or word."""
         if self.kind == "word":
             return self._word(value, beside)
         whole = isinstance(value, int) and not isinstance(value, bool)
@@ -255,18 +216,7 @@ class Field:
 
 
 def field_at(key: str, scenario: Scenario) -> Field:
-    """The field that a dotted key leads to.
-
-    Parameters
-    ----------
-    key : as `--set` takes it; "key[0]" is an item of a list
-    scenario : tells which muscles, chambers and laws there are
-
-    Raises
-    ------
-    InputError
-        There is no such field, or it is a table, or a list whose items are not named.
-    """
+    """The field that a dotted key leads to."""
     path, items = split_key(key)
     annotation: Any = Scenario
     value: Any = scenario

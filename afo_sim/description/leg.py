@@ -15,15 +15,10 @@ _Extension = Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.79)]
 class Toes(Described):
     """The metatarsophalangeal hinge: the toes' body and joint in the leg's file, their spring and rest angle.
 
-    The spring rests at the extension that healthy toes have over the gait cycle (`gait/toe_extension.py`),
-    which is shifted in swing to `swing_extension`. `damping` is of the departure from it. All of it is
-    for the leg's own body, and goes with the patient's size.
-
-    Source
-    ------
-    stiffness: 25 N·m/rad as in walking models (PredSim; Falisse et al. 2022), assumed. swing_extension at the
-    least toe clearance, relative to the flat foot: 9 ±5° (mean curve of the Oxford foot model), 13 to 16°
-    (one adult's inverse kinematics), 4 to 15° (Winter's walker): derived, never fitted to a clearance.
+    Source: stiffness: 25 N·m/rad as in walking models (PredSim; Falisse et al. 2022), assumed.
+    swing_extension at the least toe clearance, relative to the flat foot: 9 ±5° (mean curve of the Oxford
+    foot model), 13 to 16° (one adult's inverse kinematics), 4 to 15° (Winter's walker): derived, never
+    fitted to a clearance.
     """
 
     body: str = "toes"
@@ -53,15 +48,8 @@ _Tilt = Annotated[float, Quantity("rad", at_least=0.0, at_most=1.4)]
 class Subtalar(Described):
     """The subtalar hinge: its oblique axis through the foot, its stops, spring and damping.
 
-    The axis runs from behind, outside and below to ahead, inside and above. `inclination` is its angle above
-    the sole, `deviation` its angle to the inside of the foot's long axis. Inversion, which turns the sole to
-    the inside, is positive. It is free where the shank is fixed. In recorded walking, which says nothing of
-    it, it is welded, and the moment about it is reported.
-
-    Source
-    ------
-    inclination 42° (20 to 68), deviation 23° (4 to 47): Inman 1976, The joints of the ankle, from memory.
-    OpenSim's Gait2392 has 37° and 9°. below_ankle and range are assumed.
+    Source: inclination 42° (20 to 68), deviation 23° (4 to 47): Inman 1976, The joints of the ankle, from
+    memory. OpenSim's Gait2392 has 37° and 9°. below_ankle and range are assumed.
     """
 
     inclination: _Tilt = 0.733

@@ -12,14 +12,7 @@ BraidLength = Annotated[float, Quantity("m", above=0.0, at_most=10.0)]
 
 
 class LengthForce(Described):
-    """Effect of a muscle's length on its force: F ∝ atan(slope (L0 − offset)), up to the reference length.
-
-    A muscle longer than the reference is not made stronger than its law: the maker's curve of the 10 mm
-    muscle lies above every measurement already. On 185 torques of muscles of 41 to 49 cm on a printed knee
-    (B. Bolen, see models/muscles/dmsp_10) it misses by 4.2 N·m RMS as it is, and by 5.2 N·m with the factor.
-    Valid within the lengths at which it was measured. Source of the form: Bolen, Elzein, Pang & Hunt 2026,
-    Actuators, accepted manuscript, F620(L0).
-    """
+    """Effect of a muscle's length on its force: F ∝ atan(slope (L0 − offset)), up to the reference length."""
 
     slope: Annotated[float, Quantity("m^-1", above=0.0, at_most=1e4)]
     """Slope of the arctangent's argument by nominal length."""
@@ -38,10 +31,7 @@ class LengthForce(Described):
         return self
 
     def factor(self, length: float, reference: float) -> float:
-        """Force at a nominal length [m] over that at a reference length [m], at equal κ and pressure [-].
-
-        min(1, atan(slope (L0 − offset))/atan(slope (L_ref − offset))); 1 from the reference length on.
-        """
+        """Force at a nominal length [m] over that at a reference length [m], at equal κ and pressure [-]."""
         own, at_reference = (math.atan(self.slope * (each - self.offset)) for each in (length, reference))
         return min(1.0, own / at_reference)
 

@@ -211,27 +211,7 @@ def new(
     uses: Mapping[str, str] | None = None,
     braid: Mapping[str, str] | None = None,
 ) -> pathlib.Path:
-    """Write a commented description that runs as it is.
-
-    Parameters
-    ----------
-    kind : "muscle", "orthosis", "valve", "tube", "source", "regulator", "leg", "patient", "shoe", "limits",
-        "sensor" or "scenario"
-    name : of the new product; no shipped one's
-    out : folder to write to: OUT/NAME.toml of a scenario, OUT/NAME/KIND.toml of the others
-    like : shipped product whose numbers it starts with
-    uses : {kind: name or path} of what it refers to; a path as seen from here
-    braid : of a hand-made muscle: "bore", "braid_angle", "length", see `handmade.muscle_values`
-
-    Returns
-    -------
-    the file
-
-    Raises
-    ------
-    InputError
-        The file is there, the name is taken, or what it refers to does not fit.
-    """
+    """Write a commented description that runs as it is."""
     target = target_of(kind, name, pathlib.Path(out))
     base = base_of(kind, like or _LIKE[kind])
     values, examples = assets.read_toml(base), _examples(kind)
@@ -344,10 +324,7 @@ def _use(values: dict[str, Any], kind: str, used: str, name: str) -> None:
 
 
 def _fit_links(values: dict[str, Any], before: Mapping[str, Any], muscle: str) -> None:
-    """Let each link be longer by what its new muscle is shorter: both pull taut where the former did.
-
-    A muscle that is too long for the place gets no link; `check` says by how much it is too slack.
-    """
+    """Let each link be longer by what its new muscle is shorter: both pull taut where the former did."""
     after = load("muscle", assets.find("muscle", muscle))
     for name, entry in values["muscle"].items():
         if "link_length" in entry:

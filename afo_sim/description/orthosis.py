@@ -149,22 +149,14 @@ class MuscleGroup(Described):
 
     @property
     def series_length(self) -> float:
-        """Length of the tendon beyond the active braid [m]: ends, link, slack, and the cable's offset.
-
-        The tendon of a pulley measures from angle zero. There it is minus the braid's length, plus the
-        offset, which makes the muscle slacker as a higher initial contraction does.
-        """
+        """Length of the tendon beyond the active braid [m]: ends, link, slack, and the cable's offset."""
         if self.pulley is not None:
             return self.cable.offset - self.type.nominal_length * (1.0 - self.pulley.initial_contraction)
         return self.type.end_length + (self.link_length or 0.0) + self.slack + self.cable.offset
 
     @property
     def path_lengths(self) -> tuple[float, ...]:
-        """Length of each parallel muscle's path at an angle of zero [m]; none of a pulley.
-
-        It runs straight from point to point. Where it bends around surfaces it is longer: then this is a
-        lower bound, and the compiled model has the length (`model.paths`).
-        """
+        """Length of each parallel muscle's path at an angle of zero [m]; none of a pulley."""
         if self.origin is None or self.insertion is None:
             return ()
         if self.path:
@@ -201,10 +193,8 @@ class MuscleGroup(Described):
         return x, y + (number - 0.5 * (self.count - 1)) * place.spacing, z
 
     def _inside(self, number: int, muscle: int) -> PydanticCustomError | None:
-        """The refusal where a neighbouring point lies inside the surface number `number`: it would not act.
-
-        Points of the other segment move against it; they are looked at in the compiled model.
-        """
+        """The refusal where a neighbouring point lies inside the surface number `number`: it would not
+        act."""
         centre, surface = self.path[number], self.path[number].surface
         for point in (self.places[number], self.places[number + 2]) if surface else ():
             if point.segment != centre.segment:
@@ -224,13 +214,7 @@ class MuscleGroup(Described):
 
     @property
     def alike(self) -> bool:
-        """Whether its parallel muscles have the same path length at every angle.
-
-        Over a pulley they have. Between two points of the path they have where they stand equally far
-        aside, and a cylinder along the ankle's axis changes nothing in that: its path, unrolled, is as long
-        aside. Over other surfaces they are alike where one is the other moved aside as a whole, or where
-        two are mirror images.
-        """
+        """Whether its parallel muscles have the same path length at every angle."""
         if not self.path:
             asides = [abs(aside) for aside in self._asides]
             return max(asides, default=0.0) - min(asides, default=0.0) <= ALIKE

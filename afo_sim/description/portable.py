@@ -23,22 +23,7 @@ _ASSETS = {
 def portable(
     scenario: Mapping[str, Any], folder: pathlib.Path, scratch: pathlib.Path | None = None
 ) -> dict[str, Any]:
-    """The same scenario with paths that hold wherever its folder goes.
-
-    A shipped file is named as `models/…`, which any installation has; any other is copied to `files/` in the
-    folder, with the meshes that it needs from its own folder, and named relative to the folder. A model that
-    needs files from outside its own folder stays where it is, by its whole path.
-
-    Parameters
-    ----------
-    scenario : plain data, as `Scenario.resolved` gives it
-    folder : in which the scenario's TOML file will stand; made if need be
-    scratch : to copy to, where files move from there to the folder later
-
-    Returns
-    -------
-    plain data to write as `folder/NAME.toml`
-    """
+    """The same scenario with paths that hold wherever its folder goes."""
     found = copy.deepcopy(dict(scenario))
     for table, key in SCENARIO_FILES:
         holder = found.get(table)
@@ -98,17 +83,7 @@ def _parts(file: pathlib.Path, above: tuple[pathlib.Path, ...] = ()) -> list[pat
 
 
 def toml_text(table: Mapping[str, Any]) -> str:
-    """A description as TOML.
-
-    Parameters
-    ----------
-    table : plain data, as `Scenario.resolved` gives it: what is None is left out, and a map
-        `provenance` goes back to the numbers that it is about, { value = …, kind = …, source = … }
-
-    Returns
-    -------
-    text, with a trailing newline
-    """
+    """A description as TOML."""
     return tomli_w.dumps(_plain(table))
 
 

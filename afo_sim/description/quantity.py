@@ -29,10 +29,7 @@ _VALUE_TABLE = "{ value = …, source = …, kind = … }"
 
 @dataclass(frozen=True)
 class Quantity:
-    """Marks a float field that is read from text such as "4 bar", in `unit`, within bounds [unit].
-
-    `Annotated[float, Quantity("Pa", above=0.0)]`
-    """
+    """Marks a float field that is read from text such as "4 bar", in `unit`, within bounds [unit]."""
 
     unit: str
     above: float | None = None

@@ -169,18 +169,7 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
 
 
 def with_keys(description: D, sets: Mapping[str, Any]) -> D:
-    """A copy of a description with dotted keys set, checked as a file's are.
-
-    Parameters
-    ----------
-    description : Scenario, Leg, Orthosis, Muscle, Valve, Patient, Shoe or Limits
-    sets : dotted keys and their values, as `load` takes them; a value may be a description itself
-
-    Raises
-    ------
-    InputError
-        As `load`.
-    """
+    """A copy of a description with dotted keys set, checked as a file's are."""
     _require_table(sets)
     kind = KINDS[type(description)]
     table = description.model_dump(mode="json", exclude_none=True)
@@ -329,16 +318,7 @@ def _say_what_is_set(table: Any, key: str, value: Any) -> None:
 
 
 def unchanged(description: str) -> tuple[str, int]:
-    """A description without what `_say_what_is_set` has put before it.
-
-    Parameters
-    ----------
-    description : of a scenario or product, as a recording holds it
-
-    Returns
-    -------
-    its words, and how many values were set for the run [-]
-    """
+    """A description without what `_say_what_is_set` has put before it."""
     parts = description.split("; ")
     kept = [part for part in parts if not part.startswith("set ")]
     return "; ".join(kept), len(parts) - len(kept)

@@ -59,11 +59,7 @@ _MISSPELT = 0.6  # likeness from which on a name counts as a misspelt one
 
 @dataclass(frozen=True)
 class Leaf:
-    """A field of a description, at the path where it stands.
-
-    `annotation` is its type with bounds; `default` None where there is none, or none is needed. `about` is
-    the class that explains it, or its meaning.
-    """
+    """A field of a description, at the path where it stands."""
 
     path: Path
     annotation: Any
@@ -184,19 +180,7 @@ def _parameter(parameter: LawParameter) -> Leaf:
 
 
 def leaves(kind: Any, table: Any, path: Path = (), chambers: Iterable[str] = ()) -> Iterator[Leaf]:
-    """Every field of a description below which there is none, also of tables that are not written.
-
-    Parameters
-    ----------
-    kind : class of the description
-    table : as it is written, its names followed: tells which muscles, chambers and laws there are
-    path : where the description stands
-    chambers : what a timer switches
-
-    Yields
-    ------
-    Leaf, in the order of the class; a description that a name may stand for is one, too
-    """
+    """Every field of a description below which there is none, also of tables that are not written."""
     table = table if isinstance(table, Mapping) else {}
     if kind is Scenario and isinstance(table.get("orthosis"), Mapping):
         chambers = list(table["orthosis"].get("chamber", {}))
@@ -229,10 +213,7 @@ def _below(leaf: Leaf, value: Any, chambers: Iterable[str]) -> Iterator[Leaf]:
 
 
 def type_below(annotation: Any, name: str, law: str = "") -> Any:
-    """Type with bounds of what stands at a name in a table, or a number in a list; None where nothing may.
-
-    `law` is the law or friction whose parameters the table holds.
-    """
+    """Type with bounds of what stands at a name in a table, or a number in a list; None where nothing may."""
     kind, many = tables(annotation)
     if many == "named":
         return kind
@@ -299,12 +280,7 @@ def _has_table(root: object, path: Path) -> bool:
 
 @functools.lru_cache(maxsize=4096)  # cases of a sweep set the same keys
 def split_key(dotted: str) -> tuple[Path, tuple[int, ...]]:
-    """The names of a dotted key, and the item of a list at its end.
-
-    "gait.seed" → (("gait", "seed"), ()) and "phases.dorsiflexor.inlet[0][1]" →
-    (("phases", "dorsiflexor", "inlet"), (0, 1)). A table in a list is a name that is a number:
-    "path[1].surface.radius" → (("path", "1", "surface", "radius"), ()).
-    """
+    """The names of a dotted key, and the item of a list at its end."""
     path: list[str] = []
     items: tuple[int, ...] = ()
     for part in dotted.split("."):

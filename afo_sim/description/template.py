@@ -34,10 +34,7 @@ _HEAD = (
 
 @dataclass
 class Template:
-    """Writes one description; a field that occurs again is explained only once.
-
-    `chambers` are what a timer switches; `explained` the fields so far.
-    """
+    """Writes one description; a field that occurs again is explained only once."""
 
     chambers: tuple[str, ...] = ()
     explained: set[tuple[str, str]] = field(default_factory=set)

@@ -125,10 +125,7 @@ def _references(kind: str, path: Path) -> dict[Path, str]:
 
 
 def plain_keys(node: Any, name: str) -> Any:
-    """A description as it is written, at a name, with the one word for each key that has several.
-
-    Where a table has both, both stay, and the other word is refused as an unknown key.
-    """
+    """A description as it is written, at a name, with the one word for each key that has several."""
     if not isinstance(node, dict | list):
         return node
     # far faster than to look at every key, of which few have two words

@@ -101,16 +101,9 @@ class Patient(Described):
 class Ground(Described):
     """Ground under the foot: the recorded force, whatever the foot does, or contact.
 
-    In contact, pads under heel, ball, pulp and tip of the toes stand on a floor that is registered to the
-    recording (`contact.py`). `stiffness` is of the pads, `damping` the share of a pad's force by its
-    velocity. A leg whose toes have no hinge has one pad under them, as soft as a toe joint of
-    `toe_stiffness`. The leg gives way to the ground by `body_stiffness` and `body_damping`.
-
-    Source
-    ------
-    toe_stiffness: PredSim's metatarsophalangeal joint (its 2 N·m·s/rad are not taken over). The others are
-    assumed: a heel pad in its shoe has some 40 to 150 kN/m, a leg in walking some 20 kN/m, damped here to
-    two thirds of critical with the mass of shank and foot.
+    Source: toe_stiffness: PredSim's metatarsophalangeal joint (its 2 N·m·s/rad are not taken over). The
+    others are assumed: a heel pad in its shoe has some 40 to 150 kN/m, a leg in walking some 20 kN/m,
+    damped here to two thirds of critical with the mass of shank and foot.
     """
 
     mode: Literal["recorded", "contact"] | None = None

@@ -35,12 +35,7 @@ def export(
     force: bool = False,
     report: Callable[[int, int], object] = lambda done, total: None,
 ) -> Exported:
-    """Write a run as a file of another program; `Recording.export` describes the arguments.
-
-    Parameters
-    ----------
-    report : called with (rows done, rows in all)
-    """
+    """Write a run as a file of another program; `Recording.export` describes the arguments."""
     path, kind = _target(pathlib.Path(out), to)
     patterns = (columns,) if isinstance(columns, str) else tuple(columns)
     _check_options(kind, rate, patterns)
@@ -63,13 +58,7 @@ def export(
 
 
 def format_of(to: str) -> Format:
-    """The format of a name.
-
-    Raises
-    ------
-    InputError
-        There is none: it lists them, and the nearest one.
-    """
+    """The format of a name."""
     if to.removeprefix(".").lower() not in FORMATS:
         raise unknown(to, FORMATS, field="to", problem="is not a valid format")
     return FORMATS[to.removeprefix(".").lower()]

@@ -30,10 +30,7 @@ METRICS, LOADS, LOADS_XML = "_metrics.csv", "_grf.mot", "_external_loads.xml"  #
 
 
 def _write_metrics(recording: Recording, path: pathlib.Path) -> None:
-    """Write a run's metrics, one a line: name, value in its unit, unit, and what it is called.
-
-    A run with bands has three columns more: 5, 50 and 95 % of its draws, empty where a metric has no band.
-    """
+    """Write a run's metrics, one a line: name, value in its unit, unit, and what it is called."""
     drawn = recording.studies.get("uncertainty", {}).get("metrics", {})
     nothing = {"quantiles": [""] * len(_QUANTILES)}
     with path.open("w", encoding="utf-8", newline="") as file:
@@ -45,12 +42,7 @@ def _write_metrics(recording: Recording, path: pathlib.Path) -> None:
 
 
 def _write_mat(recording: Recording, rows: Rows, path: pathlib.Path, place: pathlib.Path) -> None:
-    """Write a run as the struct `run`.
-
-    `run.columns`, `run.names`, `run.units` and `run.signs` have the same fields: values (n × 1, double), the
-    column's own name, unit and sign. `run.metrics.NAME` has `value` and `unit`; `run.strides` a column of
-    values of each metric. `run.scenario`, `run.studies` and `run.versions` are JSON: jsondecode reads them.
-    """
+    """Write a run as the struct `run`."""
     from scipy.io import savemat
 
     field = legal_names(rows.columns)
@@ -109,12 +101,7 @@ class Order:
 
 @dataclass(frozen=True)
 class Format:
-    """A format.
-
-    `write` writes a file, and others beside it whose names end as `beside` says, and returns notes on what is
-    not as in the run. `opens` says how to open the file {name}, `minds` what always to mind. `rows` is False
-    of a format that holds none, `chosen` of one whose columns are its own.
-    """
+    """A format."""
 
     name: str
     beside: tuple[str, ...]

@@ -48,13 +48,7 @@ def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
 
 
 def ground_loads(rows: Rows) -> dict[str, np.ndarray]:
-    """{OpenSim's label: values}, after `time`: force [N], its point [m] and moment [N·m]; {} without them.
-
-    The walk is in the plane x–y: force and point across it are 0, and the point is on the floor. About z,
-    across the plane, stands what the run's own moment M of the ground about the ankle has beyond that of the
-    force at its point: M − ((px − ax)·Fy + ay·Fx). It is nothing where the recorded force acts. In contact
-    the foot is pressed otherwise than recorded, and the moment would be another one without it.
-    """
+    """{OpenSim's label: values}, after `time`: force [N], its point [m] and moment [N·m]; {} without them."""
     if not set(_LOADS) <= set(rows.columns):
         return {}
     forward, up, place, along, height, moment = (rows.columns[name] for name in _LOADS)
@@ -93,14 +87,7 @@ def external_loads(name: str, data: str, side: str) -> str:
 def write_storage(
     path: pathlib.Path, name: str, columns: Mapping[str, np.ndarray], *, degrees: bool, report: Report
 ) -> None:
-    """Write a table that OpenSim's Storage and its TimeSeriesTable read to the same bits.
-
-    `version=1` is what Storage writes, and what GUI and tools of OpenSim 2.4 to 4.6 read; DataType is what
-    the table adapters of 4.x look for. A line OpenSimVersion would say that OpenSim wrote the file.
-
-    Units: columns [s].
-    `report` is called with rows done and rows in all.
-    """
+    """Write a table that OpenSim's Storage and its TimeSeriesTable read to the same bits."""
     labels = list(columns)
     assert labels[0] == TIME and not any(re.search(r"\s", label) for label in labels)
     for label, values in columns.items():
@@ -126,10 +113,7 @@ def write_storage(
 
 
 def side_of(recording: Recording) -> tuple[str, str]:
-    """("right" or "left", a note): the simulated side where it was stated, else the recorded walker's.
-
-    It was stated by the scenario's `side`, or by a leg that is a left one. Without walking it is the leg's.
-    """
+    """("right" or "left", a note): the simulated side where it was stated, else the recorded walker's."""
     leg = recording.scenario["leg"]
     if leg.get("directions", _ANKLE) != _ANKLE:
         raise InputError(

@@ -32,13 +32,7 @@ class Rows:
 
 
 def rows_of(recording: Recording, rate: float | None = None, columns: Iterable[str] = ()) -> Rows:
-    """The rows of a run, thinned to a rate.
-
-    Every k-th row is kept as it is: neither filtered nor interpolated, which would make numbers between
-    two that never were (a phase between 0.99 and 0).
-
-    Units: rate [Hz].
-    """
+    """The rows of a run, thinned to a rate."""
     time = recording[TIME]
     if not len(time):
         raise InputError(f"the run has no rows: {recording.status}")
@@ -89,11 +83,7 @@ def _chosen(recording: Recording, patterns: Iterable[str]) -> list[str]:
 
 
 def legal_names(names: Iterable[str]) -> dict[str, str]:
-    """{name: the same in letters, digits and underscores, different from all others}.
-
-    A space splits a label in OpenSim's Storage, and a slash makes it a path to a component of a model; MATLAB
-    allows neither. "muscle/dorsiflexor_1/force" is muscle_dorsiflexor_1_force.
-    """
+    """{name: the same in letters, digits and underscores, different from all others}."""
     found: dict[str, str] = {}
     taken: set[str] = set()
     for name in names:
@@ -109,11 +99,7 @@ def legal_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def finite(rows: Rows, *, failed: bool) -> Rows:
-    """Rows of finite numbers only, with notes on what is left out.
-
-    A run that failed ends before its first row with such a number; of one that did not, columns with such a
-    number are left out.
-    """
+    """Rows of finite numbers only, with notes on what is left out."""
     columns, notes = dict(rows.columns), list(rows.notes)
     whole = np.logical_and.reduce([np.isfinite(values) for values in columns.values()])
     if failed and whole[0] and not whole.all():
@@ -128,10 +114,7 @@ def finite(rows: Rows, *, failed: bool) -> Rows:
 
 
 def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
-    """Write rows as CSV; a number that is not finite stands there as nan, inf or -inf.
-
-    `report` is called with rows done and rows in all.
-    """
+    """Write rows as CSV; a number that is not finite stands there as nan, inf or -inf."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)  # CR LF after each line
         writer.writerow(titles({name: rows.units[name] for name in rows.columns}).values())
@@ -139,11 +122,7 @@ def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
 
 
 def write_numbers(write: Write, columns: list[np.ndarray], report: Report) -> None:
-    """Write columns (n,) row by row, each number as the shortest text that is read back to the same bits.
-
-    Units: columns (n,).
-    `report` is called with rows done and rows in all.
-    """
+    """Write columns (n,) row by row, each number as the shortest text that is read back to the same bits."""
     count = len(columns[0])
     for start in range(0, count, _BLOCK):
         block = [column[start : start + _BLOCK].tolist() for column in columns]

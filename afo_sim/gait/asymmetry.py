@@ -24,9 +24,7 @@ class TwoSides:
     def index(self) -> float | None:
         """Symmetry index 2 (L − R)/(L + R) [-]; None where not both are positive.
 
-        Source
-        ------
-        Robinson, Herzog & Nigg 1987 (J. Manipulative Physiol. Ther. 10: 172).
+        Source: Robinson, Herzog & Nigg 1987 (J. Manipulative Physiol. Ther. 10: 172).
         """
         right, left = self.right or 0.0, self.left or 0.0
         return 2.0 * (left - right) / (left + right) if min(right, left) > 0.0 else None
@@ -40,12 +38,7 @@ class TwoSides:
 
 
 def asymmetry(right: GaitCycle, left: GaitCycle) -> list[TwoSides]:
-    """Numbers of a right and a left stride side by side.
-
-    A side's step lasts from the other foot's heel strike, by the stride's note, to its own. Moments are
-    internal, in stance. The toe is the point of the sole as far ahead of the ankle as the centre of pressure
-    gets under either foot; its height is above the flat foot's, the lowest while the ankle is fast.
-    """
+    """Numbers of a right and a left stride side by side."""
     reach = float(max(np.nanmax(cycle.cop_x) for cycle in (right, left)))
     found = zip(_numbers(right, reach), _numbers(left, reach), strict=True)
     return [TwoSides(name, unit, one, other) for (name, unit, one), (_, _, other) in found]

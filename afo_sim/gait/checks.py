@@ -49,21 +49,7 @@ _LIMITS = {
 
 
 def examine(cycle: GaitCycle, file: object = None) -> None:
-    """Refuse a gait cycle that cannot be what it says.
-
-    Signs are judged by what walking forward must do, or by whether the flipped sign would fit: a
-    patient's gait is not refused for being unusual.
-
-    Parameters
-    ----------
-    cycle : to examine
-    file : where it comes from, for the message
-
-    Raises
-    ------
-    InputError
-        The first contradiction: what was seen, and what was expected.
-    """
+    """Refuse a gait cycle that cannot be what it says."""
     _Examination(cycle, file).run()
 
 

@@ -36,10 +36,7 @@ KINEMATICS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")
 
 @dataclass(frozen=True, eq=False)
 class GaitCycle:
-    """One stride, heel strike to heel strike of the same foot, sampled over phase; SI, angles in rad.
-
-    All arrays are (n,), of the same n samples; x is forward (overground), z up, the floor at z = 0.
-    """
+    """One stride, heel strike to heel strike of the same foot, sampled over phase; SI, angles in rad."""
 
     source: str
     licence: str
@@ -87,46 +84,18 @@ class GaitCycle:
         return dataclasses.replace(self, notes=notes)
 
     def signal(self, name: str, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:
-        """A kinematic signal at any phase, or its velocity or acceleration, all from one Fourier series.
-
-        Parameters
-        ----------
-        name : "shank_angle", "knee_angle", "ankle_angle", "ankle_x" or "ankle_z"
-        phase : [-], of any shape; the second stride is 1…2, and `ankle_x` goes on
-        derivative : 0 value, 1 velocity, 2 acceleration, with respect to time
-
-        Returns
-        -------
-        array of `phase`'s shape, in rad or m, per s to the power of `derivative`
-        """
+        """A kinematic signal at any phase, or its velocity or acceleration, all from one Fourier series."""
         return self.series[name](phase, derivative) / self.stride_time**derivative
 
     def ground(self, phase: np.ndarray | float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Ground force and its place at any phase, linear between the samples (a series would ring).
-
-        Parameters
-        ----------
-        phase : [-], of any shape
-
-        Returns
-        -------
-        (forward force [body weights], upward force [body weights], centre of pressure ahead of the ankle
-        centre [m]), each of `phase`'s shape. In swing, where nothing presses, the centre of pressure runs
-        on from the last of stance to the next heel strike's, so that what is left of the force has a place.
-        """
+        """Ground force and its place at any phase, linear between the samples (a series would ring)."""
         place = np.asarray(phase, dtype=float) % 1.0
         known = np.isfinite(self.cop_x)
         cop = np.interp(place, self.phase[known], self.cop_x[known], period=1.0)
         return np.interp(place, self.phase, self.grf_x), np.interp(place, self.phase, self.grf_z), cop
 
     def ground_moment(self) -> np.ndarray:
-        """Internal ankle moment that balances the ground force at each sample, the foot taken as massless.
-
-        Returns
-        -------
-        array (n,), dorsiflexion positive [N·m/kg]; it leaves out the foot's weight and inertia, about
-        0.014 N·m/kg in walking
-        """
+        """Internal ankle moment that balances the ground force at each sample, the foot taken as massless."""
         cop = self.ground(self.phase)[2]
         return -(cop * self.grf_z + self.ankle_z * self.grf_x) * GRAVITY
 

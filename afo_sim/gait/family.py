@@ -22,26 +22,7 @@ _Stamp = tuple[tuple[str, int, int], ...]  # name, time of change [ns] and size 
 
 
 def at_speed(file: pathlib.Path, speed: float, taller: float = 1.0) -> GaitCycle:
-    """The walker of a family at a speed, linear between the two members beside it.
-
-    All columns are interpolated at equal phase. So is the stride's length, and the stride's time is length
-    over speed. The centre of pressure is weighted by the upward force.
-
-    Parameters
-    ----------
-    file : gait CSV of one member; the others stand beside it
-    speed : of a person who is by a factor taller than the members [m/s]
-    taller : that factor; at equal Froude number speeds go with its square root [-]
-
-    Returns
-    -------
-    GaitCycle of a person as tall as the members; at a member's speed that member itself
-
-    Raises
-    ------
-    InputError
-        The file belongs to no family, or the family does not reach that speed.
-    """
+    """The walker of a family at a speed, linear between the two members beside it."""
     members = family_of(file)
     quicker = float(np.sqrt(taller))
     speeds, asked = np.array([cycle.walking_speed for _, cycle in members]), speed

@@ -19,22 +19,7 @@ _OPTIONAL = {"body_height_m": "body_height", "sole_thickness_m": "sole_thickness
 
 
 def read(path: str | pathlib.Path) -> GaitCycle:
-    """Read a gait cycle from its CSV file, and examine it.
-
-    Parameters
-    ----------
-    path : header lines `# key: value`, then the columns of COLUMNS, separated by commas
-
-    Returns
-    -------
-    GaitCycle, in SI; the file's plantarflexion-positive moment has become dorsiflexion-positive
-
-    Raises
-    ------
-    InputError
-        A key or column is missing or unknown, a cell is not a number, or the numbers contradict what they
-        are declared to be (unit, sign, axis, stance, period): what was seen, and what was expected.
-    """
+    """Read a gait cycle from its CSV file, and examine it."""
     file = pathlib.Path(path)
     if read_header(file).get("kind") == "norm":
         raise InputError("is a norm to compare with", file=file, allowed="one stride of a person")
@@ -52,14 +37,7 @@ def read(path: str | pathlib.Path) -> GaitCycle:
 
 
 def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
-    """Write a gait cycle as CSV, whole or not at all.
-
-    Parameters
-    ----------
-    path : file to write
-    cycle : what to write; its moment is turned back to plantarflexion positive, and each of its notes, such
-        as a warning, becomes a header line
-    """
+    """Write a gait cycle as CSV, whole or not at all."""
     header = {key: str(getattr(cycle, name)) for key, name in _TEXTS.items()}
     header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}
     known = {key: getattr(cycle, name) for key, name in _OPTIONAL.items()}

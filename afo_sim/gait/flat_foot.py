@@ -32,19 +32,7 @@ class FlatFoot:
 def flat_part(
     phase: np.ndarray, pitch: np.ndarray, height: np.ndarray, standing: np.ndarray | None = None
 ) -> FlatFoot:
-    """The longest part about the steadiest 8 % of a stride in which the foot neither turns nor rises.
-
-    Pitch stays within 1 degree of its mean, and the ankle within 2 mm of its lowest. The pitch itself may be
-    any: of a foot in equinus, which stands on its ball, it is steady too. Where no 8 % are steady it is 15 to
-    35 % of the stride.
-
-    Parameters
-    ----------
-    phase : increasing, 0 and 1 at the heel strikes [-] (n,)
-    pitch : of the sole, from any zero [rad] (n,)
-    height : of the ankle, from any zero [m] (n,)
-    standing : mask of the samples in stance; all by default (n,)
-    """
+    """The longest part about the steadiest 8 % of a stride in which the foot neither turns nor rises."""
     usual = FlatFoot(*USUAL, steady=False)
     inside = (phase >= WITHIN[0] - 1e-9) & (phase <= WITHIN[1] + 1e-9)
     inside &= np.isfinite(pitch) & np.isfinite(height)

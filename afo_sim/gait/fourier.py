@@ -24,10 +24,7 @@ class Wave:
 
 @dataclass(frozen=True, eq=False)
 class FourierSeries:
-    """A signal over phase: mean + progress · phase + harmonics of one cycle.
-
-    `progress` is what the signal gains in a cycle (a walking ankle's x does), 0 for a signal that returns.
-    """
+    """A signal over phase: mean + progress · phase + harmonics of one cycle."""
 
     mean: float
     progress: float
@@ -38,13 +35,7 @@ class FourierSeries:
 
     @classmethod
     def fit(cls, phase: np.ndarray, values: np.ndarray, harmonics: int, *, progressing: bool = False) -> Self:
-        """The least-squares series through samples of one cycle.
-
-        A signal that should return, but whose last sample differs from its first, has the difference
-        taken out as a straight line about mid-cycle: its mean stays.
-
-        Units: phase [-] (n,), values (n,).
-        """
+        """The least-squares series through samples of one cycle."""
         closing = float(values[-1] - values[0])
         level = values - closing * (phase - (0.0 if progressing else 0.5))
         wave = 2.0 * np.pi * np.outer(phase[:-1], np.arange(1, harmonics + 1))  # phase 1 is phase 0 again
@@ -61,10 +52,7 @@ class FourierSeries:
         )
 
     def __call__(self, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:
-        """The signal, or its first, second, … derivative with respect to phase.
-
-        Units: phase [-].
-        """
+        """The signal, or its first, second, … derivative with respect to phase."""
         wave = Wave.at(phase)
         order = 2.0 * np.pi * np.arange(1, len(self.cosine) + 1)
         # Re Σ c_k w^k with w = exp(2πi phase), by Horner's rule: one exponential a sample, not one a harmonic

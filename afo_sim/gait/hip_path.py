@@ -27,11 +27,7 @@ _HINGE_HEIGHT = 0.025  # of that joint above the floor: an ankle axis at 69 mm, 
 
 @dataclass(frozen=True)
 class FootShape:
-    """What rocks on the floor, from the ankle centre, with the foot flat.
-
-    ankle_height above the floor [m]; heel: its contact, behind [m]; hinge of the toes, ahead [m];
-    hinge_height above the floor [m].
-    """
+    """What rocks on the floor, from the ankle centre, with the foot flat."""
 
     ankle_height: float
     heel: float
@@ -40,10 +36,7 @@ class FootShape:
 
     @classmethod
     def of_height(cls, body_height: float, ankle_height: float, behind: float = 0.0) -> "FootShape":
-        """An adult's foot, scaled by body height.
-
-        Units: body_height [m], ankle_height [m], behind [m].
-        """
+        """An adult's foot, scaled by body height."""
         size = body_height / _ADULT
         return cls(ankle_height, size * HEEL - behind, size * _HINGE + behind, size * _HINGE_HEIGHT)
 
@@ -51,14 +44,8 @@ class FootShape:
 def rocking(pitch: np.ndarray, foot: FootShape) -> tuple[np.ndarray, np.ndarray]:
     """Where the ankle is while the foot stands and turns without sliding.
 
-    Toe up, the foot turns about the heel's contact. Toe down, it turns about the hinge of the toes, which lie
-    flat on the floor.
-
-    Source
-    ------
-    Perry & Burnfield 2010, Gait Analysis, chapter 3 (heel, ankle and forefoot rocker), as rigid parts.
-
-    Units: pitch [rad] (n,), returns [m].
+    Source: Perry & Burnfield 2010, Gait Analysis, chapter 3 (heel, ankle and forefoot rocker), as rigid
+    parts. Units: pitch [rad] (n,), returns [m].
     """
     sine, cosine = np.sin(np.abs(pitch)), np.cos(pitch)
     above = foot.ankle_height - foot.hinge_height  # of the ankle above the hinge
@@ -90,13 +77,7 @@ class Chain:
         return cls(_THIGH * body_height, _SHANK * body_height)
 
     def hip(self, shank_angle: np.ndarray, knee_angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The hip from the ankle: forward, up [m] (n,).
-
-        Parameters
-        ----------
-        shank_angle : knee ahead of the ankle positive [rad] (n,)
-        knee_angle : flexion positive [rad] (n,)
-        """
+        """The hip from the ankle: forward, up [m] (n,)."""
         thigh = knee_angle - shank_angle  # knee ahead of the hip
         forward = self.shank * np.sin(shank_angle) - self.thigh * np.sin(thigh)
         return forward, self.shank * np.cos(shank_angle) + self.thigh * np.cos(thigh)
@@ -104,11 +85,7 @@ class Chain:
 
 @dataclass(frozen=True, eq=False)
 class AnklePath:
-    """forward [m] (n,), from 0 at heel strike; up [m] (n,), above the floor.
-
-    held: the phases between which the floor held the foot; gaps: what the chain missed the floor by at the
-    end and at the start of that, (forward, up) × (end, start) [m] (2, 2).
-    """
+    """forward [m] (n,), from 0 at heel strike; up [m] (n,), above the floor."""
 
     forward: np.ndarray
     up: np.ndarray
@@ -124,10 +101,7 @@ def ankle_path(
     foot: FootShape,
     chain: Chain,
 ) -> AnklePath:
-    """The ankle's path over one stride of a walker whose legs do alike.
-
-    Units: phase [-] (n,), angles [rad] (n,), load [body weights] (n,), stride_length [m].
-    """
+    """The ankle's path over one stride of a walker whose legs do alike."""
     shank, knee, ankle = angles
     start = float(phase[np.argmax(load > LOADED)])
     end = float(phase[(load > LOADED) & (phase < _LATE)][-1])
@@ -165,10 +139,7 @@ class _Swing:
         return np.asarray(_basis(other) @ self._weights - np.interp(phase % 1.0, self.phase, self.to_hip))
 
     def joined(self) -> np.ndarray:
-        """By the floor where it holds, else by the chain (n,).
-
-        What the chain misses at the two ends is the pelvis' turn and drop: it is taken out, linear between.
-        """
+        """By the floor where it holds, else by the chain (n,)."""
         later = np.where(self.phase < self.start, self.phase + 1.0, self.phase)
         share = (later - self.end) / (1.0 + self.start - self.end)
         hanging = self._hanging(later) - self.gaps[0] * (1.0 - share) - self.gaps[1] * share
@@ -187,21 +158,7 @@ _FORCES = ("grf_x", "grf_z", "ankle_moment")
 
 
 def resampled(phase: np.ndarray, curves: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Published points as smooth columns of ROWS rows over one closed stride.
-
-    What an angle fails to close by is taken out as a straight line about mid-stride, as `FourierSeries.fit`
-    does, so that the stride repeats; periodic cubic splines run through the points. Forces and moment are
-    monotone between their points (PCHIP), so that nothing overshoots at heel strike and toe-off.
-
-    Parameters
-    ----------
-    phase : 0…1 [-] (n,)
-    curves : by the names of ANGLES and FORCES, in the units and signs of `GaitCycle`, each (n,)
-
-    Returns
-    -------
-    {"phase" and each name: (ROWS,)}
-    """
+    """Published points as smooth columns of ROWS rows over one closed stride."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     fine = np.linspace(0.0, 1.0, _ROWS)
@@ -216,23 +173,14 @@ def resampled(phase: np.ndarray, curves: Mapping[str, np.ndarray]) -> dict[str, 
 def _centre_of_pressure(
     moment: np.ndarray, force_x: np.ndarray, force_z: np.ndarray, height: np.ndarray
 ) -> np.ndarray:
-    """Where the ground presses, ahead of the ankle, so that its force has the ankle's moment [m] (n,).
-
-    Units: moment [N·m/kg] (n,), force_x, force_z [body weights] (n,), height [m] (n,).
-    """
+    """Where the ground presses, ahead of the ankle, so that its force has the ankle's moment [m] (n,)."""
     pressing = force_z > COP_FORCE
     ahead = -moment / GRAVITY - height * force_x
     return np.where(pressing, ahead / np.where(pressing, force_z, 1.0), np.nan)
 
 
 def with_derived_path(cycle: GaitCycle, foot: FootShape, chain: Chain) -> GaitCycle:
-    """The same stride with its ankle's path and centre of pressure derived from its other columns.
-
-    Parameters
-    ----------
-    cycle : its `ankle_x`, `ankle_z` and `cop_x` are not looked at
-    foot, chain : shape of the foot and lengths of the leg
-    """
+    """The same stride with its ankle's path and centre of pressure derived from its other columns."""
     length = cycle.walking_speed * cycle.stride_time
     angles = cycle.shank_angle, cycle.knee_angle, cycle.ankle_angle
     path = ankle_path(cycle.phase, angles, cycle.grf_z, length, foot, chain)

@@ -26,10 +26,7 @@ _SCALES = {"phase": 1.0, "moment_low": -1.0, "moment_high": -1.0}  # of a field;
 
 @dataclass(frozen=True, eq=False)
 class Norm:
-    """Mean angles of healthy adults over phase, and how far published means spread, each (n,).
-
-    Angles [rad]; moments internal, per body mass, dorsiflexion positive [N·m/kg].
-    """
+    """Mean angles of healthy adults over phase, and how far published means spread, each (n,)."""
 
     phase: np.ndarray  # 0…1 [-]
     ankle_angle: np.ndarray  # published mean, dorsiflexion positive
@@ -41,20 +38,12 @@ class Norm:
     header: Mapping[str, str]
 
     def at(self, name: str, phase: np.ndarray | float) -> np.ndarray:
-        """A column at any phase.
-
-        Units: phase [-], returns [rad].
-        """
+        """A column at any phase."""
         return np.interp(np.asarray(phase) % 1.0, self.phase, getattr(self, name))
 
 
 def off_norm(cycle: GaitCycle) -> np.ndarray:
-    """How far the ankle lies beyond the shipped norm's band at each sample, dorsiflexion positive.
-
-    Returns
-    -------
-    array (n,), 0 inside the band [rad]
-    """
+    """How far the ankle lies beyond the shipped norm's band at each sample, dorsiflexion positive."""
     norm, angle = read(), cycle.ankle_angle
     low, high = (norm.at(name, cycle.phase) for name in ("ankle_low", "ankle_high"))
     return np.asarray(angle - np.clip(angle, low, high))
@@ -67,13 +56,7 @@ def is_norm(path: pathlib.Path) -> bool:
 
 @functools.cache  # a path is read once in a process
 def read(path: pathlib.Path | None = None) -> Norm:
-    """Read a norm; the shipped one by default.
-
-    Raises
-    ------
-    InputError
-        As `phase_table.read_phase_table`.
-    """
+    """Read a norm; the shipped one by default."""
     table = read_phase_table(path or find_gait(_SHIPPED), tuple(_COLUMNS))
     scaled = {name: table.columns[column] * _SCALES.get(name, DEGREE) for column, name in _COLUMNS.items()}
     return Norm(**scaled, header=table.header)

@@ -41,18 +41,7 @@ _HARMONICS, _SAMPLES = 10, 401
 
 @functools.lru_cache(maxsize=8)
 def toe_extension(swing: float) -> FourierSeries:
-    """Extension of the toes against the flat foot over gait phase, in the joint [rad].
-
-    The mean curve, smoothed by ten harmonics, whose part in swing is shifted to `swing` at 86 %.
-
-    Parameters
-    ----------
-    swing : extension at the least toe clearance [rad]
-
-    Returns
-    -------
-    FourierSeries of phase; its derivatives are by phase
-    """
+    """Extension of the toes against the flat foot over gait phase, in the joint [rad]."""
     place, degrees = np.array(OXFORD).T
     place = np.append(0.01 * place, 1.0)
     degrees = np.append(degrees, degrees[0]) - FLAT

@@ -12,17 +12,8 @@ from afo_sim.gait.hip_path import Chain
 def scaled(cycle: GaitCycle, taller: float) -> GaitCycle:
     """The stride as a person walks it who is by a factor taller, all angles alike.
 
-    Lengths go with l, times with √l (v²/(g l) stays), the ankle's moment per body mass with l.
-
-    Parameters
-    ----------
-    cycle : as recorded
-    taller : factor l on all lengths [-]
-
-    Source
-    ------
-    Hof 1996, Gait Posture 4(3), doi 10.1016/0966-6362(95)01057-2 (dimensionless gait data); Alexander &
-    Jayes 1983 (dynamic similarity at equal Froude number).
+    Source: Hof 1996, Gait Posture 4(3), doi 10.1016/0966-6362(95)01057-2 (dimensionless gait data);
+    Alexander & Jayes 1983 (dynamic similarity at equal Froude number).
     """
     if taller == 1.0:
         return cycle
@@ -46,23 +37,8 @@ def scaled(cycle: GaitCycle, taller: float) -> GaitCycle:
 def stepped(cycle: GaitCycle, hip: float, knee: float, chain: Chain) -> GaitCycle:
     """The stride with more flexion of hip and knee in swing, on the same path of the hip.
 
-    Both are added as sin² from toe-off to heel strike, the most in the middle of the swing. The ankle goes
-    where the chain hip–knee–ankle takes it. Stance stays as it is.
-
-    Parameters
-    ----------
-    cycle : as recorded
-    hip, knee : flexion that is added in mid-swing [rad]; 0 to 0.7 was tried
-    chain : the leg's lengths
-
-    Returns
-    -------
-    GaitCycle; the cycle itself where nothing is added
-
-    Source
-    ------
-    Steppage adds some 10 to 20° at the hip and 10 to 25° at the knee (from memory); no curve of the shank of
-    drop-foot walkers was found in numbers. The shape over the swing is this project's own.
+    Source: Steppage adds some 10 to 20° at the hip and 10 to 25° at the knee (from memory); no curve of
+    the shank of drop-foot walkers was found in numbers. The shape over the swing is this project's own.
     """
     if hip == 0.0 and knee == 0.0:
         return cycle

@@ -27,11 +27,7 @@ SHORTEST = 0.4  # stride [s]
 
 
 def air_row(file: pathlib.Path, band: Sequence[float]) -> LedgerRow:
-    """The mean air per stride of a log beside its predicted 5, 50, 95 % [g].
-
-    Air is what the bottle lost, what a flow meter let through (litres ANR), or V Δp/(R T) of a tank at room
-    temperature, from the first heel strike to the last.
-    """
+    """The mean air per stride of a log beside its predicted 5, 50, 95 % [g]."""
     table, columns = read_table(file, EXAMPLE), {}
     for k, title in enumerate(table.titles):
         name = split_title(title)[0]

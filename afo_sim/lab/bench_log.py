@@ -76,11 +76,7 @@ class BenchLog:
 
 
 def read_bench_log(data: Any) -> BenchLog:
-    """A log of a bench, from a CSV or from {title with unit: array}.
-
-    Columns are time, gauge pressure, force, length or contraction, and the coils inlet and outlet, 0 or 1;
-    header lines are keys of `BENCH`. InputError where one is unknown, or time does not increase.
-    """
+    """A log of a bench, from a CSV or from {title with unit: array}."""
     if isinstance(data, BenchLog):
         return data
     table = table_of(data, _EXAMPLE, "log")

@@ -16,12 +16,7 @@ POINTS_PER_PARAMETER = 2.0  # with fewer no interval is given
 
 @dataclass(frozen=True)
 class Estimate:
-    """The end of a search, parameter by parameter, in any unit that is the same in all arrays.
-
-    `size` is what an uncertainty is held against, often the value itself; `shown` is the value and its
-    half-interval in words; `near` is the share of the range that counts as being at a bound; `counted`
-    says what the points are.
-    """
+    """The end of a search, parameter by parameter, in any unit that is the same in all arrays."""
 
     names: Sequence[str]
     values: np.ndarray
@@ -40,10 +35,7 @@ def rms(values: np.ndarray) -> float:
 
 
 def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np.ndarray, np.ndarray]:
-    """Half-widths of the 95 % intervals, and correlations, of linearised least squares.
-
-    Units: jacobian (n, k), freedom [-].
-    """
+    """Half-widths of the 95 % intervals, and correlations, of linearised least squares."""
     norms = np.linalg.norm(jacobian, axis=0)
     norms[norms == 0.0] = 1e-300
     _, singular, rows = np.linalg.svd(jacobian / norms, full_matrices=False)
@@ -55,10 +47,7 @@ def intervals(jacobian: np.ndarray, variance: float, freedom: float) -> tuple[np
 
 
 def verdict(found: Estimate, correlation: np.ndarray, points: int) -> Iterator[Notice]:
-    """A notice for each group of parameters that the data do not identify.
-
-    Units: correlation (k, k).
-    """
+    """A notice for each group of parameters that the data do not identify."""
     names = found.names
     if points < POINTS_PER_PARAMETER * len(names):
         yield from _too_few(found, points)

@@ -46,14 +46,7 @@ CHANCE = 2.0  # standard errors 1/√n of a correlation: beyond them neighbourin
 
 @dataclass(frozen=True)
 class LawFit:
-    """Parameters of a law, and how far they can be believed. SI.
-
-    `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `silent` is
-    the number of readings of a slack muscle that the law calls slack, too: they identify nothing. `held_out`
-    are the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
-    `covariance` is of the parameters that the data identify together, whether or not each alone; None
-    where the points are too few or the starts end in different places.
-    """
+    """Parameters of a law, and how far they can be believed. SI."""
 
     problem: LawProblem
     values: dict[str, float]
@@ -94,18 +87,7 @@ class LawFit:
 
 
 def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawFit:
-    """Fit a law from several starts.
-
-    Parameters
-    ----------
-    problem : from `pose`
-    seed : of the starts
-    starts : how many
-
-    Returns
-    -------
-    LawFit, without held-out errors
-    """
+    """Fit a law from several starts."""
     found = _search(problem, problem.data, _starts(problem, starts, seed))
     if starts >= ENOUGH and _agreeing(found) < ENOUGH:
         found += _search(problem, problem.data, _starts(problem, 3 * starts, seed + 1))
@@ -243,11 +225,7 @@ def _believe(
 
 
 def _variance(residuals: np.ndarray, loss: Loss, outlying: float, freedom: int) -> float:
-    """Variance of a residual that goes with the unweighted Jacobian.
-
-    Σψ²/freedom over (mean ψ′)², with ψ = ρ′(z) f of scipy's loss ρ(z), z = (f/outlying)²; for the linear
-    loss the usual Σf²/freedom (Huber 1981, Robust Statistics, section 7.6).
-    """
+    """Variance of a residual that goes with the unweighted Jacobian."""
     z = (residuals / outlying) ** 2
     first, second = {
         "linear": (np.ones_like(z), np.zeros_like(z)),
@@ -318,14 +296,7 @@ def _joint(
     freedom: int,
     span: np.ndarray,
 ) -> FitCovariance | None:
-    """Covariance of the parameters that the data identify together, C = s² (JᵀJ)⁻¹.
-
-    A parameter whose standard error exceeds that of any number between its bounds, span/√12, is set by the
-    bounds and not by the data. It stays at its fitted value, and the others' covariance is the one with it
-    held. The vaguest goes first: of two parameters that only their sum is known of, one stays.
-
-    Units: jacobian (n, k), freedom [-], span [SI] (k,).
-    """
+    """Covariance of the parameters that the data identify together, C = s² (JᵀJ)⁻¹."""
     kept = [k for k in range(len(problem.free)) if jacobian[:, k].any()]
     while kept:
         half, correlation = intervals(jacobian[:, kept], variance, freedom)
@@ -373,12 +344,7 @@ def _described(
 
 
 def memory(problem: LawProblem, residuals: np.ndarray) -> float:
-    """Correlation of neighbouring errors along the curves, in the order of the data [-].
-
-    ρ = Σ e_i e_(i+1) / Σ e² over neighbours of one curve. Errors of the law, and a loop of filling and
-    venting, make it positive: standard errors that count each point are then too small, by about
-    √((1 + ρ)/(1 − ρ)).
-    """
+    """Correlation of neighbouring errors along the curves, in the order of the data [-]."""
     products, start = 0.0, 0
     for data in problem.data:
         own = residuals[start : start + len(data)]

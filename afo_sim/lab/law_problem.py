@@ -44,12 +44,7 @@ class LawProblem:
 
 
 def select(data: Measured) -> tuple[Measured, int]:
-    """The points that a static law is about (p > 0, κ ≥ 0, F ≥ 0), and how many are not.
-
-    Stretched, the braid carries; without air there is no muscle. A force gauge cannot read less than zero
-    on a slack muscle, while a law goes on below it: readings of zero are marked as `slack`. A load of zero
-    that was hung on the muscle is none of them: its contraction is measured.
-    """
+    """The points that a static law is about (p > 0, κ ≥ 0, F ≥ 0), and how many are not."""
     shortening = data.contraction if data.contraction is not None else data.change
     assert shortening is not None
     slack = np.zeros(len(data), dtype=bool)
@@ -80,21 +75,7 @@ def pose(
     fixed: Mapping[str, float] | None = None,
     loss: Loss = "linear",
 ) -> LawProblem:
-    """Decide what of a law is free, from the data and from what the caller says.
-
-    Parameters
-    ----------
-    law_name : of LAWS
-    data : one Measured per muscle, all with the same kind of residual
-    free : parameters to fit beside those that the law usually is fitted by
-    fixed : parameters that are known [SI]
-    loss : of scipy's `least_squares`
-
-    Raises
-    ------
-    InputError
-        Unknown law or parameter, data that do not determine the fit, or a length that is needed.
-    """
+    """Decide what of a law is free, from the data and from what the caller says."""
     if law_name not in LAWS:
         raise unknown(law_name, [*LAWS, "all"], field="law", problem="is an unknown law")
     law, given = LAWS[law_name], dict(fixed or {})
@@ -230,15 +211,7 @@ def _require_enough(problem: LawProblem) -> None:
 
 
 def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
-    """The pressure that each point was meant to be taken at: what a regulator and a sensor scatter is one.
-
-    Pressures nearer than 2 % of their span (and 50 mbar) are one level. Where that makes one of them all,
-    or more than 12 (a pressure that was swept), they are five blocks of as many points.
-
-    Returns
-    -------
-    per data set the level of each point [bar]
-    """
+    """The pressure that each point was meant to be taken at: what a regulator and a sensor scatter is one."""
     everything = np.concatenate([d.pressure for d in data])
     ordered = np.sort(everything)
     span = float(np.ptp(ordered))
@@ -271,10 +244,7 @@ def measurements(data: Sequence[Measured]) -> np.ndarray:
 
 
 def errors(problem: LawProblem, values: Mapping[str, float], data: Sequence[Measured]) -> np.ndarray:
-    """Prediction less measurement over several data sets [N or m].
-
-    A slack muscle is predicted as the gauge reads it, max(F, 0).
-    """
+    """Prediction less measurement over several data sets [N or m]."""
     parts = []
     for d in data:
         found = predict(problem, values, d)

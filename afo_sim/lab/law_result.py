@@ -308,18 +308,7 @@ Tables = list[tuple[str, list[str], list[list[str]]]]
 
 
 def write(found: StaticFit, folder: pathlib.Path) -> None:
-    """Write muscle.toml and fit.json; with data of several muscles, a folder for each muscle.
-
-    Parameters
-    ----------
-    found : from `fit`
-    folder : made if need be
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written to, or the fit ends where no muscle can be.
-    """
+    """Write muscle.toml and fit.json; with data of several muscles, a folder for each muscle."""
     best = found.best
     stems = [data.file.stem for data in best.problem.data]
     write_json(folder / "fit.json", _as_json(found))

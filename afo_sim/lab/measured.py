@@ -68,13 +68,7 @@ SENSOR_OFFSET = 5e3  # below zero that a gauge may read without air [Pa]
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Points of a static characteristic, SI.
-
-    Either `contraction` [-] or `change` of length [m] is given. `force` [N] is the muscle's; when it
-    was set by a load, `loaded` is true, and the length is what was measured. `curve` tells the curves
-    apart, by default the pressures. `slack`, where it is given, marks the forces that a gauge read as zero
-    because the muscle hung slack: there the force is known to be no more than zero.
-    """
+    """Points of a static characteristic, SI."""
 
     file: pathlib.Path
     pressure: np.ndarray
@@ -96,27 +90,7 @@ class Measured:
 
 
 def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measured:
-    """Measured points from a CSV, or from columns in memory.
-
-    Header lines "# key: value" may state total_length, end_length, bore, braid_angle, hanger (mass added
-    to each load), damping, braid_stiffness, dead_volume, mass, source, licence; then one line of column
-    titles with units, then the points.
-
-    Parameters
-    ----------
-    data : path to a CSV; {title with unit: array} or a pandas DataFrame of such titles, in which texts (or
-        `attrs`) stand for the header lines
-    known : properties of the muscle that the header may leave out, SI; the header has precedence
-
-    Returns
-    -------
-    Measured
-
-    Raises
-    ------
-    InputError
-        A column or unit is missing or unknown, a value is no finite number, or too few points.
-    """
+    """Measured points from a CSV, or from columns in memory."""
     table = table_of(data, EXAMPLE, "data")
     file = table.file
     facts = dict(known or {}) | read_facts(table, HEADER)

@@ -56,11 +56,7 @@ class ReplayPlan(StandPlan):
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A log, and what the simulated bench gives at its times.
-
-    predicted : the stand's columns, SI (n,)
-    errors : by column that was measured and is predicted, each over time
-    """
+    """A log, and what the simulated bench gives at its times."""
 
     log: BenchLog
     plan: ReplayPlan
@@ -84,24 +80,8 @@ class Replay:
 
 
 def replay(log: Any, muscle: Any = None, *, sets: Laid = None, bench: Laid = None) -> Replay:
-    """Replay a log of a bench: through its valves where a supply is stated, else under the measured pressure.
-
-    Parameters
-    ----------
-    log : path to a CSV or {title with unit: array}, as `read_bench_log` takes them
-    muscle : shipped name, path, description or Muscle; by default the header's
-    sets : dotted keys and values laid over the muscle
-    bench : settings beside or instead of the header's: keys of `BENCH`, texts or SI
-
-    Returns
-    -------
-    Replay
-
-    Raises
-    ------
-    InputError
-        The log, the muscle or the bench is not complete, or a value is not valid.
-    """
+    """Replay a log of a bench: through its valves where a supply is stated, else under the measured
+    pressure."""
     read = read_bench_log(log).stated(bench or {})
     plan = _plan(read, _muscle(read, muscle, sets))
     whole = complete(plan, 0, roll(plan)[0])
@@ -180,10 +160,7 @@ def _valves(log: BenchLog) -> tuple[native.CircuitValve, native.CircuitValve]:
 
 
 def loop_width(time: np.ndarray, pressure: np.ndarray, force: np.ndarray) -> float:
-    """Median force while the pressure falls less that while it rises, over the middle half of its span [N].
-
-    The ways part at the highest pressure; of each the quiet samples count, at least its quieter half.
-    """
+    """Median force while pressure falls less that while it rises, over the middle half of its span [N]."""
     top, low, span = int(np.argmax(pressure)), pressure.min(), np.ptp(pressure)
     rate = np.abs(np.interp(time + 0.05, time, pressure) - np.interp(time - 0.05, time, pressure))
     ways = []
@@ -205,24 +182,7 @@ def fit_replay(
     bench: Laid = None,
     **others: Any,
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Fit numbers of bench and muscle to logs by least squares, one value for all of them.
-
-    Parameters
-    ----------
-    logs, bench, others : as of `replay`
-    names : of `FITTED`; each search starts from the value that the bench states
-    channels : that are fitted, each over its largest measurement; by default all that are predicted
-
-    Returns
-    -------
-    ({name: value [SI]}, settings of a bench for `replay` of these logs and of others,
-    {name: f}, the 95 % interval from value/f to f value, widened where errors hang together in time)
-
-    Raises
-    ------
-    InputError
-        As `replay`; or a name is unknown, or has no value to start from.
-    """
+    """Fit numbers of bench and muscle to logs by least squares, one value for all of them."""
     for name in names:
         if name not in FITTED:
             raise unknown(name, FITTED, field="fit", problem="cannot be fitted to a log of a bench")

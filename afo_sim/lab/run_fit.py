@@ -59,8 +59,6 @@ Differences = Mapping[str, np.ndarray]
 class Errors:
     """RMS errors of one channel [SI]: over the whole log, with the start values and with the fitted ones;
     over the part held out, with the start values and with those fitted to the rest.
-
-    `noise` is the channel's own, and `samples` and `samples_held_out` are how many there are.
     """
 
     noise: float
@@ -264,10 +262,7 @@ def _memory(problem: RunProblem, errors: np.ndarray) -> float:
 def _believe(
     problem: RunProblem, search: "RunSearch", best: Any
 ) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[Notice, ...], float, float]:
-    """95 % intervals, correlations, what the log cannot identify, memory and size of the errors.
-
-    Errors that hang together are fewer than they seem: n (1 − ρ)/(1 + ρ) independent ones.
-    """
+    """95 % intervals, correlations, what the log cannot identify, memory and size of the errors."""
     parameters, n = problem.parameters, len(best.fun)
     memory = _memory(problem, best.fun)
     rho = min(max(memory, 0.0), 0.999)
@@ -388,10 +383,7 @@ def channel_errors(
     unseen: Differences | None,
     rest: np.ndarray,
 ) -> dict[str, Errors]:
-    """Each channel's errors.
-
-    Units: noise [SI], first, last [SI].
-    """
+    """Each channel's errors."""
     found = {}
     for title in first:
         whole = (noise[title], len(first[title]), rms(first[title]), rms(last[title]))

@@ -49,10 +49,7 @@ EXHAUST = ("mass_flow", "exergy_flow")
 
 @dataclass(frozen=True)
 class Channel:
-    """One measured quantity: its samples [SI], and the recording's columns whose sum it is.
-
-    `title` is what the log calls it, `unit` the log's own, `scale` takes that unit to SI.
-    """
+    """One measured quantity: its samples [SI], and the recording's columns whose sum it is."""
 
     title: str
     columns: tuple[str, ...]
@@ -71,11 +68,7 @@ class Channel:
         return np.interp(time, recording["time"], total)
 
     def noise(self, time: np.ndarray) -> float:
-        """Spread of the samples about their neighbours [SI], never below the log's resolution.
-
-        The median deviation from the line through both neighbours, as a standard deviation: where the
-        signal is smooth against the sampling, that is the sensor's noise.
-        """
+        """Spread of the samples about their neighbours [SI], never below the log's resolution."""
         y = self.values
         share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
         bend = y[1:-1] - (1.0 - share) * y[:-2] - share * y[2:]
@@ -104,11 +97,7 @@ class Log:
 
 
 def read_log(data: Any, scenario: Scenario) -> Log:
-    """A log, read against the scenario that it was taken of.
-
-    Titles are `time`, `angle`, `pressure CHAMBER`, `absolute pressure CHAMBER`, `force MUSCLE` (a group's
-    name means all its muscles together), or paths of a recording's columns, each with its unit.
-    """
+    """A log, read against the scenario that it was taken of."""
     table = table_of(data, EXAMPLE, "log")
     file = table.file
     titles = [_meaning(table, title, scenario) for title in table.titles]
@@ -249,13 +238,7 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class RunParameterKind:
-    """A dynamic parameter in general. SI; `shown` is the unit for people's eyes.
-
-    `key` is the dotted key that it sets, with {} for each muscle group or chamber (`each`); without a key
-    it belongs to the log. `lower` and `upper` are searched, within what the key's field allows; the unit of a
-    key is its field's. A `logarithmic` one is searched, and its interval given, as a ratio; `typical`
-    is its size, from which the search starts where the scenario says zero.
-    """
+    """A dynamic parameter in general. SI; `shown` is the unit for people's eyes."""
 
     name: str
     meaning: str
@@ -318,11 +301,7 @@ KINDS = {
 
 @dataclass(frozen=True)
 class RunParameter:
-    """A dynamic parameter of one scenario: its value there, and the keys that it sets.
-
-    `keys` holds each key's share: the value of the first is the parameter's, the others keep the ratio to
-    it that they have in the scenario.
-    """
+    """A dynamic parameter of one scenario: its value there, and the keys that it sets."""
 
     name: str
     kind: RunParameterKind

@@ -12,13 +12,7 @@ SCENARIO, NUMBERS = "scenario.toml", "fit_run.json"
 
 
 def write(fit: FitRun, folder: pathlib.Path) -> None:
-    """Write fit_run.json and, if a search has settled, scenario.toml.
-
-    Parameters
-    ----------
-    fit : from `fit_run`
-    folder : made if need be; the scenario runs wherever it is moved to
-    """
+    """Write fit_run.json and, if a search has settled, scenario.toml."""
     write_json(folder / NUMBERS, _as_json(fit))
     if fit.values and fit.converged:
         write_text(folder / SCENARIO, scenario_toml(fit, folder))

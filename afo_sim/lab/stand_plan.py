@@ -32,14 +32,7 @@ LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is lo
 
 @dataclass(frozen=True)
 class Laboratory:
-    """Surroundings of the muscle on the stand.
-
-    supply : gauge pressure that no test goes beyond [Pa]; the muscle's own limit by default
-    valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where given
-    tube_volume : between valve and muscle [m³]
-    wall_conductance : heat to the wall [W/K]
-    timestep : [s]; by default 2 ms, for `step` 1 ms, for `release` 0.1 ms, or less where the braid needs it
-    """
+    """Surroundings of the muscle on the stand."""
 
     supply: float | None = None
     valve: Valve | None = None
@@ -50,24 +43,7 @@ class Laboratory:
 
 @dataclass(frozen=True)
 class StandPlan:
-    """One test of one muscle: per curve, how pressure and length go between two values and back.
-
-    A branch takes `duration`; "up" goes from the first value to the second, "down" back, along half a
-    cosine, so that motion starts and ends at rest. With a solenoid valve the pressure is the supply's:
-    up opens the inlet, down the outlet.
-
-    set_points : what tells the curves apart: pressure [Pa], load [N] or contraction [-] (n,)
-    pressure : gauge, from and to [Pa] (n, 2)
-    contraction : from and to [-] (n, 2); where the carriage hangs free, its start only
-    load : weight on the carriage [N] (n,); NaN where the length is prescribed
-    start_pressure : in the chamber before the test [Pa] (n,)
-    timestep, duration : of a step, of one branch [s]
-    branches : how many
-    stride : every how many steps a row is kept; turning points are
-    valve : solenoid valve at inlet and outlet; None is the regulator
-    outlet : another valve at the outlet
-    spring : stiffness of a spring that the carriage is drawn against [N/m]
-    """
+    """One test of one muscle: per curve, how pressure and length go between two values and back."""
 
     kind: Kind
     muscle: Muscle
@@ -126,22 +102,7 @@ def plan_isobaric(
     laboratory: Laboratory | None = None,
     duration: float | None = None,
 ) -> StandPlan:
-    """Length from `span[0]` to `span[1]` [-] and back at constant pressures [Pa].
-
-    By default from zero contraction to where the muscle goes slack, at every whole bar of the law's range.
-
-    Parameters
-    ----------
-    pressures : gauge [Pa]
-    span : contraction from, to [-]; None is to slack
-    laboratory : what stands around the muscle
-    duration : of one branch [s]; by default so long that damping adds at most 0.5 % of the greatest force
-
-    Raises
-    ------
-    InputError
-        What is asked lies outside what the muscle, the braid or the supply allows; says what is possible.
-    """
+    """Length from `span[0]` to `span[1]` [-] and back at constant pressures [Pa]."""
     laboratory = laboratory or Laboratory()
     top = highest(muscle, laboratory)
     points = _points(pressures, _whole_bars(muscle, top))
@@ -167,10 +128,7 @@ def plan_isometric(
     laboratory: Laboratory | None = None,
     duration: float | None = None,
 ) -> StandPlan:
-    """Pressure from `span[0]` to `span[1]` [Pa] and back at constant contractions [-].
-
-    By default from no pressure to the highest, at every 5 % up to where the muscle goes slack.
-    """
+    """Pressure from `span[0]` to `span[1]` [Pa] and back at constant contractions [-]."""
     laboratory = laboratory or Laboratory()
     top = highest(muscle, laboratory)
     low, high = span or (0.0, top)
@@ -192,11 +150,7 @@ def plan_isotonic(
     laboratory: Laboratory | None = None,
     duration: float | None = None,
 ) -> StandPlan:
-    """Pressure from `span[0]` to `span[1]` [Pa] and back under constant loads [N].
-
-    By default each load begins at the lowest pressure at which it stretches the muscle no further than its
-    limit, and the loads are 5 to 60 % of the strength at the highest pressure.
-    """
+    """Pressure from `span[0]` to `span[1]` [Pa] and back under constant loads [N]."""
     laboratory = laboratory or Laboratory()
     top = highest(muscle, laboratory)
     low, high = span or (None, top)
@@ -232,10 +186,7 @@ def plan_step(
     laboratory: Laboratory | None = None,
     duration: float | None = None,
 ) -> StandPlan:
-    """Fill through the inlet valve from supplies at `pressures` [Pa], then vent, each for `duration` [s].
-
-    Under a load [N], by default a fifth of the strength at the lowest pressure; or at a held contraction [-].
-    """
+    """Fill through the inlet valve from supplies at `pressures` [Pa], then vent, each for `duration` [s]."""
     laboratory = laboratory or Laboratory()
     valve = laboratory.valve or load_description("valve", "mh1")
     points = _points(pressures, _whole_bars(muscle, highest(muscle, laboratory)))
@@ -264,11 +215,7 @@ def plan_release(
     laboratory: Laboratory | None = None,
     duration: float | None = None,
 ) -> StandPlan:
-    """Held at a contraction [-] under pressures [Pa], then let go against a load [N], for `duration` [s].
-
-    The load is by default a fifth of the strength at the lowest pressure. Air comes through the
-    laboratory's valve, where there is one; otherwise the regulator keeps the pressure.
-    """
+    """Held at a contraction [-] under pressures [Pa], then let go against a load [N], for `duration` [s]."""
     laboratory = laboratory or Laboratory()
     points = _points(pressures, _whole_bars(muscle, highest(muscle, laboratory)))
     _check_pressures(muscle, points, laboratory.supply, pulls=True)
@@ -442,12 +389,7 @@ def _check_span(muscle: Muscle, low: float, high: float, supply: float | None) -
 
 
 def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-    """Tension at rest and without friction, exactly as the compiled muscle computes it.
-
-    Law, braid stiffness and clamp to tension; the law as a muscle asks it (`muscle_static_force`).
-
-    Units: contraction [-] (n,), pressure [Pa] (n,), returns [N].
-    """
+    """Tension at rest and without friction, exactly as the compiled muscle computes it."""
     return np.asarray(muscle.force(pressure, contraction=contraction))
 
 

@@ -197,10 +197,7 @@ def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
 
 
 def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
-    """Run a plan, all its curves side by side.
-
-    Units: progress (steps done, steps in all), returns [s].
-    """
+    """Run a plan, all its curves side by side."""
     _stability(plan)
     rig, n = _build_rig(plan), len(plan.set_points)
     cases = [Case(_loaded(rig, plan, k), _start(rig, plan, k), _policy(rig, plan, k), k) for k in range(n)]

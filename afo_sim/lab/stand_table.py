@@ -55,12 +55,7 @@ MANY = 12  # curves that a comparison makes by itself
 
 @dataclass(frozen=True)
 class Comparison:
-    """Measured points and what the stand says of them, on the test's own axes (SI).
-
-    curve : the curve that each point belongs to (n,)
-    x, measured, predicted : abscissa, ordinate measured, and the mean of the ways up and down there (n,)
-    left_out : points that belong to no curve, or lie beyond its ends
-    """
+    """Measured points and what the stand says of them, on the test's own axes (SI)."""
 
     name: str
     curve: np.ndarray

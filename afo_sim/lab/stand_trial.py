@@ -65,15 +65,7 @@ PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no li
 
 @dataclass(frozen=True, repr=False)
 class Trial(Shown):
-    """A finished test of one muscle.
-
-    plan : what was set
-    curves : per set point {column: values}, SI, as in COLUMNS
-    metrics : per set point, as `stand_measures.measures` names them
-    static : the formula instead of the rig
-    warnings : limits that were left
-    wall_seconds : what it took
-    """
+    """A finished test of one muscle."""
 
     plan: StandPlan
     curves: tuple[Rows, ...]
@@ -127,13 +119,7 @@ isobaric, isotonic, isometric, step, release = map(_test, PLANS.values())
 
 
 def static(plan: StandPlan, rows: int = 200) -> Trial:
-    """The formula along a plan's first way up: no rig, no friction, no damping.
-
-    Raises
-    ------
-    InputError
-        Steps and releases are no states of rest.
-    """
+    """The formula along a plan's first way up: no rig, no friction, no damping."""
     if plan.kind in ("step", "release"):
         raise InputError(
             "has no static formula", field="kind", value=plan.kind, allowed="isobaric, isotonic, isometric"
@@ -221,14 +207,7 @@ def limits_left(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
 
 
 def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
-    """The numbers of one curve, over its last way up and down.
-
-    `off_formula` is the greatest distance of the force from the formula in the rows in which the muscle
-    pulls. A held muscle whose mounting hangs slack swells at its own length, where damper and friction alone
-    bear its law.
-
-    Units: strongest [N].
-    """
+    """The numbers of one curve, over its last way up and down."""
     if plan.kind == "step":
         return _step(plan, columns)
     if plan.kind == "release":
@@ -262,10 +241,7 @@ def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict
 
 
 def loop_height(x: np.ndarray, y: np.ndarray, down: np.ndarray) -> float:
-    """Greatest difference of y between the ways up and down at equal x.
-
-    Units: x, y (n,), down (n,).
-    """
+    """Greatest difference of y between the ways up and down at equal x."""
     if np.ptp(x) == 0.0:
         return 0.0
     up_x, up_y, down_x, down_y = x[~down], y[~down], x[down][::-1], y[down][::-1]
@@ -323,14 +299,7 @@ def _release(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
 
 @dataclass(frozen=True)
 class StaticLoad:
-    """F_ce and K at each pressure, and the straight line of F_ce.
-
-    pressure : gauge [Pa] (n,)
-    contractile_force : F_ce [N] (n,)
-    stiffness : K [N/m] (n,)
-    start, slope : F_ce = start + slope p [N], [N/Pa]
-    worst : greatest distance of F_ce from its line [N]
-    """
+    """F_ce and K at each pressure, and the straight line of F_ce."""
 
     pressure: np.ndarray
     contractile_force: np.ndarray
@@ -350,12 +319,7 @@ class StaticLoad:
 
 
 def static_load(trial: Trial) -> StaticLoad:
-    """F_ce and K from an isobaric test, as S0 takes them from hung loads.
-
-    Parameters
-    ----------
-    trial : isobaric, of a muscle whose curves are straight; the mean of the ways up and down is taken
-    """
+    """F_ce and K from an isobaric test, as S0 takes them from hung loads."""
     force, stiffness = [], []
     for k in range(len(trial.curves)):
         loop = trial.loop(k)

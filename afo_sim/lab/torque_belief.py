@@ -154,10 +154,7 @@ def _one_pressure(solution: Solution, already: set[str]) -> list[Notice]:
 
 @dataclass(frozen=True)
 class SharedError:
-    """A fit done again as if something were off: what, and the parameters [SI] that come out.
-
-    `held` is the name of a stiffness that the fit holds, "" for an error of the readings.
-    """
+    """A fit done again as if something were off: what, and the parameters [SI] that come out."""
 
     cause: str
     values: dict[str, float]

@@ -54,13 +54,7 @@ FEWEST_SAMPLES = 10  # of a log
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Static torques of one group (a test, a day, a wearer), SI, one number a setting.
-
-    `angle` and `torque` are dorsiflexion positive, `pressure` is gauge, `cuff` the displacement of the cuff
-    along the pull, not a number where none was read. `weight` is how many readings a setting is the mean of;
-    a stretch of a log counts as one. `scatter` is the mean square of their torques about their mean. `path`
-    holds measured path lengths and moment arms [m] (2, n) by the muscle in their titles, "" for the only one.
-    """
+    """Static torques of one group (a test, a day, a wearer), SI, one number a setting."""
 
     file: pathlib.Path
     group: str
@@ -98,15 +92,7 @@ def read_torques(
     difference: bool = False,
     rates: tuple[float, float] = (ANGLE_RATE, PRESSURE_RATE),
 ) -> Torques:
-    """Measured torques from a CSV, or from columns in memory.
-
-    Columns are `angle`, `pressure` (gauge) or `absolute pressure`, `torque`, each with its unit. There may be
-    `group` (or `test`), `chamber` (or `muscle`) that was filled, `cuff` (displacement along the pull),
-    `time`, `path length` and `moment arm` (that of one of several muscles with its name behind). With a time
-    the file is a log, of which still samples are taken.
-
-    Units: rates [rad/s].
-    """
+    """Measured torques from a CSV, or from columns in memory."""
     table = table_of(data, EXAMPLE, "data")
     read_facts(table, HEADER)
     columns = _columns(table)

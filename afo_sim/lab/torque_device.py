@@ -46,11 +46,7 @@ class Path:
 
 @dataclass(frozen=True)
 class Change:
-    """What a fit puts in place of an orthosis' own values, SI; None leaves them.
-
-    `series_stiffness`, `offset` and `law` (by parameter) are of the muscles that are filled; `cuff` and
-    `plate` are the anchors' stiffnesses.
-    """
+    """What a fit puts in place of an orthosis' own values, SI; None leaves them."""
 
     series_stiffness: float | None = None
     offset: float | None = None
@@ -62,19 +58,7 @@ class Change:
 def paths(
     orthosis: Orthosis, angle: np.ndarray, measured: Mapping[str, np.ndarray] | None = None
 ) -> list[Path]:
-    """The paths of an orthosis' muscles, alike ones together.
-
-    Parameters
-    ----------
-    orthosis : described
-    angle : of the joint, signed as the orthosis' [rad] (n,)
-    measured : lengths and moment arms [m] (2, n) in place of those described, by muscle group
-
-    Raises
-    ------
-    InputError
-        An angle is beyond the orthosis' `joint_centre`.
-    """
+    """The paths of an orthosis' muscles, alike ones together."""
     found = []
     guided, carried = _guided(orthosis, angle), _carried(orthosis, angle)
     for name, group in orthosis.muscle.items():
@@ -104,11 +88,7 @@ def _guided(orthosis: Orthosis, angle: np.ndarray) -> dict[str, tuple[np.ndarray
 
 
 def _carried(orthosis: Orthosis, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where the foot's ankle point and the joint's centre are on the shank, forward + i up [m] (n,).
-
-    A foot that turns about c moves by dq/dφ = i (q − c), so q = e^(iφ) (q(0) − i ∫ e^(−is) c(s) ds). Here φ
-    is toes up; a knee's flexion is −φ.
-    """
+    """Where the foot's ankle point and the joint's centre are on the shank, forward + i up [m] (n,)."""
     if not orthosis.joint_centre:
         return np.zeros(len(angle), complex), np.zeros(len(angle), complex)
     known, forward, up = np.transpose(orthosis.joint_centre)
@@ -145,20 +125,7 @@ def _between(
 def statics(
     orthosis: Orthosis, geometry: Sequence[Path], chamber: str, pressure: np.ndarray, change: Change
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Torque and pull on the anchors at rest.
-
-    Parameters
-    ----------
-    orthosis : described
-    geometry : from `paths`, at n angles
-    chamber : that is filled; the others are at ambient pressure
-    pressure : gauge [Pa] (n,)
-    change : of the orthosis' values
-
-    Returns
-    -------
-    (torque of all muscles, signed as the angle [N·m] (n,), pull on cuff and plate [N] (n,))
-    """
+    """Torque and pull on the anchors at rest."""
     anchors = _anchors(orthosis, change)
     pulling, torque, pull = [], np.zeros(len(pressure)), np.zeros(len(pressure))
     for path in geometry:
@@ -233,10 +200,7 @@ class _Muscle:
 
 
 def _shared(muscles: Sequence[_Muscle], anchors: tuple[Anchor, ...]) -> list[np.ndarray]:
-    """Tension of each muscle where all pull on the same anchors.
-
-    P − Σ n F rises with P: bisection between none and the pull on rigid anchors.
-    """
+    """Tension of each muscle where all pull on the same anchors."""
     if len(muscles) < 2:
         return [muscle.tension(anchors) for muscle in muscles]
 
@@ -262,10 +226,7 @@ def _displacement(anchors: Sequence[Anchor], pull: float) -> float:
 def fitted_orthosis(
     orthosis: Orthosis, chamber: str, values: Mapping[str, float], sources: Mapping[str, str]
 ) -> Orthosis:
-    """An orthosis with fitted values in place of its own.
-
-    Units: values [SI].
-    """
+    """An orthosis with fitted values in place of its own."""
     table = orthosis.model_dump(mode="json", exclude_none=True)
     for name, value in values.items():
         if name in ANCHORS:

@@ -31,10 +31,8 @@ CHANCE = 0.95  # up to which a ratio of mean squared errors is chance
 
 @dataclass(frozen=True, eq=False)
 class OfLaw:
-    """A fit with one law; `comparable` says whether it lies as close as the closest, as far as chance allows.
-
-    `rms_held_out` is of what was left out [N·m], `beyond` says where the law is asked beyond its range.
-    """
+    """A fit with one law; `comparable` says whether it lies as close as the closest, as far as chance
+    allows."""
 
     law: str
     solution: Solution
@@ -52,10 +50,7 @@ class OfLaw:
 
 
 def of_laws(solution: Solution, found: dict[str, HeldOut], report: Progress) -> tuple[OfLaw, ...]:
-    """Fits with each law that all filled muscles have parameters for, the one in use first.
-
-    Empty where the muscles use several laws or have one alone, or where every parameter is the law's own.
-    """
+    """Fits with each law that all filled muscles have parameters for, the one in use first."""
     problem, kind = solution.problem, next(iter(found), "")
     muscles = [m.type for g in problem.groups for m in g.orthosis.muscles_of(problem.chamber).values()]
     shared = [law for law in muscles[0].laws if all(law in m.laws for m in muscles)]

@@ -24,13 +24,7 @@ BEYOND = 1.25  # measured torque over that on rigid anchors, from which no stiff
 
 @dataclass(frozen=True)
 class TorqueParameter:
-    """A parameter of a torque fit, SI; `shown` is the unit for people's eyes.
-
-    A `logarithmic` one is searched as ln x, and its interval is a ratio. `size` is what an uncertainty is
-    held against, beside the value itself. `neutral` is the value of a device without it, None where there
-    is none; `of_law` says that it is one of the muscle's law. `low` and `high` are usual values, from which
-    searches start.
-    """
+    """A parameter of a torque fit, SI; `shown` is the unit for people's eyes."""
 
     name: str
     meaning: str
@@ -144,10 +138,7 @@ class Group:
 
 @dataclass(frozen=True, eq=False)
 class TorqueProblem:
-    """What is fitted to what. `difference`: the torques are those with air less those without.
-
-    `held` are values [SI] in place of the orthosis' own, beside those of the free parameters.
-    """
+    """What is fitted to what. `difference`: the torques are those with air less those without."""
 
     groups: tuple[Group, ...]
     free: tuple[TorqueParameter, ...]
@@ -230,10 +221,7 @@ def _over_angle(readings: Readings, length: np.ndarray, arm: np.ndarray) -> tupl
 
 
 def choose_chamber(orthosis: Orthosis, asked: str, named: Sequence[str]) -> str:
-    """The chamber that was filled: as asked, as the file says, or the only one, or the dorsiflexor.
-
-    A muscle group's name stands for its chamber.
-    """
+    """The chamber that was filled: as asked, as the file says, or the only one, or the dorsiflexor."""
     of_group = {name: group.chamber or name for name, group in orthosis.muscle.items()}
     known = {**of_group, **{name: name for name in orthosis.chamber}}
     if not known:
@@ -258,14 +246,7 @@ def choose_chamber(orthosis: Orthosis, asked: str, named: Sequence[str]) -> str:
 def predict(
     problem: TorqueProblem, values: Mapping[str, float], groups: Sequence[Group] | None = None
 ) -> dict[str, np.ndarray]:
-    """Torque [N·m] and displacement of the cuff [m], all groups end to end.
-
-    Parameters
-    ----------
-    problem : posed
-    values : of parameters [SI]
-    groups : other ones than the problem's
-    """
+    """Torque [N·m] and displacement of the cuff [m], all groups end to end."""
     change = _change(problem, values)
     found: dict[str, list[np.ndarray]] = {channel: [] for channel in CHANNELS}
     for group in problem.groups if groups is None else groups:

@@ -21,14 +21,7 @@ Table = tuple[str, list[str], list[list[str]]]
 
 
 def write(found: TorqueFit, folder: pathlib.Path, place: pathlib.Path) -> None:
-    """Write fit_torque.json and orthosis.toml; with an orthosis for each group, a folder for each.
-
-    Parameters
-    ----------
-    found : from `fit_torque`
-    folder : to write to
-    place : where these files will stand; the orthosis runs from there and wherever the folder is moved to
-    """
+    """Write fit_torque.json and orthosis.toml; with an orthosis for each group, a folder for each."""
     write_json(folder / NUMBERS, as_json(found))
     for name, own in folders(found).items():
         (folder / own).mkdir(parents=True, exist_ok=True)

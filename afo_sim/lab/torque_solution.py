@@ -172,10 +172,7 @@ def without(problem: TorqueProblem, parameter: TorqueParameter) -> TorqueProblem
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Torque errors [N·m] of settings when they were left out, by what was left out.
-
-    `weight` are their readings, `scatter` the mean square [N²·m²] of these about their mean.
-    """
+    """Torque errors [N·m] of settings when they were left out, by what was left out."""
 
     errors: dict[str, np.ndarray]
     weight: dict[str, np.ndarray]
@@ -273,11 +270,7 @@ def predicted(solution: Solution, groups: Sequence[Group]) -> HeldOut:
 
 @dataclass(frozen=True)
 class Alternative:
-    """The fit without one parameter, which is held where it does nothing.
-
-    `values` are those of the others [SI], `rms` is of what was left out [N·m], `beaten` whether this fit
-    predicts it as well.
-    """
+    """The fit without one parameter, which is held where it does nothing."""
 
     dropped: str
     values: dict[str, float]
@@ -290,13 +283,8 @@ def alternatives(
 ) -> tuple[str, tuple[Alternative, ...]]:
     """Fits without each parameter that has a neutral value, and the kind of part by which they were judged.
 
-    A parameter is identified if what was left out is predicted better with it: the mean over the parts of the
-    logarithm of the ratio of the squared errors, without over with, is above its standard error.
-
-    Source
-    ------
-    The one-standard-error rule of Breiman, Friedman, Olshen & Stone 1984, in logarithms, so that a part with
-    large errors does not decide alone.
+    Source: The one-standard-error rule of Breiman, Friedman, Olshen & Stone 1984, in logarithms, so that
+    a part with large errors does not decide alone.
     """
     problem = solution.problem
     kind = next((k for k in KINDS if k in found and len(found[k].errors) >= FOLDS), "")
@@ -331,11 +319,8 @@ class Apart:
 
 
 def apart(solution: Solution, report: Progress = lambda text: None) -> Apart | None:
-    """Fits to each group alone, and whether they contradict each other; None where they are too few or small.
-
-    Cochran's test: Σ (x − x̄)²/h² over the groups against χ², with h the standard error of each and x̄ the mean
-    weighted by 1/h².
-    """
+    """Fits to each group alone, and whether they contradict each other; None where they are too few or
+    small."""
     from scipy.stats import chi2, t
 
     problem, values, x, h = solution.problem, {}, [], []

@@ -77,11 +77,7 @@ WHY_BOLEN = (
 
 @dataclass(frozen=True, eq=False)
 class KneeTest:
-    """One test: its muscle and what was read, SI, one number a point.
-
-    `angle` is positive in extension and `torque` negative in flexion. `length` and `moment_arm` are the
-    measured ones. `pressure` is gauge. `tendon` is the length of cable between muscle and bracket.
-    """
+    """One test: its muscle and what was read, SI, one number a point."""
 
     name: str
     muscle: Muscle
@@ -97,10 +93,7 @@ class KneeTest:
 
 
 def path(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The path between the brackets, as it would be if they did not bend.
-
-    Units: angle [rad], returns [m].
-    """
+    """The path between the brackets, as it would be if they did not bend."""
     cos, sin = np.cos(angle), np.sin(angle)
     tibia = np.array(
         [cos * TIBIA_ANCHOR[0] - sin * TIBIA_ANCHOR[1], sin * TIBIA_ANCHOR[0] + cos * TIBIA_ANCHOR[1]]
@@ -135,11 +128,7 @@ def contraction_on_path(test: KneeTest) -> np.ndarray:
 
 
 def law_force(test: KneeTest, contraction: np.ndarray) -> np.ndarray:
-    """Tension by the law at the test's pressures, as it is printed for every contraction [N].
-
-    The law here leaves e^(−c2 ε²) out below κ = 0, so that a stretched muscle is not weaker; the printed
-    formula has it there too.
-    """
+    """Tension by the law at the test's pressures, as it is printed for every contraction [N]."""
     f620, kappa620, _, _, c2 = test.muscle.coefficients
     signed = forces(LAWS[LAW].native_id, test.muscle.coefficients, contraction, test.pressure)
     stretch = np.minimum(contraction, 0.0) / kappa620
@@ -157,13 +146,7 @@ def torque_as_measured(test: KneeTest) -> np.ndarray:
 
 
 def torque(test: KneeTest, stiffness: float, offset: float = 0.0) -> np.ndarray:
-    """Torque when a spring stands between muscle and bracket; the arm stays the path's.
-
-    The muscle is as long as its law and the spring agree on: F(κ, p) = k max(room − L0 (1 − κ), 0), where
-    room is the path less fittings, tendon and offset.
-
-    Units: stiffness [N/m], offset [m], returns [N·m].
-    """
+    """Torque when a spring stands between muscle and bracket; the arm stays the path's."""
     room, law, coefficients = _room(test) - offset, LAWS[LAW].native_id, test.muscle.coefficients
 
     def pull(kappa: np.ndarray) -> np.ndarray:
@@ -190,10 +173,8 @@ def _muscle(nominal_length: float, length_620: float) -> Muscle:
 
 
 def fit(tests: Sequence[KneeTest], *, offset: bool = False) -> tuple[float, float]:
-    """The stiffness, and the offset where asked for, that fit tests best: least squares, every point alike.
-
-    Units: returns [N/m].
-    """
+    """The stiffness, and the offset where asked for, that fit tests best: least squares, every point
+    alike."""
 
     def errors(x: np.ndarray) -> np.ndarray:
         stiffness, gives = START_STIFFNESS * math.exp(x[0]), START_OFFSET * x[1] if offset else 0.0

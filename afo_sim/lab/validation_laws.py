@@ -149,10 +149,7 @@ def _sarosi() -> list[Row]:
 
 
 def _lines(muscle: Muscle, low: float, high: float) -> tuple[float, float, float, float]:
-    """Of a three-element law, from forces at two pressures [kPa] and two contractions.
-
-    Units: returns [N, N/kPa].
-    """
+    """Of a three-element law, from forces at two pressures [kPa] and two contractions."""
     force, stiffness = [], []
     for pressure in (low, high):
         at_rest, shorter = (_one_force(muscle, muscle.law, kappa, pressure * KPA) for kappa in (0.0, 0.1))

@@ -301,13 +301,7 @@ class Hung:
 
 
 def settled(hung: Sequence[Hung]) -> np.ndarray:
-    """Let masses hang until they rest: how much each muscle has shortened.
-
-    Every muscle begins at its nominal length and at ambient pressure; its inlet valve then stays open to a
-    supply at its pressure. Forces and pressures come from the compiled callbacks, as in every run.
-
-    Units: returns [m].
-    """
+    """Let masses hang until they rest: how much each muscle has shortened."""
     spec, circuit = _spec(hung), _circuit(hung)
     native.add_circuit(spec, circuit)
     model = spec.compile()

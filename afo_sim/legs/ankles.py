@@ -30,14 +30,7 @@ def check_name(leg: Candidate, file: object) -> None:
 def check_foot(
     tree: Tree, leg: Candidate, centre: np.ndarray, axes: np.ndarray, sole: float | None, sign: float
 ) -> None:
-    """Refuse a foot on which no human stands: a wheel, a limb, or what stands on its toes.
-
-    Parameters
-    ----------
-    centre, axes : of the ankle [m] (3,), and of the leg (3, 3), in the world
-    sole : slope of the sole at coordinate 0, toe up [rad]; None where another zero was meant
-    sign : +1 where the hinge is dorsiflexion positive, else −1
-    """
+    """Refuse a foot on which no human stands: a wheel, a limb, or what stands on its toes."""
     if reason := _other_limb(tree, leg.foot, centre, axes) or _steep(leg.foot, sole, sign):
         problem = f"is no human ankle: {reason}"
         raise InputError(problem, file=tree.file, field="ankle", value=leg.ankle, allowed="another hinge")

@@ -232,10 +232,7 @@ class Attached:
 
 
 def pressure_of(value: str | float, field: str) -> float:
-    """A gauge pressure given as text with a unit, or as [Pa]; from vacuum's to 20 bar.
-
-    A bare number below 1 kPa is refused: 4 would be 4 Pa, and 4 bar is what was meant.
-    """
+    """A gauge pressure given as text with a unit, or as [Pa]; from vacuum's to 20 bar."""
     if isinstance(value, int | float) and 0.0 < value < LEAST_NUMBER:
         raise InputError(
             "is a number of Pa: was it meant in bar?", field=field, value=value, allowed='"4 bar"'

@@ -43,24 +43,7 @@ _lock = threading.Lock()
 def write_attached(
     attached: Attached, path: str | pathlib.Path, *, force: bool = False, mjb: bool = False
 ) -> list[pathlib.Path]:
-    """Write a model with all its orthoses as MJCF, with what `attached` reads again to the bit.
-
-    Parameters
-    ----------
-    attached : as `attach` gives it
-    path : of the MJCF file (.xml); beside it stand NAME.toml, and NAME_files with meshes and pictures
-    force : replace files that are there
-    mjb : also write NAME.mjb, MuJoCo's binary model, with all parameters
-
-    Returns
-    -------
-    the files that were written
-
-    Raises
-    ------
-    InputError
-        The path does not end in .xml, or a file is there.
-    """
+    """Write a model with all its orthoses as MJCF, with what `attached` reads again to the bit."""
     path = pathlib.Path(path)
     if path.suffix != ".xml":
         raise InputError(

@@ -130,11 +130,7 @@ def hang(
 def ankle_frames(
     model: mujoco.MjModel, found: Found, bodies: Mapping[Segment, str]
 ) -> dict[Segment, AnkleFrame]:
-    """The ankle, in the leg's axes, on the bodies that carry the device, by segment.
-
-    The model stands in its own posture, with the ankle at its zero. With R of the body and A of the leg's
-    axes in the world, x of the body and c of the ankle's centre, position and turn are Rᵀ (c − x) and Rᵀ A.
-    """
+    """The ankle, in the leg's axes, on the bodies that carry the device, by segment."""
     data = native.scratch(model)
     data.qpos[model.joint(found.ankle).qposadr[0]] = found.zero
     mujoco.mj_kinematics(model, data)

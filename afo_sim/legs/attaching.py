@@ -358,10 +358,8 @@ def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
 
 
 def _check_muscles(attached: Attached) -> list[Notice]:
-    """Refuse a muscle that locks or turns inside out in the range of motion; warn of one stretched too far.
-
-    The other joints stand in the model's own posture.
-    """
+    """Refuse a muscle that locks or turns inside out in the range of motion; warn of one stretched too
+    far."""
     found, orthosis, model = attached.found, attached.orthosis, attached.model
     angles = np.linspace(*orthosis.range_of_motion, ANGLE_COUNT)
     joint, ids = model.joint(found.ankle), list(attached.muscles.values())
@@ -386,11 +384,7 @@ def _check_muscles(attached: Attached) -> list[Notice]:
 
 
 def _check_step(attached: Attached) -> list[Notice]:
-    """Refuse a time step that is too long for air or friction (with the one that would do), or warn of it.
-
-    Friction that falls with speed, of −dF/dv = d_i, grows at the rate of the largest eigenvalue of
-    √d J M⁻¹ Jᵀ √d, J the muscles' paths by the joints: with one joint, Σ d r²/I.
-    """
+    """Refuse a time step that is too long for air or friction (with the one that would do), or warn of it."""
     model, found, step = attached.model, attached.found, float(attached.model.opt.timestep)
     check_longest(step)
     _, warned = check_air(attached.orthosis, step)

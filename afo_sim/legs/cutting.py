@@ -34,26 +34,7 @@ def cut(
     range: tuple[float, float] | None = None,
     toes: str | None = None,
 ) -> Tree:
-    """The leg alone, in its own axes with the origin of shank and foot at the ankle.
-
-    Parameters
-    ----------
-    tree : in which the leg was found
-    found : the leg
-    range : stops of the ankle at angles of the new leg, dorsiflexion positive [rad]; the file's by default
-    toes : name of the hinge below the foot that is kept, as "toe"; all other joints are welded
-
-    Returns
-    -------
-    Tree
-        parts "shank", its root, and "foot", on the hinge "ankle" about (0, −1, 0); what is fixed to them is
-        kept as parts of their own; shapes, points and masses of each part are kept
-
-    Raises
-    ------
-    InputError
-        Shank or foot has no mass, an inertia is not positive, the ankle or the toes have no stops.
-    """
+    """The leg alone, in its own axes with the origin of shank and foot at the ankle."""
     check_masses(tree, found)
     tree = _seen(tree)
     ankle = _ankle(tree, found, range)
@@ -341,11 +322,7 @@ def _toe_stops(joint: Joint, sign: float, name: str, file: object) -> tuple[floa
 
 
 def with_sole(leg: Tree) -> tuple[Tree, str]:
-    """A leg with the sole's points on foot and toes, and where they come from, in words.
-
-    The file's own points are kept where heel and ball, and pulp and tip or toe, are there. Otherwise they lie
-    on the lower convex hull of the foot's shapes in the plane of walking, in the middle of its width.
-    """
+    """A leg with the sole's points on foot and toes, and where they come from, in words."""
     own = _own(leg)
     if all(name in own or (OLD_TOE in own and name in POINTS[2:]) for name in POINTS):
         return _placed(leg, own), "the file's own points"

@@ -57,10 +57,7 @@ def outline(tree: Tree, parts: Iterable[Part], *, points: bool = True) -> np.nda
 
 
 def lower_edge(ahead: np.ndarray, above: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The lower convex hull of points, from behind to ahead [m].
-
-    Units: ahead, above [m] (n,).
-    """
+    """The lower convex hull of points, from behind to ahead [m]."""
     hull: list[tuple[float, float]] = []
     for x, z in sorted(zip(ahead.tolist(), above.tolist(), strict=True)):
         while len(hull) > 1 and _turn(hull[-2], hull[-1], (x, z)) <= 0.0:
@@ -78,10 +75,7 @@ def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]
 
 
 def sole_slope(ahead: np.ndarray, above: np.ndarray) -> float | None:
-    """Slope of the sole against forward, toe up [rad]: of what a foot stands on with heel and ball.
-
-    The edge of the lower hull under the middle between the foot's ends; None where the foot has no length.
-    """
+    """Slope of the sole against forward, toe up [rad]: of what a foot stands on with heel and ball."""
     if len(ahead) < 2 or np.ptp(ahead) < 1e-3:
         return None
     x, z = lower_edge(ahead, above)

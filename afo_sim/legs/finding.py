@@ -29,22 +29,7 @@ ASIDE = 0.02  # [m] of an ankle's centre beside the foot's, of a foot beside the
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A leg within a tree.
-
-    shank, foot : names of the parts; the foot is what the ankle turns, whatever part below it was named
-    ankle : name of the hinge between them
-    side : of the body that it stands on
-    centre : of the ankle on its axis, in the world [m] (3,)
-    axes : forward, left and up of shank and foot at angle zero, in the world; columns of a rotation (3, 3)
-    sign : +1 where the file's hinge is dorsiflexion positive, else −1
-    zero : the file's coordinate of the hinge at which the ankle's angle is zero [rad]
-    tilt : of the hinge's axis against the perpendicular to the shank [rad]
-    welded : names of joints between shank and foot, or below the foot, that are taken as stiff
-    shank_length, foot_length : [m]; None where nothing shows
-    how : {what was found: how it was found}, in words
-    sole : slope of the sole against forward at angle zero, toe up [rad]; None where nothing shows
-    notes : notices for the user
-    """
+    """A leg within a tree."""
 
     shank: str
     foot: str
@@ -73,25 +58,7 @@ def find(
     zero: float | None = None,
     forward: Direction | None = None,
 ) -> Found:
-    """Find a leg in a tree; what is given by name is taken, the rest is sought.
-
-    Parameters
-    ----------
-    tree : in the posture in which it stands; all joints but the ankle keep it
-    shank, foot, ankle : names; the foot may be a body that hangs on what the ankle moves
-    side : needed where both legs are there and nothing else tells which one is meant
-    zero : the file's coordinate at which the ankle's angle is zero [rad]; by default 0, which then has to lie
-        between its stops
-    forward : where the foot points, in the file's axes: "x", "-y", "1 0 0" or three numbers; by default where
-        it reaches farther
-
-    Raises
-    ------
-    InputError
-        There is no such part or joint (the error names those that exist), the ankle is not a hinge or its
-        axis runs along the shank, the foot hangs above the shank, nothing or more than one leg is found, the
-        ankle's stops leave out the coordinate 0, the leg is longer than any.
-    """
+    """Find a leg in a tree; what is given by name is taken, the rest is sought."""
     if zero is not None and not (isinstance(zero, (int, float, np.number)) and abs(zero) <= 2.0 * np.pi):
         raise InputError(
             "is not a valid angle", field="zero", value=zero, allowed="a number [rad], within a turn"
@@ -328,11 +295,7 @@ def _hangs_on(tree: Tree, part: Part, above: str) -> bool:
 
 
 def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
-    """Place of the knee [m], in the world, and what it is; None where nothing shows.
-
-    It is the joint that the shank hangs on; of a leg alone the point `knee` of its shank, which `cut` leaves
-    there, so that a leg that is written and read again has the same axes.
-    """
+    """Place of the knee [m], in the world, and what it is; None where nothing shows."""
     joint = _joint_above(tree, shank)
     if joint is not None:
         return joint
@@ -349,10 +312,7 @@ def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
 
 
 def _joint_above(tree: Tree, shank: str) -> tuple[np.ndarray, str] | None:
-    """Place of the joint that the shank hangs on [m], in the world, and its name.
-
-    A shank that hinges on the world has its knee there; one that slides or floats in it has none.
-    """
+    """Place of the joint that the shank hangs on [m], in the world, and its name."""
     part: Part | None = tree.parts[shank]
     while part is not None and not part.joints:
         part = tree.parts[part.parent] if part.parent is not None else None
@@ -392,10 +352,7 @@ def _forward(
     bends: np.ndarray,
     given: np.ndarray | None,
 ) -> tuple[np.ndarray, str, list[Notice]]:
-    """The sense of forward along a line (3,), how it was found, and notes.
-
-    A foot reaches farther ahead of its ankle than behind, its mass lies ahead, and a knee bends backward.
-    """
+    """The sense of forward along a line (3,), how it was found, and notes."""
     ahead = along / np.linalg.norm(along)
     reach = (points - centre) @ ahead if len(points) else np.zeros(1)
     front, back = float(reach.max()), float(0.0 - reach.min())

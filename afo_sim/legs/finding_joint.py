@@ -33,14 +33,7 @@ def find_worn(
     sign: float | None,
     forward: Direction | None,
 ) -> Found:
-    """The joint that a device is for: an ankle is sought, another one is about the hinge that is named.
-
-    Raises
-    ------
-    InputError
-        The hinge is another joint by its name, or not there, or no hinge; a segment is not on its side of it;
-        nothing shows which way it flexes.
-    """
+    """The joint that a device is for: an ankle is sought, another one is about the hinge that is named."""
     named = [] if joint is None else [kind for kind, words in NAMED.items() if words.search(joint)]
     if named and device.joint != "hinge" and device.joint not in named:
         problem = (

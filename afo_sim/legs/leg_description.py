@@ -130,10 +130,7 @@ def _vector(vector: np.ndarray, digits: int = 3) -> str:
 def leg_toml(
     name: str, leg: Tree, found: Found, source: str, body_mass: float | None, body_height: float | None
 ) -> str:
-    """A leg's description as TOML, each number with its source.
-
-    Units: body_mass, body_height [kg].
-    """
+    """A leg's description as TOML, each number with its source."""
     ankle = leg.joints()[ANKLE][1]
     table: dict[str, Any] = {
         "name": name,

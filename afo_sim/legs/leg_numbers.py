@@ -18,10 +18,7 @@ NARROW_RANGE = np.radians(5.0)  # range of motion of an ankle
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """A rigid group: mass [kg], centre of mass from the ankle [m] (3,), inertia about it [kg·m²] (3, 3).
-
-    It is about the ankle as well. Axes are x forward, y left, z up, at an ankle angle of zero.
-    """
+    """A rigid group: mass [kg], centre of mass from the ankle [m] (3,), inertia about it [kg·m²] (3, 3)."""
 
     mass: float
     centre: np.ndarray
@@ -29,10 +26,7 @@ class Segment:
 
     @classmethod
     def of(cls, leg: Tree, parts: list[Part], root: str = SHANK) -> Self:
-        """Of several parts of a leg whose `root` has its origin at the ankle, joints at zero.
-
-        I = Σ Rᵢ Iᵢ Rᵢᵀ + mᵢ (|cᵢ|² 1 − cᵢ cᵢᵀ)   about the ankle
-        """
+        """Of several parts of a leg whose `root` has its origin at the ankle, joints at zero."""
         mass, moment, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
         ankle = leg.parts[root].pose[:3, 3]
         for part in parts:
@@ -67,16 +61,7 @@ class LegNumbers:
 
 
 def doubtful_notes(leg: Tree, numbers: LegNumbers) -> list[Notice]:
-    """Remarks on inertias that do not go with the shapes, and on stops that lie close together.
-
-    A body whose mass lies within its shapes has a radius of gyration √(I/m) about its centre of mass that is
-    no greater than the distance of the farthest point of its shapes.
-
-    Parameters
-    ----------
-    leg : as `cut` gives it
-    numbers : of the leg
-    """
+    """Remarks on inertias that do not go with the shapes, and on stops that lie close together."""
     found = []
     foot = leg.below(FOOT)
     names = {part.name for part in foot}

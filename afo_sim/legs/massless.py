@@ -12,11 +12,7 @@ IDLE = 1e-10  # [kg] or [kg·m²] of all that a joint moves
 
 
 def movable(tree: Tree) -> Tree:
-    """The same tree, where parts on joints have at least a trifle of mass and inertia.
-
-    What a massless part carries gives its joint inertia, as in a hip of three hinges. A joint that moves no
-    mass at all is taken as stiff. Impossible inertias become the nearest possible ones.
-    """
+    """The same tree, where parts on joints have at least a trifle of mass and inertia."""
     poses = {name: tree.world_pose(name) for name in tree.parts}
     still = [
         joint.name

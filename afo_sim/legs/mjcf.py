@@ -160,21 +160,7 @@ def one_line(error: Exception | Warning | str) -> str:
 
 
 def tree_of(model: mujoco.MjModel) -> Tree:
-    """The tree of a compiled model, in the posture of its `qpos0`.
-
-    Masses, centres and inertias are `body_mass`, `body_ipos` and R diag(`body_inertia`) Rᵀ, R the turn
-    `body_iquat`. A part without a name is called body_1, body_2, … by its number in the model; its joints,
-    shapes and points after it.
-
-    Parameters
-    ----------
-    model : compiled; a body that the compiler has fused is no part
-
-    Returns
-    -------
-    Tree
-        without the world's own geoms and sites; planes and height fields are no shapes
-    """
+    """The tree of a compiled model, in the posture of its `qpos0`."""
     bodies = range(1, model.nbody)
     given = [model.body(body).name for body in bodies]
     parts = dict(zip(bodies, own_names(given, [f"body_{body}" for body in bodies]), strict=True))

@@ -32,24 +32,7 @@ OTHER_FORMATS = {
 
 
 def read_tree(file: str | pathlib.Path, *, packages: Packages = (), contact: bool = False) -> Tree:
-    """Read a body from MJCF or URDF; the root element tells which.
-
-    Parameters
-    ----------
-    file : `.xml`, `.mjcf` or `.urdf`
-    packages : folders in which the meshes of a URDF file lie
-    contact : of a URDF file, read <collision> beside <visual>
-
-    Returns
-    -------
-    Tree
-        SI, in the posture that the file's coordinates stand in
-
-    Raises
-    ------
-    InputError
-        There is no such file, it is of another kind, or what it describes is impossible.
-    """
+    """Read a body from MJCF or URDF; the root element tells which."""
     file = pathlib.Path(file)
     if _is_mjcf(file):
         return read_mjcf(file)

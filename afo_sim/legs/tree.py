@@ -16,14 +16,7 @@ ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint between a part and its parent.
-
-    axis : in the part's axes, of length one (3,)
-    position : in the part's axes [m] (3,)
-    range : stops [rad] or [m]; None without stops
-    stiffness, spring_reference : about which its spring rests
-    zero : its coordinate in the posture that the tree stands in
-    """
+    """A joint between a part and its parent."""
 
     name: str
     kind: JointKind
@@ -40,13 +33,7 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What a part looks like.
-
-    pose : in the part's axes (4, 4)
-    size : as MuJoCo's geom_size [m] (3,); half lengths and radii; of no meaning for a mesh
-    vertices, faces : of a mesh [m] (n, 3), (m, 3); empty otherwise
-    touches : it is there for contact, beside those that are seen
-    """
+    """What a part looks like."""
 
     name: str
     kind: ShapeKind
@@ -60,14 +47,7 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A rigid body.
-
-    parent : name of the part that it hangs on; None of a root
-    pose : in the parent's axes, or the world's, in the posture where each joint is at its `zero` (4, 4)
-    mass [kg]; centre, of mass [m] (3,); inertia about that centre [kg·m²] (3, 3); in its own axes
-    joints : between it and its parent; none where it is fixed
-    points : named places in its axes [m] (3,)
-    """
+    """A rigid body."""
 
     name: str
     parent: str | None
@@ -82,14 +62,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """Parts, parents before children, and what else the file holds.
-
-    file : it came from
-    parts : by name
-    beside : what else stands in the file, in words by kind: {"tendons": ("soleus_r", …), "actuators": …}
-    notes : remarks on reading it, for the user
-    couplings : joints that follow another: (joint, the other, offset, multiplier)
-    """
+    """Parts, parents before children, and what else the file holds."""
 
     file: pathlib.Path | None
     parts: dict[str, Part]
@@ -120,10 +93,7 @@ class Tree:
 
 
 def pose_of(position: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
-    """A pose (4, 4).
-
-    Units: position [m] (3,), quaternion (4,).
-    """
+    """A pose (4, 4)."""
     found = np.eye(4)
     found[:3, :3] = turn_of(quaternion)
     found[:3, 3] = position
@@ -155,10 +125,7 @@ def turned_about(axis: np.ndarray, centre: np.ndarray, angle: float) -> np.ndarr
 
 
 def own_names(given: Iterable[str], fallback: Iterable[str]) -> list[str]:
-    """Each given name, or its fallback where it is empty; no two are the same.
-
-    A name that stands twice, and a fallback that is taken, gets a number: `foot`, `foot_2`.
-    """
+    """Each given name, or its fallback where it is empty; no two are the same."""
     given = list(given)
     taken = set(filter(None, given))
     used: set[str] = set()

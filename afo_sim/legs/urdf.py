@@ -30,13 +30,7 @@ WORLD = "world"  # root link that stands for what nothing moves
 
 
 def read_urdf(file: str | pathlib.Path, *, packages: Packages = (), contact: bool = False) -> Tree:
-    """Read a URDF file through yourdfpy.
-
-    A link is a part, its frame the part's axes. A fixed joint is a part without joints. A link without
-    <inertial>, or of 0 kg, is a massless part. Notices report these, meshes that are not found, joints that
-    follow others, and revolute joints without a range. Masses and inertias are not judged: whoever uses a
-    part does so. With `contact`, <collision> is read beside <visual>.
-    """
+    """Read a URDF file through yourdfpy."""
     file = pathlib.Path(file)
     root = robot_element(file)
     root.set("name", root.get("name") or file.stem)

@@ -70,10 +70,7 @@ def robot_element(file: pathlib.Path) -> Any:
 
 
 def _root_element(file: pathlib.Path) -> Any:
-    """The root of an XML file, as lxml's element without comments.
-
-    A prefix that is not declared, as simulators' additions have it, is no fault, nor is -- in a comment.
-    """
+    """The root of an XML file, as lxml's element without comments."""
     root, faults = _parsed(file)
     if root is not None and not faults:
         return root
@@ -191,10 +188,7 @@ def _number_problem(text: str, counts: tuple[int, ...], endless: bool) -> str:
 
 
 def without_odd_shapes(root: Any) -> dict[str, list[str]]:
-    """Take out the shapes that are unknown, or that have no size; {why: links}, for a note.
-
-    A leg's motion does not depend on them, so that they are no reason to refuse a file.
-    """
+    """Take out the shapes that are unknown, or that have no size; {why: links}, for a note."""
     found: dict[str, list[str]] = {}
     for link in root.findall("link"):
         for shape in [*link.findall("visual"), *link.findall("collision")]:
@@ -226,10 +220,7 @@ def _positive(text: str) -> bool:
 
 
 def take_capsules(root: Any) -> set[tuple[str, str, int]]:
-    """Make cylinders of capsules, which yourdfpy does not read: {(link, visual or collision, which)}.
-
-    URDF has no capsules, but PyBullet and MuJoCo read them: a cylinder of that length, with two half spheres.
-    """
+    """Make cylinders of capsules, which yourdfpy does not read: {(link, visual or collision, which)}."""
     found = set()
     for link in root.findall("link"):
         for kind in ("visual", "collision"):
@@ -265,13 +256,7 @@ def quiet() -> Iterator[None]:
 
 
 def find_mesh(name: str, file: pathlib.Path, packages: Packages) -> pathlib.Path | None:
-    """Where a mesh lies that a file names; None where it is nowhere.
-
-    `package://NAME/REST` and `model://NAME/REST` are sought in the folder given for that name, in the given
-    folders, beside the file and above it, and in ROS_PACKAGE_PATH: as FOLDER/NAME/REST, as FOLDER/REST where
-    the folder has that name, and last as FOLDER/REST. Other names are paths, relative to the file or a given
-    folder, or name a file in one.
-    """
+    """Where a mesh lies that a file names; None where it is nowhere."""
     for candidate in _candidates(name.strip(), file, packages):
         with contextlib.suppress(OSError):  # a name too long for the system
             if candidate.is_file():
@@ -304,10 +289,7 @@ def _candidates(name: str, file: pathlib.Path, packages: Packages) -> Iterator[p
 
 
 def load_mesh(path: pathlib.Path, scale: float | np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (n, 3) [m] and faces (m, 3) of a mesh file, through trimesh.
-
-    A file that states its unit, as COLLADA does, is turned into metres, as ROS does. STL and OBJ state none.
-    """
+    """Vertices (n, 3) [m] and faces (m, 3) of a mesh file, through trimesh."""
     import trimesh
 
     with quiet():

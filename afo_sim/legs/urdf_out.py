@@ -26,28 +26,7 @@ ROUNDNESS = 3  # subdivisions of an icosahedron: 1280 faces, whose volume is 0.9
 def write_urdf(
     tree: Tree, path: str | pathlib.Path, *, name: str | None = None, points: bool = True
 ) -> tuple[str, ...]:
-    """Write a tree as a URDF file, with its meshes in `<stem>_meshes/` beside it.
-
-    URDF's joint frame is the child link's frame: a link's frame is its part's, moved without a turn to the
-    part's last joint. Coordinates count from the posture that the tree stands in.
-
-    Parameters
-    ----------
-    tree : any; its ball joints are refused
-    path : `.urdf`; all files appear together or not at all
-    name : of the robot; by default the file's stem
-    points : whether each point becomes a massless fixed link `NAME_point`
-
-    Returns
-    -------
-    tuple of str
-        what URDF does not hold, or holds otherwise
-
-    Raises
-    ------
-    InputError
-        The tree has a ball joint, no part, or a number that is not finite, or the files cannot be written.
-    """
+    """Write a tree as a URDF file, with its meshes in `<stem>_meshes/` beside it."""
     path = pathlib.Path(path)
     _check(tree, path)
     check_finite(tree)
@@ -90,13 +69,7 @@ def _write(robot: Any, path: pathlib.Path) -> None:
 
 @dataclass
 class Shapes:
-    """What is written for shapes.
-
-    folder : of the mesh files, relative to the robot's file
-    files : {mesh file: its content}
-    colours : {rgba: name of the material}
-    otherwise : {what is written as what: names of the shapes}
-    """
+    """What is written for shapes."""
 
     folder: str
     files: dict[str, bytes] = field(default_factory=dict)
@@ -105,10 +78,7 @@ class Shapes:
     meshes: dict[int, str] = field(default_factory=dict)
 
     def of(self, part: Part, frame: np.ndarray) -> tuple[list[Any], list[Any]]:
-        """Visuals and collisions of a part, the same shapes twice.
-
-        Units: frame (4, 4).
-        """
+        """Visuals and collisions of a part, the same shapes twice."""
         from yourdfpy import Collision, Material, Visual
 
         visuals, collisions = [], []
@@ -173,10 +143,7 @@ class Shapes:
 
 @dataclass
 class _Robot:
-    """Links and joints of yourdfpy, made of parts.
-
-    frames : {part: place of its link's frame in the part's axes [m] (3,)}
-    """
+    """Links and joints of yourdfpy, made of parts."""
 
     tree: Tree
     name: str
@@ -333,11 +300,7 @@ def _is_root(roots: list[Part]) -> bool:
 
 
 def _steps(part: Part, above: np.ndarray) -> Iterator[tuple[Joint | None, np.ndarray, np.ndarray]]:
-    """Each joint of a part with its origin in the link above, and its place in the part's axes.
-
-    MuJoCo turns a part about its first joint first: T M₁ M₂ …, so that the first is the outermost link. The
-    first origin is shift(−above) T shift(p₁), each later one shift(pₖ − pₖ₋₁).
-    """
+    """Each joint of a part with its origin in the link above, and its place in the part's axes."""
     before = shift(-above) @ part.pose
     last = np.zeros(3)
     for joint in part.joints or (None,):

@@ -17,17 +17,7 @@ ROUND_OFF = 1e-12  # of a signal's size: what moves by no more stands still
 
 
 def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
-    """Time in which a signal first goes from 10 % to 90 % of the way from its start to its peak.
-
-    Parameters
-    ----------
-    time : [s] (n,)
-    signal : (n,)
-
-    Returns
-    -------
-    float [s]; NaN when the signal never rises
-    """
+    """Time in which a signal first goes from 10 % to 90 % of the way from its start to its peak."""
     top = int(np.argmax(signal))
     start, height = signal[0], signal[top] - signal[0]
     if height <= ROUND_OFF * np.abs(signal).max():
@@ -61,21 +51,7 @@ def ankle_metrics(
     directions: tuple[str, str] = ("dorsiflexion", "plantarflexion"),
     free_density: float = STANDARD_DENSITY,
 ) -> dict[str, Metric]:
-    """Angle, torque, pressure and air of a run.
-
-    Parameters
-    ----------
-    columns : of a recording at the full step rate, SI
-    timestep : [s]
-    period : the timer's cycle [s]
-    directions : what positive and negative angles are called
-    free_density : of the supply's gas at 20 °C and 1 bar [kg/m³]; air's by default
-
-    Returns
-    -------
-    dict of Metric by name. Air, work and switchings are those of the whole cycles from the start on, the
-    first with its start from rest; of a run in which none fits they are those of the run.
-    """
+    """Angle, torque, pressure and air of a run."""
     time, angle = columns["time"], np.degrees(columns["ankle/angle"])
     torque = columns["ankle/moment/orthosis"]
     first_cycle = time < max(period, time[0] + timestep)  # of a later stretch, its first row

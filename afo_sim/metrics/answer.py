@@ -42,11 +42,7 @@ class Limits(Protocol):
 
 @dataclass(frozen=True)
 class Feed:
-    """The source that a scenario names, in words.
-
-    words : "a bottle of 0.5 l at 300 bar"
-    runs : whether it is a compressor, which does not run empty
-    """
+    """The source that a scenario names, in words."""
 
     words: str
     runs: bool = False
@@ -54,10 +50,7 @@ class Feed:
 
 @dataclass(frozen=True)
 class Answer:
-    """One line of a verdict: the question, its answer, the numbers in words, what they are held against.
-
-    `brief` says them for one line of a terminal; "" where only the whole text says what decides.
-    """
+    """One line of a verdict: the question, its answer, the numbers in words, what they are held against."""
 
     name: str
     question: str

@@ -25,14 +25,7 @@ from afo_sim.metrics.supply import EACH
     of=Of.BESIDE,
 )
 def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric]:
-    """Metrics of a stride that was solved for.
-
-    Parameters
-    ----------
-    strides : walked at the asked step [-]
-    air : largest relative change of a chamber's air over the stride [-]
-    angle : change of the ankle's angle over the stride [rad]
-    """
+    """Metrics of a stride that was solved for."""
     values = {
         "strides_solved": float(strides),
         "settled_air_change": 100.0 * air,
@@ -59,12 +52,8 @@ TOUCHES = "swings_with_toe_contact"  # of the reference: a toe that passes high 
     made_of=(COMPARED,),
 )
 def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Clearance of the reference walk, whether its forefoot touches, and how much higher this one's toe is.
-
-    Parameters
-    ----------
-    own, reference : metrics of the two walks; one that lacks a toe clearance compares with nothing
-    """
+    """Clearance of the reference walk, whether its forefoot touches, and how much higher this one's
+    toe is."""
     if COMPARED not in own or COMPARED not in reference:
         return {}
     values = {
@@ -96,18 +85,7 @@ def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]
     of=Of.BESIDE,
 )
 def energy_metrics(terms: Mapping[str, float], number: int, error: float) -> dict[str, Metric]:
-    """Metrics of an energy balance: air_work + law_mismatch is what is done, the other terms where it goes.
-
-    Parameters
-    ----------
-    terms : works and changes of energy over all cycles or strides together [J], by metric
-    number : of cycles or strides
-    error : share of the air's work that is found nowhere [-]
-
-    Returns
-    -------
-    dict of Metric by name
-    """
+    """Metrics of an energy balance: air_work + law_mismatch is what is done, the others where it goes."""
     found = {name: measured(name, value / number) for name, value in terms.items()}
     if terms["air_work"] != 0.0:
         share = 100.0 * terms["law_mismatch"] / abs(terms["air_work"])

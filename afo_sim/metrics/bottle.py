@@ -37,11 +37,7 @@ COMPRESSIBILITY = {  # by absolute pressure [bar]
 )
 @reported(AIR, ("cycles_per_bottle", "", "Cycles from one bottle", f"seated, {SOURCE}"), of=Of.RUN)
 def source_life(run: Run) -> Found:
-    """Air that a run takes, and how long the scenario's source lasts at that, or a bottle of its limits.
-
-    A named source gives the run's mean flow and cools. Where it is empty within a run that is walked, its
-    life is until then: the mean of a run on too little pressure says nothing.
-    """
+    """Air that a run takes, and how long the scenario's source lasts at that, or a bottle of its limits."""
     litres, totals = _litres(run), run.totals
     if litres is None and run.facts.supply.source is None:
         return
@@ -145,10 +141,7 @@ def until_empty(totals: Mapping[str, Metric]) -> dict[str, Metric]:
 
 
 def bottle_metrics(free_air: float, stride_time: float, bottle: float | None) -> dict[str, Metric]:
-    """What walking takes from a bottle of air.
-
-    Units: free_air [l], stride_time [s], bottle [l].
-    """
+    """What walking takes from a bottle of air."""
     found = {"free_air_per_minute": measured("free_air_per_minute", free_air * 60.0 / stride_time)}
     if free_air > 0.0 and bottle is not None:
         strides = bottle / free_air
@@ -158,10 +151,7 @@ def bottle_metrics(free_air: float, stride_time: float, bottle: float | None) ->
 
 
 def cycle_metrics(free_air: float, minutes: float, bottle: float) -> dict[str, Metric]:
-    """What seated cycles take from a bottle of air.
-
-    Units: free_air [l], minutes [min], bottle [l].
-    """
+    """What seated cycles take from a bottle of air."""
     if free_air <= 0.0:
         return {}
     cycles = bottle / free_air
@@ -174,15 +164,7 @@ def cycle_metrics(free_air: float, minutes: float, bottle: float) -> dict[str, M
 def compressor_metrics(
     mean_flow: float, peak_flow: float, delivery: float, duty: float, power: float | None
 ) -> dict[str, Metric]:
-    """What is asked of a compressor.
-
-    Parameters
-    ----------
-    mean_flow, peak_flow : from the supply [l/min] (ANR)
-    delivery : against the set pressure [l/min] (ANR)
-    duty : share of the time that it runs [-]
-    power : electric, while it runs [W]; None where it is not known
-    """
+    """What is asked of a compressor."""
     found = {"compressor_duty": 100.0 * duty}
     if delivery > 0.0:
         found |= {
@@ -195,30 +177,11 @@ def compressor_metrics(
 
 
 def air_given(volume: float, pressure: float, supply: float) -> float:
-    """Air that a full bottle gives until it is down to the supply's pressure [kg].
-
-    Parameters
-    ----------
-    volume : of the bottle [m³]
-    pressure : gauge, of the full bottle [Pa]; up to 1000 bar
-    supply : gauge, before the valves [Pa]
-
-    Returns
-    -------
-    0 where the bottle is not above the supply
-
-    Notes
-    -----
-    m = V/(R T) · (p₁/Z(p₁) − p₂/Z(p₂)), absolute pressures, at 20 °C: it is emptied slowly enough to stay
-    warm.
-    """
+    """Air that a full bottle gives until it is down to the supply's pressure [kg]."""
     full, left = (p / compressibility(p) for p in (pressure + AMBIENT_PRESSURE, supply + AMBIENT_PRESSURE))
     return max(0.0, volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE) * (full - left))
 
 
 def compressibility(pressure: float) -> float:
-    """Z = p V/(m R T) of dry air at 20 °C [-], within 0.2 %.
-
-    Units: pressure [Pa].
-    """
+    """Z = p V/(m R T) of dry air at 20 °C [-], within 0.2 %."""
     return float(np.interp(1e-5 * pressure, list(COMPRESSIBILITY), list(COMPRESSIBILITY.values())))

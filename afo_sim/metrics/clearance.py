@@ -57,15 +57,8 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
 def clearances(stride: Stride) -> Found:
     """Clearances of the outsole in swing: of all its points, and of the ball alone.
 
-    The minimum is a local one while the ankle's forward speed is in its upper quartile over the stride, and
-    before the shank stands upright: behind that the heel comes down to land. A stride without one has the
-    height at the ankle's greatest speed, near which others have theirs. That is one moment for all who walk
-    alike, and does not jump with the foot.
-
-    Source
-    ------
-    Event: Schulz 2011 (J. Biomech. 44: 1277). The greatest foot speed is 0.014 s behind it: De Asha & Buckley
-    2015 (abstract). Floor: that of the same outsole standing flat.
+    Source: Event: Schulz 2011 (J. Biomech. 44: 1277). The greatest foot speed is 0.014 s behind it: De
+    Asha & Buckley 2015 (abstract). Floor: that of the same outsole standing flat.
     """
     for point, (column, recorded) in HEIGHTS.items():
         height = stride[column]
@@ -87,10 +80,7 @@ def clearances(stride: Stride) -> Found:
 
 
 def _otherwise_extended(stride: Stride, at: float, by_event: bool) -> Iterator[tuple[str, float]]:
-    """Toe clearance at other extensions of the toes, each at its own event, else at a phase.
-
-    Where the toe itself has no event, all are at its phase: another's event is another moment of the swing.
-    """
+    """Toe clearance at other extensions of the toes, each at its own event, else at a phase."""
     for how in EXTENSIONS:
         column = f"sole/height_{how}"
         if column in stride.columns:
@@ -99,12 +89,7 @@ def _otherwise_extended(stride: Stride, at: float, by_event: bool) -> Iterator[t
 
 
 def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
-    """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg.
-
-    Where the foot of a healthy recording is in the floor itself, at the recorded ankle angle, a foot that is
-    no lower touches nothing: a derived path or a model's sole is in the floor there, and nobody tripped.
-    A patient's own recording excuses no touch.
-    """
+    """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg."""
     part = stride.between(stride.begun, stride.upright)
     ball, toe = (part.of(stride.columns[f"{point}/height"]) for point in ("ball", "toe"))
     forefoot = np.minimum(ball, toe)
@@ -120,19 +105,13 @@ def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
 
 
 def event(stride: Stride, column: str) -> float | None:
-    """Phase of a height's lowest local minimum while the foot passes fast [-]; None where there is none.
-
-    Units: column [m].
-    """
+    """Phase of a height's lowest local minimum while the foot passes fast [-]; None where there is none."""
     row = lowest_minimum(stride[column], stride.fast & stride.passing)
     return None if row is None else float(stride.phase[row])
 
 
 def lowest_minimum(height: np.ndarray, among: np.ndarray) -> int | None:
-    """Row of the lowest local minimum of a stride's height; None where there is none.
-
-    Units: height (n,), among (n,).
-    """
+    """Row of the lowest local minimum of a stride's height; None where there is none."""
     near = max(1, round(NEAR * len(height)))
     inner = height[1:-1]
     turns = np.flatnonzero((inner < height[:-2]) & (inner <= height[2:]) & among[1:-1]) + 1

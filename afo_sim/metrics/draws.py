@@ -14,15 +14,7 @@ MOST_DRAWS = 100_000  # that anybody would make
 def with_draws(
     answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float]
 ) -> tuple[Answer, ...]:
-    """The answers of a run that was drawn over what is not known; help and toe are the worse of both.
-
-    Parameters
-    ----------
-    answers : of the run itself
-    trips : share of the drawn strides that touch the floor [-]
-    draws : how many were drawn
-    limit : wanted at most, and bad beyond [-]
-    """
+    """The answers of a run that was drawn over what is not known; help and toe are the worse of both."""
     drawn, remark = _judged(trips, draws, limit)
     touching = of_draws(trips, draws, "touches the floor", "touch the floor")
     stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}."
@@ -56,14 +48,7 @@ def _judged(share: float, draws: int, limit: tuple[float, float]) -> tuple[Statu
 
 
 def of_draws(share: float, draws: int, one: str, many: str) -> str:
-    """How many of some draws do something, and the exact bounds of their share, in words.
-
-    Parameters
-    ----------
-    share : of them [-]
-    draws : how many were drawn
-    one, many : the verb of one, and of many
-    """
+    """How many of some draws do something, and the exact bounds of their share, in words."""
     count, (low, high) = round(share * draws), bounds(share, draws)
     if not count:
         return f"none {one}, at most {percent(high)} with {100.0 * SURE:g} % confidence"

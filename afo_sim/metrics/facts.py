@@ -18,11 +18,7 @@ Columns = Mapping[str, np.ndarray]
 
 
 class LazyColumns(Columns):
-    """Columns by name, each computed when it is first read, since most are read by nobody.
-
-    names : of those that `read` computes
-    known : others, as they are
-    """
+    """Columns by name, each computed when it is first read, since most are read by nobody."""
 
     def __init__(self, names: Iterable[str], read: Callable[[str], np.ndarray], known: Columns | None = None):
         self._read = read
@@ -80,14 +76,7 @@ class RunLimits(Protocol):
 
 @dataclass(frozen=True)
 class Supply:
-    """What the orthosis takes its air from.
-
-    pressure : that is set, gauge [Pa]
-    sags : whether its pressure can fall: there is a source or a regulator
-    free_density : of its gas at 20 °C and 1 bar [kg/m³]
-    source : of the scenario; None of endless air
-    content_at_start : what a source holds as the run begins [kg]
-    """
+    """What the orthosis takes its air from."""
 
     pressure: float = 0.0
     sags: bool = False
@@ -98,12 +87,7 @@ class Supply:
 
 @dataclass(frozen=True)
 class Skin:
-    """Skin under a cuff or a plate's strap.
-
-    area : that carries [m²]
-    friction : coefficient between cuff and skin [-]
-    pull : force of the muscles on it in some rows, forward, left and up along its segment [N] (n, 3)
-    """
+    """Skin under a cuff or a plate's strap."""
 
     area: float
     friction: float
@@ -123,16 +107,7 @@ class MuscleLimits:
 
 @dataclass(frozen=True)
 class Facts:
-    """What metrics need of a scenario beside the columns of its run.
-
-    timestep : [s]
-    body_mass : of the patient [kg]
-    walks : whether the rows are of walking
-    limits : that its margins are held against; None leaves the shares of them out
-    skins : by part: "cuff", "plate"
-    muscles : limits by the muscle's name
-    rated_switches : of a valve's life, by the valve's name
-    """
+    """What metrics need of a scenario beside the columns of its run."""
 
     timestep: float
     body_mass: float = 0.0
@@ -146,13 +121,7 @@ class Facts:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run that metrics look at.
-
-    columns : at the full step rate
-    totals : metrics that are known before: of the strides that count, and of the energy balance
-    solved : the last whole stride is the settled one
-    from_rest : the first row is the start of the run
-    """
+    """A run that metrics look at."""
 
     columns: Columns
     facts: Facts
@@ -181,15 +150,7 @@ class Run:
 
 
 def run_metrics(run: Run, wanted: Collection[str] | None = None) -> dict[str, Metric]:
-    """Metrics of a run that follow from its columns, its facts and the metrics known before.
-
-    Those of a chamber or a valve come together, by whichever of their names they are wanted.
-
-    Parameters
-    ----------
-    run : to look at
-    wanted : names; None for all
-    """
+    """Metrics of a run that follow from its columns, its facts and the metrics known before."""
     found: dict[str, Metric] = {}
     names = None if wanted is None else frozenset(wanted)
     for function in reporting(functions_of(Of.RUN), names, strict=False):

@@ -59,20 +59,7 @@ def first_stride_metrics(
     wanted: Collection[str] | None = None,
     share: float | None = None,
 ) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
-    """Metrics of the strides after a stop.
-
-    Parameters
-    ----------
-    begun : metrics of each whole stride from the start, in order
-    settled : metrics of the settled stride, where it was solved for
-    air_before : that was filled before the first step [kg]
-    wanted : names; all by default
-    share : of the way to the settled stride that each of those behind `begun` leaves; None if unknown
-
-    Returns
-    -------
-    (metrics, warnings of what is left out)
-    """
+    """Metrics of the strides after a stop."""
     asked = frozenset(NEEDED) if wanted is None else frozenset(wanted)
     values = {} if air_before is None else {AIR_BEFORE: 1e3 * air_before}
     heights = [_value(stride, CLEARANCE) for stride in begun[:STRIDES]]
@@ -103,29 +90,13 @@ def _left_out(name: str, why: str) -> Notice:
 def from_start(
     columns: Mapping[str, np.ndarray], timestep: float, body_mass: float, wanted: Collection[str]
 ) -> list[dict[str, float]]:
-    """Metrics of the first whole strides of a recording, each by itself, however many are walked.
-
-    Parameters
-    ----------
-    columns : of a recording of walking from the start, at the full step rate
-    timestep : [s]
-    body_mass : of the patient [kg]
-    wanted : names of metrics of the first strides
-    """
+    """Metrics of the first whole strides of a recording, each by itself, however many are walked."""
     whole = strides(columns, timestep, body_mass)[: strides_needed(wanted)]
     return [{name: stride_metric(stride, name) for name in made_of(wanted)} for stride in whole]
 
 
 def share_left(angles: np.ndarray, settled: np.ndarray) -> float | None:
-    """Share of the way to the settled stride that each further stride leaves; None until three show it.
-
-    They do where the ankle is near the settled one's, and comes nearer by alike shares.
-
-    Parameters
-    ----------
-    angles : of the ankle in the later half of each stride from the start [rad] (k, n)
-    settled : that of the settled stride [rad] (n,)
-    """
+    """Share of the way to the settled stride that each further stride leaves; None until three show it."""
     if len(angles) < LEAST:
         return None
     first, second, last = angles[-LEAST:] - settled

@@ -146,11 +146,7 @@ class Of(StrEnum):
 
 @dataclass(frozen=True)
 class MetricEntry:
-    """A metric's row in the registry.
-
-    `name` may hold {}, which stands for a chamber or a direction and is filled into `label`. `made_of` are
-    the metrics that it is computed from.
-    """
+    """A metric's row in the registry."""
 
     group: str
     name: str
@@ -183,18 +179,7 @@ Reports = TypeVar("Reports", bound=Callable[..., Any])
 def reported(
     group: str, *rows: tuple[str, ...], of: Of = Of.WHOLE, made_of: Collection[str] = ()
 ) -> Callable[[Reports], Reports]:
-    """Register what the decorated function reports; this is all that a new metric needs.
-
-    Functions of a STRIDE or a RUN are called wherever such metrics are wanted. Every module of this room is
-    looked at.
-
-    Parameters
-    ----------
-    group : of `GROUPS`
-    rows : (name, unit, label) or (name, unit, label, meaning)
-    of : what the function looks at
-    made_of : metrics that these are computed from
-    """
+    """Register what the decorated function reports; this is all that a new metric needs."""
 
     def register(function: Reports) -> Reports:
         for row in rows:

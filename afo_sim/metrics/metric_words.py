@@ -46,13 +46,7 @@ def number(value: float, in_unit: str, signed: bool = False) -> str:
 
 
 def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
-    """What a walking run's verdict does not say, as sentences; none for other runs.
-
-    Parameters
-    ----------
-    metrics : of the run
-    reference : whom it is compared with, as it goes into a sentence
-    """
+    """What a walking run's verdict does not say, as sentences; none for other runs."""
     sentences = [f"In swing {clause}." for clause in lift(metrics, reference)]
     if "toe_clearance_to_recorded" in metrics:
         than = _than(metrics["toe_clearance_to_recorded"].value, RECORDED)
@@ -76,13 +70,7 @@ def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
 
 
 def lift(metrics: Mapping[str, Metric], reference: str) -> list[str]:
-    """The toe clearance against the reference's, as a clause; none where nothing was compared.
-
-    Parameters
-    ----------
-    metrics : of the run
-    reference : whom it is compared with, as it goes into a sentence
-    """
+    """The toe clearance against the reference's, as a clause; none where nothing was compared."""
     if "lift_over_reference" not in metrics or not reference:
         return []
     there = _height(metrics["reference_toe_clearance"].value)

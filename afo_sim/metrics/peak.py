@@ -16,12 +16,7 @@ MEANING = "largest mean over 10 ms"
 def largest_mean(
     values: np.ndarray, timestep: float, window: float = WINDOW, within: Window | None = None
 ) -> float:
-    """Largest mean of a signal over a window that begins or ends at a row, straight between its rows.
-
-    Within a stretch of it also over the windows at both ends, which may lie between rows.
-
-    Units: values (n,), timestep [s], window [s].
-    """
+    """Largest mean of a signal over a window that begins or ends at a row, straight between its rows."""
     if within is not None:
         length = window / timestep  # in rows
         if within.end - within.start <= length:

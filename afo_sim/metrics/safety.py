@@ -75,15 +75,7 @@ def cuff_metrics(
     skin_pressure: tuple[float, float] | None = None,
     blood_flow: float | None = None,
 ) -> dict[str, Metric]:
-    """Pressure of a shank's cuff on the skin.
-
-    Notes
-    -----
-    N = max |F_along| / µ; sustained pressure N/A; peak pressure (N + max |F_across|)/A. The pull across comes
-    and goes, and lifts the cuff off on its other side. So it is not counted among what holds the cuff.
-
-    Units: pull [N] (n, 3), area [m²], friction [-], skin_pressure [Pa], blood_flow [Pa].
-    """
+    """Pressure of a shank's cuff on the skin."""
     along = float(np.abs(pull[:, 2]).max())
     across = float(np.hypot(pull[:, 0], pull[:, 1]).max())
     holding = along / friction
@@ -153,14 +145,7 @@ def plate_metrics(
     skin_pressure: tuple[float, float] | None = None,
     blood_flow: float | None = None,
 ) -> dict[str, Metric]:
-    """Pressure of the strap that holds a foot's plate.
-
-    Muscles pull the plate up against the sole. There friction holds it too, and only what is left must be
-    held by the strap over the instep: N = max(|F_along|/µ − F_up), not below zero. The strap presses the sole
-    as well, and the ground does in stance: neither is counted, so that the strap's force is an upper bound.
-
-    Units: pull [N] (n, 3), area [m²], friction [-], skin_pressure [Pa], blood_flow [Pa].
-    """
+    """Pressure of the strap that holds a foot's plate."""
     along = np.hypot(pull[:, 0], pull[:, 1])
     holding = max(0.0, float((along / friction - pull[:, 2]).max()))
     pressure = holding / area
@@ -192,10 +177,7 @@ def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]
 
 
 def pressure_without_slap(facts: Facts, part: str, columns: Columns) -> float | None:
-    """Peak pressure on the recorded ground [kPa], outside the loading response if its slap is the highest.
-
-    All rows count where the pull peaks later, or with the ankle about as recorded. None on a floor.
-    """
+    """Peak pressure on the recorded ground [kPa], outside the loading response if its slap is the highest."""
     if not facts.walks or part not in (facts.skins or {}) or RECORDED_FORCE in columns:
         return None
     assert facts.skins is not None
@@ -254,10 +236,7 @@ def _muscle_shares(limits: Mapping[str, MuscleLimits], columns: Columns) -> dict
 
 
 def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
-    """How close muscles come to their limits.
-
-    Units: shares [-].
-    """
+    """How close muscles come to their limits."""
     found = {}
     for what, each in shares.items():
         known = list(each)
@@ -289,10 +268,7 @@ def muscle_life(run: Run) -> Found:
 
 
 def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str, Metric]:
-    """How long muscles last that are stated to last some number of cycles.
-
-    Units: cycles [-], life [-], strides_per_day [-].
-    """
+    """How long muscles last that are stated to last some number of cycles."""
     values = {"muscle_cycles_per_stride": cycles}
     if cycles > 0.0:
         values["strides_until_muscle_life"] = life / cycles
@@ -302,14 +278,7 @@ def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str
 
 
 def cycles(pressure: np.ndarray, strides: int) -> float:
-    """How often the muscles of a chamber are filled and vented in a stride.
-
-    A cycle takes the pressure from below to above a band about the middle between its lowest and its highest
-    value, where it swings by a tenth of the highest or more. The ankle works a muscle that stays filled too,
-    so that it counts one cycle a stride at least. What stays below 0.1 bar counts none.
-
-    Units: pressure [Pa] (n,), returns [-].
-    """
+    """How often the muscles of a chamber are filled and vented in a stride."""
     lowest, highest = float(pressure.min()), float(pressure.max())
     if highest <= FILLED:
         return 0.0

@@ -82,10 +82,7 @@ class Stride:
 
     @cached_property
     def fast(self) -> np.ndarray:
-        """Mask of the rows in which the ankle's forward speed is in its upper quartile (n,).
-
-        The ankle's, not the toe's: it is the recorded one, so that all who walk alike are looked at alike.
-        """
+        """Mask of the rows in which the ankle's forward speed is in its upper quartile (n,)."""
         walks = np.gradient(self.phase) > 0.0  # else who stands long enough is fast at a speed of 0
         return self.speed >= np.quantile(self.speed[walks], FAST)
 
@@ -137,21 +134,12 @@ RECORDED_FORCE = "gait/ground_force_z"  # a column only where the foot is in con
 
 
 def stance_force(columns: Container[str]) -> str:
-    """The column that tells stance from swing, of a recording's columns.
-
-    The recorded ground's force: a toe that drags through swing, in contact, would have no toe-off of its own.
-    """
+    """The column that tells stance from swing, of a recording's columns."""
     return RECORDED_FORCE if RECORDED_FORCE in columns else "ground/force/z"
 
 
 def stance(columns: Mapping[str, np.ndarray], body_mass: float) -> np.ndarray:
-    """Mask of the rows in stance: the ground force is above 5 % of the body weight (n,).
-
-    Parameters
-    ----------
-    columns : rows of a recording of walking, with the column that `stance_force` names
-    body_mass : of the patient [kg]
-    """
+    """Mask of the rows in stance: the ground force is above 5 % of the body weight (n,)."""
     return loaded(columns[stance_force(columns)], body_mass)
 
 
@@ -171,19 +159,7 @@ def strides(
     body_mass: float,
     free_density: float = STANDARD_DENSITY,
 ) -> list[Stride]:
-    """The whole strides of a recording, in order; the first one begun is the transient from the start.
-
-    Parameters
-    ----------
-    columns : of a recording of walking
-    timestep : between two rows [s]
-    body_mass : of the patient [kg]
-    free_density : of the supply's gas at 20 °C and 1 bar [kg/m³]; air's by default
-
-    Returns
-    -------
-    list of Stride; parts of strides at the recording's ends are left out
-    """
+    """The whole strides of a recording, in order; the first one begun is the transient from the start."""
     way = progress(columns)
     if len(way) < 2:
         return []
@@ -197,13 +173,7 @@ def strides(
 
 
 def settled(columns: Mapping[str, np.ndarray], whole: list[Stride]) -> list[Stride]:
-    """Those of the whole strides that are not the transient from the start.
-
-    Where the settled stride was solved for, it is the last one, alone. Else the first one begun never
-    counts. Nor do those before the orthosis' air has come to what it is later on: the first that counts
-    begins with as much air, to 5 % or two standard deviations, as the later half of the strides begin with
-    in the middle. Nor do those that end on an empty source, unless there are no others.
-    """
+    """Those of the whole strides that are not the transient from the start."""
     if SOLVED in columns:
         return [stride for stride in whole if stride[SOLVED].all()][-1:]
     way = progress(columns)

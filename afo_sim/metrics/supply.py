@@ -20,10 +20,7 @@ Rows = Mapping[str, np.ndarray]
 
 
 def taken(rows: Rows, chambers: Sequence[str]) -> np.ndarray:
-    """Flow out of the supply [kg/s] (n,); what is pushed back into it is not given back.
-
-    In a recording that is older than the supply's own column it is the inlets'.
-    """
+    """Flow out of the supply [kg/s] (n,); what is pushed back into it is not given back."""
     if FLOW in rows:
         return np.maximum(rows[FLOW], 0.0)
     inlets = [np.maximum(rows[INLET.format(name)], 0.0) for name in chambers]
@@ -54,10 +51,7 @@ def flow_metrics(
     cycles: int = 1,
     free_density: float = STANDARD_DENSITY,
 ) -> Found:
-    """Flow and exergy of what is taken from the supply.
-
-    Units: steps of the rows [s] (n,), free_density [kg/m³].
-    """
+    """Flow and exergy of what is taken from the supply."""
     seconds, grams = float(steps.sum()), grams_taken(rows, chambers, steps)
     litres = grams / free_density  # 1 g/l = 1 kg/m³
     yield "air_per_hour", 3600.0 * grams / seconds
@@ -113,13 +107,7 @@ def sag_metrics(columns: Rows, counted: Sequence[Stride] = ()) -> Found:
 
 
 def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
-    """The sag of a run in two parts: of a walk from the start, and of the settled strides behind it.
-
-    Parameters
-    ----------
-    before : columns of the first part
-    after : metrics of the second; without its sag, as of endless air, there is none
-    """
+    """The sag of a run in two parts: of a walk from the start, and of the settled strides behind it."""
     if "lowest_supply_pressure" not in after:
         return {}
     found = {name: measured(name, value) for name, value in sag_metrics(before)}

@@ -40,13 +40,8 @@ ON_FOOT = "of the muscles on the foot, about the forward axis through the ankle"
 def torque_deficit(stride: Stride) -> Found:
     """Torque that the patient lacks in the healthy ankle's motion.
 
-    Swing has two parts: a foot is carried until the shank stands upright, then it is held up against a calf
-    that the straightening knee tightens. The tissue's part is the passive moment of this ankle at the
-    recorded angles of ankle and knee.
-
-    Source
-    ------
-    Initial and mid-swing end, and terminal swing begins, with the upright shank: Perry & Burnfield 2010.
+    Source: Initial and mid-swing end, and terminal swing begins, with the upright shank: Perry &
+    Burnfield 2010.
     """
     if NEEDED_MOMENT not in stride.columns:  # a patient's own walk: no healthy ankle is known of it
         return
@@ -115,10 +110,7 @@ class Rows(Protocol):
 
 
 def inversion_peaks(rows: Rows, timestep: float) -> Found:
-    """Greatest moments to the inside and to the outside, positive numbers; none without such a column.
-
-    Units: timestep [s].
-    """
+    """Greatest moments to the inside and to the outside, positive numbers; none without such a column."""
     try:
         moment = rows[INVERSION]
     except KeyError:

@@ -25,11 +25,7 @@ def valves(columns: Mapping[str, np.ndarray]) -> list[str]:
 
 
 def rises(columns: Mapping[str, np.ndarray], valve: str) -> np.ndarray:
-    """How often a valve's coil is switched on in each row's step (n,).
-
-    A pressure drive counts its pulses itself. Of others a rise from no current counts: two pulses in
-    neighbouring steps would be one.
-    """
+    """How often a valve's coil is switched on in each row's step (n,)."""
     counted = columns.get(f"valve/{valve}/switches")
     if counted is not None:
         return np.maximum(np.diff(counted, append=counted[-1:]), 0.0)
@@ -48,10 +44,7 @@ def switching(stride: Stride) -> Found:
 
 @reported(AIR, ("switches_per_minute_{}", "", "Switchings per minute, {}", ON))
 def switching_by_the_minute(columns: Mapping[str, np.ndarray], steps: np.ndarray) -> Found:
-    """Switchings of each valve in a run, by the minute; of the rows whose whole step counts.
-
-    Units: steps of the rows [s] (n,).
-    """
+    """Switchings of each valve in a run, by the minute; of the rows whose whole step counts."""
     minutes, counted = float(steps.sum()) / 60.0, steps > (1.0 - ON_ROW) * steps[0]
     for valve in valves(columns):
         yield f"switches_per_minute_{valve}", float(rises(columns, valve)[counted].sum()) / minutes
@@ -82,10 +75,7 @@ def valve_life(run: Run) -> Found:
 
 
 def life_metrics(rates: Mapping[str, float], rated: Mapping[str, float]) -> dict[str, Metric]:
-    """Hours until the first valve has been switched as often as its maker rates it.
-
-    Units: rates [1/s].
-    """
+    """Hours until the first valve has been switched as often as its maker rates it."""
     hours = [rated[valve] / rate / SECONDS for valve, rate in rates.items() if valve in rated and rate > 0.0]
     return {"hours_until_valve_life": measured("hours_until_valve_life", min(hours))} if hours else {}
 
@@ -107,12 +97,7 @@ def fill_times(run: Run) -> Found:
 
 
 def filling(columns: Mapping[str, np.ndarray], from_rest: bool = True) -> Found:
-    """Longest filling and venting of each chamber [s].
-
-    Nothing of a chamber that is never filled, or never vented, or where one filling or venting ends before
-    its pressure is reached. One that is cut off by the end of the run counts only where there is no whole
-    one; one that began before the first row, unless the run is `from_rest`, does not count.
-    """
+    """Longest filling and venting of each chamber [s]."""
     for name in chambers(columns):
         inlet, outlet = (columns[f"valve/{name}_{side}/coil"] > 0.0 for side in ("inlet", "outlet"))
         if not outlet.any() and columns[f"valve/{name}_outlet/opening"].any():

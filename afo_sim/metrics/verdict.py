@@ -77,16 +77,7 @@ def verdict(
     feed: Feed | None = None,
     reference: str = "shoe",
 ) -> tuple[Answer, ...]:
-    """The answers of a walking run; none of other runs.
-
-    Parameters
-    ----------
-    metrics : of the run
-    strides : metrics of each whole stride, by its number
-    limits : of the scenario [SI]
-    feed : the scenario's source; without one the air is held against the bottle of the limits
-    reference : the scenario's: how the same patient walks in the walk that this one is compared with
-    """
+    """The answers of a walking run; none of other runs."""
     if "strides_counted" not in metrics and not strides:
         return ()
     worn = any(map(_worn, (metrics, *strides.values())))
@@ -131,10 +122,7 @@ def status_of(name: str, value: float, limits: Limits) -> Status | None:
 def _help(
     metrics: Numbers, worn: bool, lift: Status, pair: tuple[float, float], reference: str
 ) -> Iterator[Answer]:
-    """The toe without the device and with it, in the settled stride; none without a walked reference.
-
-    `lift` is the status of all strides: a device that helps when settled may not in the first ones.
-    """
+    """The toe without the device and with it, in the settled stride; none without a walked reference."""
     if not worn or not has(metrics, "reference_toe_clearance") or not has(metrics, "toe_clearance"):
         return
     wanted, trips = (clean(1e3 * each) for each in pair)
@@ -184,10 +172,7 @@ def _passes(height: float) -> str:
 
 
 def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, float]) -> Answer:
-    """Toe clearance of all strides that are stated; a forefoot that touches the floor trips, too.
-
-    A stride whose clearance is undefined, or less than wanted with the toes less extended, is no good one.
-    """
+    """Toe clearance of all strides that are stated; a forefoot that touches the floor trips, too."""
     wanted, trips = (clean(1e3 * each) for each in pair)
     limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
     if not has(metrics, "toe_clearance"):
@@ -396,11 +381,7 @@ def _sag(metrics: Numbers) -> str:
 
 
 def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
-    """Peak and sustained pressure of cuff and strap; the worst one decides.
-
-    Beyond the pressure that hinders the flow of blood all the time nothing is good. Without a floor the
-    foot's slap may pull the cuff hardest: then its pressure without that stands beside it.
-    """
+    """Peak and sustained pressure of cuff and strap; the worst one decides."""
     (discomfort, pain), flow = limits.skin_pressure, limits.blood_flow_pressure
     limit = f"discomfort from {1e-3 * discomfort:.3g}, pain from {1e-3 * pain:.3g}, sustained "
     limit += f"{1e-3 * flow:.3g} kPa (blood flow)"
@@ -442,20 +423,8 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
 def seated_answers(metrics: Numbers, limits: Limits) -> tuple[Answer, ...]:
     """The answers of a run that does not walk; none where no ankle moves, or no orthosis pulls at it.
 
-    What takes longer than a swing is not good: seated, it is not known whether it lifts a walker's foot.
-
-    Parameters
-    ----------
-    metrics : of the run
-    limits : of the scenario [SI]
-
-    Returns
-    -------
-    whether the foot is lifted, and where a cuff or strap is described, whether the skin bears it
-
-    Source
-    ------
-    Perry & Burnfield 2010, Gait Analysis: the ankle is neutral in mid-swing, and swing is 0.4 of a stride.
+    Source: Perry & Burnfield 2010, Gait Analysis: the ankle is neutral in mid-swing, and swing is 0.4 of
+    a stride.
     """
     names = ("peak_plantarflexion_angle", "peak_dorsiflexion_angle", "peak_dorsiflexion_torque")
     if not all(has(metrics, name) for name in names):

@@ -74,22 +74,7 @@ def walk_metrics(
     wanted: frozenset[str] | None = None,
     free_density: float = STANDARD_DENSITY,
 ) -> WalkMetrics:
-    """All metrics of a recording of walking.
-
-    Parameters
-    ----------
-    columns : of a recording at the full step rate, SI
-    timestep : [s]
-    body_mass : of the patient [kg]
-    transient : also of the strides that do not count
-    solved : the last whole stride is the settled one, and counts alone
-    wanted : names of metrics that are computed, with those that come along; all by default
-    free_density : of the supply's gas at 20 °C and 1 bar [kg/m³]; air's by default
-
-    Returns
-    -------
-    WalkMetrics; without a whole stride after the first there are no totals, but a warning
-    """
+    """All metrics of a recording of walking."""
     whole = strides(columns, timestep, body_mass, free_density)
     counted = whole[-1:] if solved else settled(columns, whole)
     each_of = None if wanted is None else frozenset(map(_each, wanted)) - {"strides_counted"}
@@ -233,11 +218,7 @@ def _timing(stride: Stride) -> Found:
     of=Of.STRIDE,
 )
 def _contact(stride: Stride) -> Found:
-    """Pitch at the heel strike that begins the stride, and the slap after it.
-
-    The bounds of heel, flat and forefoot are runners' foot-strike angles (Altman & Davis 2012, from memory).
-    The slap is looked for in the loading response (0 to 12 %), until the ankle is at its most plantarflexed.
-    """
+    """Pitch at the heel strike that begins the stride, and the slap after it."""
     angle, shank = (math.degrees(stride.at(name, 0.0)) for name in ("ankle/angle", "shank/angle"))
     pitch = angle - shank - math.degrees(stride.level)
     yield "foot_pitch_at_contact", pitch
@@ -277,11 +258,7 @@ def _contact(stride: Stride) -> Found:
     of=Of.STRIDE,
 )
 def _ankle(stride: Stride) -> Found:
-    """Ankle angle of the stride, and its distance from the recorded walker and from the norm.
-
-    The norm's zero is the ankle of who stands upright, in what he wears. So a shoe's drop counts as its zero.
-    The gait variable score is the distance over 51 points of the stride, 0, 2, … 100 % (Baker et al. 2009).
-    """
+    """Ankle angle of the stride, and its distance from the recorded walker and from the norm."""
     angle = np.degrees(stride["ankle/angle"])
     if stride.swing.any():
         part = stride.between(stride.toe_off, 1.0)

@@ -32,11 +32,7 @@ TUBE_END, QUICK_EXHAUST = "{}_tube_end", "{}_quick_exhaust"  # where one stands 
 
 @dataclass(frozen=True)
 class AirPath:
-    """What a circuit has beside its chambers.
-
-    feed : node that stands for the supply
-    upstream : node that an ideal regulator draws from; "" where the supply never sags
-    """
+    """What a circuit has beside its chambers."""
 
     volumes: tuple[native.CircuitVolume, ...]
     stores: tuple[native.CircuitStore, ...]
@@ -103,10 +99,7 @@ def _volumes(orthosis: Orthosis, pressure: float) -> Iterator[native.CircuitVolu
 
 
 def _brought(orthosis: Orthosis, pressure: float) -> dict[str, float]:
-    """Gauge pressure at which the supply's air comes to rest in the nodes that no valve shuts off [Pa].
-
-    Behind a regulator it is what that is set to, behind a check valve less by what opens it.
-    """
+    """Gauge pressure at which the supply's air comes to rest in the nodes that no valve shuts off [Pa]."""
     found, changed = {SUPPLY: pressure}, True
     while changed:
         changed = False
@@ -127,10 +120,7 @@ def _brought(orthosis: Orthosis, pressure: float) -> dict[str, float]:
 
 
 def half_of_tubes(orthosis: Orthosis, name: str) -> float:
-    """Air of what leads to a chamber [m³]: half of its own tube and of others, regulators' outlets.
-
-    A quick exhaust stands between the chamber and its own tube.
-    """
+    """Air of what leads to a chamber [m³]: half of its own tube and of others, regulators' outlets."""
     chamber = orthosis.chamber[name]
     total = 0.0
     if chamber.tube is not None and chamber.tube_length is not None and chamber.quick_exhaust is None:

@@ -35,14 +35,7 @@ REGULATOR = "regulator of the supply"
 
 @dataclass(frozen=True)
 class AirNode:
-    """A place with a pressure of its own.
-
-    kind : "supply" (endless), "bottle", "cartridge", "compressor", "point" (regulator's outlet, valve end of
-        a tube), "volume", "chamber" or "ambient"
-    name : as people read it
-    lines : what is told of it, a line each
-    volume : of its air [m³]; of a chamber with its muscles at their nominal length; 0 where it is endless
-    """
+    """A place with a pressure of its own."""
 
     kind: str
     name: str
@@ -52,22 +45,7 @@ class AirNode:
 
 @dataclass(frozen=True)
 class AirEdge:
-    """What air flows through between two nodes.
-
-    kind : "tube", "orifice", "throttle", "check_valve", "quick_exhaust", "silencer", "leak", "valve",
-        "valve_3_2" or "regulator"
-    name : unique; of chambers' valves "<chamber> inlet" and so on
-    label : its name as people read it, without its chamber's
-    upstream, downstream : nodes
-    forward, back : sonic conductance each way [m³/(s·Pa)]; 0 where nothing flows, infinite of an ideal
-        regulator
-    ratio : critical pressure ratio b [-]
-    lines : what is told of it beside C and b
-    exhaust : node behind the third port of a 3/2 valve or a quick exhaust
-    venting : sonic conductance of that way [m³/(s·Pa)], from `downstream`
-    way : INLET or OUTLETS of a chamber's valve, else ""
-    marks : "proportional" of a valve, "spring" of a check valve that a pressure opens
-    """
+    """What air flows through between two nodes."""
 
     kind: str
     name: str
@@ -87,10 +65,7 @@ class AirEdge:
 
 @dataclass(frozen=True)
 class AirWay:
-    """The way of air between a node and a chamber.
-
-    edges : (its name, C [m³/(s·Pa)]) in the order of the flow; parts that hinder nothing are left out
-    """
+    """The way of air between a node and a chamber."""
 
     edges: tuple[tuple[str, float], ...]
 
@@ -135,16 +110,7 @@ class AirScheme(Shown):
 
 
 def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
-    """The graph of an orthosis on a supply.
-
-    Raises
-    ------
-    InputError
-        The orthosis has no chamber.
-
-    Conductances are those of air. Of parts in series C = 1/√(Σ 1/C_i²): for a small drop ISO 6358 gives
-    Δp ∝ (1 − b) (ṁ/C)²/p, and drops add. It is an estimate where a part is choked or where b differs.
-    """
+    """The graph of an orthosis on a supply."""
     if not orthosis.chamber:
         raise InputError("has no muscle, and no air", field="orthosis", value=orthosis.name)
     nodes, edges = _supply(orthosis, supply)
@@ -323,11 +289,7 @@ def _filling(scheme: AirScheme, chamber: str) -> AirWay | None:
 
 
 def _widest(scheme: AirScheme, start: str, end: str, *, outwards: bool) -> AirWay | None:
-    """The way with the least Σ 1/C² (Dijkstra 1959); None where there is none.
-
-    It never leads through the ambient air or back through a valve into what feeds it; through chambers' ways
-    out only where these are wanted.
-    """
+    """The way with the least Σ 1/C² (Dijkstra 1959); None where there is none."""
     queue: list[tuple[float, int, str, tuple[tuple[str, float], ...]]] = [(0.0, 0, start, ())]
     done, count = set(), 0
     steps = list(_steps(scheme, outwards))

@@ -86,10 +86,7 @@ def collides(model: mujoco.MjModel) -> bool:
 
 
 def unused(model: mujoco.MjModel) -> int:
-    """Bits of `disableflags` that change no number of a compiled model, which has nothing of their kind.
-
-    They belong to the compiled model alone. A spring that somebody adds to a saved model is to act.
-    """
+    """Bits of `disableflags` that change no number of a compiled model, which has nothing of their kind."""
     bits = mujoco.mjtDisableBit
     friction = (model.dof_frictionloss, model.tendon_frictionloss)
     springs = (
@@ -110,10 +107,7 @@ def unused(model: mujoco.MjModel) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """What goes with the person's mass in a compiled model: rows of its arrays, and their numbers there.
-
-    These are masses, inertias, and what joints do at the same angles and times (`leg._weigh`).
-    """
+    """What goes with the person's mass in a compiled model: rows of its arrays, and their numbers there."""
 
     rows: tuple[tuple[str, np.ndarray, np.ndarray], ...]
 
@@ -144,16 +138,7 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """A leg with its orthosis, compiled without pictures and parameters. It is shared.
-
-    model : what is stepped
-    bare : the leg alone, of recorded walking; whose turn it is writes masses into it
-    index, circuit : actuators by name
-    angles : over the range of motion [rad] (n,)
-    lengths : of the muscles' paths at these angles [m] (n, n_muscle)
-    side_arms : lever arms of the muscles to the foot's sides; None where they have none
-    load, bare_load : what goes with the person's mass in them
-    """
+    """A leg with its orthosis, compiled without pictures and parameters. It is shared."""
 
     model: mujoco.MjModel
     bare: mujoco.MjModel | None

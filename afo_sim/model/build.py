@@ -216,10 +216,7 @@ def along(built: Built, walk: Walk) -> Built:
 
 
 def _recorded_active(scenario: Scenario, body_mass: float) -> Active:
-    """What a patient's own ankle did in what was worn when the walk was recorded.
-
-    Units: body_mass [kg].
-    """
+    """What a patient's own ankle did in what was worn when the walk was recorded."""
     recorded, size = as_recorded(scenario), Size.of(scenario)
     foot = geometry_of(recorded, _circuit(recorded), size).bare_foot(size.heavier, recorded.leg)
     return own_active(lay_out(recorded, foot), foot, recorded, body_mass)

@@ -48,15 +48,7 @@ TOE_JOINT = 25.0  # of a leg without toes, as PredSim's [N·m/rad]
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """The floor over the steps (n,).
-
-    floor [m] and load [N], recorded, of each pad (n, n_pad); moment is what the recorded ground force has
-    about the ankle beside the pads' [N·m]; shift is how far it stands ahead of the pads' centre [m]; support
-    is what the body above gives so that the ankle stays where it was recorded, upward [N]; flexors is the
-    moment of the toes' own muscles beside their spring, extension positive [N·m], None of a rigid foot. lost
-    is what of the recorded force no floor has the pads carry; loaded is the force from which on a pad stands
-    on the floor [N].
-    """
+    """The floor over the steps (n,)."""
 
     floor: np.ndarray
     load: np.ndarray
@@ -88,15 +80,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Lost:
-    """Recorded force that the pads do not carry, since the recorded foot rises too fast under it.
-
-    Mean curves of fast walkers have most of it: late in push-off their derived path lifts the foot while the
-    published force still presses.
-
-    most : at once, in body weights [-]
-    phase : where that is [-]
-    damping : greatest `ground.damping` that loses nothing, to the full hundredth below [s/m]
-    """
+    """Recorded force that the pads do not carry, since the recorded foot rises too fast under it."""
 
     most: float
     phase: float
@@ -104,20 +88,14 @@ class Lost:
 
     @classmethod
     def of(cls, force: np.ndarray, phase: np.ndarray, fastest: float) -> "Lost":
-        """What is lost at each step.
-
-        Units: force [-] (n,), phase [-] (n,), fastest [m/s].
-        """
+        """What is lost at each step."""
         worst = int(np.argmax(force))
         enough = (1.0 - FASTEST) / max(fastest, 1e-3)
         return cls(float(force[worst]), float(phase[worst]) % 1.0, math.floor(100.0 * enough) / 100.0)
 
 
 def ground_of(scenario: "Scenario", size: Size) -> Ground:
-    """The ground that a person of a size feels as one of the leg's size feels the scenario's.
-
-    Forces go with mass, deflections with length, times with √length.
-    """
+    """The ground that a person of a size feels as one of the leg's size feels the scenario's."""
     ground = scenario.ground or Ground()
     stiffer = size.heavier / size.taller
     joint = TOE_JOINT if ground.toe_stiffness is None else ground.toe_stiffness
@@ -144,11 +122,7 @@ def pad_stiffness(ground: Ground, foot: Foot) -> dict[str, float]:
 
 
 def check_sole(foot: Foot, scenario: "Scenario") -> None:
-    """Refuse a sole that the pads cannot stand on.
-
-    The foot has to take several steps for a rebound. Its toes are so light that they rebound faster; the
-    integrator, which takes a pad's spring over the mean of two steps, does not follow that but is stable.
-    """
+    """Refuse a sole that the pads cannot stand on."""
     heel, ball, toe = (foot.points[name][0] for name in BEARING)
     if not heel < 0.0 < ball < toe:
         raise InputError(
@@ -175,10 +149,7 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
 def register(
     walk: Walk, foot: Foot, model: mujoco.MjModel, scenario: "Scenario", body_mass: float
 ) -> Contact:
-    """Lay the floor so that the recorded motion carries the recorded force.
-
-    Units: body_mass [kg].
-    """
+    """Lay the floor so that the recorded motion carries the recorded force."""
     size = Size.of(scenario)
     ground = ground_of(scenario, size)
     pitch = walk.ankle - walk.pose[:, 2]
@@ -226,10 +197,7 @@ def register(
 
 
 def _toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-    """How far the pads lie ahead of the toes' hinge [m] (n, n_pad), 0 of those that the toes do not turn.
-
-    Units: pitch [rad] (n,), ahead [m] (n, n_pad).
-    """
+    """How far the pads lie ahead of the toes' hinge [m] (n, n_pad), 0 of those that the toes do not turn."""
     lever = np.zeros_like(ahead)
     if foot.toes is not None:
         turning = [name in TOE_POINTS for name in padded(foot.toes)]
@@ -240,12 +208,7 @@ def _toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
 def _hinge_moment(
     walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, scenario: "Scenario"
 ) -> np.ndarray:
-    """What weight and inertia of toes that stand at their rest extension need about the hinge [N·m] (n,).
-
-    I ψ̈ + m (x (z̈ + g) − z ẍ) of a hinge that is carried to (ẍ, z̈), with the joint's armature.
-
-    Units: pitch [rad] (n + 2,).
-    """
+    """What weight and inertia of toes that stand at their rest extension need about the hinge [N·m] (n,)."""
     toes, described = foot.toes, scenario.leg.toes
     assert walk.toe is not None and toes is not None and described is not None
     square = walk.timestep**2
@@ -259,13 +222,7 @@ def _hinge_moment(
 
 
 def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: float = 1.0) -> np.ndarray:
-    """Share of the force that each pad bears, by the lever rule on the two pads beside the force.
-
-    Of the two, one that is higher than the other and than the floor bears less: where the heel rolls, the
-    centre of pressure moves ahead of it long before the ball is down.
-
-    Units: place [m] (n,), ahead, height [m] (n, n_pad), taller [-].
-    """
+    """Share of the force that each pad bears, by the lever rule on the two pads beside the force."""
     share = np.zeros_like(ahead)
     before = place < ahead[:, 1]
     for rows, back in ((before, 0), (~before, 1)):
@@ -281,13 +238,7 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: flo
 
 
 def standing(over: np.ndarray, ramp: float) -> np.ndarray:
-    """1 where a pad is loaded, smoothly to 0 within a ramp before and after.
-
-    A load begins and ends between two samples, where it crosses what counts as one: else the floor would
-    move by a step's share of the ramp.
-
-    Units: over, load beyond what counts as one [N] (n, n_pad), ramp [samples].
-    """
+    """1 where a pad is loaded, smoothly to 0 within a ramp before and after."""
     found = np.zeros(over.shape)
     sample = np.arange(len(over))
     for pad, load in enumerate(over.T):

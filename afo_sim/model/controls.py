@@ -16,18 +16,7 @@ OFF = -1.0  # input of a drive that leaves its valves to their own inputs
 
 
 def controls(built: Built, n_step: int | None = None) -> np.ndarray:
-    """Inputs of every actuator at every step.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    n_step : number of steps; the scenario's own by default
-
-    Returns
-    -------
-    (n_step, nu): coil commands [-], supply pressure, gauge [Pa], drives off, knee angle [rad]; in
-    walking also the shank's acceleration, the ground's and the patient's moment; zero for muscles
-    """
+    """Inputs of every actuator at every step."""
     scenario, index = built.scenario, built.index
     count = n_step or scenario.n_step
     control = np.zeros((count, built.model.nu))

@@ -53,30 +53,12 @@ def _deepest(through: list[ThroughLeg]) -> list[ThroughLeg]:
 
 
 def design(source: Source, *, leg: str | None = None, pressure: float | str | None = None) -> Design:
-    """Put an orthosis on a leg, and compute the facts of its muscles.
-
-    Parameters
-    ----------
-    source : a shipped orthosis or scenario, the TOML file or folder of one, an Orthosis or a Scenario
-    leg : a shipped name or a file; the scenario's own by default
-    pressure : gauge, [Pa] or text such as "4 bar"; the scenario's supply by default
-
-    Raises
-    ------
-    InputError
-        There is no such orthosis or scenario, it has no muscle, or it cannot be built.
-    """
+    """Put an orthosis on a leg, and compute the facts of its muscles."""
     return design_of(build(scenario_of(source, leg)), gauge(pressure))
 
 
 def gauge(pressure: float | str | None) -> float | None:
-    """A gauge pressure [Pa] as a number or with its unit; None stays.
-
-    Raises
-    ------
-    InputError
-        It is no pressure, or a number that must have been meant in bar.
-    """
+    """A gauge pressure [Pa] as a number or with its unit; None stays."""
     if isinstance(pressure, str):
         try:
             pressure = parse_quantity(pressure, "Pa")

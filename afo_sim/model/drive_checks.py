@@ -25,11 +25,7 @@ HALVINGS = 40  # of a search for what would do
 
 
 def check_drives(scenario: Scenario) -> tuple[dict[str, float], list[str]]:
-    """Rate × time step of the drives' loops, and warnings; refuse a pulse train faster than the step.
-
-    The rate is what full current does to the pressure over `full_at`. It is taken where it is highest: of
-    choked flow from the supply's pressure, into the chamber's least volume.
-    """
+    """Rate × time step of the drives' loops, and warnings; refuse a pulse train faster than the step."""
     numbers, warnings = [], []
     for name, drive in scenario.drive.items():
         rate = fastest_rise(scenario.orthosis, name, scenario.supply.pressure)
@@ -52,12 +48,7 @@ def check_drives(scenario: Scenario) -> tuple[dict[str, float], list[str]]:
 
 
 def fastest_rise(orthosis: Orthosis, chamber: str, supply: float) -> float:
-    """The fastest rate of a chamber's pressure through a fully open valve [Pa/s].
-
-    ṗ = γ R T ṁ/V with choked ṁ = C ρ0 p, at ambient temperature.
-
-    Units: supply [Pa].
-    """
+    """The fastest rate of a chamber's pressure through a fully open valve [Pa/s]."""
     described = orthosis.chamber[chamber]
     conductance = max(described.inlet.conductance, described.vent.conductance)
     flow = conductance * STANDARD_DENSITY * (supply + AMBIENT_PRESSURE)
@@ -148,11 +139,7 @@ def _most(good: Callable[[float], bool]) -> float:
 
 
 def _damped(drive: Drive, rate: float, step: float) -> bool:
-    """Whether the loop of PID, transducer, proportional valve and chamber comes to rest by itself.
-
-    Linear, one step to the next: reading y, pressure p and the last reading in units of full_at, opening o,
-    integral I. The loop is damped while no eigenvalue is beyond 1.
-    """
+    """Whether the loop of PID, transducer, proportional valve and chamber comes to rest by itself."""
     gain, valve = step * rate / drive.full_at, -math.expm1(-2.0 * math.pi * drive.bandwidth * step)
     low = 1.0 if drive.filter_time <= 0.0 else -math.expm1(-step / drive.filter_time)
     # rows and columns: p, y, o, I

@@ -64,11 +64,7 @@ def turned_all(
 
 @dataclass(frozen=True)
 class ToeSegment:
-    """The toes of a foot, in its axes where they are not extended.
-
-    hinge from the ankle (x, z) [m]; mass [kg]; centre, of mass from the hinge (x, z) [m]; inertia about the
-    hinge [kg·m²].
-    """
+    """The toes of a foot, in its axes where they are not extended."""
 
     hinge: tuple[float, float]
     mass: float
@@ -78,12 +74,7 @@ class ToeSegment:
     def moment(
         self, ankle: np.ndarray, motions: "Sequence[tuple[Turn, np.ndarray, np.ndarray]]"
     ) -> np.ndarray:
-        """Moment about the ankle that the toes' weight and inertia need, dorsiflexion positive [N·m] (n,).
-
-        Of each motion, the foot's and the toes', every point p has the acceleration α k × p − ω² p.
-
-        Units: ankle [m/s²] (n, 2), motions [rad/s] (n,).
-        """
+        """Moment about the ankle that the toes' weight and inertia need, dorsiflexion positive [N·m] (n,)."""
         x, z, along, upward = (np.zeros(len(ankle)) for _ in range(4))
         for point, (turn, rate, change) in zip((self.hinge, self.centre), motions, strict=True):
             ahead, above = turned(point, turn)
@@ -98,11 +89,7 @@ class ToeSegment:
 
 @dataclass(frozen=True)
 class Foot:
-    """In the foot's axes from the ankle, x forward and z up with the foot flat.
-
-    mass [kg], centre of mass (x, z) [m] and inertia about the ankle [kg·m²] are of the whole foot with its
-    toes straight; points, of the outsole, by name (x, z) [m]; toes is None of a rigid foot.
-    """
+    """In the foot's axes from the ankle, x forward and z up with the foot flat."""
 
     mass: float
     centre: tuple[float, float]
@@ -124,13 +111,7 @@ class Foot:
     def outsole(
         self, pitch: "np.ndarray | Turn", extension: np.ndarray | float = 0.0
     ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Points of the outsole from the ankle, x forward and z up [m] (n,), by name.
-
-        Parameters
-        ----------
-        pitch : of the foot, toe up [rad] (n,)
-        extension : of the toes against the foot [rad] (n,)
-        """
+        """Points of the outsole from the ankle, x forward and z up [m] (n,), by name."""
         turn, bent = Turn.by(pitch), () if self.toes is None else TOE_POINTS
         found = {name: turned(point, turn) for name, point in self.points.items() if name not in bent}
         if self.toes is None:
@@ -145,20 +126,7 @@ class Foot:
     def frame_moment(
         self, pitch: "np.ndarray | Turn", acceleration: np.ndarray, shank_acceleration: np.ndarray
     ) -> np.ndarray:
-        """Moment about the ankle that the driven shank's acceleration puts on the foot.
-
-        I φ̈ − m (c_x a_z − c_z a_x): the foot turns with ψ = θ − φ, and its centre is carried by the ankle.
-
-        Parameters
-        ----------
-        pitch : ψ, of the sole, toe up [rad] (n,)
-        acceleration : of the ankle, x and z [m/s²] (n, 2)
-        shank_acceleration : φ̈, knee ahead positive [rad/s²] (n,)
-
-        Returns
-        -------
-        (n,) dorsiflexion positive [N·m]
-        """
+        """Moment about the ankle that the driven shank's acceleration puts on the foot."""
         x, z = turned(self.centre, pitch)
         carried = self.mass * (x * acceleration[:, 1] - z * acceleration[:, 0])
         return self.inertia * shank_acceleration - carried
@@ -169,19 +137,7 @@ class Foot:
 
 
 def foot_of(model: mujoco.MjModel, leg: Leg, joint: str) -> Foot:
-    """The foot of a compiled model, with all that hangs on it.
-
-    Parameters
-    ----------
-    model : compiled; the foot is flat where all its joints are at zero
-    leg : whose foot it is
-    joint : name of the ankle
-
-    Raises
-    ------
-    InputError
-        The foot lacks the sites of the sole.
-    """
+    """The foot of a compiled model, with all that hangs on it."""
     data = native.scratch(model)
     mujoco.mj_fwdPosition(model, data)
     foot = model.body(leg.foot).id
@@ -227,10 +183,7 @@ def _plane(place: np.ndarray) -> tuple[float, float]:
 
 
 def _toe_spring(scenario: Scenario, size: Size) -> tuple[float, float]:
-    """Stiffness of the hinge with the outsole's [N·m/rad], and the share of it that is the toes' own [-].
-
-    A shoe is as stiff as it is big; an orthosis' outsole is of its own size.
-    """
+    """Stiffness of the hinge with the outsole's [N·m/rad], and the share of it that is the toes' own [-]."""
     toes, outsole = scenario.leg.toes, worn(scenario)
     assert toes is not None
     own, sole = toes.stiffness * size.springy, 0.0
@@ -301,10 +254,7 @@ def fill_hinge(model: mujoco.MjModel, scenario: Scenario, size: Size) -> None:
 
 
 def _armature(spec: mujoco.MjSpec, toes: Toes, stiffness: float, timestep: float) -> float:
-    """Inertia that a stiff hinge needs so as not to ring at the time step [kg·m²]; 0 for soft ones.
-
-    Its rate stays above 0.7 in a step, which no gait has.
-    """
+    """Inertia that a stiff hinge needs so as not to ring at the time step [kg·m²]; 0 for soft ones."""
     body = spec.body(toes.body)
     inertia = float(np.max(body.inertia)) + body.mass * float(np.sum(np.square(body.ipos)))
     return max(stiffness * timestep**2 / HINGE_LIMIT - inertia, 0.0)
@@ -319,10 +269,7 @@ def add_rest(spec: mujoco.MjSpec, scenario: Scenario) -> None:
 def rest_moment(
     model: mujoco.MjModel, scenario: Scenario, resting: np.ndarray, timestep: float
 ) -> np.ndarray:
-    """Input of the rest's actuator: K ρ + c ρ̇ [N·m] (n,).
-
-    Units: resting [rad] (n + 2,), timestep [s].
-    """
+    """Input of the rest's actuator: K ρ + c ρ̇ [N·m] (n,)."""
     assert scenario.leg.toes is not None
     joint = model.joint(scenario.leg.toes.joint)
     stiffness, damping = model.jnt_stiffness[joint.id], model.dof_damping[int(joint.dofadr[0])]

@@ -33,11 +33,7 @@ SPRING_LIMIT = 0.5  # of (rate × time step)² at most; MuJoCo takes a joint's s
 
 
 def axis_of(subtalar: Subtalar, side: Side) -> np.ndarray:
-    """Direction about which inversion is positive; forward, left, up in the foot's axes (3,).
-
-    On the right leg it points ahead, inside (left) and up; the left leg's is its mirror image as a hinge's
-    axis, (−x, y, −z).
-    """
+    """Direction about which inversion is positive; forward, left, up in the foot's axes (3,)."""
     rise, aside = subtalar.inclination, subtalar.deviation
     right = np.array(
         [math.cos(rise) * math.cos(aside), math.cos(rise) * math.sin(aside), math.sin(rise)], dtype=float
@@ -104,10 +100,7 @@ def check_stiffness(model: mujoco.MjModel, scenario: Scenario) -> None:
 
 
 def find_rest(model: mujoco.MjModel, data: mujoco.MjData, forward: Callable[[], None]) -> None:
-    """Turn the foot about its free subtalar hinge to where it rests, or to the stop that it rests on.
-
-    Where nothing turns it from zero it stays there exactly.
-    """
+    """Turn the foot about its free subtalar hinge to where it rests, or to the stop that it rests on."""
     joint = model.joint(SUBTALAR)
     place, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
 
@@ -127,13 +120,7 @@ def find_rest(model: mujoco.MjModel, data: mujoco.MjData, forward: Callable[[], 
 
 @dataclass(frozen=True, eq=False)
 class SideArms:
-    """Lever arms of the muscles about the inversion axis and, where there is one, the subtalar axis.
-
-    model : with a hinge about each axis
-    names : of the muscles, in the columns' order
-    axes : names of the hinges
-    free : whether the foot turns about the subtalar axis
-    """
+    """Lever arms of the muscles about the inversion axis and, where there is one, the subtalar axis."""
 
     model: mujoco.MjModel
     names: tuple[str, ...]
@@ -210,11 +197,7 @@ def _place_of(model: mujoco.MjModel, tendons: list[int], dof: int) -> list[int]:
 
 
 def _has_side_moment(scenario: Scenario) -> bool:
-    """Whether muscles may turn the foot to its sides.
-
-    Not those of groups whose middle runs in the plane of the leg: alike muscles on either side pull alike.
-    With a subtalar hinge all may, since its axis is oblique.
-    """
+    """Whether muscles may turn the foot to its sides."""
     leg, groups = scenario.leg, scenario.orthosis.muscle.values()
     if leg.directions != JOINTS["ankle"].directions or not groups:
         return False

@@ -75,11 +75,7 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
 
 
 def _keep_inertia_to_itself(spec: mujoco.MjSpec) -> None:
-    """Apply a file's `inertiafromgeom` to its own bodies alone.
-
-    As a rule of the compiler it would reach what is attached: under "false" the muscles' ends had no mass,
-    under "true" a cuff's stated inertia would not count.
-    """
+    """Apply a file's `inertiafromgeom` to its own bodies alone."""
     rule = spec.compiler.inertiafromgeom
     if rule == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE:
         for geom in spec.geoms:
@@ -216,13 +212,7 @@ def attach_parts(spec: mujoco.MjSpec, scenario: Scenario) -> dict[str, mujoco.Mj
 
 
 def rigid_part(file: pathlib.Path, name: str, mirrored: bool) -> mujoco.MjsBody:
-    """The one rigid body of a cuff or plate, `name` of them, of the simulated side.
-
-    Raises
-    ------
-    InputError
-        MuJoCo cannot read the file, or it holds something else.
-    """
+    """The one rigid body of a cuff or plate, `name` of them, of the simulated side."""
     try:
         part = _read_spec(file)
     except ValueError as error:
@@ -287,11 +277,7 @@ def _meshes(file: pathlib.Path, when: int) -> tuple[pathlib.Path, ...]:
 
 @functools.lru_cache(maxsize=16)
 def weighed_later(file: pathlib.Path, times: tuple[int, ...]) -> bool:
-    """Whether a person's mass can be written into the compiled leg.
-
-    It cannot where MuJoCo makes masses and inertias, or what follows from them, of something else: of shapes,
-    of a full matrix, to bounds of the file's.
-    """
+    """Whether a person's mass can be written into the compiled leg."""
     try:
         spec = _parsed(file, times[0])
     except ValueError:

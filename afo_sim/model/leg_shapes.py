@@ -29,11 +29,7 @@ FLAT = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 @dataclass(frozen=True, eq=False)
 class LegShapes:
-    """The leg's shapes in a model of their own, posed by `pose`.
-
-    model, data : with a probe beside the full model's shapes
-    geoms : those of the leg, with the name of the part that each belongs to
-    """
+    """The leg's shapes in a model of their own, posed by `pose`."""
 
     model: mujoco.MjModel
     data: mujoco.MjData
@@ -46,10 +42,7 @@ class LegShapes:
         mujoco.mj_fwdPosition(self.model, self.data)
 
     def depths(self, geom: int, points: np.ndarray) -> np.ndarray:
-        """Depth of points below a shape's surface [m] (n,); negative outside, −REACH or less far away.
-
-        Units: points [m] (n, 3).
-        """
+        """Depth of points below a shape's surface [m] (n,); negative outside, −REACH or less far away."""
         found = np.full(len(points), -REACH)
         offset = np.linalg.norm(points - self.data.geom_xpos[geom], axis=1)
         near = np.flatnonzero(offset < self.model.geom_rbound[geom] + REACH)
@@ -97,10 +90,7 @@ def leg_shapes(built: Built) -> LegShapes:
 
 
 def leg_geoms(model: mujoco.MjModel, built: Built) -> dict[int, str]:
-    """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}.
-
-    About another joint the parts are called as its segments.
-    """
+    """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}."""
     leg = built.scenario.leg
     above, below = JOINTS[leg.joint].above, JOINTS[leg.joint].below
     found = {}
@@ -132,11 +122,7 @@ def _knee_height(shapes: LegShapes, above: str = "shank") -> float:
 
 
 def winding_number(triangles: np.ndarray, point: np.ndarray) -> float:
-    """How often a surface winds around a point [-]: 1 inside a closed mesh, 0 outside.
-
-    Σ Ω/4π over the triangles' solid angles, tan(Ω/2) = a·(b×c)/(abc + (a·b)c + (b·c)a + (c·a)b)
-    (van Oosterom and Strackee 1983).
-    """
+    """How often a surface winds around a point [-]: 1 inside a closed mesh, 0 outside."""
     a, b, c = np.moveaxis(triangles - point, 1, 0)
     la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
     top = np.einsum("ij,ij->i", a, np.cross(b, c))
@@ -154,18 +140,7 @@ def _triangles(model: mujoco.MjModel, geom: int) -> np.ndarray:
 
 
 def support(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: np.ndarray) -> np.ndarray:
-    """Outermost points of a shape.
-
-    Parameters
-    ----------
-    model, data : after the kinematics
-    geom : sphere, capsule, cylinder, ellipsoid, box or mesh
-    directions : unit vectors, world axes (n, 3)
-
-    Returns
-    -------
-    world axes [m] (n, 3)
-    """
+    """Outermost points of a shape."""
     turn, size = data.geom_xmat[geom].reshape(3, 3), model.geom_size[geom]
     d = directions @ turn
     types, kind = mujoco.mjtGeom, model.geom_type[geom]
@@ -190,17 +165,7 @@ def support(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: n
 
 @dataclass(frozen=True)
 class ThroughLeg:
-    """A muscle's path within the leg, where it is deepest.
-
-    muscle : its name
-    part : "shank", "foot", or the name of what hangs on the foot
-    angle : of the ankle [rad]
-    depth : below the skin [m]; through bone, the distance from the line ankle–knee
-    place : deepest point of the path, world axes at that angle [m] (3,)
-    bone : whether the path passes within BONE of the line ankle–knee
-    end : the end to be moved, "origin" or "insertion"
-    move : forward by so much, back where negative [m], about
-    """
+    """A muscle's path within the leg, where it is deepest."""
 
     muscle: str
     part: str
@@ -242,11 +207,7 @@ class ThroughLeg:
 
 
 def through_leg(built: Built, shapes: LegShapes | None = None) -> list[ThroughLeg]:
-    """Every muscle whose path passes through the leg within the range of motion, at its deepest.
-
-    The paths are those of anchors at rest, without compliance. Muscles over a pulley have no path in space. A
-    mesh is taken as it is, not as its hull.
-    """
+    """Every muscle whose path passes through the leg within the range of motion, at its deepest."""
     shapes = leg_shapes(built) if shapes is None else shapes
     groups = muscle_names(built.scenario.orthosis)
     worst: dict[tuple[str, str, bool], ThroughLeg] = {}
@@ -314,10 +275,7 @@ def _found(
     at: int,
     bone: bool,
 ) -> ThroughLeg:
-    """With the end that would take the path out by the shorter way: the nearer one.
-
-    A straight path moves at a share s from its insertion by s times what its origin moves.
-    """
+    """With the end that would take the path out by the shorter way: the nearer one."""
     share = 1.0 - way[at] / way[-1]
     end, lever = ("origin", share) if share >= 0.5 else ("insertion", 1.0 - share)
     ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]

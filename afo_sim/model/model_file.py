@@ -35,19 +35,8 @@ _ATTRIBUTE = re.compile(r"""([\w:.-]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 
 
 def examine(file: pathlib.Path) -> None:
-    """Refuse a model file that MuJoCo could not take in bounded time and memory, or whose numbers are none.
-
-    Parameters
-    ----------
-    file : MJCF or URDF; what it includes is examined with it
-
-    Raises
-    ------
-    InputError
-        The file, or one that it names, is no regular file or too large; it has too many elements, levels or
-        copies; a number is not finite, or of a magnitude that nothing has; it has changed since this program
-        wrote it.
-    """
+    """Refuse a model file that MuJoCo could not take in bounded time and memory, or whose numbers are
+    none."""
     beside = file.with_suffix(".toml")
     if beside.is_file():  # of a leg, or of a worn model: it may hold this file's digest
         check_text(read_text(beside), beside)

@@ -66,17 +66,7 @@ def add_motor(
 def sweep_ankle(
     model: mujoco.MjModel, index: Index, angles: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Geometry of the muscles over the ankle's angle, from the compiled model.
-
-    Parameters
-    ----------
-    angles : ankle angles [rad] (n,)
-
-    Returns
-    -------
-    (contraction ratio of the path, as of a muscle on rigid anchors [-] (n, n_muscle), moment arm −dL/dθ [m]
-    (n, n_muscle), inertia about the ankle [kg·m²] (n,))
-    """
+    """Geometry of the muscles over the ankle's angle, from the compiled model."""
     data = native.scratch(model)
     ids = list(index.muscles.values())
     lengths = np.empty((len(angles), len(ids)))
@@ -104,15 +94,7 @@ def contractions(rows: np.ndarray, muscles: list[int], lengths: np.ndarray) -> n
 
 
 def sweep_lengths(model: mujoco.MjModel, muscles: list[int], ankle: int, angles: np.ndarray) -> np.ndarray:
-    """Lengths of the muscles' paths over the ankle's angle [m] (n, n_muscle).
-
-    Parameters
-    ----------
-    model : compiled
-    muscles : actuator ids
-    ankle : the ankle's place in qpos
-    angles : [rad] (n,)
-    """
+    """Lengths of the muscles' paths over the ankle's angle [m] (n, n_muscle)."""
     data = native.scratch(model)
     lengths = np.empty((len(angles), len(muscles)))
     for k, angle in enumerate(angles):

@@ -40,12 +40,7 @@ def grown(scenario: Scenario, taller: float) -> float:
 def outsole_points(
     bare: Mapping[str, Point], outsole: Outsole | None, taller: float = 1.0
 ) -> dict[str, Point]:
-    """Points of an outsole, in the axes of the flat foot from the ankle [m].
-
-    The outsole is flat from heel to ball. From there it rises to its tip, as the square of the distance.
-
-    Units: taller [-].
-    """
+    """Points of an outsole, in the axes of the flat foot from the ankle [m]."""
     if outsole is None:
         return dict(bare)
     heel = bare["heel"][0] - taller * outsole.heel_behind, bare["heel"][1] - taller * outsole.heel_stack
@@ -61,10 +56,8 @@ def outsole_points(
 
 
 def add_outsole(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
-    """Sites at the outsole's points, on the bodies that carry the foot's own; none where the foot lacks some.
-
-    The foot is refused as soon as it is looked at.
-    """
+    """Sites at the outsole's points, on the bodies that carry the foot's own; none where the foot
+    lacks some."""
     for name, (body, at) in _places_of(spec, scenario, taller).items():
         body.add_site(name=f"{SOLE}{name}", pos=at, size=[0.006, 0.0, 0.0])
 
@@ -72,10 +65,7 @@ def add_outsole(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
 def _places_of(
     spec: mujoco.MjSpec, scenario: Scenario, taller: float
 ) -> dict[str, tuple[mujoco.MjsBody, np.ndarray]]:
-    """Of each of the outsole's points the body that carries it, and its place there [m] (3,).
-
-    Units: taller [-].
-    """
+    """Of each of the outsole's points the body that carries it, and its place there [m] (3,)."""
     foot = spec.body(scenario.leg.foot)
     sites = {site.name: site for site in spec.sites if site.name}
     found = {name: sites.get(name, sites.get(OLD_TOE)) for name in POINTS}

@@ -24,23 +24,7 @@ TOUCHING = 1e-9  # sine of a wrapped angle from which on a side is known
 
 
 def check_paths(angles: np.ndarray, lengths: np.ndarray, muscles: Iterable[str], orthosis: Orthosis) -> None:
-    """Refuse paths whose moment arm changes its sign, and paths too short for the muscle on them.
-
-    A muscle over a pulley has a constant moment arm and no anchors, and passes.
-
-    Parameters
-    ----------
-    angles : of the ankle over the range of motion, rising [rad] (n,)
-    lengths : of the muscles' paths at these angles [m] (n, n_muscle)
-    muscles : their names
-    orthosis : whose muscles they are
-
-    Raises
-    ------
-    InputError
-        A muscle would turn the ankle one way at one angle and the other way at another; or the path never
-        is as long as fittings, link and the muscle at its shortest.
-    """
+    """Refuse paths whose moment arm changes its sign, and paths too short for the muscle on them."""
     slope = np.diff(lengths, axis=0) / np.diff(angles)[:, None]
     turns = (slope.min(axis=0) < -LEAST_ARM) & (slope.max(axis=0) > LEAST_ARM)
     ends = lengths.max(axis=0).tolist()
@@ -81,10 +65,7 @@ def _check_sign(name: str, angles: np.ndarray, length: np.ndarray, orthosis: Ort
 
 
 def _check_length(name: str, angles: np.ndarray, length: np.ndarray, group: MuscleGroup, file: str) -> None:
-    """Fittings, link and the muscle at its shortest must fit where the path is longest.
-
-    Where it is shorter they hang through, which `check_stretch` warns of.
-    """
+    """Fittings, link and the muscle at its shortest must fit where the path is longest."""
     body, link = _body(group.type), group.link_length or 0.0
     long = int(np.argmax(length))
     if length[long] >= body + link:
@@ -112,16 +93,8 @@ def check_stretch(
     muscles: Mapping[str, int],
     orthosis: Orthosis,
 ) -> list[Notice]:
-    """Refuse a braid that locks in the range of motion; warn of one stretched or shortened beyond its limits.
-
-    Parameters
-    ----------
-    rows : of all actuators, with their parameters (nu, n)
-    angles : of the ankle over the range of motion [rad] (n,)
-    lengths : of the muscles' paths at these angles [m] (n, n_muscle)
-    muscles : actuator ids by name
-    orthosis : whose muscles they are
-    """
+    """Refuse a braid that locks in the range of motion; warn of one stretched or shortened beyond its
+    limits."""
     contraction = contractions(rows, list(muscles.values()), lengths)
     known: dict[tuple[str, float], float] = {}  # parallel muscles are stretched alike
     warnings: list[Notice] = []
@@ -207,10 +180,7 @@ def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: f
 
 
 def path_contraction(group: MuscleGroup, orthosis: Orthosis, kappa: float) -> float:
-    """Contraction ratio of the path [-] that stretches a muscle without air to its own `kappa` [-].
-
-    The difference is the compliance of its cable and, under the pull of the whole group, of cuff and plate.
-    """
+    """Contraction ratio of the path [-] that stretches a muscle without air to its own `kappa` [-]."""
     return _path_contraction(group, orthosis)(kappa)
 
 
@@ -245,38 +215,14 @@ def _own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> flo
 
 @dataclass(frozen=True)
 class _Seen:
-    """A surface of one muscle at one ankle angle.
-
-    inside : distance of the nearer neighbouring point from axis or centre where it is inside, or None [m]
-    normal : of the wrapped arc, in the surface's frame, its length the sine of the angle; zero where the path
-        passes it by
-    """
+    """A surface of one muscle at one ankle angle."""
 
     inside: float | None
     normal: np.ndarray
 
 
 def check_guides(orthosis: Orthosis, stops: tuple[float, float]) -> list[Notice]:
-    """Refuse paths that MuJoCo would take through a surface within the range of motion; warn of others.
-
-    A path bends around a surface on the shorter side. Where the straight line comes to pass its axis, the
-    shorter side changes, and the path jumps through it. Where a neighbouring point comes to lie inside, the
-    path runs straight through. No cable does either.
-
-    Parameters
-    ----------
-    orthosis : described
-    stops : the lowest and the highest angle that the ankle reaches [rad]
-
-    Returns
-    -------
-    warnings
-
-    Raises
-    ------
-    InputError
-        Such a surface, with the angle; or a cable's offset that is not shorter than the path.
-    """
+    """Refuse paths that MuJoCo would take through a surface within the range of motion; warn of others."""
     guided = {name: group for name, group in orthosis.anchored.items() if group.path}
     if not guided:
         return []

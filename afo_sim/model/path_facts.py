@@ -32,24 +32,7 @@ NAMED = np.radians([-20.0, 0.0, 20.0])  # angles at which the text gives them [r
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathFacts(Shown):
-    """The alike muscles of one group, over the ankle's angle, at rest and without friction.
-
-    muscles : their names
-    group, chamber : what they are, and on what they hang
-    angles : over the ankle's stops, with the ends of the range of motion, and zero [rad] (n,)
-    range : of motion [rad]
-    length : of the path [m] (n,); over a pulley, of muscle and path that is left to it
-    hardware : of what is in series and does not contract: fittings, link, slack [m]
-    path : contraction ratio that the path leaves the muscle [-] (n,)
-    arm : moment arm −dL/dθ [m] (n,)
-    pressures : gauge: none, half, full [Pa] (3,)
-    own : contraction ratio of a muscle itself at these pressures [-] (n, 3)
-    force : tension of one muscle [N] (n, 3)
-    torque : of all of them, dorsiflexion positive [N·m] (n, 3)
-    slack : angles at which it hangs through without air, and at full pressure
-    locked, stretched, short : angles at which, without air, the braid would lock or be stretched beyond its
-        limit; and at which it would have to be shorter than its limit
-    """
+    """The alike muscles of one group, over the ankle's angle, at rest and without friction."""
 
     muscles: tuple[str, ...]
     group: MuscleGroup
@@ -97,10 +80,8 @@ class PathFacts(Shown):
 
     @property
     def chain_length(self) -> np.ndarray:
-        """Length of muscle, link and slack together at each pressure [m] (n, 3); beyond the path's, it hangs.
-
-        Where cuff and plate give, it is shorter than the path by as much.
-        """
+        """Length of muscle, link and slack together at each pressure [m] (n, 3); beyond the path's, it
+        hangs."""
         found: np.ndarray = self.hardware + self.group.type.nominal_length * (1.0 - self.own)
         return found
 
@@ -116,12 +97,7 @@ class PathFacts(Shown):
 
 
 def path_facts(built: Built, pressure: float | None = None) -> list[PathFacts]:
-    """Facts of every muscle group of a compiled scenario; of muscles that differ, an entry each.
-
-    The air is that of one chamber at a time; the others are at ambient pressure, as in a torque map.
-
-    Units: pressure [Pa].
-    """
+    """Facts of every muscle group of a compiled scenario; of muscles that differ, an entry each."""
     scenario, index = built.scenario, built.index
     if not index.muscles:
         raise InputError("has no muscle", field="orthosis", value=scenario.orthosis.name)
@@ -253,10 +229,7 @@ def _at_pressures(built: Built, angles: np.ndarray, pressures: np.ndarray) -> tu
 
 
 def spans_above(angles: np.ndarray, values: np.ndarray, of: Callable[[float], float]) -> tuple[Span, ...]:
-    """Ranges of angles in which a function is positive.
-
-    Units: angles [rad] (n,), values (n,).
-    """
+    """Ranges of angles in which a function is positive."""
 
     def edge(k: int) -> float:
         if k in (0, len(angles)):

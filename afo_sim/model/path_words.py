@@ -37,17 +37,7 @@ def rows(facts: PathFacts) -> list[Row]:
 
 
 def slack_everywhere(facts: PathFacts) -> Notice | None:
-    """A warning where muscles without air are slack at every angle of the range of motion.
-
-    Parameters
-    ----------
-    facts : of one muscle group
-
-    Returns
-    -------
-    with its data `least` and `most`, the slack over the range [mm]; None where an angle is taut, and of
-    muscles over a pulley, whose cable is cut to length
-    """
+    """A warning where muscles without air are slack at every angle of the range of motion."""
     hangs = (facts.chain_length[:, 0] - facts.length)[facts.inside]
     if facts.group.pulley is not None or hangs.min() < _SLACK:
         return None

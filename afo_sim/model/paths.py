@@ -32,10 +32,7 @@ def add_tendons(
     prefix: str = "",
     default: mujoco.MjsDefault | None = None,
 ) -> None:
-    """A tendon for every single muscle, of its name; `anchors` are the bodies that carry the ends.
-
-    `prefix` begins the names in the spec; `default` is the class of the tendons, by default the spec's own.
-    """
+    """A tendon for every single muscle, of its name; `anchors` are the bodies that carry the ends."""
     for name, group in muscle_names(orthosis).items():
         tendon = spec.add_tendon(default, name=prefix + name, width=group.type.bore / 2.0)
         add = _add_path if group.pulley is None else _add_pulley
@@ -48,12 +45,7 @@ def _add_path(
     name: str,
     group: MuscleGroup,
 ) -> None:
-    """The path of one muscle from origin to insertion; half its mass stands at each end.
-
-    Points and surfaces between them weigh nothing. A surface is a geom that nothing collides with. The
-    path bends around it, outside, on the side where it is shorter, wherever the straight line between its
-    neighbouring points would pass through it.
-    """
+    """The path of one muscle from origin to insertion; half its mass stands at each end."""
     assert group.origin is not None and group.insertion is not None
     tendon.rgba = [0.75, 0.25, 0.2, 1.0]
     for end, anchor in (("origin", group.origin), ("insertion", group.insertion)):
@@ -122,12 +114,7 @@ def _add_pulley(
     name: str,
     group: MuscleGroup,
 ) -> None:
-    """One muscle over a pulley: a fixed tendon of length −(moment arm) × angle.
-
-    The arm's stated inertia is taken to hold pulley and muscles, so that they add no mass. For
-    pictures only, the pulley is a disc, and the muscle hangs straight between two sites of the upper body:
-    the point where its cable touches the pulley, and one a quarter turn of cable above the muscle.
-    """
+    """One muscle over a pulley: a fixed tendon of length −(moment arm) × angle."""
     assert group.pulley is not None
     arm, muscle = group.pulley.moment_arm, group.type
     tendon.wrap_joint(ANKLE, -arm)
@@ -152,12 +139,7 @@ def _add_pulley(
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """A path in one posture: where it is held, from origin to insertion, and on which body each point is.
-
-    points : [m], in the world (n, 3)
-    bodies : ids (n,)
-    surfaces : geom id of the surface that a point lies on, −1 for a point without surface (n,)
-    """
+    """A path in one posture: where it is held, from origin to insertion, and on which body each point is."""
 
     points: np.ndarray
     bodies: np.ndarray
@@ -205,10 +187,7 @@ class Paths:
         return np.array(found)
 
     def directions(self, angles: np.ndarray, segment: Segment) -> np.ndarray:
-        """Pull of each muscle on a segment, per unit of tension, in the segment's axes (n, n_muscle, 3).
-
-        Guides on the segment are part of what is pulled on. So only the pieces that leave it count.
-        """
+        """Pull of each muscle on a segment, per unit of tension, in the segment's axes (n, n_muscle, 3)."""
         own = self.model.body(segment).id
         found = np.zeros((len(angles), len(self.tendons), 3))
         for k, data in enumerate(self._at(angles)):
@@ -269,17 +248,7 @@ def turns(route: Route) -> np.ndarray:
 
 
 def path_points(model: mujoco.MjModel, data: mujoco.MjData, muscle: str) -> np.ndarray:
-    """Corners of a muscle's path from origin to insertion, with points along its arcs.
-
-    Parameters
-    ----------
-    model, data : after `mj_fwdPosition`
-    muscle : name of its tendon
-
-    Returns
-    -------
-    [m], world axes (n, 3); of a muscle over a pulley, which has no path in space, (0, 3)
-    """
+    """Corners of a muscle's path from origin to insertion, with points along its arcs."""
     tendon = model.tendon(muscle).id
     start, count = int(data.ten_wrapadr[tendon]), int(data.ten_wrapnum[tendon])
     corners = data.wrap_xpos.reshape(-1, 3)[start : start + count]

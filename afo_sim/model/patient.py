@@ -36,13 +36,7 @@ SAMPLES = 4096  # of a stride in which the change of sides is looked for
 
 @dataclass(frozen=True, eq=False)
 class Active:
-    """The patient's active ankle over the steps (n,).
-
-    moment [N·m] and stiffness [N·m/rad] are what drives it; recorded [N·m] is the whole internal moment of
-    the recorded walking; needed [N·m] is what a healthy ankle would give in that walking, less what this
-    patient's muscles and tissue give in the same motion, None of a patient's own walk, which no healthy ankle
-    is known of. Dorsiflexion positive.
-    """
+    """The patient's active ankle over the steps (n,)."""
 
     moment: np.ndarray
     stiffness: np.ndarray
@@ -56,12 +50,7 @@ def ground_moment(walk: Walk, body_mass: float) -> np.ndarray:
 
 
 def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
-    """Internal ankle moment that the recorded motion needs of a foot, by inverse dynamics.
-
-    I ψ̈ + m (c_x a_z − c_z a_x) − weight − ground, with ψ = θ − φ the sole's pitch.
-
-    Units: body_mass [kg], returns [N·m].
-    """
+    """Internal ankle moment that the recorded motion needs of a foot, by inverse dynamics."""
     a = walk.acceleration
     inertial = foot.inertia * walk.ankle_acceleration - foot.frame_moment(walk.turn, a[:, :2], a[:, 2])
     if foot.toes is not None:
@@ -70,17 +59,7 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
 
 
 def _bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
-    """Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes.
-
-    The toes' rate of angular momentum about the ankle less their weight's moment,
-
-        I ψ̈_t + m (x (z̈_a + z̈ + g) − z (ẍ_a + ẍ)),
-
-    bent as they rest, less the same of straight ones. The compliance of the spring, a third of a degree in
-    swing, is left out.
-
-    Units: returns [N·m].
-    """
+    """Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes."""
     assert walk.toe is not None
     own = toes.inertia - toes.mass * (toes.centre[0] ** 2 + toes.centre[1] ** 2)
     square = walk.timestep**2
@@ -95,10 +74,7 @@ def _bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
 def _carried(
     walk: Walk, hinge: tuple[float, float], centre: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Second difference of the toes' pitch, and their moment about the ankle as a point, over its mass.
-
-    Units: hinge, centre [m], returns [rad], [m²/s²] (n_step,).
-    """
+    """Second difference of the toes' pitch, and their moment about the ankle as a point, over its mass."""
     pitch, turn = walk.ankle - walk.pose[:, 2], walk.sole
     at = turned(hinge, turn)
     if walk.toe is not None:
@@ -111,16 +87,7 @@ def _carried(
 
 
 def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
-    """The moment and stiffness that this patient's own muscles put in.
-
-    The healthy active moment is what the recorded motion needs, less the passive ankle and the joint's
-    damping. Its dorsiflexor and plantarflexor parts are scaled by the strength left of each. The
-    stiffness acts about the recorded angle and is scaled by the strength of the side that is active in a
-    stride of mean duration, which it follows as `activated`: a foot far from the recorded angle is not seized
-    at once.
-
-    Units: body_mass [kg].
-    """
+    """The moment and stiffness that this patient's own muscles put in."""
     patient, gait = scenario.patient, scenario.gait
     assert patient is not None and gait is not None
     stride_time, taller = gait.stride_time or walk.cycle.stride_time, Size.of(scenario).taller
@@ -129,18 +96,7 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
 
 
 def own_active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
-    """What a patient's own muscles gave in the recorded walk, and give in every other that is simulated.
-
-    The moment that the recorded motion needs of the foot, less the patient's tissue and the joint's damping.
-    Weakness and spasticity are in it, as are the muscles' own stiffness and whatever the patient did about a
-    hanging foot. So nothing scales it, nothing holds the recorded angle, and only the tissue responds where
-    the ankle goes elsewhere.
-
-    Parameters
-    ----------
-    walk, foot : in what the patient wore when the walk was recorded
-    body_mass : [kg]
-    """
+    """What a patient's own muscles gave in the recorded walk, and give in every other that is simulated."""
     return _own(walk, foot, own_tissue(scenario), body_mass)
 
 
@@ -218,10 +174,7 @@ def _healthy_mean_along(walk: Walk, offset: float) -> np.ndarray:
 
 @functools.lru_cache(maxsize=8)  # cases of a sweep share it
 def _one_stride(cycle: GaitCycle, stride_time: float, offset: float) -> Walk:
-    """One stride of a gait cycle, from heel strike to heel strike, at `SAMPLES` instants, of a rigid foot.
-
-    Units: stride_time [s], offset [rad].
-    """
+    """One stride of a gait cycle, from heel strike to heel strike, at `SAMPLES` instants, of a rigid foot."""
     phase = (np.arange(SAMPLES + 2) - 1.0) / SAMPLES
     wave = Wave.at(phase)
     pose = np.stack([cycle.signal(name, wave) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
@@ -231,10 +184,7 @@ def _one_stride(cycle: GaitCycle, stride_time: float, offset: float) -> Walk:
 
 
 def crossings(moment: np.ndarray) -> np.ndarray:
-    """Gait phases at which a periodic moment changes its sign.
-
-    Units: moment (n,).
-    """
+    """Gait phases at which a periodic moment changes its sign."""
     following = np.roll(moment, -1)
     before = np.flatnonzero((moment > 0.0) != (following > 0.0))
     share = moment[before] / (moment[before] - following[before])
@@ -242,10 +192,7 @@ def crossings(moment: np.ndarray) -> np.ndarray:
 
 
 def _switching(walk: Walk, moment: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Instants of a walk at which the active side changes, and the side that it starts with.
-
-    Units: moment [N·m] (n,), returns [s].
-    """
+    """Instants of a walk at which the active side changes, and the side that it starts with."""
     edges = crossings(moment)
     start, end = walk.phase[1], walk.phase[-1]
     strides = np.arange(math.floor(start), math.ceil(end) + 1)
@@ -257,10 +204,7 @@ def _switching(walk: Walk, moment: np.ndarray) -> tuple[np.ndarray, bool]:
 
 
 def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Activation of a muscle: the excitation after two equal first-order lags in series.
-
-    Units: time [s] (n,), switches [s] (m,), levels (m + 1,).
-    """
+    """Activation of a muscle: the excitation after two equal first-order lags in series."""
     if np.ptp(levels) == 0.0:
         return np.full(len(time), levels[0])
     return _follow(time, switches, levels)

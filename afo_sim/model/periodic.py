@@ -92,10 +92,7 @@ def two_strides(scenario: Scenario) -> Scenario:
 
 
 def start_up(scenario: Scenario) -> Scenario:
-    """The scenario over the strides that are walked from the start, before the two of `two_strides`.
-
-    Together they are as long as the scenario asks, to whole strides; at least one is walked.
-    """
+    """The scenario over the strides that are walked from the start, before the two of `two_strides`."""
     assert scenario.gait is not None
     n = steps_of_stride(scenario)
     begun = round(scenario.gait.start_phase * n)

@@ -33,11 +33,8 @@ class Person:
 class Size:
     """Factors on a leg's masses and lengths, of the body that it was made for.
 
-    What follows from them is geometric similarity: equal angles, times with √length.
-
-    Source
-    ------
-    Hof 1996, Gait Posture 4(3), doi 10.1016/0966-6362(95)01057-2: moments by m g l, times by √(l/g).
+    Source: Hof 1996, Gait Posture 4(3), doi 10.1016/0966-6362(95)01057-2: moments by m g l, times by
+    √(l/g).
     """
 
     heavier: float = 1.0
@@ -66,13 +63,7 @@ class Size:
 
 
 def person_of(scenario: Scenario) -> Person:
-    """The patient's own mass and height; what is not stated is the recorded walker's, else the leg's.
-
-    Raises
-    ------
-    InputError
-        The gait cannot be found or read.
-    """
+    """The patient's own mass and height; what is not stated is the recorded walker's, else the leg's."""
     leg, patient = scenario.leg, scenario.patient
     mass = None if patient is None else patient.body_mass
     height = None if patient is None else patient.body_height
@@ -84,13 +75,7 @@ def person_of(scenario: Scenario) -> Person:
 
 
 def walker_of(scenario: Scenario) -> Walker:
-    """Whose walk drives the shank: a healthy walker's, or the patient's own without the device.
-
-    Raises
-    ------
-    InputError
-        The gait cannot be found or read, or neither its file nor the scenario says whose walk it is.
-    """
+    """Whose walk drives the shank: a healthy walker's, or the patient's own without the device."""
     gait = scenario.gait
     assert gait is not None
     walker = gait.walker or recorded_stride(gait).walker
@@ -106,11 +91,7 @@ def walker_of(scenario: Scenario) -> Walker:
 
 
 def in_contact(scenario: Scenario) -> bool:
-    """Whether the foot meets a floor, rather than the recorded force; errors as of `walker_of`.
-
-    A patient's own walk does by default: an ankle that only its tissue holds cannot stand on a force that is
-    the same wherever the foot is.
-    """
+    """Whether the foot meets a floor, rather than the recorded force; errors as of `walker_of`."""
     if scenario.gait is None:
         return False
     mode = scenario.ground.mode if scenario.ground is not None else None
@@ -118,10 +99,7 @@ def in_contact(scenario: Scenario) -> bool:
 
 
 def as_recorded(scenario: Scenario) -> Scenario:
-    """The scenario in what the recorded walker wore: nothing, or the shoe where the recording has a sole.
-
-    Without orthosis and air. What is not known is taken as barefoot.
-    """
+    """The scenario in what the recorded walker wore: nothing, or the shoe where the recording has a sole."""
     gait = scenario.gait
     assert gait is not None
     sole = recorded_stride(gait).sole_thickness if gait.sole_thickness is None else gait.sole_thickness
@@ -137,13 +115,7 @@ def taller_than_recorded(scenario: Scenario) -> float:
 
 
 def persons_stride(scenario: Scenario) -> GaitCycle:
-    """The recorded stride as the scenario's person walks it; a walker of unknown height is of the leg's.
-
-    Raises
-    ------
-    InputError
-        The gait cannot be found or read.
-    """
+    """The recorded stride as the scenario's person walks it; a walker of unknown height is of the leg's."""
     gait = scenario.gait
     assert gait is not None
     stride = recorded_stride(gait, taller_than_recorded(scenario))
@@ -156,22 +128,7 @@ def _stepped(stride: GaitCycle, hip: float, knee: float, body_height: float) -> 
 
 
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:
-    """The recorded stride as a person walks it who is by a factor taller than the recorded walker.
-
-    Parameters
-    ----------
-    gait : names the cycle; its speed is the person's own
-    taller : than the recorded walker [-]
-
-    Returns
-    -------
-    GaitCycle, the same object for the same stride
-
-    Raises
-    ------
-    InputError
-        The gait cannot be found or read, or it has no such speed.
-    """
+    """The recorded stride as a person walks it who is by a factor taller than the recorded walker."""
     try:
         now = os.stat(file := _found(gait.cycle))  # noqa: PTH116  # a case asks thirty times
     except OSError:  # it has gone since
@@ -201,10 +158,8 @@ def _similar(file: str, stamp: _Stamp, speed: float | None, taller: float) -> Ga
 
 
 def with_person(scenario: Scenario) -> Scenario:
-    """The scenario with the person's mass and height, and whose walk it is, stated; so is a patient's ground.
-
-    So whoever reads it sees what ran.
-    """
+    """The scenario with the person's mass and height, and whose walk it is, stated; so is a patient's
+    ground."""
     patient, gait = scenario.patient, scenario.gait
     if patient is None or gait is None:
         return scenario
@@ -260,10 +215,7 @@ def own_tissue(scenario: Scenario) -> Tissue:
 
 
 def reflex_gain(scenario: Scenario) -> float:
-    """Gain of the spastic plantarflexors at the person's size [N·m·s/rad]; of a patient's own walk none.
-
-    What they did is in the recorded moment.
-    """
+    """Gain of the spastic plantarflexors at the person's size [N·m·s/rad]; of a patient's own walk none."""
     assert scenario.patient is not None
     if walker_of(scenario) == "patient":
         return 0.0

@@ -25,16 +25,7 @@ def circuit_of(
     drives: tuple[tuple[str, Drive], ...] = (),
     supply: Supply | None = None,
 ) -> native.Circuit:
-    """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own.
-
-    Parameters
-    ----------
-    orthosis : frozen description
-    joint : the one that MuJoCo asks for; nothing in the chambers puts a force on it
-    inverts : whether the foot turns to its sides, which makes parallel paths unlike
-    drives : pressure drives, each with its chamber
-    supply : that it hangs on; endless air by default
-    """
+    """The circuit of an orthosis: alike parallel muscles share one own contraction, others have their own."""
     driven, path = dict(drives), AirPath.of(orthosis, supply)
     return native.Circuit(
         muscles=tuple(

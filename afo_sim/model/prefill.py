@@ -29,11 +29,7 @@ LOOK = 0.064  # between two looks at whether a network is full [s]
 
 
 def prefill_network(built: Built, data: mujoco.MjData) -> None:
-    """Put the air into chambers and volumes with which the scenario starts to walk.
-
-    The inlets of chambers with a `fill_time` end it together, at the start; chambers with a pressure have it
-    all the while. Other valves are shut, and a store is full when the walk begins.
-    """
+    """Put the air into chambers and volumes with which the scenario starts to walk."""
     model, index, scenario = built.model, built.index, built.scenario
     told = scenario.start.chambers if scenario.start is not None else {}
     gauge = {index.chambers[k]: s.pressure for k, s in told.items() if s.pressure is not None}
@@ -50,10 +46,7 @@ def prefill_network(built: Built, data: mujoco.MjData) -> None:
 def _rest(
     model: mujoco.MjModel, data: mujoco.MjData, gauge: dict[int, float], held: dict[int, np.ndarray]
 ) -> None:
-    """Muscles at rest with what chambers hold, others at their pressures: mass and σ stay as they widen.
-
-    Chambers on one cuff widen each other a little: they are solved one after the other, again and again.
-    """
+    """Muscles at rest with what chambers hold, others at their pressures: mass and σ stay as they widen."""
     gamma = native.gas_of(model, next(iter(held))).heat_capacity_ratio
     absolute = {k: float(native.read_air(model, data.act, data.userdata, k).absolute_pressure) for k in held}
     for _ in range(TRIES):
@@ -71,10 +64,7 @@ def _rest(
 
 
 def _stepped(built: Built, data: mujoco.MjData, times: dict[str, float]) -> dict[int, np.ndarray]:
-    """Mass and σ of every chamber and volume after the longest time; but for `userdata` all stays.
-
-    What changed between two looks, with all inlets open, bounds what changes until the end.
-    """
+    """Mass and σ of every chamber and volume after the longest time; but for `userdata` all stays."""
     model, index, step = built.model, built.index, built.model.opt.timestep
     before = {name: getattr(data, name).copy() for name in ("qpos", "qvel", "act", "ctrl")}
     time, nodes = data.time, (*index.chambers.values(), *index.volumes.values())
@@ -135,13 +125,7 @@ class Held:
 
 
 def prefill(built: Built, data: mujoco.MjData) -> None:
-    """Put the air into the chambers with which the scenario starts to walk.
-
-    Parameters
-    ----------
-    built : compiled scenario of walking
-    data : at the first posture; its air is written over. The callbacks must be installed.
-    """
+    """Put the air into the chambers with which the scenario starts to walk."""
     model, scenario = built.model, built.scenario
     if beyond_chambers(scenario):
         prefill_network(built, data)
@@ -168,10 +152,7 @@ def prefill(built: Built, data: mujoco.MjData) -> None:
 
 
 def filled(chamber: Chamber, supply: float, time: float, volume: Volume, step: float = STEP) -> Held:
-    """The air of a chamber whose inlet valve's coil has had current for a time, from ambient air.
-
-    Units: supply [Pa], time [s], step [s].
-    """
+    """The air of a chamber whose inlet valve's coil has had current for a time, from ambient air."""
     inlet, source = chamber.inlet, supply + AMBIENT_PRESSURE
     empty = volume(AMBIENT_PRESSURE)
     held = Held(AMBIENT_PRESSURE * empty / (GAS_CONSTANT * AMBIENT_TEMPERATURE), AMBIENT_PRESSURE, empty)
@@ -234,11 +215,7 @@ def _at_rest(guess: Held, volume: Volume, gives: float) -> Held:
 
 
 def _pressure_at_rest(volume: Volume, held: float, power: float, guess: float, gives: float = 0.0) -> float:
-    """Absolute pressure p at which a volume at rest holds p V(p)^power = held [Pa].
-
-    By secants in logarithms, between bounds: where muscles begin to widen, d ln V/d ln p goes from 0 to 3 at
-    once. `guess` [Pa] and `gives`, of d ln V/d ln p there, only lead to it.
-    """
+    """Absolute pressure p at which a volume at rest holds p V(p)^power = held [Pa]."""
     log_p, last_p, last_v, before = math.log(guess), math.nan, math.nan, math.inf
     low, high, wanted = -math.inf, math.inf, math.log(held)
     for _ in range(TRIES):
@@ -270,10 +247,8 @@ def cooled(model: mujoco.MjModel, data: mujoco.MjData, actuator: int, mass: floa
 
 
 def ambient_mass(built: Built, data: mujoco.MjData) -> float:
-    """Air that is there with all at ambient pressure and temperature, in a posture [kg]; callbacks installed.
-
-    A compressor's tank is not in it: it is the source.
-    """
+    """Air that is there with all at ambient pressure and temperature, in a posture [kg]; callbacks
+    installed."""
     model = built.model
     native.fill_chambers(model, data, 0.0)
     in_chambers = sum(native.read_held(model, data.act, k)[0] for k in built.index.chambers.values())

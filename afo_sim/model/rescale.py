@@ -165,12 +165,7 @@ def _moved(place: Any, by: Ratio) -> Any:
 
 @dataclass(frozen=True)
 class Fit:
-    """How one group fits its leg.
-
-    arm : moment arm at angle zero, dorsiflexion positive [m]
-    contraction : ratio that the path leaves over the range of motion, least and most [-]
-    taut : angle from which on the muscle is taut without air [rad]; NaN where none is
-    """
+    """How one group fits its leg."""
 
     arm: float
     contraction: tuple[float, float]
@@ -211,24 +206,7 @@ def _crossing(angles: np.ndarray, values: np.ndarray) -> float:
 def write_rescaled(
     source: str | os.PathLike[str], by: Ratio, folder: pathlib.Path, *, force: bool = False
 ) -> Orthosis:
-    """Write `folder/orthosis.toml`, an orthosis refitted, and copies of the files that it names.
-
-    Parameters
-    ----------
-    source : a shipped orthosis' name, or the path of its TOML file or folder
-    by : ratios of the segments' lengths
-    folder : made if need be
-    force : replace an orthosis that is there
-
-    Returns
-    -------
-    the refitted Orthosis
-
-    Raises
-    ------
-    InputError
-        There is no such orthosis, it does not fit the leg, or the folder is taken.
-    """
+    """Write `folder/orthosis.toml`, an orthosis refitted, and copies of the files that it names."""
     file = assets.find("orthosis", os.fspath(source)).resolve()
     target = folder / FILE_NAME
     if target.exists() and (not force or target.resolve() == file):

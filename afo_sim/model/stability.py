@@ -32,13 +32,7 @@ FRICTION_LIMIT = 0.5  # of rate × time step of friction that falls with speed
 def check_stability(
     model: mujoco.MjModel, index: Index, circuit: native.Circuit, scenario: Scenario
 ) -> tuple[dict[str, float], list[str]]:
-    """Rate × time step of the air and of friction; refuse or warn where the step is too long.
-
-    Muscle, damper, braid and cable are solved at the end of each step and set no limit, nor does the air,
-    which takes as many stages as it needs. Where laminar flow through open valves, or heat to the wall, is
-    much faster than the step, a warning says what that costs. Friction must be slow against the step where it
-    falls with speed, and so must what pressure drives ask for.
-    """
+    """Rate × time step of the air and of friction; refuse or warn where the step is too long."""
     friction = _friction_number(model, index, scenario)
     check_friction(friction, scenario.timestep)
     air, warnings = check_air(scenario.orthosis, scenario.timestep)
@@ -61,10 +55,7 @@ def check_friction(friction: float, step: float) -> None:
 
 
 def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
-    """Rate × time step [s] of the chambers' air, and warnings where it makes a run inaccurate.
-
-    No step is too long: stiff air is solved in stages and parts (`native.air_step`).
-    """
+    """Rate × time step [s] of the chambers' air, and warnings where it makes a run inaccurate."""
     air, warnings = 0.0, list[Notice]()
     for name in orthosis.chamber:
         rate = _air_rate(orthosis, name)

@@ -18,22 +18,7 @@ from afo_sim.physics import gas_mass, root
 
 
 def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
-    """The state at rest: chambers at ambient pressure, valves shut, the ankle's moments in balance.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    control : inputs at the first step (nu,)
-
-    Returns
-    -------
-    mjSTATE_INTEGRATION row. The callbacks must be installed.
-
-    Raises
-    ------
-    InputError
-        No angle between the ankle's stops is in balance.
-    """
+    """The state at rest: chambers at ambient pressure, valves shut, the ankle's moments in balance."""
     model, index = built.model, built.index
     data = native.scratch(model)
     data.ctrl[:] = control
@@ -70,23 +55,7 @@ Guess = Callable[[Built, mujoco.MjData], Mapping[int, float]]  # gauge pressures
 
 
 def walking_start(built: Built, control: np.ndarray, air: Guess | None = None) -> np.ndarray:
-    """The state at the first step of recorded walking: pose, velocity, air.
-
-    MuJoCo's velocities stand half a step before its positions. The ankle's is the recorded one and the toes'
-    that of their rest, less half a step of the acceleration that this foot has; so does a leg that gives way
-    begin. Taken as they are, the first steps would be of first order.
-
-    Parameters
-    ----------
-    built : compiled scenario with walking
-    control : inputs at the first step (nu,)
-    air : gauge pressures of the chambers in that posture; by default what the scenario's [start] states, and
-        ambient air where it states nothing
-
-    Returns
-    -------
-    mjSTATE_INTEGRATION row. The callbacks must be installed.
-    """
+    """The state at the first step of recorded walking: pose, velocity, air."""
     model, ankle, toes = built.model, built.index.ankle_dof, built.scenario.leg.toes
     data = _at_first_posture(built)
     data.ctrl[:] = control
@@ -126,11 +95,7 @@ def fills(scenario: Scenario) -> bool:
 
 
 def _take_from_source(built: Built, data: mujoco.MjData) -> None:
-    """Take what volumes and chambers hold beyond ambient air out of bottle or cartridge.
-
-    That air was given slowly, so that what is left is as warm as the room. It keeps what it has at ambient
-    pressure, even where that is too little for all of it.
-    """
+    """Take what volumes and chambers hold beyond ambient air out of bottle or cartridge."""
     stores, source = built.index.stores, built.scenario.supply.source
     if not stores or source is None:
         return
@@ -143,12 +108,7 @@ def _take_from_source(built: Built, data: mujoco.MjData) -> None:
 
 
 def content_at_start(built: Built) -> float:
-    """Gas and liquid in the bottle or cartridge as the walk from a stop begins [kg].
-
-    Parameters
-    ----------
-    built : compiled scenario with walking, whose source is a bottle or a cartridge
-    """
+    """Gas and liquid in the bottle or cartridge as the walk from a stop begins [kg]."""
     with native.installed(built.scenario.callback):
         data = _at_first_posture(built)
         data.ctrl[:] = controls(built, 1)[0]
@@ -159,13 +119,7 @@ def content_at_start(built: Built) -> float:
 
 
 def air_before(built: Built, act: np.ndarray) -> float:
-    """Air that was filled before the first step, beyond ambient air in chambers and volumes [kg].
-
-    Parameters
-    ----------
-    built : compiled scenario with walking
-    act : at the first step (na,)
-    """
+    """Air that was filled before the first step, beyond ambient air in chambers and volumes [kg]."""
     with native.installed(built.scenario.callback):
         held, empty = held_mass(built, act), ambient_mass(built, _at_first_posture(built))
     return held - empty if held > empty * (1.0 + SAME_AIR) else 0.0

@@ -27,11 +27,7 @@ LEAST_MOMENT = 1e-3  # range of moments below which the pressures have no effect
 
 @dataclass(frozen=True)
 class TorqueMap:
-    """Static torque of one chamber's muscles alone; the others are at ambient pressure.
-
-    angles [rad] (n,), pressures gauge [Pa] (m,), torque, positive as the angles are [N·m] (n, m),
-    contraction, the least of its muscles' own contraction ratios [-] (n, m); joint, about which.
-    """
+    """Static torque of one chamber's muscles alone; the others are at ambient pressure."""
 
     chamber: str
     angles: np.ndarray
@@ -42,18 +38,7 @@ class TorqueMap:
 
 
 def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[TorqueMap]:
-    """Static orthosis torque over angle and pressure, from the compiled model at rest.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    angles : ankle angles [rad] (n,)
-    pressures : gauge [Pa] (m,)
-
-    Returns
-    -------
-    one TorqueMap per chamber
-    """
+    """Static orthosis torque over angle and pressure, from the compiled model at rest."""
     model, index = built.model, built.index
     data = mujoco.MjData(model)
     maps = []
@@ -134,18 +119,7 @@ def write_csv(maps: list[TorqueMap], path: pathlib.Path) -> None:
 
 
 def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[float, float] | None]]:
-    """Over which ankle angles each need is met at a pressure, by muscles that are not overstretched.
-
-    Parameters
-    ----------
-    maps : of every chamber
-    pressure : gauge, one of the maps' pressures [Pa]
-
-    Returns
-    -------
-    {chamber: {need: (lowest, highest angle [rad]) or None}} for chambers that dorsiflex an ankle; the lower
-    bound of each need counts, and angles at which the braid is stretched do not.
-    """
+    """Over which ankle angles each need is met at a pressure, by muscles that are not overstretched."""
     found: dict[str, dict[str, tuple[float, float] | None]] = {}
     for entry in maps:
         column = int(np.argmin(np.abs(entry.pressures - pressure)))

@@ -30,10 +30,7 @@ AHEAD = 0.04  # centre of pressure of a standing foot, ahead of the ankle [m]; a
 
 @dataclass(frozen=True, eq=False)
 class Track(Walk):
-    """A walk with stops, short steps and changes of cadence.
-
-    walking : 1 where the wearer walks, 0 where the wearer stands [-] (n_step + 2,)
-    """
+    """A walk with stops, short steps and changes of cadence."""
 
     walking: np.ndarray | None = None
     described: ClassVar[bool] = False
@@ -48,24 +45,7 @@ class Track(Walk):
 
 
 def on_track(built: Built, phase: np.ndarray, walking: np.ndarray, reach: np.ndarray) -> Built:
-    """A compiled scenario of walking on another path.
-
-    Parameters
-    ----------
-    built : with recorded walking, whose foot meets the recorded ground
-    phase : counting strides, at the samples of the walk (n_step + 2,) [-]
-    walking : 1 where the wearer walks, 0 where the wearer stands (n_step + 2,) [-]
-    reach : amplitude of the steps, 1 as recorded (n_step + 2,) [-]
-
-    Returns
-    -------
-    Built of the same model, with another walk and patient's moment
-
-    Raises
-    ------
-    InputError
-        The foot meets a floor.
-    """
+    """A compiled scenario of walking on another path."""
     recorded = built.walk
     assert recorded is not None
     if built.contact is not None:

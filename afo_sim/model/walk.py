@@ -84,10 +84,7 @@ def _merged(intervals: Intervals) -> list[tuple[float, float]]:
 
 @dataclass(frozen=True)
 class Pace:
-    """Factors on the cadence: `factors[0]` first; from `times[k]` [s] on it becomes `factors[k + 1]`.
-
-    Each change takes `change` [s].
-    """
+    """Factors on the cadence: `factors[0]` first; from `times[k]` [s] on it becomes `factors[k + 1]`."""
 
     times: tuple[float, ...]
     factors: tuple[float, ...]
@@ -104,10 +101,7 @@ class Pace:
         )
 
     def walked(self, time: np.ndarray) -> np.ndarray:
-        """Time that the walk takes at the walker's own cadence to come as far: the integral of the factor.
-
-        Units: time [s] (n,), returns [s].
-        """
+        """Time that the walk takes at the walker's own cadence to come as far: the integral of the factor."""
         walked = self.factors[0] * np.minimum(time, self.times[0] if self.times else np.inf)
         for k, (old, new) in enumerate(pairwise(self.factors)):
             since = np.maximum(time - self.times[k], 0.0)
@@ -132,15 +126,7 @@ class Pace:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A gait cycle over the steps of a run; arrays hold one sample more before and after the run.
-
-    phase counts strides [-]; pose is ankle x, ankle z [m] and shank angle [rad]; ankle is the recorded
-    ankle angle, as this outsole has it [rad]; knee the recorded knee angle [rad]; toe the toes' rest
-    extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
-    the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
-    upward positive [m]; wave is of the phase; resting gives the toes' rest extension at any phase; bent_from
-    is the same walk of a rigid foot, of whatever person.
-    """
+    """A gait cycle over the steps of a run; arrays hold one sample more before and after the run."""
 
     cycle: GaitCycle
     shift: tuple[float, float]
@@ -239,12 +225,7 @@ def lay_out(scenario: Scenario, foot: Foot) -> Walk:
 
 @dataclass(frozen=True)
 class _Stands:
-    """What the recorded ankle is fitted to.
-
-    outsole : points at a recorded pitch of 0 [m]
-    stack : thickness of what is worn under the ankle [m]
-    sole_thickness : of what the recorded walker wore, at the person's size [m]; None as the recording says
-    """
+    """What the recorded ankle is fitted to."""
 
     outsole: tuple[Point, ...]
     stack: float
@@ -273,13 +254,7 @@ class _Stands:
 
 
 def stride_time_of(scenario: Scenario) -> float:
-    """Mean duration of a stride [s]: the scenario's own, or that of the recording at the person's size.
-
-    Raises
-    ------
-    InputError
-        The gait cannot be found or read.
-    """
+    """Mean duration of a stride [s]: the scenario's own, or that of the recording at the person's size."""
     assert scenario.gait is not None
     return scenario.gait.stride_time or persons_stride(scenario).stride_time
 
@@ -324,22 +299,7 @@ def _kept(array: np.ndarray) -> np.ndarray:
 
 
 def phase_at(gait: Gait, recorded: float, time: np.ndarray) -> np.ndarray:
-    """Gait phase, counting strides, at times.
-
-    Strides of varied duration are joined by a spline through their heel strikes, so that the shank has no
-    kink where one stride passes into the next. A pace that changes makes the time of all that run faster,
-    slower or not at all.
-
-    Parameters
-    ----------
-    gait : stride time, its variability and seed, and pace
-    recorded : stride time of the cycle [s]
-    time : rising [s] (n,)
-
-    Returns
-    -------
-    (n,), `start_phase` at time 0
-    """
+    """Gait phase, counting strides, at times."""
     if gait.pace:
         steady = gait.model_copy(update={"pace": ()})
         # rounding must not walk backwards

@@ -69,10 +69,7 @@ def chamber_complaint(m: Any, d: Any, i: int) -> int:
 
 @register_jitable
 def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
-    """Put the nodes of the network led by the node in row j into the block s; their number.
-
-    The pressure of a chamber is what the network of muscles has solved at the start of the step.
-    """
+    """Put the nodes of the network led by the node in row j into the block s; their number."""
     u, act, data = m.actuator_user, d.act, d.userdata
     _fix(s, AMBIENT, AMBIENT_PRESSURE)
     _fix(s, SUPPLY, d.ctrl[int(u[j + AIR_ROW.first_node])] + AMBIENT_PRESSURE)
@@ -125,10 +122,7 @@ def _fix(s: Any, number: int, pressure: float) -> None:
 
 @register_jitable
 def take_edges(m: Any, d: Any, j: int, s: Any) -> tuple[int, float]:
-    """Put what opens in this step of the network led by the node in row j into the block.
-
-    Returns the end, and the share of the step at which the first valve switches.
-    """
+    """Put what opens in this step of the network led by the node in row j into the block."""
     u, act, data = m.actuator_user, d.act, d.userdata
     e, until, actuator = FIRST_EDGE, 1.0, int(u[j + AIR_ROW.first_edge])
     while actuator >= 0:
@@ -188,10 +182,7 @@ def take_slopes(m: Any, j: int, s: Any, edges: int) -> None:
 
 @register_jitable
 def evaluate(s: Any, nodes: int, edges: int, share: float, given: bool, gas: float, gamma: float) -> None:
-    """Pressures, flows and rates of a network in the state that the block holds, at a share of the step.
-
-    Units: share [-], gas, gamma [J/(kg·K)].
-    """
+    """Pressures, flows and rates of a network in the state that the block holds, at a share of the step."""
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         state_of(s, n, share, given, gas, gamma)
@@ -260,10 +251,7 @@ def state_of(s: Any, n: int, share: float, given: bool, gas: float, gamma: float
 
 @register_jitable
 def rate_of(s: Any, n: int, gas: float, gamma: float) -> None:
-    """σ̇ of the node whose block starts at n, from the energy that its flows carry and the wall's heat.
-
-    The energy grows p by (γ − 1)/V, and σ by V^(γ − 1) = σ/(p V) = σ/(m R T) more.
-    """
+    """σ̇ of the node whose block starts at n, from the energy that its flows carry and the wall's heat."""
     if s[n + NODE.kind] == OF_STORE:
         return
     power = s[n + NODE.sigma] / (s[n + NODE.mass] * gas * s[n + NODE.temperature])

@@ -12,13 +12,7 @@ AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
 
 @dataclass(frozen=True)
 class CircuitVolume:
-    """A rigid volume: reservoir, manifold, end of a tube.
-
-    volume : [m³]
-    wall_conductance : heat to the wall [W/K]
-    start : gauge pressure that it begins with [Pa]
-    start_as : chamber whose pressure it begins with instead; none by default
-    """
+    """A rigid volume: reservoir, manifold, end of a tube."""
 
     name: str
     volume: float
@@ -29,11 +23,7 @@ class CircuitVolume:
 
 @dataclass(frozen=True)
 class CircuitStore:
-    """A finite source: gas bottle or cartridge.
-
-    row : its own parameters, as `store_row` takes them
-    content : [kg]
-    """
+    """A finite source: gas bottle or cartridge."""
 
     name: str
     row: Mapping[str, Any]
@@ -77,10 +67,7 @@ def ways(circuit: HasAir) -> list[tuple[str, str, str]]:
 
 
 def air_networks(circuit: HasAir) -> list[AirNetwork]:
-    """What hangs together by its air, each led by its first chamber.
-
-    The ambient air joins nothing, nor does a supply that never sags.
-    """
+    """What hangs together by its air, each led by its first chamber."""
     names = [each.name for kind in (circuit.chambers, circuit.volumes, circuit.stores) for each in kind]
     if len(set(names) | {AMBIENT_NAME, SUPPLY_NAME}) < len(names) + 2:
         raise ValueError(f"two nodes of the air have one name: {sorted(names)}")

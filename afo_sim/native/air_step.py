@@ -93,10 +93,7 @@ def air_dyn(m: Any, d: Any, j: int) -> None:
 
 @register_jitable
 def calm(s: Any, nodes: int, step: float, gas: float, gamma: float) -> bool:
-    """Whether one midpoint takes the step, even were all valves open: most steps of most circuits.
-
-    As `fastest` has it, with R T/V = p/m: γ p Σ k + (γ − 1) hA/R by the mass.
-    """
+    """Whether one midpoint takes the step, even were all valves open: most steps of most circuits."""
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
         mass = s[n + NODE.mass]
@@ -134,11 +131,7 @@ def one_midpoint(s: Any, nodes: int, edges: int, step: float, gas: float, gamma:
 
 @register_jitable
 def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[float, float]:
-    """The fastest rate of decay of a network [1/s], at most, and the largest share that changes [1/s].
-
-    dp/dt = γ R T/V Σ k (p' − p) with the steepest slope k of each restriction. A circle that holds all rates
-    (Gershgorin) counts k twice between two volumes.
-    """
+    """The fastest rate of decay of a network [1/s], at most, and the largest share that changes [1/s]."""
     rate, change = 0.0, 0.0
     for number in range(nodes):
         s[NODE_NUMBERS * number + NODE.steepness] = 0.0
@@ -165,11 +158,7 @@ def fastest(s: Any, nodes: int, edges: int, gas: float, gamma: float) -> tuple[f
 def advance(
     s: Any, nodes: int, edges: int, step: float, begins: float, width: float, gas: float, gamma: float
 ) -> bool:
-    """Take a share of a step, over which no valve switches, in parts; False where the shortest one fails.
-
-    The rates at its beginning stand in the block. A part in which a mass or a pressure would not stay
-    positive, or is far off, is halved, and all behind it; the shortest parts are taken however far off.
-    """
+    """Take a share of a step, over which no valve switches, in parts; False where the shortest one fails."""
     rate, change = fastest(s, nodes, edges, gas, gamma)
     parts, k = 1, 0
     while parts < MOST_PARTS and change * step * width > CHANGE * parts:
@@ -313,11 +302,7 @@ def settle(s: Any, nodes: int, edges: int) -> None:
 
 @register_jitable
 def error(s: Any, nodes: int, part: float) -> float:
-    """Largest share of mass or σ by which a part of a step is off, by the rates at its end [-].
-
-    0.8 (Y0 − Y1) + 0.4 h (F0 + F1), the estimate of the source of `chebyshev`. The stages damp some fast
-    decays by almost nothing; a node that should have come to rest is far from it by this measure.
-    """
+    """Largest share of mass or σ by which a part of a step is off, by the rates at its end [-]."""
     largest = 0.0
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number
@@ -375,10 +360,7 @@ def remember_pressures(m: Any, d: Any, nodes: int, s: Any) -> None:
 
 @register_jitable
 def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
-    """Rates that lead the states to the end of the step, which stands in the block.
-
-    plain : whether the last rates are the step's, as of the midpoint rule in one part
-    """
+    """Rates that lead the states to the end of the step, which stands in the block."""
     u, act, act_dot, data, step = m.actuator_user, d.act, d.act_dot, d.userdata, m.opt.timestep
     for number in range(FIRST_NODE, nodes):
         n = NODE_NUMBERS * number

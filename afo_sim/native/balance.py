@@ -77,10 +77,7 @@ def shift(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, float
 
 @register_jitable
 def volume_of(m: Any, d: Any, q: int, absolute: float) -> tuple[float, float]:
-    """Volume of the chamber whose row starts at q at a pressure [m³], and its slope by that [m³/Pa].
-
-    Writes dV/dκ of its leaders' muscles together.
-    """
+    """Volume of the chamber whose row starts at q at a pressure [m³], and its slope by that [m³/Pa]."""
     u, data = m.actuator_user, d.userdata
     volume, by_pressure, leader = u[q + AIR_ROW.volume], 0.0, int(u[q + CHAMBER_ROW.first_muscle])
     while leader >= 0:
@@ -107,11 +104,8 @@ def volume_of(m: Any, d: Any, q: int, absolute: float) -> tuple[float, float]:
 
 @register_jitable
 def air_of(m: Any, d: Any, chamber: int, rest: bool) -> tuple[float, float, float]:
-    """Volume [m³] and absolute pressure [Pa] of a chamber at its leaders' contractions, and −dp/dV [Pa/m³].
-
-    Where a muscle's volume depends on its pressure, Newton's method on ln p solves p V(κ, p)^γ = σ. −dp/dV is
-    that of muscles that move, γ p/(V + γ p ∂V/∂p). At rest the pressure is the last one.
-    """
+    """Volume [m³] and absolute pressure [Pa] of a chamber at its leaders' contractions, and −dp/dV
+    [Pa/m³]."""
     adr, q = m.actuator_actadr[chamber], m.nuser_actuator * chamber
     absolute = d.act[adr + CHAMBER_ACT.last_pressure]
     volume, by_pressure = volume_of(m, d, q, absolute)
@@ -154,12 +148,7 @@ def pull_of(m: Any, d: Any, chamber: int, moved: float) -> tuple[float, float]:
 def lacking(
     m: Any, d: Any, leader: int, chamber: int, contraction: float, absolute: float, moved: float, rest: bool
 ) -> tuple[float, float, float, float, float, float]:
-    """Balance of a leader: (force left, −slope by κ, slope by p, θ, tension, slope of the cable).
-
-    θ G + (1 − θ) G_last − c κ̇ − F_friction at a step's end, with G = F_static − T and κ̇ = (κ − κ_last)/h;
-    at rest G. The damping c is that of the mean pressure of the step. Its slope by the pressure is left out,
-    so that the force always falls as κ rises. Writes what the muscle's law answers.
-    """
+    """Balance of a leader: (force left, −slope by κ, slope by p, θ, tension, slope of the cable)."""
     u, act, data, k = m.actuator_user, d.act, d.userdata, m.nuser_actuator * leader
     own, state = int(u[k + MUSCLE_ROW.userdata]), int(u[k + MUSCLE_ROW.state])
     tension, slope = cable(m, d, leader, contraction, moved)

@@ -56,10 +56,7 @@ class ValveParameters(Protocol):
 
 @dataclass(frozen=True)
 class CircuitValve:
-    """A valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s].
-
-    bandwidth, dead_band : of a proportional valve [Hz], [-]
-    """
+    """A valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s]."""
 
     conductance: float
     critical_ratio: float
@@ -76,12 +73,7 @@ class CircuitValve:
 
 @dataclass(frozen=True)
 class CircuitAnchor:
-    """What a limb gives way where muscles are anchored: a cuff, a plate.
-
-    stiffness : linear [N/m]; or 0, and then
-    force, length : a [N] and x0 [m] of the stiffening F = a (e^(x/x0) − 1)
-    damping : [N·s/m]
-    """
+    """What a limb gives way where muscles are anchored: a cuff, a plate."""
 
     name: str
     stiffness: float = 0.0
@@ -92,17 +84,7 @@ class CircuitAnchor:
 
 @dataclass(frozen=True)
 class CircuitMuscle:
-    """Alike parallel muscles, one on each tendon, which share one own contraction.
-
-    name : of the muscle, and of its friction
-    tendons : names of the tendons, which are of one length in every posture
-    row : the muscle's own parameters, as `muscle_row` takes them
-    series_length : all of the tendon that is neither muscle nor stretch [m]
-    chamber : name of the chamber that fills it
-    cable_stiffness : of the cable or bracket of each muscle [N/m]
-    anchors : names of the anchors that its pull displaces
-    wrap_friction : coefficient of friction at the tendons' guides [-]
-    """
+    """Alike parallel muscles, one on each tendon, which share one own contraction."""
 
     name: str
     tendons: tuple[str, ...]
@@ -121,11 +103,7 @@ class CircuitMuscle:
 
 @dataclass(frozen=True)
 class CircuitDrive:
-    """A pressure drive of a chamber's two valves.
-
-    row : its own parameters, as `drive_row` takes them
-    bandwidth : of the two valves, where they are proportional [Hz]; 0 for solenoid valves
-    """
+    """A pressure drive of a chamber's two valves."""
 
     row: Mapping[str, Any]
     bandwidth: float = 0.0
@@ -133,16 +111,7 @@ class CircuitDrive:
 
 @dataclass(frozen=True)
 class CircuitChamber:
-    """Air that muscles share, behind an inlet and an outlet valve.
-
-    joint : that MuJoCo asks for; nothing here puts a force on it
-    tube_volume : between valves and muscles [m³]
-    wall_conductance : heat to the wall [W/K]
-    drive : what makes coils of a pressure that is asked for; none where coils are the inputs
-    feed, exhaust : nodes before the inlet and behind the outlet
-    port : node that the valves open into, where a tube leads on to the muscles; the chamber itself by default
-    three_way : whether the outlet is the other way of the inlet valve, open while that is shut
-    """
+    """Air that muscles share, behind an inlet and an outlet valve."""
 
     name: str
     joint: str
@@ -159,11 +128,7 @@ class CircuitChamber:
 
 @dataclass(frozen=True, eq=False)
 class Circuit:
-    """Muscles, chambers and anchors, in the order of their actuators, and the rest of the air path.
-
-    upstream : store or volume that the supply draws from; none where it never sags
-    gas_constant, heat_capacity_ratio : of the gas, R [J/(kg·K)] and γ [-]
-    """
+    """Muscles, chambers and anchors, in the order of their actuators, and the rest of the air path."""
 
     muscles: tuple[CircuitMuscle, ...]
     chambers: tuple[CircuitChamber, ...]
@@ -219,12 +184,7 @@ class Network:
 
 @dataclass(frozen=True)
 class CircuitIds:
-    """Actuator ids by name; valves are "<chamber>_inlet" and "<chamber>_outlet", frictions their muscle's.
-
-    muscles : by tendon
-    valves : also those between other nodes, by their own names
-    anchors : (network, number in it) by name
-    """
+    """Actuator ids by name; valves are "<chamber>_inlet" and "<chamber>_outlet", frictions their muscle's."""
 
     networks: dict[str, int]
     muscles: dict[str, int]
@@ -246,16 +206,7 @@ def add_circuit(
     userdata: int = 0,
     default: mujoco.MjsDefault | None = None,
 ) -> None:
-    """Add the actuators of a circuit to a model whose tendons are named like the muscles.
-
-    Parameters
-    ----------
-    spec : it grows
-    circuit : by its own names
-    prefix : of the names of tendons and actuators in the model
-    userdata : first place in `userdata` that is the circuit's; what stands before is somebody else's
-    default : class of the actuators; the spec's own by default
-    """
+    """Add the actuators of a circuit to a model whose tendons are named like the muscles."""
     add_muscles(spec, circuit, prefix=prefix, default=default)
     add_chambers(spec, circuit, prefix=prefix, userdata=userdata, default=default)
 
@@ -263,10 +214,7 @@ def add_circuit(
 def add_muscles(
     spec: mujoco.MjSpec, circuit: Circuit, *, prefix: str = "", default: mujoco.MjsDefault | None = None
 ) -> None:
-    """The first half of `add_circuit`, for who has actuators to put between.
-
-    The networks come first of all: what their dyn solves is read by the others.
-    """
+    """The first half of `add_circuit`, for who has actuators to put between."""
     affine, fixed = mujoco.mjtGain.mjGAIN_AFFINE, mujoco.mjtGain.mjGAIN_FIXED
     spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}
@@ -298,10 +246,7 @@ def add_chambers(
     userdata: int = 0,
     default: mujoco.MjsDefault | None = None,
 ) -> None:
-    """The second half: chambers, drives, valves, and what holds the states of friction.
-
-    A drive stands before chambers and valves, so that its coils act in the same step.
-    """
+    """The second half: chambers, drives, valves, and what holds the states of friction."""
     spec.nuser_actuator = max(N_USER, spec.nuser_actuator)
     spec.nuserdata = userdata + circuit_data(circuit)
     joints = {chamber.name: chamber.joint for chamber in circuit.chambers}

@@ -75,10 +75,7 @@ SHUT = 0.01  # opening below which a proportional valve counts as shut [-]
 
 @register_jitable
 def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
-    """Write coils and rates of the drive actuator i, whose row starts at j; the complaint, FINE for none.
-
-    The transducer reads on while the drive is off; all else of its memory is lost then.
-    """
+    """Write coils and rates of the drive actuator i, whose row starts at j; the complaint, FINE for none."""
     u, act, act_dot, step = m.actuator_user, d.act, d.act_dot, m.opt.timestep
     a, place, target = m.actuator_actadr[i], int(u[j + DRIVE_ROW.userdata]), d.ctrl[i]
     if target != target:
@@ -136,13 +133,7 @@ def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
 
 @register_jitable
 def still_open(m: Any, d: Any, valve: int, asked: float, last: float) -> bool:
-    """Whether a proportional valve is open: asked to, or not yet shut since it was.
-
-    At the edge of the dead band a regulator asks for an opening in every other step. The valve does not
-    follow that, and to count it would count steps.
-
-    Units: asked [-].
-    """
+    """Whether a proportional valve is open: asked to, or not yet shut since it was."""
     return asked > 0.0 or (last > 0.5 and d.act[m.actuator_actadr[valve] + VALVE_ACT.opening] > SHUT)
 
 
@@ -150,10 +141,7 @@ def still_open(m: Any, d: Any, valve: int, asked: float, last: float) -> bool:
 def driven(
     u: Any, j: int, integral: float, given: float, clock: float, error: float, rate: float, step: float
 ) -> tuple[float, float, float, float, float]:
-    """Coils of inlet and outlet [-], and integral, given side or pulse, and clock after the step.
-
-    Units: error, rate [Pa], step [s].
-    """
+    """Coils of inlet and outlet [-], and integral, given side or pulse, and clock after the step."""
     kind, least_on, least_off = u[j + DRIVE_ROW.kind], u[j + DRIVE_ROW.least_on], u[j + DRIVE_ROW.least_off]
     if kind == BANG_BANG:
         side = two_point(

@@ -28,10 +28,7 @@ _STOPPED = _Stopped()
 
 @contextmanager
 def without_clock() -> Iterator[None]:
-    """Take MuJoCo's clock off for a block, in all threads; the last block that ends puts it back.
-
-    A library that does not export the pointer keeps its clock.
-    """
+    """Take MuJoCo's clock off for a block, in all threads; the last block that ends puts it back."""
     try:
         pointer = ctypes.c_void_p.in_dll(ctypes.CDLL(str(mujoco_library())), "mjcb_time")
     except (OSError, ValueError):

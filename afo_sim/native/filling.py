@@ -150,10 +150,7 @@ def fill_air_path(
 
 
 def start_air_path(model: mujoco.MjModel, data: mujoco.MjData, gauge: Mapping[int, float]) -> None:
-    """Put the first air into volumes; fill stores at ambient temperature, before `model/start.py` takes.
-
-    Units: gauge [Pa].
-    """
+    """Put the first air into volumes; fill stores at ambient temperature, before `model/start.py` takes."""
     rows = model.actuator_user
     if rows.shape[1] < N_USER:  # none of this project's
         return
@@ -178,15 +175,7 @@ LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
 def fill_circuit(
     model: mujoco.MjModel, circuit: Circuit, ids: CircuitIds | None = None, *, userdata: int = 0
 ) -> CircuitIds:
-    """Write the exact parameters of a circuit into a compiled model.
-
-    Parameters
-    ----------
-    model : compiled with the circuit's actuators
-    circuit : as they were added from
-    ids : its actuators, where they are known
-    userdata : first place in `userdata` that is the circuit's, as it was added with
-    """
+    """Write the exact parameters of a circuit into a compiled model."""
     ids, user = ids or circuit_ids(model, circuit), _rows(model)
     chambers = {chamber.name: chamber for chamber in circuit.chambers}
     nodes, edges = air_rows(circuit, ids)
@@ -228,10 +217,7 @@ def fill_circuit(
 
 
 def fill_inverse_masses(model: mujoco.MjModel) -> None:
-    """Write J M⁻¹ Jᵀ [1/kg] of every muscle's path, at the model's own posture, into its row.
-
-    To be called again where masses change: it tells how stiff a taut muscle is beside what it moves.
-    """
+    """Write J M⁻¹ Jᵀ [1/kg] of every muscle's path, at the model's own posture, into its row."""
     data = scratch(model)
     mujoco.mj_fwdPosition(model, data)
     jacobian, moved = np.zeros((model.nu, model.nv)), np.zeros((1, model.nv))
@@ -314,15 +300,7 @@ def _fill_muscle(
 
 
 def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | Mapping[int, float]) -> None:
-    """Set chambers to gauge pressures at ambient temperature, and muscles and anchors at rest with them.
-
-    The callbacks must be installed: they solve the muscles' own lengths at the present posture.
-
-    Parameters
-    ----------
-    model, data : with this project's actuators
-    pressure : of all chambers, or by actuator id, the others at ambient pressure [Pa]
-    """
+    """Set chambers to gauge pressures at ambient temperature, and muscles and anchors at rest with them."""
     chambers, networks = list(_of_kind(model, KIND_CHAMBER)), list(_of_kind(model, KIND_NETWORK))
     gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
     for chamber in chambers:
@@ -362,10 +340,7 @@ def _solve_at_rest(model: mujoco.MjModel, data: mujoco.MjData, networks: list[in
 
 
 def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Give muscles, anchors and volumes the past that the present velocity implies, for a start in motion.
-
-    Without it they would be taken to have stood still, and the first steps would be of first order.
-    """
+    """Give muscles, anchors and volumes the past that the present velocity implies, for a start in motion."""
     here = data.qpos.copy()
     networks = list(_of_kind(model, KIND_NETWORK))
     mujoco.mj_integratePos(model, data.qpos, data.qvel, -model.opt.timestep)
@@ -379,18 +354,7 @@ def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
-    """Refuse limp muscles: with 3 bar in every chamber each must carry its law's force.
-
-    Parameters
-    ----------
-    model : with this project's actuators
-    state : mjSTATE_INTEGRATION row of the posture
-
-    Raises
-    ------
-    CallbackError
-        An actuator has lost its parameters, or a muscle carries another force than its law's.
-    """
+    """Refuse limp muscles: with 3 bar in every chamber each must carry its law's force."""
     assert_rows(model)
     data = scratch(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)

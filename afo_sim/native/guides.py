@@ -17,11 +17,7 @@ MARGIN = 4.0  # by which the inertia that friction has to stop may be less than 
 
 @register_jitable
 def turned(m: Any, d: Any, tendon: int) -> float:
-    """Angles by which a spatial tendon turns at points and surfaces on its origin's body, together [rad].
-
-    They stand between successive straight pieces; the chord of an arc counts as a piece, so that an arc of θ
-    turns by θ/2 at either end.
-    """
+    """Angles by which a spatial tendon turns at points and surfaces on its origin's body, together [rad]."""
     xyz, entry = d.wrap_xpos, m.tendon_adr[tendon]
     origin, here = m.site_bodyid[m.wrap_objid[entry]], -1
     before_x, before_y, before_z, total = 0.0, 0.0, 0.0, 0.0
@@ -63,14 +59,8 @@ def behind_guides(m: Any, d: Any, i: int, j: int, tension: float) -> tuple[float
 
 @register_jitable
 def friction_carried(m: Any, d: Any, leader: int, k: int, tension: float) -> tuple[float, float]:
-    """Ratio of the tensions behind and before the guides of a leader whose row starts at k [-], and damping.
-
-    The damping is what the gain of its muscles carries, θ n c with the secant c of the friction [N·s/m]. With
-    z = h n c J M⁻¹ Jᵀ, the speed that friction takes in a step over the speed, a step leaves the share
-    (1 − (1 − θ) z)/(1 + θ z) of a speed. θ = 4z/(1 + 4z) keeps it from turning round, also where the
-    inertia is a quarter of what it is at the model's own posture. Friction that is slow against the step is
-    left as it is, but for 4 z².
-    """
+    """Ratio of the tensions behind and before the guides of a leader whose row starts at k [-], and
+    damping."""
     u = m.actuator_user
     behind, secant = behind_guides(m, d, leader, k, tension)
     together = u[k + MUSCLE_ROW.parallel] * secant

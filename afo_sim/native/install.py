@@ -127,13 +127,7 @@ _Outer = tuple[tuple[Any, Any], Mode]  # callbacks of a block around another, an
 
 @dataclass
 class _Callbacks:
-    """The two pointers, of which a process has one each, and who wants them to be ours.
-
-    Garbage collection may end a holder in any line here, in the same thread. So a new holder is counted
-    before the pointers are looked at, and the lock lets its own thread through.
-
-    holders : and the thread that each began in
-    """
+    """The two pointers, of which a process has one each, and who wants them to be ours."""
 
     lock: threading.RLock = field(default_factory=threading.RLock)
     holders: dict[object, int] = field(default_factory=dict)
@@ -142,11 +136,7 @@ class _Callbacks:
     mode: Mode = "native"
 
     def take(self, holder: object, mode: Mode, *, block: bool = False) -> _Outer | None:
-        """Count a holder; the first one installs.
-
-        A block of the other mode may lie within what its own thread holds: nothing else is stepped in it.
-        Returned is then what must be put back at its end.
-        """
+        """Count a holder; the first one installs."""
         wanted = _native_callbacks() if mode == "native" else _python_callbacks()
         with self.lock:
             self.holders[holder] = threading.get_ident()
@@ -216,21 +206,7 @@ CALLBACKS = _Callbacks()
 
 @contextmanager
 def installed(mode: Mode = "native") -> Iterator[None]:
-    """Install the callbacks for the duration of a block, and restore what was there.
-
-    Blocks may lie within each other, in several threads, and beside a `Hold`: the first to begin installs,
-    the last to end restores. A block of the other mode may lie within what its own thread holds.
-
-    Parameters
-    ----------
-    mode : "native" (compiled, needed by mujoco.batch) or "python" (the same kernels, uncompiled)
-
-    Raises
-    ------
-    CallbackError
-        Another program's callback is installed, another thread holds this package's in the other mode, or
-        this MuJoCo's structs cannot be verified; or they were replaced within the block.
-    """
+    """Install the callbacks for the duration of a block, and restore what was there."""
     holder = object()
     outer = CALLBACKS.take(holder, mode, block=True)
     try:
@@ -275,15 +251,7 @@ REFERENCES: dict[float, dict[int, tuple[float, bool]]] = {kind: {} for kind in R
 
 
 def assert_rows(model: mujoco.MjModel) -> None:
-    """Check that this project's actuators, and all that ask for a callback, name actuators that exist.
-
-    An actuator of MuJoCo's own types without a mark is somebody else's and needs nothing of this.
-
-    Raises
-    ------
-    CallbackError
-        A row without mark or kind would be passed over by the callbacks in silence.
-    """
+    """Check that this project's actuators, and all that ask for a callback, name actuators that exist."""
     rows, nu = model.actuator_user, model.nu
     ours, kind_of = rows[:, 0] == MARK, rows[:, 1].tolist()
     for i in np.flatnonzero(asks_for_callback(model) | ours).tolist():
@@ -298,18 +266,7 @@ def assert_rows(model: mujoco.MjModel) -> None:
 
 
 def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[int]) -> None:
-    """Check, against the kernels run as plain Python, that every muscle really pulls.
-
-    Parameters
-    ----------
-    model, data : MuJoCo model and a forwarded state whose chambers are pressurised
-    muscles : actuator ids
-
-    Raises
-    ------
-    CallbackError
-        A muscle is limp or carries another force than its law's.
-    """
+    """Check, against the kernels run as plain Python, that every muscle really pulls."""
     plain, flat, found = _flat(model), _FlatData(data), data.userdata.copy()
     data.userdata[:] = 0.0
     ours = model.actuator_user[:, 0] == MARK
@@ -353,20 +310,8 @@ class Closing:
 
 
 class Hold(Closing):
-    """One holder of the callbacks; `close` gives them back, and garbage collection or the end of Python too.
-
-    MuJoCo has one pair of callbacks in a process. Any number of holders, and blocks of `installed`, share it
-    and may end in any order: the first installs, the last restores what was there before.
-
-    Parameters
-    ----------
-    mode : "native" (compiled) or "python" (the same kernels, uncompiled); one for all who hold at a time
-
-    Raises
-    ------
-    CallbackError
-        Another program's callback is installed, or this package's are held in the other mode.
-    """
+    """One holder of the callbacks; `close` gives them back, and garbage collection or the end of
+    Python too."""
 
     def __init__(self, mode: Mode = "native"):
         holder = object()
@@ -383,13 +328,7 @@ class Hold(Closing):
         return not self._end.alive
 
     def check(self) -> None:
-        """Refuse to go on where muscles would be limp; it costs three microseconds.
-
-        Raises
-        ------
-        CallbackError
-            This holder is closed, or somebody has replaced a callback.
-        """
+        """Refuse to go on where muscles would be limp; it costs three microseconds."""
         if not self._end.alive:
             raise CallbackError("is closed: the muscle callbacks were given back, and muscles would be limp")
         CALLBACKS.check()

@@ -50,10 +50,8 @@ def cable(m: Any, d: Any, leader: int, contraction: float, shift: float) -> tupl
 def friction(
     m: Any, d: Any, k: int, contraction: float, rate: float, pressure: float, static: float
 ) -> tuple[float, float]:
-    """Friction of the muscle whose row starts at k, positive while shortening [N], and its slope by κ̇ [N·s].
-
-    A friction in pressure units lets the muscle pull as if at p − q; it cannot be more than what presses.
-    """
+    """Friction of the muscle whose row starts at k, positive while shortening [N], and its slope by κ̇
+    [N·s]."""
     u, step = m.actuator_user, m.opt.timestep
     model, f = u[k + MUSCLE_ROW.friction], k + MUSCLE_ROW.friction_coefficients
     if model == 0.0:
@@ -84,11 +82,7 @@ def damping(m: Any, k: int, rate: float, absolute: float) -> float:
 
 @register_jitable
 def weight_of_end(m: Any, k: int, last_absolute: float) -> float:
-    """Weight θ of a step's end in the balance of the muscle whose row starts at k, from ½ to 1.
-
-    Cable and damper relax at the rate k L0/c. Up to twice in a step θ is ½, the trapezoidal rule, of second
-    order. A faster relaxation would swing from step to step under it; θ = 1 − c/(k L0 h) lets it die away.
-    """
+    """Weight θ of a step's end in the balance of the muscle whose row starts at k, from ½ to 1."""
     u = m.actuator_user
     relaxed = u[k + MUSCLE_ROW.cable_stiffness] * u[k + MUSCLE_ROW.nominal_length] * m.opt.timestep
     c = damping(m, k, 0.0, last_absolute)
@@ -97,10 +91,7 @@ def weight_of_end(m: Any, k: int, last_absolute: float) -> float:
 
 @register_jitable
 def bias_beside_gain(d: Any, i: int, force: float, derivative: float) -> float:
-    """Bias that makes the actuator's whole force `force` [N], and the derivative left for its gain.
-
-    MuJoCo adds −1 × velocity × ctrl, with the ctrl that the last step left: the bias takes it off.
-    """
+    """Bias that makes the actuator's whole force `force` [N], and the derivative left for its gain."""
     ctrl = d.ctrl
     gained = d.actuator_velocity[i] * ctrl[i]
     ctrl[i] = derivative
@@ -109,11 +100,7 @@ def bias_beside_gain(d: Any, i: int, force: float, derivative: float) -> float:
 
 @register_jitable
 def sole_pad_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
-    """Upward force of the pad actuator i whose row starts at j [N], and what its gain carries [N·s/m].
-
-    That is half its damping −dF/dv, the trapezoidal rule, and of its spring h/4 × −dF/dz, as of a tension:
-    light toes on a stiff pad are stable at any step.
-    """
+    """Upward force of the pad actuator i whose row starts at j [N], and what its gain carries [N·s/m]."""
     u = m.actuator_user
     floor, height = d.ctrl[int(u[j + PAD_ROW.floor])], d.actuator_length[i]
     force, damping = pad_force(

@@ -191,13 +191,7 @@ def write_chamber(m: Any, d: Any, chamber: int, moved: float, per_step: float, r
 
 @register_jitable
 def write_derivatives(m: Any, d: Any, chamber: int, softness: float, total: float) -> None:
-    """What the gains of a chamber's leaders carry; their velocity to zero, so that they add no force.
-
-    With K = n dT/dx, S = 1/softness of the anchors and Σ over all leaders on them, the slopes of the
-    tensions by the paths are K_i δ_ij − K_i K_j/(S + ΣK). They are bounded by the diagonal
-    K_i (S + 2 (ΣK − K_i))/(S + ΣK), which puts a neighbour's share on either side. Friction at guides scales
-    them, and adds its own damping.
-    """
+    """What the gains of a chamber's leaders carry; their velocity to zero, so that they add no force."""
     u, leader = m.actuator_user, int(m.actuator_user[m.nuser_actuator * chamber + CHAMBER_ROW.first_muscle])
     while leader >= 0:
         k = m.nuser_actuator * leader
@@ -215,10 +209,7 @@ def write_derivatives(m: Any, d: Any, chamber: int, softness: float, total: floa
 
 @register_jitable
 def write_anchors(m: Any, d: Any, j: int, pull: float, stiffness: float, per_step: float, rest: bool) -> None:
-    """Pull and displacement of a network's anchors to `userdata`, and the rates of their states.
-
-    Units: stiffness of all muscles that pull together [N/m].
-    """
+    """Pull and displacement of a network's anchors to `userdata`, and the rates of their states."""
     u, act, data, act_dot = m.actuator_user, d.act, d.userdata, d.act_dot
     a, state, place = (
         j + NETWORK_ROW.first_anchor,
@@ -242,11 +233,7 @@ def write_anchors(m: Any, d: Any, j: int, pull: float, stiffness: float, per_ste
 
 @register_jitable
 def derivative(m: Any, k: int, slope: float) -> float:
-    """Damping that the gain of a leader carries, α h dT/dx [N·s/m], from the tension's slope by its path.
-
-    α = ¼ is Newmark's average acceleration. A cable that becomes taut while it is stiff beside what it moves,
-    s = h² dT/dx J M⁻¹ Jᵀ above 4, would throw it back faster than it came; α = ½ − 1/s does not.
-    """
+    """Damping that the gain of a leader carries, α h dT/dx [N·s/m], from the tension's slope by its path."""
     if not slope > 0.0:
         return 0.0
     step = m.opt.timestep
@@ -256,10 +243,7 @@ def derivative(m: Any, k: int, slope: float) -> float:
 
 @register_jitable
 def write_leader(m: Any, d: Any, leader: int, pressed: float, moved: float, per_step: float) -> None:
-    """Tension and rate of a leader to `userdata`, contraction and carried force to its states' rates.
-
-    Units: pressed, by which the pressure has risen since its law was asked [Pa].
-    """
+    """Tension and rate of a leader to `userdata`, contraction and carried force to its states' rates."""
     u, act, data, act_dot = m.actuator_user, d.act, d.userdata, d.act_dot
     k = m.nuser_actuator * leader
     own, state = int(u[k + MUSCLE_ROW.userdata]), int(u[k + MUSCLE_ROW.state])
@@ -319,10 +303,7 @@ def unsolved(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
 
 @register_jitable
 def network_dyn(m: Any, d: Any, i: int, j: int) -> tuple[int, int]:
-    """Solve the network actuator i, whose row starts at j: (complaint, actuator).
-
-    Its input is 0, or 1 for muscles and anchors at rest at the chambers' last pressures.
-    """
+    """Solve the network actuator i, whose row starts at j: (complaint, actuator)."""
     if d.ctrl[i] != d.ctrl[i]:
         return NO_NUMBER, i
     rest = d.ctrl[i] != 0.0

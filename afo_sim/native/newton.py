@@ -39,10 +39,7 @@ def guess(m: Any, d: Any, i: int, j: int, rest: bool) -> float:
 
 @register_jitable
 def balanced_pull(m: Any, d: Any, j: int, rest: bool) -> float:
-    """Pull that displaces the anchors so that the cables make it, at the contractions in `userdata` [N].
-
-    P = Σ n T(e − Σ z(P)): from no pull on Newton's method comes up to it, since the right side is convex.
-    """
+    """Pull that displaces the anchors so that the cables make it, at the contractions in `userdata` [N]."""
     u, pull = m.actuator_user, 0.0
     if u[j + NETWORK_ROW.anchors] == 0.0:  # nothing moves under the pull
         return pull
@@ -65,13 +62,7 @@ def balanced_pull(m: Any, d: Any, j: int, rest: bool) -> float:
 def linearise(
     m: Any, d: Any, chamber: int, moved: float, moved_by_pull: float, rest: bool
 ) -> tuple[float, float, float]:
-    """Newton's step of a chamber's leaders as a line over the change of the pull.
-
-    Writes dκ = LEADER_DATA.step + LEADER_DATA.by_pull dP for every leader, from −D dκ + q dp + w dP = −r and
-    dp = −B Σ n V' dκ: r is what is left, D and q its slopes by κ and p, w that by the pull.
-
-    Units: returns [N].
-    """
+    """Newton's step of a chamber's leaders as a line over the change of the pull."""
     u, data, q = m.actuator_user, d.userdata, m.nuser_actuator * chamber
     volume, absolute, by_volume = air_of(m, d, chamber, rest)
     place = int(u[q + AIR_ROW.userdata])
@@ -137,10 +128,7 @@ def linearise_all(
 
 @register_jitable
 def calmed(change: float, last: float) -> float:
-    """A step of Newton's method, at most half as far back as the last one came.
-
-    Else it would go to and fro for ever about where a friction turns or a braid becomes taut.
-    """
+    """A step of Newton's method, at most half as far back as the last one came."""
     if change * last < 0.0 and abs(change) > 0.5 * abs(last):
         return -0.5 * last
     return change

@@ -41,15 +41,7 @@ _NEEDED = {kind: found.keys() - MAY_LACK.get(kind, set()) for kind, found in _PL
 
 
 def row(kind: float, /, **values: float | Sequence[float]) -> np.ndarray:
-    """`actuator_user` of an actuator, its numbers by the names of its kind's tables.
-
-    Raises
-    ------
-    TypeError
-        A number is missing that `MAY_LACK` does not name.
-    KeyError
-        The kind has no number of that name.
-    """
+    """`actuator_user` of an actuator, its numbers by the names of its kind's tables."""
     found, own = np.zeros(N_USER), _PLACES[kind]
     if missing := _NEEDED[kind] - values.keys():
         raise TypeError(f"a row of kind {kind:g} lacks {', '.join(sorted(missing))}")
@@ -78,15 +70,7 @@ def muscle_row(*, law: str, braid: Braid, contraction_scale: float = 1.0, **valu
 
 
 def passive_row(*, scale: float, offset: float, load: float = 0.0, damping: float = 0.0) -> np.ndarray:
-    """`actuator_user` of the passive ankle.
-
-    Parameters
-    ----------
-    scale, offset : [-], [rad]
-    load : against positive angles [N·m]
-    damping : half of the joint's, which is taken at the start of a step [N·m·s/rad]; the other half is
-        MuJoCo's, which takes it at the end
-    """
+    """`actuator_user` of the passive ankle."""
     return row(KIND_PASSIVE, scale=scale, offset=offset, load=load, damping=damping)
 
 
@@ -101,11 +85,5 @@ def spastic_row(*, gain: float) -> np.ndarray:
 
 
 def pad_row(*, stiffness: float, damping: float, floor: int) -> np.ndarray:
-    """`actuator_user` of a pad under the sole.
-
-    Parameters
-    ----------
-    stiffness, damping : [N/m], [s/m]
-    floor : id of the actuator whose input is the floor's height [m]
-    """
+    """`actuator_user` of a pad under the sole."""
     return row(KIND_PAD, stiffness=stiffness, damping=damping, floor=floor)

@@ -10,12 +10,7 @@ _own = threading.local()
 
 
 def scratch(model: mujoco.MjModel) -> mujoco.MjData:
-    """An MjData in the state of a new one; it is good until this thread asks for the next of its layout.
-
-    Parameters
-    ----------
-    model : compiled; models of equal sizes share an MjData
-    """
+    """An MjData in the state of a new one; it is good until this thread asks for the next of its layout."""
     kept: dict[bytes, mujoco.MjData] = _own.__dict__.setdefault("kept", {})
     sizes = model._sizes.tobytes()  # all of them: some are in no attribute of their own
     data = kept.pop(sizes, None)

@@ -128,10 +128,7 @@ def carried(m: Any, d: Any, j: int, nerve: int, delay: float, now: int) -> float
 
 @register_jitable
 def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
-    """Let the nerves carry this step's signals, and ask the muscles for what those of earlier steps bring.
-
-    A muscle's signals are those of the posture one step back, a joint's of this one.
-    """
+    """Let the nerves carry this step's signals, and ask the muscles for what those of earlier steps bring."""
     u, a, step = m.actuator_user, m.actuator_actadr[i], m.opt.timestep
     now = int(d.time / step + 0.5)
     place, first = int(u[j + REFLEX_ROW.userdata]), int(u[j + REFLEX_ROW.muscle])
@@ -183,10 +180,7 @@ def reflex_dyn(m: Any, d: Any, i: int, j: int) -> None:
 
 @register_jitable
 def held_by_floor(m: Any, d: Any, i: int, j: int) -> tuple[float, float, float]:
-    """Forward force of the floor on the grip whose row starts at j [N], its gain's [N·s/m], its place [m].
-
-    A spring from where the sole came down, |F| ≤ μ N; where it would be more, that place moves along.
-    """
+    """Forward force of the floor on the grip whose row starts at j [N], its gain's [N·s/m], its place [m]."""
     u, pad = m.actuator_user, int(m.actuator_user[j + GRIP_ROW.pad])
     pressed = u[j + GRIP_ROW.friction] * sole_pad_force(m, d, pad, m.nuser_actuator * pad)[0]
     at, anchor = d.actuator_length[i], d.act[m.actuator_actadr[i] + GRIP_ACT.anchor]

@@ -20,11 +20,8 @@ INPUTS = int(mujoco.mjtState.mjSTATE_CTRL)
 
 
 class Present:
-    """A second MjData, in which the present state of a simulation is solved, and the first stays untouched.
-
-    What MuJoCo keeps between steps (the solver's start, the callbacks' results) is never written, so that
-    reading changes no number of the simulation. A state that was solved already is not solved again.
-    """
+    """A second MjData, in which the present state of a simulation is solved, and the first stays
+    untouched."""
 
     def __init__(self, model: mujoco.MjModel):
         self.model, self.data = model, mujoco.MjData(model)
@@ -34,10 +31,7 @@ class Present:
         self.inputs = slice(before, before + model.nu)  # MuJoCo concatenates a state in the order of its bits
 
     def of(self, data: mujoco.MjData, inputs: np.ndarray | None = None) -> mujoco.MjData:
-        """The solved state of `data`; good until the next call. The callbacks must be installed.
-
-        Units: inputs (nu,).
-        """
+        """The solved state of `data`; good until the next call. The callbacks must be installed."""
         mujoco.mj_getState(self.model, data, self.next, STATE)
         if inputs is not None:
             self.next[self.inputs] = inputs

@@ -31,10 +31,8 @@ STUB_STEP = 1e-4  # at which any device is laid out; the arena's own step is loo
 
 
 class OrthosisObservables(composer.Observables):
-    """Sensors of an orthosis; `enable_all()`, or `set_options({"pressure": {"delay": 3, "enabled": True}})`.
-
-    An ideal sensor reads the present state. Delays and update intervals count physics steps.
-    """
+    """Sensors of an orthosis; `enable_all()`, or `set_options({"pressure": {"delay": 3, "enabled":
+    True}})`."""
 
     @named
     def pressure(self) -> observable.Generic:
@@ -68,24 +66,7 @@ class OrthosisObservables(composer.Observables):
 
 
 class OrthosisEntity(Driven):
-    """Cuff, plate, muscles, chambers and valves, to be attached to a leg by `attach_to`.
-
-    Valves are commanded by `set_valves` and `supply_pressure`; every step writes these commands over the
-    action's numbers for them. Each episode begins with ambient air in the chambers and shut valves.
-
-    Parameters
-    ----------
-    orthosis : a shipped name, the path of an orthosis's TOML file or folder, or an Orthosis
-    side : of the leg; by default as found there
-    supply_pressure : gauge [Pa], 0 to 2e6
-    name : of its PyMJCF model
-    observable_options : as of any Composer entity
-
-    Raises
-    ------
-    InputError
-        The description is wrong; a muscle is mounted too taut for its range of motion.
-    """
+    """Cuff, plate, muscles, chambers and valves, to be attached to a leg by `attach_to`."""
 
     def _build(
         self,
@@ -122,10 +103,7 @@ class OrthosisEntity(Driven):
     # attaching
 
     def _laid_out(self, side: Side, tilting: bool = False) -> Built:
-        """The orthosis of a side on a leg of this package, compiled and checked.
-
-        A leg whose foot turns about another joint too has a stand-in for it: parallel muscles then differ.
-        """
+        """The orthosis of a side on a leg of this package, compiled and checked."""
         given = {
             "duration": "1 s",
             "timestep": f"{STUB_STEP!r} s",
@@ -149,13 +127,7 @@ class OrthosisEntity(Driven):
         side: Side | None = None,
         zero: float | None = None,
     ) -> None:
-        """Put the orthosis on a leg of another entity; to be called before the environment is made.
-
-        Where it stands: at the ankle's centre, in the axes of shank and foot that the leg's finder reports
-        (`found`). The integrator is set to "implicitfast" where nobody has chosen one.
-
-        Units: zero [rad].
-        """
+        """Put the orthosis on a leg of another entity; to be called before the environment is made."""
         if self.found is not None:
             allowed = "another OrthosisEntity"
             raise InputError("is attached already, or was", field="orthosis", allowed=allowed)
@@ -249,10 +221,7 @@ class OrthosisEntity(Driven):
         native.fill_chambers(physics.model.ptr, physics.data.ptr, 0.0)
 
     def set_valves(self, **commands: Command) -> None:
-        """Command the valves of chambers from the next physics step on, by the chamber's name.
-
-        Units: commands [-].
-        """
+        """Command the valves of chambers from the next physics step on, by the chamber's name."""
         three_way = [name for name, chamber in self.orthosis.chamber.items() if chamber.three_way]
         self._coils |= coils(commands, self._coils, three_way=three_way)
 
@@ -373,12 +342,7 @@ def _check_valves(orthosis: Orthosis) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """A place on a body of PyMJCF's.
-
-    body : the element
-    position : in its axes [m] (3,)
-    quaternion : w, x, y, z (4,)
-    """
+    """A place on a body of PyMJCF's."""
 
     body: Any
     position: np.ndarray
@@ -413,10 +377,7 @@ def _element(leg: Any, kind: str, name: str) -> Any:
 
 
 def _carrier(model: mujoco.MjModel, found: Found, named: str | None) -> str:
-    """Name of the body that carries the plate: the named foot, else the heaviest that the ankle moves.
-
-    The heaviest, since the talus carries no shoe, and the calcaneus does.
-    """
+    """Name of the body that carries the plate: the named foot, else the heaviest that the ankle moves."""
     if named is not None:
         return named
     return max(tree_of(model).below(found.foot), key=lambda part: part.mass).name

@@ -19,11 +19,7 @@ IMPLICITFAST = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 
 
 class Driven(composer.Entity):
-    """An entity of this package in a Composer environment.
-
-    The callbacks are held from the first compilation on, until the environment's physics is freed
-    (`environment.close()`), the entity is garbage, or `close`.
-    """
+    """An entity of this package in a Composer environment."""
 
     _hold: native.Hold | None = None
     _present: Present | None = None
@@ -112,10 +108,7 @@ STILL = {"duration": "1 s", "timestep": "1 ms", "supply": {"pressure": "1 bar"}}
 
 
 class LegEntity(Driven):
-    """A leg whose shank is fixed to what it is attached to, toes stiff, as a seated scenario has it.
-
-    Units: knee_angle [rad].
-    """
+    """A leg whose shank is fixed to what it is attached to, toes stiff, as a seated scenario has it."""
 
     def _build(
         self,

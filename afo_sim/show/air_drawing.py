@@ -28,10 +28,7 @@ NARROW = "narrowest"
 
 @dataclass(frozen=True)
 class _Placed:
-    """A part on the page.
-
-    lines : of its label, from above; the first `bold` of them its name
-    """
+    """A part on the page."""
 
     cell: Cell
     kind: str
@@ -342,18 +339,7 @@ def _caption(scheme: AirScheme, width: float) -> list[str]:
 
 
 def scheme_of(source: Source, pressure: float | str | None = None) -> AirScheme:
-    """The air path of an orthosis, or of a scenario's on its supply.
-
-    Parameters
-    ----------
-    source : a shipped orthosis or scenario, the TOML file or folder of one, an Orthosis or a Scenario
-    pressure : gauge, that the supply is set to, [Pa] or text such as "4 bar"; the scenario's own by default
-
-    Raises
-    ------
-    InputError
-        There is no such orthosis or scenario, or it has no chamber.
-    """
+    """The air path of an orthosis, or of a scenario's on its supply."""
     scenario, pressure = scenario_of(source, None), gauge(pressure)
     if pressure is not None:
         scenario = scenario.set({"supply.pressure": f"{pressure!r} Pa"})

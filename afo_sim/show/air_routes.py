@@ -18,11 +18,7 @@ Place = tuple[int, int]  # column, row, from the left and from above
 
 @dataclass(frozen=True)
 class Cell:
-    """A part on the grid.
-
-    name : of a node or an edge
-    left, right, low : nodes that its three ports lead to; "" where it has no such port
-    """
+    """A part on the grid."""
 
     name: str
     place: Place
@@ -250,11 +246,7 @@ class _Tracks:
 
 @dataclass
 class Routes:
-    """The lines that are found.
-
-    lines : of every node, its pieces from vertex to vertex
-    used : of every vertex, the directions in which a node's line goes there
-    """
+    """The lines that are found."""
 
     tracks: _Tracks
     lines: dict[str, set[tuple[Vertex, Vertex]]] = field(default_factory=dict)

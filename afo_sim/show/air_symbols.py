@@ -14,10 +14,7 @@ _BALL = 0.045
 
 @dataclass(frozen=True)
 class Symbol:
-    """Where a symbol reaches from its middle: to its ports on both sides, up, down; and its third port.
-
-    low : of the third port, from the middle
-    """
+    """Where a symbol reaches from its middle: to its ports on both sides, up, down; and its third port."""
 
     half: float
     up: float

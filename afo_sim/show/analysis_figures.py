@@ -18,13 +18,7 @@ _QUARTER = 90.0  # between two lines of the phase's axis [deg]
 
 
 def draw_bode(found: FrequencyResponse, path: pathlib.Path) -> None:
-    """Draw every curve of a frequency response.
-
-    Parameters
-    ----------
-    found : what `bode` gives
-    path : file to write; its suffix, png, pdf or svg, is the format
-    """
+    """Draw every curve of a frequency response."""
     _draw_curves({_label(curve): curve for curve in found.curves.values()}, path, _bode_title(found))
 
 
@@ -40,13 +34,7 @@ def _draw_curves(curves: Mapping[str, Curve], path: pathlib.Path, title: str = "
 
 
 def bode_panels(figure: Any, curves: Mapping[str, Curve]) -> None:
-    """Gain above phase, in a Matplotlib figure or a part of one.
-
-    Parameters
-    ----------
-    figure : empty
-    curves : by the name that the legend shows
-    """
+    """Gain above phase, in a Matplotlib figure or a part of one."""
     gain, phase = figure.subplots(2, 1, sharex=True)
     for k, (name, curve) in enumerate(curves.items()):
         look = {
@@ -125,13 +113,7 @@ _EDGE = 0.05  # of the axis, beside the first and last candidate [-]
 
 
 def draw_size(found: Sizing, path: pathlib.Path) -> None:
-    """Draw the margins of all candidates that were run.
-
-    Parameters
-    ----------
-    found : what `size` gives
-    path : file to write; its suffix, png, pdf or svg, is the format
-    """
+    """Draw the margins of all candidates that were run."""
 
     def fill(figure: Any) -> None:
         _size_panels(figure, found)

@@ -44,20 +44,7 @@ _SIZE = (7.1, 7.4)  # [inch]
 
 
 def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = True) -> list[pathlib.Path]:
-    """Write every run into FOLDER/LAW, the differences, the figure and the common Rerun recording.
-
-    The runs of an older comparison in the folder go; other files in it stay.
-
-    Parameters
-    ----------
-    runs : as `compare_laws` returns them
-    folder : made if need be
-    rrd : also write the recording of all runs on one timeline
-
-    Returns
-    -------
-    the files that are not a run's own
-    """
+    """Write every run into FOLDER/LAW, the differences, the figure and the common Rerun recording."""
     check_writable(folder)
     settle(folder)
     before = [f"{law}/{name}" for law in _laws_before(folder) for name in (PARQUET, SUMMARY, MODEL)]

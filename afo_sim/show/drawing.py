@@ -319,14 +319,7 @@ def _suffix_of(path: pathlib.Path, view: str = _DESIGN) -> str:
 
 
 def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str = _DESIGN) -> None:
-    """Refuse files that cannot be written, or that are there already, before anything is computed.
-
-    Raises
-    ------
-    InputError
-        A suffix is none of the view's, a file is there and `force` is false, or a folder cannot be
-        written to.
-    """
+    """Refuse files that cannot be written, or that are there already, before anything is computed."""
     for path in paths:
         _suffix_of(path, view)
         if path.is_dir():
@@ -337,13 +330,7 @@ def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str
 
 
 def write_drawing(found: Design, path: pathlib.Path) -> None:
-    """Draw a design and write it, whole or not at all.
-
-    Parameters
-    ----------
-    found : the design
-    path : file to write; PNG, PDF and SVG are the page, RRD is the leg in motion for the Rerun viewer
-    """
+    """Draw a design and write it, whole or not at all."""
     if _suffix_of(path) == _RERUN:
         from afo_sim.show.rerun.design_recording import write_design
 

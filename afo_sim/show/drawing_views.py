@@ -35,10 +35,7 @@ _ENDS = ("_origin", "_insertion")  # how the names of shapes end that mark a mus
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """The full model at an ankle angle [rad], seen from one side; the ankle is at (0, 0).
-
-    The view from the front shows the wearer's left on the right.
-    """
+    """The full model at an ankle angle [rad], seen from one side; the ankle is at (0, 0)."""
 
     built: Built
     model: mujoco.MjModel
@@ -146,20 +143,14 @@ def _draw_muscle(
 
 
 def parts(group: MuscleGroup, own: float, way: float) -> list[tuple[str, float, float]]:
-    """Cable, fittings and braid along a path: (kind, from, to) [m] from the origin.
-
-    Units: own [m], way [m].
-    """
+    """Cable, fittings and braid along a path: (kind, from, to) [m] from the origin."""
     fitting, own = 0.5 * group.type.end_length, min(own, way)
     edges = [("fitting", 0.0, fitting), ("braid", fitting, own - fitting), ("fitting", own - fitting, own)]
     return [edge for edge in [*edges, ("cable", own, way)] if edge[2] > edge[1]]
 
 
 def lever(pose: Pose, facts: PathFacts) -> tuple[np.ndarray, np.ndarray]:
-    """The moment arm: from the ankle to the foot of its perpendicular on the path's line [m] (2,), (2,).
-
-    Of a path of several pieces, the line is that of the piece whose distance is nearest to the moment arm.
-    """
+    """The moment arm: from the ankle to the foot of its perpendicular on the path's line [m] (2,), (2,)."""
     if facts.group.pulley is not None:
         return np.zeros(2), np.array([facts.arm[facts.at(0.0)], 0.0])
     corners = pose.flat(pose.path(facts.muscles[0]))
@@ -403,11 +394,7 @@ def _heights(axis: Any, design: Design, pose: Pose, scale: _Scale, box: Box) -> 
 
 
 def knee(design: Design) -> tuple[str, float] | None:
-    """The knee above the ankle [m]: as the leg tells it; else the top of the shank's shapes.
-
-    About another joint, the top of the segment above it. A rig whose muscles all run over wheels has neither
-    knee nor sole.
-    """
+    """The knee above the ankle [m]: as the leg tells it; else the top of the shank's shapes."""
     if not design.built.scenario.orthosis.anchored:
         return None
     leg = design.built.scenario.leg

@@ -26,13 +26,7 @@ from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_pair
 
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Write fit.png and fit.pdf, and return the files.
-
-    Parameters
-    ----------
-    found : from `fit`
-    folder : made if need be
-    """
+    """Write fit.png and fit.pdf, and return the files."""
     count = len(found.best.problem.data) + 1 + (len(found.fits) > 1)
     return write_pair(
         folder / "fit", (3.6 * count, 3.3), functools.partial(_fill, fits=found.fits, count=count)
@@ -135,15 +129,7 @@ _SPARSE = 150  # samples: fewer are drawn one by one
 
 
 def write_log_figure(fit: FitRun, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Write fit_run.png and fit_run.pdf, and return the files.
-
-    A row per channel: log, run before and after on the left; run less log on the right.
-
-    Parameters
-    ----------
-    fit : from `fit_run`
-    folder : made if need be
-    """
+    """Write fit_run.png and fit_run.pdf, and return the files."""
     size = (7.1, 0.9 + 1.7 * len(fit.problem.log.channels))
     return write_pair(folder / "fit_run", size, functools.partial(_rows, fit=fit))
 

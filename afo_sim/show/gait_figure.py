@@ -32,19 +32,7 @@ _STRIDE = {"color": "0.55", "lw": 0.7}  # of each stride behind its mean
 
 
 def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = None) -> None:
-    """Draw a gait cycle: the leg with the ground's force, angles with the norm, force, moment.
-
-    Parameters
-    ----------
-    cycle : to draw
-    path : file to write, whole or not at all; its suffix, one of `style.FORMATS`, is the format
-    imported : where the cycle was cut from; adds its trial, all strides, and the points of the leg
-
-    Raises
-    ------
-    InputError
-        The suffix is no format.
-    """
+    """Draw a gait cycle: the leg with the ground's force, angles with the norm, force, moment."""
     height = 9.0 if imported is None else 11.5 + _ROW * (len(imported.checks) + 2)
     height += _SMALL * 1.35 / 72.0 * _warned(cycle.warnings).count("\n")
     write_figure(path, (7.1, height), functools.partial(_page, cycle=cycle, imported=imported))
@@ -128,10 +116,7 @@ def _leg(axis: Any, cycle: GaitCycle, ends: tuple[float, float], alone: bool) ->
 def _foot(
     ankle: tuple[float, float], pitch: float, extension: float, height: float, ends: tuple[float, float]
 ) -> np.ndarray:
-    """Outline of a foot with bent toes: ankle, heel, hinge, tip and back to hinge and ankle [m] (6, 2).
-
-    Units: ankle [m], pitch, extension [rad], height [m], ends [m].
-    """
+    """Outline of a foot with bent toes: ankle, heel, hinge, tip and back to hinge and ankle [m] (6, 2)."""
     along = np.array([np.cos(pitch), np.sin(pitch)])
     toes = np.array([np.cos(pitch + extension), np.sin(pitch + extension)])
     under = np.asarray(ankle) + height * np.array([along[1], -along[0]])

@@ -40,12 +40,7 @@ def taken_sides(imported: Imported) -> set[str]:
 
 
 def foot_ends(imported: Imported, usual: tuple[float, float]) -> tuple[float, float]:
-    """Heel and toe of the taken foot ahead of its ankle, flat [m]: the outline, or else its points.
-
-    A toe point is on the metatarsals, as a rule, so that toes are drawn ahead of it.
-
-    Units: usual [m].
-    """
+    """Heel and toe of the taken foot ahead of its ankle, flat [m]: the outline, or else its points."""
     leg = imported.legs[imported.cycle.side]
     if {"heel", "toe"} <= set(leg.outline):
         return leg.outline["heel"], leg.outline["toe"]
@@ -92,10 +87,7 @@ def draw_points(axis: Any, imported: Imported) -> None:
 
 
 def draw_checks(figure: Any, checks: Sequence[Check], size: float) -> None:
-    """Can this trial be believed: each fault that was looked for, what was found, the limit, the verdict.
-
-    Units: size of the letters [points].
-    """
+    """Can this trial be believed: each fault that was looked for, what was found, the limit, the verdict."""
     axis = figure.add_subplot()
     axis.set_axis_off()
     axis.set_title("can I believe this trial?", loc="left", fontsize=9.0)
@@ -267,10 +259,7 @@ def _events(axis: Any, imported: Imported) -> None:
 
 
 def _marks(stride: RecordedStride) -> list[tuple[float, str, bool]]:
-    """Heel strikes and toe-off of a stride [s]: time, marker, whether it is a heel strike.
-
-    Those of a closed stride stand where they were recorded, which may be a period before or after.
-    """
+    """Heel strikes and toe-off of a stride [s]: time, marker, whether it is a heel strike."""
     if stride.closed is None:
         return [(stride.start, "v", True), (stride.end, "v", True), (stride.toe_off, "^", False)]
     first = stride.closed.window[0]

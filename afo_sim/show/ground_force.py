@@ -25,12 +25,7 @@ LOWEST = "sole/height"  # of the outsole; former recordings lack it
 
 @dataclass(frozen=True)
 class GroundForce:
-    """Arrows from the centre of pressure [m] (n, 3).
-
-    stands : where a foot bears a force (n,)
-    sole : height above the floor of the drawn sole [m] (n,)
-    kind : of force, "recorded" or "contact"
-    """
+    """Arrows from the centre of pressure [m] (n, 3)."""
 
     start: np.ndarray
     vector: np.ndarray

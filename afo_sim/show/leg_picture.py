@@ -17,19 +17,7 @@ _MANY = 20_000  # faces of a mesh above which its outline is drawn alone
 
 
 def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
-    """Draw a leg.
-
-    Parameters
-    ----------
-    leg : as `cut` gives it
-    title : above the picture
-    path : file to write, whole or not at all
-
-    Raises
-    ------
-    InputError
-        The suffix is no format.
-    """
+    """Draw a leg."""
     write_figure(path, (7.1, 5.4), functools.partial(_page, leg=leg, title=title))
 
 

@@ -12,12 +12,7 @@ from afo_sim.description import WORN, MuscleGroup
 
 @dataclass(frozen=True)
 class Carriage:
-    """Motion of even speed over a stride: x = start + length · strides [m].
-
-    The carriage neither stops in stance nor hurries in swing, as the foot does. It keeps up with the walker
-    where strides differ in duration. `ends` are its first and last x [m], `stride_time`
-    is the mean [s].
-    """
+    """Motion of even speed over a stride: x = start + length · strides [m]."""
 
     start: float
     length: float
@@ -26,10 +21,7 @@ class Carriage:
 
     @classmethod
     def beside(cls, time: np.ndarray, walked: np.ndarray, x: np.ndarray) -> Self:
-        """The carriage that stays nearest to an ankle.
-
-        Units: time [s] (n,), walked [-] (n,), x [m] (n,).
-        """
+        """The carriage that stays nearest to an ankle."""
         basis = np.column_stack([np.ones_like(walked), walked])
         (start, length), *_ = np.linalg.lstsq(basis, x, rcond=None)
         took, count = float(np.ptp(time)), float(np.ptp(walked))

@@ -30,10 +30,7 @@ _Parts = Iterable[str | _Table | _Draw]  # of a page: lines, tables, pictures
 
 
 def html(result: Any) -> str | None:
-    """A result as one HTML element that needs nothing outside itself; None where its text says all.
-
-    Its words, and its plain text, are at most `ROOM` bytes: what has no room is left out, and it says so.
-    """
+    """A result as one HTML element that needs nothing outside itself; None where its text says all."""
     parts = next((_PAGES[kind.__name__] for kind in type(result).__mro__ if kind.__name__ in _PAGES), None)
     if parts is None:
         return None

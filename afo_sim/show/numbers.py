@@ -67,13 +67,7 @@ def in_brief(notes: Iterable[str]) -> str:
 
 
 def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
-    """A note for many walks of which nobody has asked how they begin.
-
-    Parameters
-    ----------
-    scenario : of a sweep or search, resolved
-    metrics : names that are looked at
-    """
+    """A note for many walks of which nobody has asked how they begin."""
     return [_UNSEEN] if scenario.get("gait") and NAMES.isdisjoint(metrics) else []
 
 
@@ -82,14 +76,7 @@ def cautions(
     metrics: Mapping[str, Metric],
     strides: Mapping[int, Mapping[str, Metric]],
 ) -> list[str]:
-    """What a reader of a run's numbers must know: over whom the toe is lifted, and its `doubts`.
-
-    Parameters
-    ----------
-    scenario : resolved, as a recording holds it
-    metrics : of the run
-    strides : metrics of each whole stride, by its number
-    """
+    """What a reader of a run's numbers must know: over whom the toe is lifted, and its `doubts`."""
     lifted = [f"{told}; worn here: {worn(scenario)}" for told in lift(metrics, reference(scenario))]
     return [*lifted, *doubts(scenario, metrics, strides)]
 
@@ -99,10 +86,8 @@ def decisive(
     metrics: Mapping[str, Metric],
     strides: Mapping[int, Mapping[str, Metric]],
 ) -> list[str]:
-    """What may change what a reader of the verdict decides, and is not said there; each as short as can be.
-
-    Parameters are those of `cautions`.
-    """
+    """What may change what a reader of the verdict decides, and is not said there; each as short as
+    can be."""
     known = doubts(scenario, metrics, strides)
     if "strides_solved" in metrics:
         said = with_code(known, _WHICH_STRIDES)  # the verdict lists each stride
@@ -165,10 +150,7 @@ def doubts(
     metrics: Mapping[str, Metric],
     strides: Mapping[int, Mapping[str, Metric]],
 ) -> list[Notice]:
-    """Strides that are left out, stance that is not to be believed, assumed stiffness that decides.
-
-    Parameters are those of `cautions`.
-    """
+    """Strides that are left out, stance that is not to be believed, assumed stiffness that decides."""
     found = of_leg(scenario)
     if "toe_clearance" in metrics and "strides_counted" in metrics:
         of = (
@@ -220,12 +202,7 @@ def _of_muscles(scenario: Mapping[str, Any]) -> list[Notice]:
 
 
 def of_walker(scenario: Mapping[str, Any]) -> list[Notice]:
-    """What a reader must know of a run's gait cycle: doubts of its import, another mass or height.
-
-    Parameters
-    ----------
-    scenario : resolved, as a recording holds it; a gait file that was moved away tells nothing
-    """
+    """What a reader must know of a run's gait cycle: doubts of its import, another mass or height."""
     from afo_sim.common import find_gait
     from afo_sim.gait import closing_doubts
     from afo_sim.gait.file import read

@@ -38,10 +38,7 @@ def mean_and_spread(
     style: Any = "-",
     marker: str | None = None,
 ) -> None:
-    """Mean of the strides as a line, lowest to highest as a band; one row is a line.
-
-    Units: x (n,).
-    """
+    """Mean of the strides as a line, lowest to highest as a band; one row is a line."""
     if len(values) > 1:
         low, high = values.min(axis=0), values.max(axis=0)
         axis.fill_between(x, low, high, color=colour, alpha=0.25, lw=0.0, zorder=2)
@@ -84,10 +81,7 @@ _OF_WALKING = ("biological", "ground", "frame")  # moments that are left out els
 
 
 def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
-    """Ankle angle, with the recorded one in walking, the norm's band over the cycle.
-
-    A run over time by itself has its stance shaded and its orthosis' range of motion marked.
-    """
+    """Ankle angle, with the recorded one in walking, the norm's band over the cycle."""
     first = runs[0]
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     if over == "cycle":
@@ -248,11 +242,7 @@ def group_curves(run: RunView, group: str, *quantities: str) -> list[tuple[str, 
 
 
 def shade_stance(axis: Any, run: RunView) -> None:
-    """A band over time wherever the recorded foot stands, behind all else; none where nobody walks.
-
-    A line marks where settled strides, which are solved for, follow those walked from the start; a word
-    says so once in a figure.
-    """
+    """A band over time wherever the recorded foot stands, behind all else; none where nobody walks."""
     if not run.walks:
         return
     stands = np.r_[False, run.stands, False]
@@ -372,11 +362,7 @@ _SLACK = ":"  # line style of a muscle that pulls on nothing
 
 
 def contractions(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
-    """Own contraction of each muscle of a run, dotted where it is slack; thin, that of its path.
-
-    A path's contraction is that of a muscle on rigid cable, cuff and plate. Where a muscle is shorter, they
-    give; where it is longer, its cable hangs slack. A group is drawn once where its muscles coincide.
-    """
+    """Own contraction of each muscle of a run, dotted where it is slack; thin, that of its path."""
     run = runs[0]
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     for group in run.groups:

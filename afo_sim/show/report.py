@@ -49,10 +49,7 @@ _DEFINITIONS = (
 
 @dataclass(frozen=True)
 class _TableRow:
-    """One line of a table: a name with its meaning, a cell for each run or stride, a unit.
-
-    cells : (text, difference from the first run or "")
-    """
+    """One line of a table: a name with its meaning, a cell for each run or stride, a unit."""
 
     label: str
     cells: tuple[tuple[str, str], ...]
@@ -199,24 +196,7 @@ def write_report(
     *,
     tell: Callable[[str], None] | None = None,
 ) -> pathlib.Path:
-    """Write the report of runs, whole or not at all.
-
-    Parameters
-    ----------
-    folders : of runs, at most six; the others are compared with the first. One of two legs is a report of
-        both, the affected side first
-    out : HTML file to write; report.html in the first run's folder by default
-    tell : called with each of the `remarks` that the report begins with
-
-    Returns
-    -------
-    the file written
-
-    Raises
-    ------
-    InputError
-        No run is there, one is given twice, there are too many, or the file cannot be written.
-    """
+    """Write the report of runs, whole or not at all."""
     first = folders[0] if folders[0].is_dir() else folders[0].parent
     target = out or first / NAME
     if target.suffix.lower() not in _SUFFIXES or target.is_dir():
@@ -288,10 +268,7 @@ def remarks(runs: Sequence[RunView]) -> list[str]:
 
 
 def _notes(runs: Sequence[RunView]) -> Iterator[tuple[RunView | None, list[tuple[str, str]]]]:
-    """What the terminal notes of runs, too: what of their numbers is not to be believed, or is left out.
-
-    Each with its head, for each run that has any; those of every run once, under None.
-    """
+    """What the terminal notes of runs, too: what of their numbers is not to be believed, or is left out."""
     told = []
     for recording in (run.recording for run in runs):
         found = doubts(recording.scenario, recording.metrics, recording.strides)
@@ -330,10 +307,7 @@ def _title(runs: Sequence[RunView], joined: str) -> str:
 
 
 def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
-    """The whole HTML text of a report; the runs after the first are compared with it.
-
-    both : contents of both.json, where the runs are two legs; the affected side alone has a verdict
-    """
+    """The whole HTML text of a report; the runs after the first are compared with it."""
     judged = runs[:1] if both and both.get("affected") else runs
     walking = [run for run in runs if run.walks and run.strides]
     others = [run for run in runs if run not in walking and len(run.recording["time"]) > 1]

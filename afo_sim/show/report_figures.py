@@ -30,11 +30,7 @@ Draw = Callable[[Sequence[Any], Sequence[RunView]], None]  # on a figure for eac
 
 @dataclass(frozen=True)
 class _Drawing:
-    """One figure of a report, with its caption.
-
-    panels : SVG text of each
-    keys : (sample as SVG text, name) of the legend
-    """
+    """One figure of a report, with its caption."""
 
     panels: tuple[str, ...]
     keys: tuple[tuple[str, str], ...]

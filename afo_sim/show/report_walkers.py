@@ -54,10 +54,7 @@ def _share_reference(runs: Sequence[RunView]) -> bool:
 
 
 def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: float) -> Iterator[_Walker]:
-    """A walker, the foot enlarged beside it; none without a toe clearance, its recorded walk or a column.
-
-    Units: width [inch].
-    """
+    """A walker, the foot enlarged beside it; none without a toe clearance, its recorded walk or a column."""
     from matplotlib.figure import Figure
 
     found = view.recording.metrics.get("toe_clearance_phase")
@@ -88,10 +85,7 @@ def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: flo
 
 
 def _draw(axis: Any, walker: WalkingFigure, phase: float, middle: float, across: float, below: float) -> None:
-    """A walker without words, its lines as thick as its limbs.
-
-    Units: middle of what is seen, from the hip [m]; across, of the body height [-]; below the floor [inch].
-    """
+    """A walker without words, its lines as thick as its limbs."""
     draw_figure(axis, walker, phase)
     for text in list(axis.texts):
         text.remove()

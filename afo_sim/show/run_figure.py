@@ -60,22 +60,7 @@ _Panel = Callable[[Any, list[RunView]], None]  # draws on an axis
 
 
 def draw_run(recording: Recording, path: pathlib.Path) -> None:
-    """Draw a run on one page over time, as far as it has them.
-
-    Angle, moments, pressures, valves, forces and contractions of the muscles, and how far cuff and plate
-    give, and what a controller tells. In walking also the height of the sole, with the time that the foot
-    stands shaded.
-
-    Parameters
-    ----------
-    recording : a finished recording
-    path : file to write, whole or not at all; its suffix, one of `style.FORMATS`, is the format
-
-    Raises
-    ------
-    InputError
-        The recording has no rows, or the suffix is no format.
-    """
+    """Draw a run on one page over time, as far as it has them."""
     run = alone(recording)
     rows: list[_Panel] = [panels.angle, panels.moments]
     rows += [panels.sole] if run.walks else []
@@ -94,10 +79,7 @@ def _draw_panels(recording: Recording, path: pathlib.Path, *rows: _Panel) -> Non
 
 
 def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
-    """Draw angle and clearance of a walk over one gait cycle, angle and moments of another run over time.
-
-    Parameters and errors as in `draw_run`.
-    """
+    """Draw angle and clearance of a walk over one gait cycle, angle and moments of another run over time."""
     run = alone(recording)
     _refuse_empty(recording)
     if run.walks and run.strides:
@@ -123,10 +105,8 @@ def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
 
 
 def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
-    """Draw contraction and force of the muscles over time, and how far cuff and plate give under which pull.
-
-    Parameters and errors as in `draw_run`.
-    """
+    """Draw contraction and force of the muscles over time, and how far cuff and plate give under which
+    pull."""
     run = alone(recording)
     rows: list[_Panel] = [panels.contractions, panels.forces]
     rows += [panels.displacements, panels.pulls] if run.anchors else []
@@ -169,18 +149,7 @@ def figures_of(recording: Recording) -> list[str]:
 
 
 def write_figures(recording: Recording, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Write every figure that a run has as PNG and as PDF, and return the files.
-
-    Parameters
-    ----------
-    recording : a finished recording
-    folder : made if need be
-
-    Raises
-    ------
-    InputError
-        The recording has no rows.
-    """
+    """Write every figure that a run has as PNG and as PDF, and return the files."""
     _refuse_empty(recording)
     names = [f"{name}.{suffix}" for name, suffix in itertools.product(FIGURES, FORMATS[:2])]
     there = [name for name in names if pathlib.Path(name).stem in figures_of(recording)]

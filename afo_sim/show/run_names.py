@@ -22,10 +22,8 @@ def in_words(scenario: Mapping[str, Any]) -> tuple[str, list[str]]:
 
 
 def apart(scenarios: Sequence[Mapping[str, Any]]) -> tuple[str, list[str]]:
-    """What the descriptions of scenarios begin with, and the clauses that set each apart; none where none do.
-
-    Of equal descriptions it is the values that were set.
-    """
+    """What the descriptions of scenarios begin with, and the clauses that set each apart; none where
+    none do."""
     if len(scenarios) == 1:
         return "", [ALONE]
     texts, changed = zip(*map(in_words, scenarios), strict=True)

@@ -37,14 +37,7 @@ Over = Literal["time", "cycle"]  # the abscissa
 
 @dataclass(frozen=True, eq=False)
 class RunView:
-    """A run in a figure or report.
-
-    label : its name; "" where it is the only one
-    colour : of its curves
-    recording : the run
-    most_points : of a curve over time; None draws every row
-    style : of its lines among other runs'
-    """
+    """A run in a figure or report."""
 
     label: str
     colour: str
@@ -128,10 +121,7 @@ class RunView:
 
     @property
     def volumes(self) -> dict[str, str]:
-        """{volume of its air path: its name for people}; neither chambers nor the source's tank.
-
-        A regulator's outlet is left out where the recording tells the supply's own pressure.
-        """
+        """{volume of its air path: its name for people}; neither chambers nor the source's tank."""
         found = [m[1] for name in self.recording.columns if (m := re.fullmatch(_VOLUME, name))]
         names = {VALVE_END.format(chamber): f"{chamber}, valve end" for chamber in self.chambers}
         names |= {TUBE_END.format(chamber): f"{chamber}, tube end" for chamber in self.chambers}

@@ -21,15 +21,7 @@ _BOUND = {"color": "0.25", "lw": 0.9, "ls": "--"}
 
 
 def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, path: pathlib.Path) -> None:
-    """Draw all designs over the generations, with the best so far.
-
-    Parameters
-    ----------
-    problem : that was searched
-    units : {metric: unit}
-    columns : of all designs, in the order in which they were tried
-    path : PNG to write
-    """
+    """Draw all designs over the generations, with the best so far."""
     aim = problem.aim
     count = 1 + len(aim.limits) + len(problem.parameters)
     rows, across = -(-count // _ACROSS), min(count, _ACROSS)

@@ -24,13 +24,7 @@ _COLUMNS = 3  # panels side by side
 
 
 def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
-    """Draw tests of one kind on one page.
-
-    Isobaric: force over contraction; isotonic: contraction over pressure; isometric: force over pressure
-    (Takosoglu et al. 2016, fig. 7-9): up solid, down dashed, the formula thin and grey, measured points as
-    circles. Step: pressure and response over time, time constant and response over pressure (S0, fig.
-    4.4-4.6). Release: contraction and speed over time.
-    """
+    """Draw tests of one kind on one page."""
     tall = {"step": 3, "release": 2}.get(trials[0].plan.kind, 1)
     across = min(len(trials), _COLUMNS)
     down = -(-len(trials) // across)

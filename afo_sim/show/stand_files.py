@@ -27,13 +27,7 @@ class _Target:
 
 
 def target(out: pathlib.Path, kind: str) -> _Target:
-    """The place that `out` names: a table, or a folder for both tables.
-
-    Raises
-    ------
-    InputError
-        A file of another kind is asked for, or one table for several tests ("all").
-    """
+    """The place that `out` names: a table, or a folder for both tables."""
     suffix = out.suffix.lower()
     if suffix in _TABLES and kind != "all":
         return _Target(out.parent, out.stem, (suffix,))
@@ -46,18 +40,7 @@ def target(out: pathlib.Path, kind: str) -> _Target:
 
 
 def write_stand_files(tests: Stand, place: _Target, *, rrd: bool = True) -> list[pathlib.Path]:
-    """Write table, figure, summary and recording of tests of one kind; all together or none.
-
-    Parameters
-    ----------
-    tests : at least one trial, all of one kind
-    place : folder, stem and formats
-    rrd : also the Rerun recording
-
-    Returns
-    -------
-    the files
-    """
+    """Write table, figure, summary and recording of tests of one kind; all together or none."""
     trials, compared = tests.trials, tests.compared
     suffixes = [*place.formats, ".png", ".pdf", ".json"]
     suffixes += [".rrd"] if rrd and not trials[0].static else []

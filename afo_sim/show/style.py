@@ -109,19 +109,7 @@ def styled(**own: Any) -> Any:
 
 
 def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
-    """Draw a figure and write it, whole or not at all.
-
-    Parameters
-    ----------
-    path : file to write; its suffix, one of FORMATS, is the format
-    size : width, height [inch]
-    fill : called with an empty Matplotlib figure
-
-    Raises
-    ------
-    InputError
-        The suffix is no format.
-    """
+    """Draw a figure and write it, whole or not at all."""
     suffix = _format_of(path)
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
@@ -147,10 +135,7 @@ STEP = 0.97  # by which a colour is darkened at a time
 
 
 def luminance(colour: str) -> float:
-    """Relative luminance of an sRGB colour, 0 of black to 1 of white [-].
-
-    Source: WCAG 2.2, "relative luminance".
-    """
+    """Relative luminance of an sRGB colour, 0 of black to 1 of white [-]."""
     from matplotlib.colors import to_rgb
 
     linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in to_rgb(colour)]
@@ -177,10 +162,7 @@ SHADES = 96  # colours of a PNG
 
 
 def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
-    """Draw a page and write it, whole or not at all; a PNG in few colours.
-
-    Units: size [inch].
-    """
+    """Draw a page and write it, whole or not at all; a PNG in few colours."""
     if path.suffix.lower() == ".png":
         _write_png(path, size, fill)
     else:

@@ -25,24 +25,7 @@ def show(
     metrics: Sequence[str] | None = None,
     objectives: Mapping[str, Better] | None = None,
 ) -> list[pathlib.Path]:
-    """Write the figures of a sweep as PNG, each whole or not at all.
-
-    Parameters
-    ----------
-    results : of the sweep
-    out_dir : made if need be
-    metrics : names, with ":lowest" or ":highest" after them where need be; those that matter most if None
-    objectives : {metric: "lowest" or "highest"} of which Pareto fronts are drawn; `metrics` if None
-
-    Returns
-    -------
-    the files
-
-    Raises
-    ------
-    InputError
-        A metric that the sweep has not, or a folder that cannot be written to.
-    """
+    """Write the figures of a sweep as PNG, each whole or not at all."""
     found = findings(results, chosen(results, list(metrics or ())))
     asked = [f"{name}:{end}" for name, end in (objectives or {}).items()]
     return write_figures(found, out_dir, chosen(results, asked) if asked else found.objectives)
@@ -177,10 +160,7 @@ def _effect(axis: Any, results: Results, names: tuple[str, str], effect: Effect,
 
 
 def most_influential(effects: Mapping[str, Mapping[str, Effect]], count: int) -> list[str]:
-    """Parameters by the largest share that they explain of any metric; as they come where shares agree.
-
-    Where a share cannot be told of one of them, all are compared by the variance of their bins' means.
-    """
+    """Parameters by the largest share that they explain of any metric; as they come where shares agree."""
     shares: dict[str, float] = {}
     for found in effects.values():
         known = all(np.isfinite(effect.share) for effect in found.values())
@@ -200,10 +180,7 @@ def _between(effect: Effect) -> float:
 
 
 def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:
-    """For each metric its mean over the two parameters that it depends on most.
-
-    A grid's cells are its own; the cells of other designs are as wide as hold some eight cases on average.
-    """
+    """For each metric its mean over the two parameters that it depends on most."""
     axes = figure.subplots(1, len(effects), squeeze=False)[0]
     hatched = False
     for axis, (metric, found) in zip(axes, effects.items(), strict=True):

@@ -13,13 +13,7 @@ _Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 
 def tables(found: Findings, best: int) -> list[_Table]:
-    """(title, header, rows) to print.
-
-    Parameters
-    ----------
-    found : of the sweep
-    best : how many of the best cases are listed for each metric
-    """
+    """(title, header, rows) to print."""
     shown = [_status_table(found.results), *_warning_table(found.results), _metric_table(found)]
     if found.effects:
         shown.append(_effect_table(found))

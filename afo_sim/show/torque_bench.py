@@ -16,13 +16,7 @@ _RIGID = 2.5  # times the largest measured torque: as far as a panel goes
 
 
 def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Write fit_torque.png and fit_torque.pdf, and return the files.
-
-    Parameters
-    ----------
-    found : from `fit_torque`
-    folder : made if need be
-    """
+    """Write fit_torque.png and fit_torque.pdf, and return the files."""
     profiled = profile(found.solution)
     shown = min(len(found.problem.groups), _MOST_GROUPS)
     count = shown + 1 + (profiled is not None) + bool(found.laws)

@@ -15,14 +15,7 @@ _PANEL = (4.4, 3.4)  # [inch]
 
 
 def draw(maps: list[TorqueMap], path: pathlib.Path, title: str) -> None:
-    """Draw the curves of every chamber, with the needs of swing and loading response.
-
-    Parameters
-    ----------
-    maps : of every chamber
-    path : file to write; its suffix is the format
-    title : above the page
-    """
+    """Draw the curves of every chamber, with the needs of swing and loading response."""
     write_figure(path, (_PANEL[0] * len(maps), _PANEL[1]), functools.partial(_page, maps=maps, title=title))
 
 

@@ -37,17 +37,7 @@ _S3_LAW = "takosoglu_2016_an"
 
 
 def write_figures(folder: pathlib.Path) -> list[pathlib.Path]:
-    """Draw the validation's figures as PNG and as PDF, and return the files.
-
-    Parameters
-    ----------
-    folder : made if need be
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written to.
-    """
+    """Draw the validation's figures as PNG and as PDF, and return the files."""
     check_writable(folder, "folder")
     with together(folder) as scratch:
         files = [

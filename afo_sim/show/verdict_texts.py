@@ -63,10 +63,7 @@ def full(judged: Sequence[Judged]) -> list[str]:
 
 
 def lead(recording: Recording, among: int = 1) -> str:
-    """The first answer, and which of the others are not good: a good one hides no bad one.
-
-    among : of how many runs it is one; of more than two the names of all answers
-    """
+    """The first answer, and which of the others are not good: a good one hides no bad one."""
     first, *others = recording.verdict
     found, statuses = [first.text], ["bad", "doubtful", "unknown"]
     if among == 2 and first.brief:

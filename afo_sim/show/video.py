@@ -40,10 +40,7 @@ def scenery(
     height: int,
     walkway: tuple[float, float] | None = None,
 ) -> mujoco.MjModel:
-    """The model of a run with a floor, a light and a background, for pictures of a size [pixel].
-
-    A walkway reaches from one x to another [m], and has squares of 25 cm. Outsoles stand at height 0.
-    """
+    """The model of a run with a floor, a light and a background, for pictures of a size [pixel]."""
     spec = mujoco.MjSpec.from_string(xml)
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
     spec.visual.quality.shadowsize = 1024  # in software a shadow of 4096 takes as long as the picture
@@ -83,10 +80,7 @@ def _draw_pulley_muscles(spec: mujoco.MjSpec) -> None:
 
 
 def opengl_context(model: mujoco.MjModel, width: int, height: int) -> tuple[Any, mujoco.MjrContext]:
-    """An OpenGL context off the screen, and MuJoCo's drawing context in it.
-
-    MUJOCO_GL names the backend, whenever it was set; without it and without a display, EGL is taken.
-    """
+    """An OpenGL context off the screen, and MuJoCo's drawing context in it."""
     headless = sys.platform.startswith("linux") and not os.environ.get("DISPLAY")
     backend = os.environ.get("MUJOCO_GL", "").lower().strip() or ("egl" if headless else "")
     try:
@@ -112,11 +106,7 @@ _SLACK, _PULLING = np.array([0.62, 0.64, 0.68, 1.0]), np.array([0.84, 0.20, 0.05
 
 
 class Painter:
-    """Pictures of a run. A context manager: OpenGL's memory is given back at its end.
-
-    figure : of a walk, whose stride is drawn; None where somebody sits
-    title : above the pictures
-    """
+    """Pictures of a run. A context manager: OpenGL's memory is given back at its end."""
 
     def __init__(
         self,
@@ -223,30 +213,7 @@ def write_video(
     height: int = 720,
     progress: _Progress | None = None,
 ) -> tuple[str, ...]:
-    """Film one stride of a walk in slow motion, or a seated run from its beginning to its end, as MP4.
-
-    Parameters
-    ----------
-    runs : a finished recording; or two or three of walks by their titles, which stand side by side at the
-        same gait phase
-    path : file to write, whole or not at all
-    stride : its number from 1; by default the settled one
-    slow : times as long as in life [-]; by default 4 of a walk, 1 of a seated run
-    reference : whether the patient's walk without the device stands beside a walk alone
-    rate : frames per second [1/s]
-    width, height : of the picture, even numbers [pixel]
-    progress : called with (frames done, frames in all)
-
-    Returns
-    -------
-    titles from left to right; none of a seated run
-
-    Raises
-    ------
-    InputError
-        A recording has no rows or no such stride, runs do not go beside one another, a number is out of
-        range, ffmpeg is missing or refuses, or there is no OpenGL to draw with.
-    """
+    """Film one stride of a walk in slow motion, or a seated run from its beginning to its end, as MP4."""
     given = {"": runs} if isinstance(runs, Recording) else runs
     shots = _shots(given, stride, reference)
     moments = _moments(shots[-1], slow, rate)

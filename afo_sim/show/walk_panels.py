@@ -19,10 +19,7 @@ _WORK = ("orthosis_positive_work", "orthosis_negative_work")
 
 
 def over_cycle(axis: Any, toe_off: float | None, label: str, start: float = 0.0) -> None:
-    """An axis over the gait cycle.
-
-    Units: toe_off [-], start [-].
-    """
+    """An axis over the gait cycle."""
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     if toe_off is not None:
         mark_toe_off(axis, toe_off)
@@ -56,10 +53,7 @@ def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
 
 
 def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
-    """Height of the outsole or its ball above the floor in swing, with a dot at the minimum that counts.
-
-    A band about the outsole's is that of the assumed extension of the toes.
-    """
+    """Height of the outsole or its ball above the floor in swing, with a dot at the minimum that counts."""
     start = min(run.toe_off for run in runs)
     dots: list[tuple[float, float, str]] = []
     for run in runs:
@@ -107,11 +101,7 @@ def share_floor(axes: Sequence[Any], start: float) -> None:
 
 
 def _dots(axis: Any, dots: list[tuple[float, float, str]]) -> None:
-    """Clearances (gait cycle [%], height [mm], colour), a dot each.
-
-    One has its number below it. Those of several stand in a column above all curves there, the highest on
-    top, so that none covers another.
-    """
+    """Clearances (gait cycle [%], height [mm], colour), a dot each."""
     for x, height, colour in dots:
         axis.plot(x, height, "o", ms=5.0, color=colour, zorder=5)
     if len(dots) == 1:

@@ -24,12 +24,7 @@ def coordinates(case: Case) -> dict[str, np.ndarray]:
 
 
 def poses(case: Case, rows: Iterable[int]) -> dict[str, np.ndarray]:
-    """A walker's lines at some rows, each (n, places, 3), x forward, y left, z up [m].
-
-    left, right : hip, knee, ankle, heel, ball, pulp, tip, ankle
-    trunk : hip, neck, middle of the head
-    others : of the device's muscles, by their names, from origin to insertion
-    """
+    """A walker's lines at some rows, each (n, places, 3), x forward, y left, z up [m]."""
     body, kept = case.walked.body, coordinates(case)
     model = body.model
     data, moved, trunk = mujoco.MjData(model), Mountings(model, {}, ()), model.body("trunk").id

@@ -47,11 +47,7 @@ SAME = 0.1  # toe clearance by which a reference that is walked again may differ
 
 @dataclass(frozen=True)
 class Pose:
-    """Points of a walker at one instant, x forward and z up from the floor [m] (2,).
-
-    sole, other_sole : heel, ball, pulp and tip of the outsole (4, 2)
-    muscles : the path of each, from origin to insertion (n, 2)
-    """
+    """Points of a walker at one instant, x forward and z up from the floor [m] (2,)."""
 
     neck: np.ndarray
     head: np.ndarray
@@ -67,12 +63,7 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class Limbs:
-    """What is drawn of a walker above the simulated shank, and of the other leg.
-
-    cycle : the walk that drives the run
-    height : of the body [m]
-    foot : with the outsole that is worn
-    """
+    """What is drawn of a walker above the simulated shank, and of the other leg."""
 
     cycle: GaitCycle
     height: float
@@ -80,23 +71,14 @@ class Limbs:
 
     @classmethod
     def of(cls, recording: Recording, model: mujoco.MjModel) -> "Limbs":
-        """Those of the person that walks in a run.
-
-        Raises
-        ------
-        InputError
-            The file of the recorded walk is not there any more.
-        """
+        """Those of the person that walks in a run."""
         scenario = load("scenario", recording.scenario)
         return cls(
             persons_stride(scenario), person_of(scenario).body_height, foot_of(model, scenario.leg, ANKLE)
         )
 
     def points(self, ankle: np.ndarray, shank: np.ndarray, phase: np.ndarray) -> dict[str, np.ndarray]:
-        """Joints (n, 2) and the other sole (n, 4, 2) by their names in `Pose` [m].
-
-        Units: ankle, x and z [m] (n, 2), shank, leaning forward [rad] (n,), phase [-] (n,).
-        """
+        """Joints (n, 2) and the other sole (n, 4, 2) by their names in `Pose` [m]."""
         knee = _along(ankle, SHANK * self.height, shank)
         hip = _along(knee, THIGH * self.height, shank - self._recorded("knee_angle", phase))
         neck = _along(hip, TRUNK * self.height, LEAN)
@@ -133,24 +115,14 @@ class Limbs:
 
 @dataclass(frozen=True, eq=False)
 class WalkingFigure:
-    """The walker in one stride of a run.
-
-    view : the run; it walks
-    stride : whose poses are drawn
-    """
+    """The walker in one stride of a run."""
 
     view: RunView
     stride: Stride
 
     @classmethod
     def of(cls, view: RunView, stride: int = -1) -> "WalkingFigure":
-        """The walker in one of the strides that count; by default the last, the settled one.
-
-        Raises
-        ------
-        InputError
-            The run has no whole stride, or the file of the recorded walk is not there any more.
-        """
+        """The walker in one of the strides that count; by default the last, the settled one."""
         if not view.strides:
             raise InputError("has no whole stride to draw", field=view.label or "the run")
         figure = cls(view, view.strides[stride])
@@ -211,10 +183,7 @@ def capsules(points: Mapping[str, Any]) -> np.ndarray:
 
 
 def reference_view(recording: Recording, label: str, colour: str) -> RunView | None:
-    """The walk that a run is compared with, walked again; None where there is none, or it walks otherwise.
-
-    It walks otherwise where a file of its scenario has changed, or this program has since the run.
-    """
+    """The walk that a run is compared with, walked again; None where there is none, or it walks otherwise."""
     before = recording.metrics.get("reference_toe_clearance")
     if before is None or not recording.scenario.get("reference"):
         return None
@@ -228,13 +197,7 @@ def reference_view(recording: Recording, label: str, colour: str) -> RunView | N
 
 
 def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
-    """Draw a walker in true proportions, the hip at x = 0, with the height of the toes in swing.
-
-    Parameters
-    ----------
-    axis : of matplotlib; what it shows is cut to the figure
-    figure, phase : who is drawn, and at which gait phase [-]
-    """
+    """Draw a walker in true proportions, the hip at x = 0, with the height of the toes in swing."""
     pose = figure.pose(phase)
     shift = np.array([pose.hip[0], 0.0])
     _draw_leg(axis, FAR, (5.0, 3.0), shift, pose.hip, pose.other_knee, pose.other_ankle, pose.other_sole)

@@ -23,15 +23,7 @@ TOLD = 5e-4  # change of ln p from which on two strides tell it [-]
 
 @dataclass(frozen=True)
 class AirRows:
-    """Air of c chambers in n rows that are `step` apart.
-
-    mass [kg], pressure (absolute) [Pa], volume [m³] : (c, n)
-    inlet, outlet : mass flow, supply to chamber to ambient positive [kg/s] (c, n)
-    supply : absolute [Pa] (c, n)
-    inlet_ratio, outlet_ratio : critical pressure ratios [-] (c, 1)
-    wall : heat to the wall [W/K] (c, 1)
-    step : [s]
-    """
+    """Air of c chambers in n rows that are `step` apart."""
 
     mass: np.ndarray
     pressure: np.ndarray

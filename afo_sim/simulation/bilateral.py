@@ -303,13 +303,7 @@ def _period(scenario: Scenario) -> float:
 
 
 def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
-    """The share of a stride that the left leg is behind.
-
-    Raises
-    ------
-    InputError
-        The two legs do not belong to one person on one supply, or their strides vary.
-    """
+    """The share of a stride that the left leg is behind."""
     if right.walking != left.walking:
         seated = next(side for side, s in zip(SIDES, (right, left), strict=True) if not s.walking)
         problem = f"the {seated} leg's person sits and the other's walks"

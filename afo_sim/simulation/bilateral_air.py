@@ -53,10 +53,7 @@ def on_source(
     flows: Mapping[str, Metric],
     length: float | None,
 ) -> dict[str, Metric]:
-    """What either leg and both ask of the source.
-
-    Units: air [g], means [kg/s], length [m].
-    """
+    """What either leg and both ask of the source."""
     supply = supply_of(legs)
     found: dict[str, Metric] = {}
     if supply.source is not None or supply.regulator is not None:
@@ -77,11 +74,7 @@ def on_source(
 
 
 def _lasting(legs: Legs, source: Source, pressure: float, means: Mapping[str, float]) -> dict[str, float]:
-    """How long the source lasts for either leg and for both, cooling [s]; no entry of who takes nothing.
-
-    What a leg fills before its first step is out of it. A leg that empties it alone counts with its flow
-    until then.
-    """
+    """How long the source lasts for either leg and for both, cooling [s]; no entry of who takes nothing."""
     flow, filled, starved = dict(means), dict.fromkeys(means, 0.0), False
     for side, leg in legs.items():
         mass = leg.columns.get(f"store/{SOURCE}/mass")
@@ -142,22 +135,14 @@ RANKS: tuple[Status, ...] = ("good", "doubtful", "unknown", "bad")  # the later,
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """Rows of one cycle: the last settled stride, or the last whole period of what switches the valves.
-
-    phase : of each row, 0 to below 1 (n,)
-    columns : of the recording at these rows
-    length : way of a stride [m]; None where nobody walks
-    """
+    """Rows of one cycle: the last settled stride, or the last whole period of what switches the valves."""
 
     phase: np.ndarray
     columns: Mapping[str, np.ndarray]
     length: float | None = field(default=None)
 
     def at(self, column: str, phase: np.ndarray, behind: float = 0.0) -> np.ndarray:
-        """A column as it is when another leg is at `phase`, this one being `behind` by a share of a cycle.
-
-        Linear between rows, and periodic: at phase 0 the cycle goes on from its own end.
-        """
+        """A column as it is when another leg is at `phase`, this one being `behind` by a share of a cycle."""
         return np.interp(np.mod(phase - behind, 1.0), self.phase, self.columns[column], period=1.0)
 
 
@@ -218,10 +203,7 @@ def numbers_of(
     phase: np.ndarray,
     flow: Mapping[str, np.ndarray],
 ) -> dict[str, Metric]:
-    """Air and flow of either leg and of both, and how far both come on one bottle.
-
-    Units: phase (n,), flow [kg/s] (n,).
-    """
+    """Air and flow of either leg and of both, and how far both come on one bottle."""
     walks = cycles["right"].length is not None
     air_name = "air_per_stride" if walks else "air_per_cycle"
     air = {
@@ -240,13 +222,7 @@ def numbers_of(
 
 @dataclass(frozen=True)
 class Worse:
-    """One question of a verdict, answered for two legs.
-
-    question, name : as of the verdict
-    status : the worse one
-    leg : "right" or "left", whichever has it; "both" where they are alike, or for the air of both
-    answers : by leg; of the air also "both"
-    """
+    """One question of a verdict, answered for two legs."""
 
     name: str
     question: str

@@ -319,13 +319,7 @@ class CheckEntry:
 
 
 def read_checks(path: str | os.PathLike[str]) -> list[CheckEntry]:
-    """The entries of a checks file.
-
-    Raises
-    ------
-    InputError
-        The file is no TOML, has no check, or an entry has a wrong key, none or two checks.
-    """
+    """The entries of a checks file."""
     file = pathlib.Path(path)
     table = read_toml(file)
     for key in table:
@@ -338,11 +332,5 @@ def read_checks(path: str | os.PathLike[str]) -> list[CheckEntry]:
 
 
 def run_checks(run: Recording, path: str | os.PathLike[str]) -> list[Result]:
-    """The result of each entry of a checks file, in its order.
-
-    Raises
-    ------
-    InputError
-        As `read_checks`; or an entry names a column or metric that the run has not, or a wrong unit.
-    """
+    """The result of each entry of a checks file, in its order."""
     return [entry.check(run) for entry in read_checks(path)]

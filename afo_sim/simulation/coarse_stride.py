@@ -15,10 +15,7 @@ LEAST = 2.5  # times the asked step, below which longer steps save little
 
 
 def coarse(built: Built, control: np.ndarray) -> tuple[Built, np.ndarray] | None:
-    """The scenario in long steps, and its inputs over two strides; None where only the asked step will do.
-
-    Units: control (n_step, nu).
-    """
+    """The scenario in long steps, and its inputs over two strides; None where only the asked step will do."""
     scenario, n = built.scenario, steps_of_stride(built.scenario)
     count = round(n * scenario.timestep / LONG)
     if n < LEAST * count or remembers(built, control):
@@ -31,10 +28,7 @@ def coarse(built: Built, control: np.ndarray) -> tuple[Built, np.ndarray] | None
 
 
 def _inputs(built: Built, control: np.ndarray, n: int, count: int) -> np.ndarray:
-    """Inputs of the second stride's long steps (count, nu).
-
-    Valves are open for as long, the shank passes through the same places, and the rest is as the step begins.
-    """
+    """Inputs of the second stride's long steps (count, nu)."""
     assert built.walk is not None
     index = built.index
     at = np.linspace(n, 2 * n, count + 1)
@@ -57,10 +51,7 @@ def _between(rows: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def at_heel_strike(built: Built, state: np.ndarray, step: float) -> np.ndarray:
-    """A state at a heel strike, at time 0 and with the shank as steps of this length want it.
-
-    Units: state (mjSTATE_INTEGRATION row), step [s].
-    """
+    """A state at a heel strike, at time 0 and with the shank as steps of this length want it."""
     assert built.walk is not None
     model, pose, n = built.model, built.walk.pose, steps_of_stride(built.scenario)
     data, spec = native.scratch(model), mujoco.mjtState.mjSTATE_INTEGRATION

@@ -307,23 +307,14 @@ def frame_of(built: "Built", rows: dict[str, np.ndarray], control: np.ndarray, f
 
 
 def columns_of(built: "Built", rollout: Rollout) -> LazyColumns:
-    """All columns of a roll-out, with those that were reported.
-
-    Of one that was recorded for metrics alone, those that metrics need.
-    """
+    """All columns of a roll-out, with those that were reported."""
     frame = frame_of(built, rollout.rows, rollout.control, rollout.first_step)
     found = formulas(built, frame.whole)
     return LazyColumns(found, lambda name: found[name](frame), rollout.reported)
 
 
 def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], np.ndarray]]:
-    """The formula of every column of a run, by name; of a frame it gives (n,).
-
-    Parameters
-    ----------
-    built : compiled scenario
-    whole : whether also of those that need fields which only a whole recording has
-    """
+    """The formula of every column of a run, by name; of a frame it gives (n,)."""
     owners = _owners(built)
     present = [c for c in COLUMNS if (whole or not c.whole) and c.where(built)]
     found: dict[str, Callable[[Frame], np.ndarray]] = {}
@@ -342,14 +333,7 @@ def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], 
 def column_at(
     built: "Built", name: str, rows: dict[str, np.ndarray], control: np.ndarray, step: int
 ) -> np.ndarray:
-    """One column of a stretch (n,), by its name; InputError where a run of this scenario has none of it.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    name : of the column
-    rows, control, step : as of a `Frame`
-    """
+    """One column of a stretch (n,), by its name; InputError where a run of this scenario has none of it."""
     found = formulas(built)
     if name not in found:
         raise unknown(name, found, field="column", problem="a run of this scenario has no such column")
@@ -381,18 +365,7 @@ SENSOR, POSITIVE = "sensor/", "dorsiflexion"
 
 
 def describe(column: str, scenario: Mapping[str, Any] | None = None) -> tuple[str, str]:
-    """(unit, sign) of a column; a sensor's are those of the column that it reads.
-
-    Parameters
-    ----------
-    column : its name
-    scenario : resolved, of the run; needed for "sensor/<name>", and for another joint's positive direction
-
-    Raises
-    ------
-    InputError
-        The scenario has no such sensor, or this version of the program no such column.
-    """
+    """(unit, sign) of a column; a sensor's are those of the column that it reads."""
     if column.startswith(SENSOR):
         return _of_sensor(column, scenario or {})
     kind, *name_and_rest = column.split("/")

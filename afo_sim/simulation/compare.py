@@ -31,24 +31,7 @@ def compare_laws(
     *,
     report: Report | None = None,
 ) -> dict[str, Recording]:
-    """Run a scenario once with each law in all its muscles.
-
-    Parameters
-    ----------
-    scenario : a shipped name, a path to a TOML file, or a dict of the same shape
-    laws : names; by default every law that all muscles have parameters for
-    sets : dotted keys and values laid over the scenario
-    report : called with (steps done, steps in all, law)
-
-    Returns
-    -------
-    {law: Recording}, in the order asked for
-
-    Raises
-    ------
-    InputError
-        The description is wrong, or a muscle has no parameters for a law.
-    """
+    """Run a scenario once with each law in all its muscles."""
     for key in sets or {}:
         if key.endswith(".type.law"):
             raise InputError("is what the comparison varies", field="sets", value=key, allowed="`laws`")

@@ -29,11 +29,7 @@ CHECKS = (*SAMPLE_CHECKS, *MOMENTS, *TOTALS)
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a check; true when all is well.
-
-    `value` is the worst sample (when `ok`, the one closest to a limit) and `limit` the limit it is
-    compared with, both in the column's SI unit, or in the metric's; `time` [s] is NaN for a metric.
-    """
+    """The result of a check; true when all is well."""
 
     ok: bool
     message: str

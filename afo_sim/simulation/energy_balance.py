@@ -31,20 +31,7 @@ Columns = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Energy:
-    """Works and energies of a stretch [J].
-
-    air_work : ∫ p dV of the chambers, gauge; positive where the air works on the muscles
-    skeleton_work : −Σ ∫ T' dx of the tensions along their paths, as the joint feels them
-    damper_loss : what the muscles' dampers and those of cuff and plate take
-    friction_loss : what the muscles' friction takes; the remainder of their balance
-    wrap_loss : −Σ ∫ (T − T') dx, what friction at the paths' points and surfaces takes
-    spring_change : rise of the energy in cables, cuff and plate
-    bladder_change : rise of the energy in bladder, braid and return force, −n L0 ∫ F(κ, p = 0) dκ
-    law_mismatch : n L0 ∫ [F(κ, p) − F(κ, 0)] dκ − ∫ p dV, which a law that derives from its volume has not
-        (but where its muscle is stretched: under pressure its bladder pushes on, without air it has let go)
-        (a volume that depends on the pressure stores some, and gives it back by the end of a cycle)
-    turnover : ∫ |p dV|, the air's work without its sign
-    """
+    """Works and energies of a stretch [J]."""
 
     air_work: float
     skeleton_work: float
@@ -75,19 +62,7 @@ class Energy:
 
 
 def balance(built: Built, columns: Columns, static: Columns | None = None) -> Energy:
-    """Energy balance of a run, or of a part of it.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of a recording, or rows of it in their order, all at the same time step; SI
-    static : F_static(κ, p) of each leading muscle in the same rows [N], as `with_static_forces` has it;
-        by default the law is asked anew in every row, which takes longer than the run
-
-    Returns
-    -------
-    Energy
-    """
+    """Energy balance of a run, or of a part of it."""
     return balance_of(built.scenario.orthosis, columns, static)
 
 
@@ -157,11 +132,7 @@ def _muscle(group: MuscleGroup, own: Columns, count: int) -> Energy:
 
 
 def wrap_heat(tension: np.ndarray, felt: np.ndarray, path: np.ndarray) -> np.ndarray:
-    """Heat of friction at a path's guides in each step from row to row [J] (n − 1,), never negative.
-
-    (T − T') (x_last − x) with the forces of the later row: their sign is that of the speed with which the
-    path came there.
-    """
+    """Heat of friction at a path's guides in each step from row to row [J] (n − 1,), never negative."""
     found: np.ndarray = (felt - tension)[1:] * (path[1:] - path[:-1])
     return found
 
@@ -216,10 +187,7 @@ SHORT, LOCKED = 0.89, 0.99  # contraction, and share of the lock, beyond which t
 
 
 def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tuple[Columns, Columns]:
-    """Rows of a run for its balance: (columns, signed static force of each leading muscle [N]).
-
-    The state after a step holds what the law gave in it beyond the tension. So the last row is left out.
-    """
+    """Rows of a run for its balance: (columns, signed static force of each leading muscle [N])."""
     rows = cut(columns, lambda values: values[:-1])
     found, inverts = {}, free(built.scenario)
     for name, group in muscle_names(built.scenario.orthosis).items():
@@ -239,10 +207,7 @@ def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tupl
 def balance_metrics(
     built: Built, columns: Columns, static: Columns, whole: Energy, period: float
 ) -> dict[str, Metric]:
-    """Metrics of a run's balance; none where it does not walk a stride that counts, or is not finite.
-
-    Units: period [s].
-    """
+    """Metrics of a run's balance; none where it does not walk a stride that counts, or is not finite."""
     last, timestep = len(columns["time"]) - 1, built.scenario.timestep
     if built.walk is not None:
         counted = settled(columns, strides(columns, timestep, built.body_mass))

@@ -49,10 +49,7 @@ FEWEST = 3  # rows that have an energy balance
 
 @dataclass(frozen=True)
 class Examined:
-    """A roll-out of a built scenario, named: its columns at every step, what they say, what to mind.
-
-    `limits` are warnings of muscles beyond their limits, apart from those in `found`.
-    """
+    """A roll-out of a built scenario, named: its columns at every step, what they say, what to mind."""
 
     columns: dict[str, np.ndarray]
     found: WalkMetrics
@@ -61,12 +58,7 @@ class Examined:
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of a roll-out.
-
-    metrics : names of those that are computed, with those that come along; None for all
-    doubts : whether warnings are asked for of what is not to be believed, which takes the energy balance
-    curves : columns that are kept over the gait cycle, of the last whole stride; those that there are
-    """
+    """What is asked of a roll-out."""
 
     metrics: frozenset[str] | None = None
     doubts: bool = True
@@ -101,18 +93,7 @@ COMPARISONS = frozenset(row.name for row in REPORTED[reference_metrics])
 
 
 def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recording:
-    """Name the rows of a roll-out, and compute metrics and warnings.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    rollout : aligned rows and inputs
-    seed : of the sensors' noise, added to their own
-
-    Returns
-    -------
-    Recording at the scenario's record rate; the metrics are of every step.
-    """
+    """Name the rows of a roll-out, and compute metrics and warnings."""
     examined, stride = name_rows(built, rollout), built.scenario.record_stride
     n = len(examined.columns["time"])
     columns = examined.columns | _sensed(built, rollout, examined.columns, seed)
@@ -179,15 +160,7 @@ def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examin
 def examine(
     built: Built, rollout: Rollout, *, transient: bool = True, solved: bool = False, asked: Asked = EVERYTHING
 ) -> tuple[Columns, WalkMetrics]:
-    """Columns of every step of a roll-out, computed as they are read, and what they say in numbers.
-
-    Parameters
-    ----------
-    built, rollout : scenario and rows
-    transient : also of the strides that do not count
-    solved : the last whole stride is the settled one
-    asked : metrics and warnings
-    """
+    """Columns of every step of a roll-out, computed as they are read, and what they say in numbers."""
     columns = columns_of(built, rollout)
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
@@ -212,16 +185,7 @@ def first_strides(
     asked: Asked = EVERYTHING,
     near: Rollout | None = None,
 ) -> tuple[dict[str, Metric], tuple[Notice, ...]]:
-    """Metrics of the strides after a stop, and warnings of what they do not say.
-
-    Parameters
-    ----------
-    built, rollout : from the start
-    columns : of the roll-out, where they are known
-    settled : metrics of the settled stride, where it was solved for
-    asked : metrics
-    near : two settled strides
-    """
+    """Metrics of the strides after a stop, and warnings of what they do not say."""
     wanted = NAMES if asked.metrics is None else asked.metrics & NAMES
     if not wanted:
         return {}, ()

@@ -66,17 +66,7 @@ def gas_of(scenario: Scenario) -> Gas:
 
 
 def pull_on(orthosis: Orthosis, segment: Segment, columns: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Force of all muscles between two anchors on one segment, in its own axes.
-
-    A muscle's tension F acts on the shank along its path, F (f − s)/|f − s|. There s is its end on the shank,
-    and f its end on the foot, turned by the ankle's angle. On the foot acts the same force the other way.
-    Another joint's segments stand in their place.
-    Points and surfaces of a path are held by the cuff or plate of their segment. So s and f are the ends of
-    the straight piece between the segments, and F its tension, which friction at guides changes.
-    Cuff and plate have no mass here: what the muscles do to them, they do to the skin.
-
-    Units: columns [rad] (n,), returns [N].
-    """
+    """Force of all muscles between two anchors on one segment, in its own axes."""
     angle = columns["ankle/angle"]
     total = np.zeros((3, len(angle)))
     guided = _guided(orthosis, angle, segment)

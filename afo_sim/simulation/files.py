@@ -90,10 +90,7 @@ def intact_picture(folder: pathlib.Path) -> pathlib.Path | None:
 
 
 def write_parquet(recording: Run, path: pathlib.Path) -> None:
-    """One row per sample; unit and sign in each column's metadata, the run in the schema's.
-
-    The model that ran stands beside them, in the file's own metadata: whoever wants rows never reads it.
-    """
+    """One row per sample; unit and sign in each column's metadata, the run in the schema's."""
     import pyarrow as pa
 
     fields = []
@@ -115,13 +112,8 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
 
 
 def open_run(folder: str | os.PathLike[str], *, damaged: bool = False) -> Any:
-    """The Parquet file of a run's folder (or itself), checked but not read; `damaged` as of `open_parquet`.
-
-    Raises
-    ------
-    InputError
-        No run is there, or the file is damaged.
-    """
+    """The Parquet file of a run's folder (or itself), checked but not read; `damaged` as of
+    `open_parquet`."""
     path = pathlib.Path(folder)
     with suppress(InputError):  # a folder that may only be read stays as it is
         settle(path)
@@ -195,13 +187,7 @@ def read_run(folder: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def read_undamaged(folder: str | os.PathLike[str]) -> dict[str, Any]:
-    """What is whole of a damaged run, by field of Recording; lost rows of a column are NaN, as a notice says.
-
-    Raises
-    ------
-    InputError
-        The run's header is damaged: nothing says what its rows are.
-    """
+    """What is whole of a damaged run, by field of Recording; lost rows are NaN, as a notice says."""
     import pyarrow as pa
 
     file = open_run(folder, damaged=True)

@@ -21,10 +21,7 @@ PARTS, STRIDES = 60, 3  # coarse steps of a stride, strides
 
 
 def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> Mapping[int, float]:
-    """Gauge pressure of every chamber at the start of a stride [Pa], by its actuator.
-
-    Units: control (n, nu).
-    """
+    """Gauge pressure of every chamber at the start of a stride [Pa], by its actuator."""
     index = built.index
     set_to = built.scenario.supply.pressure  # a line before a regulator has more
     filled = {i: FILLED * min(float(control[0, i]), set_to) for i in index.chambers.values()}

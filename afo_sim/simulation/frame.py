@@ -15,13 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Frame:
-    """A stretch of a simulation, from which columns follow.
-
-    built : compiled scenario
-    rows : aligned rows (n, width)
-    control : inputs of the same steps (n, nu)
-    first_step : number of the first of them
-    """
+    """A stretch of a simulation, from which columns follow."""
 
     built: "Built"
     rows: dict[str, np.ndarray]
@@ -54,15 +48,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Column:
-    """One recorded column, or one of each muscle, chamber, valve or joint.
-
-    name : its path; "*" stands for the name of the muscle, chamber, valve or joint
-    unit, sign : as the file's metadata say them
-    formula : of a frame, and of the actuator or joint id where the name has a "*"
-    whole : it needs fields that metrics do not
-    where : whether a scenario has it
-    of : whether the muscle, chamber, valve or joint of that id has it
-    """
+    """One recorded column, or one of each muscle, chamber, valve or joint."""
 
     name: str
     unit: str

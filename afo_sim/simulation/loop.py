@@ -28,12 +28,7 @@ Readings = Mapping[str, np.ndarray]  # of sensors, by name (n,)
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """An Observation: see `control/controller.py`.
-
-    frame : rows since the last command; at the start the one row of the start
-    readings : of the sensors at these rows
-    time, period : present time and time to the next command [s]
-    """
+    """An Observation: see `control/controller.py`."""
 
     frame: Frame
     readings: Readings
@@ -85,13 +80,7 @@ def unit_of(scenario: Scenario, column: str) -> str:
 
 
 class Commander:
-    """The commands in force of one simulation, over the inputs that its scenario gives.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    timed : whether chambers follow the scenario's timing until they are commanded; else their valves are shut
-    """
+    """The commands in force of one simulation, over the inputs that its scenario gives."""
 
     def __init__(self, built: Built, *, timed: bool = True):
         self.built, self.timed = built, timed
@@ -142,13 +131,7 @@ def steps_of_period(scenario: Scenario, rate: float) -> int:
 
 
 def described_policy(built: Built) -> Policy | None:
-    """The policy of a scenario's own controller, made afresh; None where it has none.
-
-    Raises
-    ------
-    InputError
-        The controller does not fit the scenario.
-    """
+    """The policy of a scenario's own controller, made afresh; None where it has none."""
     described = built.scenario.controller
     if described is None:
         return None
@@ -156,20 +139,7 @@ def described_policy(built: Built) -> Policy | None:
 
 
 class Loop:
-    """The loop of one simulation; it makes the Policy that a roll-out asks.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    controller : see `control/controller.py`
-    rate : of commands [Hz]
-    time_limit : wall time that one command may take [s]
-
-    Raises
-    ------
-    InputError
-        It is no controller, reads what is not there, cannot be reset, or does not go with rate or limit.
-    """
+    """The loop of one simulation; it makes the Policy that a roll-out asks."""
 
     def __init__(self, built: Built, controller: Controller, rate: float, time_limit: float = TIME_LIMIT):
         if not callable(controller):

@@ -25,13 +25,7 @@ NUDGE = 1e-6  # of ln p, by which flows are differentiated [-]
 
 @dataclass(frozen=True)
 class WayRows:
-    """A valve or restriction in n rows.
-
-    way : its parameters
-    origin, end : numbers of its nodes; −1 where the pressure is given
-    pressures : absolute, at both ends and of its pilot [Pa] (n,)
-    opening : [-] (n,)
-    """
+    """A valve or restriction in n rows."""
 
     way: native.Way
     origin: int
@@ -42,14 +36,7 @@ class WayRows:
 
 @dataclass(frozen=True)
 class NetworkRows:
-    """Air of k nodes in n rows that are `step` apart.
-
-    mass [kg], pressure (absolute) [Pa], volume [m³] : (k, n)
-    wall : heat to the wall [W/K] (k,)
-    ways : valves and restrictions
-    gas : R [J/(kg·K)], γ [-]
-    step : [s]
-    """
+    """Air of k nodes in n rows that are `step` apart."""
 
     mass: np.ndarray
     pressure: np.ndarray
@@ -66,10 +53,7 @@ class NetworkRows:
         return found
 
     def entering(self) -> np.ndarray:
-        """Air that flows into each node over the rows, by what it has at first [-] (k,).
-
-        0 where next to nothing flows, and of nodes between which alone air goes to and fro.
-        """
+        """Air that flows into each node over the rows, by what it has at first [-] (k,)."""
         found, warm = np.zeros(len(self.mass)), self.temperature
         reached = np.zeros(len(self.mass) + 1, dtype=bool)
         flowing: list[list[int]] = []
@@ -89,10 +73,7 @@ class NetworkRows:
 
 
 def network_slopes(rows: NetworkRows, giving: np.ndarray) -> np.ndarray:
-    """∂(ln m, ln σ) of all nodes at the end of a stride by those at its start.
-
-    Units: giving (k, n).
-    """
+    """∂(ln m, ln σ) of all nodes at the end of a stride by those at its start."""
     z = rows.step * _rates(rows, giving)
     one = np.eye(z.shape[-1])
     steps = np.linalg.inv(one - z + 0.5 * z @ z)
@@ -174,10 +155,7 @@ def _flow(each: WayRows, warm: np.ndarray, by: int | None = None) -> np.ndarray:
 
 
 def network_rows(built: Built, nodes: list[int], rows: Rows, inputs: np.ndarray, step: float) -> NetworkRows:
-    """The air of nodes in some rows of a stride.
-
-    Units: rows (n, …), inputs (n, nu), step [s].
-    """
+    """The air of nodes in some rows of a stride."""
     model, index = built.model, built.index
     act, userdata = rows["act"], rows["userdata"]
     chambers = [native.read_air(model, act, userdata, c) for c in index.chambers.values()]

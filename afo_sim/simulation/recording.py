@@ -282,13 +282,7 @@ def read_recording(folder: str | os.PathLike[str]) -> Recording:
 
 
 def recover_recording(folder: str | os.PathLike[str]) -> Recording:
-    """What is whole of a damaged recording: lost rows of a column are NaN, and a warning names them.
-
-    Raises
-    ------
-    InputError
-        No run is there, or what says what its rows are is damaged too.
-    """
+    """What is whole of a damaged recording: lost rows of a column are NaN, and a warning names them."""
     return _found(Recording(**read_undamaged(folder)), pathlib.Path(folder))
 
 

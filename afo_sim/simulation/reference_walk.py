@@ -25,17 +25,7 @@ ASKED = Asked(frozenset({COMPARED, TOUCHES}), doubts=False)
 
 
 def reference_of(scenario: Scenario) -> Scenario:
-    """The scenario that a scenario's run is compared with: its patient and gait, in what `reference` says.
-
-    "barefoot" is without orthosis and shoe, "shoe" without orthosis in the scenario's shoe, "orthosis-off"
-    with the orthosis, whose inlets stay shut and whose outlets are open all the time. Its settled stride is
-    solved for wherever its strides repeat.
-
-    Raises
-    ------
-    InputError
-        It names no reference, or no shoe, or wears no orthosis that could be off.
-    """
+    """The scenario that a scenario's run is compared with: its patient and gait, in what `reference` says."""
     kind, gait, orthosis = scenario.reference, scenario.gait, scenario.orthosis
     if kind is None or gait is None:
         allowed = '"barefoot", "shoe" or "orthosis-off", where somebody walks'

@@ -36,16 +36,7 @@ CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 
 @dataclass(frozen=True)
 class Rollout:
-    """One simulation, as far as it came.
-
-    rows : aligned rows: row k is the state before step k and that step's forces
-    control : inputs of the same steps (n, n_input)
-    failure : why it stopped early, or could not start
-    wall_seconds : its share of the time that stepping took
-    first_step : number of the first row's step
-    final : the state after the last step, {name: (width,)}
-    reported : columns that the policy reports (n,)
-    """
+    """One simulation, as far as it came."""
 
     rows: Rows
     control: np.ndarray
@@ -85,15 +76,7 @@ class Workspace:
 
 @dataclass(frozen=True)
 class Recipe:
-    """Settings of a roll-out: recorded fields, inputs, rate, threads.
-
-    fields : of MjData, beside the state
-    inputs : bits of mjtState that tell what the inputs are
-    stride : every how many steps a row is kept
-    block : steps that are computed at a time, at most
-    threads : that step
-    mode : of the callbacks
-    """
+    """Settings of a roll-out: recorded fields, inputs, rate, threads."""
 
     fields: tuple[str, ...] = FIELDS
     inputs: int = CONTROL
@@ -112,22 +95,7 @@ def roll_out(
     progress: Callable[[int, int], None] | None = None,
     see: See | None = None,
 ) -> list[Rollout]:
-    """Roll simulations out side by side, each exactly as it runs alone.
-
-    Parameters
-    ----------
-    cases : simulations whose MjData are of one layout; they may differ in every number
-    n_step : number of steps
-    recipe : what is recorded
-    workspace : memory for the rows, which are then good until it is used again
-    progress : called with (steps done, steps in all)
-    see : called with each new stretch of each simulation
-
-    Returns
-    -------
-    list of Rollout, in order. What fails in one does not touch the others: `failure` is a SimulationError,
-    or the error for which a simulation could not start.
-    """
+    """Roll simulations out side by side, each exactly as it runs alone."""
     recipe = recipe or Recipe()
     with native.installed(recipe.mode), native.without_clock():
         failures = {k: found for k, case in enumerate(cases) if (found := limp(case)) is not None}
@@ -201,12 +169,7 @@ class _Moment:
 
 
 class _Run:
-    """A roll-out under way.
-
-    Memory is written once where that is possible: of a single simulation, or of many in a single block,
-    MuJoCo records where the rows stay, states one row late; they are moved when rows are asked for.
-    Otherwise a block is recorded aside and copied, every stride-th row, already aligned.
-    """
+    """A roll-out under way."""
 
     def __init__(self, cases: Sequence[Case], n_step: int, recipe: Recipe, workspace: Workspace):
         self.cases, self.n_step, self.recipe, self.workspace = cases, n_step, recipe, workspace

@@ -246,10 +246,7 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
 def run_settled(
     scenario: Scenario, *, progress: Progress | None = None, watch: Callable[[Recording], None] | None = None
 ) -> Recording:
-    """Walk from the start, and solve for the settled stride.
-
-    Units: progress (steps done, steps in all).
-    """
+    """Walk from the start, and solve for the settled stride."""
     first, second = build(start_up(scenario)), build(two_strides(scenario))
     check_sensors(first)  # before anything is walked
     if watch is not None:

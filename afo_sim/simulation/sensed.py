@@ -23,12 +23,7 @@ ROOM = 64  # rows that the arrays have room for at first
 
 
 class SensorBank:
-    """All sensors of one simulation, with what they remember from stretch to stretch.
-
-    Readings do not depend on how a run is cut into stretches. A reading at a row is what the electronics have
-    by then. A stretch from the run's first row on begins anew: the row of the start may be looked at before
-    the first step.
-    """
+    """All sensors of one simulation, with what they remember from stretch to stretch."""
 
     def __init__(self, built: Built, seed: int = 0):
         self.built, self.seed = built, seed
@@ -179,14 +174,7 @@ def _fill(row: np.ndarray, name: str, sensor: Sensor, timestep: float) -> None:
 
 
 def sensor_columns(built: Built, columns: Mapping[str, np.ndarray], seed: int = 0) -> dict[str, np.ndarray]:
-    """Columns "sensor/<name>", and "sensor/<name>/output" [V] of calibrated ones, of all rows of a run.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    columns : of every step of the run (n,)
-    seed : of the noise, added to the sensors' own
-    """
+    """Columns "sensor/<name>", and "sensor/<name>/output" [V] of calibrated ones, of all rows of a run."""
     if not built.scenario.sensor:
         return {}
     bank = SensorBank(built, seed)

@@ -43,18 +43,7 @@ ROUGH = 10.0  # times the distances within which a stride in long steps is settl
 
 @dataclass(frozen=True)
 class Settled:
-    """The settled stride of one scenario.
-
-    rollout : rows of two strides that are alike, and of `AFTER` steps, as if they began at time 0; a stride
-        that ends as it began is there twice
-    strides : that were walked in the asked steps
-    steps : of all strides that were walked
-    air : largest relative change of a chamber's mass or σ over the last stride [-]
-    angle : distance of the ankle's angle at its ends; where more is carried on, the largest between the two
-        strides [rad]
-    found : whether both are within `AIR` and `ANGLE`, and nothing slow is far from settled
-    slowest : share of a distance from the settled air that a stride leaves [-]
-    """
+    """The settled stride of one scenario."""
 
     rollout: Rollout
     strides: int = 0
@@ -73,21 +62,7 @@ def settle(
     fields: tuple[str, ...] = METRIC_FIELDS,
     workspace: Workspace | None = None,
 ) -> list[Settled]:
-    """Solve for settled strides side by side, each exactly as it is solved alone.
-
-    Parameters
-    ----------
-    builts : compiled scenarios of two strides (`periodic.two_strides`), whose MjData are of one layout and
-        whose strides have as many steps
-    controls : inputs of each (n_step, nu)
-    mode : of the callbacks
-    fields : of MjData that are recorded, beside the state
-    workspace : memory for the rows, which are then good until it is used again
-
-    Returns
-    -------
-    list of Settled, in order. What fails in one does not touch the others: its rollout has the `failure`.
-    """
+    """Solve for settled strides side by side, each exactly as it is solved alone."""
     workspace = workspace or Workspace()
     found: dict[int, Settled] = {}
     with native.installed(mode), native.without_clock():

@@ -45,28 +45,7 @@ def simulate(
     progress: Progress | None = None,
     see: Callable[[Rollout], None] | None = None,
 ) -> Rollout:
-    """Roll a compiled scenario out.
-
-    Parameters
-    ----------
-    built : compiled scenario
-    control : inputs (n_step, nu), as `controls.controls` makes them, or what chooses them as it goes
-    n_step : number of steps of a policy; the scenario's own by default
-    state : mjSTATE_INTEGRATION row to start from; the static equilibrium by default
-    progress : called with (steps done, steps in all)
-    see : called with each new stretch
-
-    Returns
-    -------
-    Rollout, shorter than asked for when the simulation failed
-
-    Raises
-    ------
-    CallbackError
-        The muscle callbacks cannot be installed or are not in force.
-    InputError
-        There is no static equilibrium.
-    """
+    """Roll a compiled scenario out."""
     mode = built.scenario.callback
     policy, first, count = _inputs(built, control, n_step)
     with native.installed(mode):
@@ -93,22 +72,7 @@ def simulate_together(
     *,
     policies: Sequence[Policy | None] | None = None,
 ) -> list[Rollout]:
-    """Roll compiled scenarios out in one call, each exactly as `simulate` does it alone.
-
-    Only what metrics need is recorded: the state and METRIC_FIELDS.
-
-    Parameters
-    ----------
-    builts : compiled scenarios whose MjData are of one layout; they may differ in every number
-    controls : inputs of each (n_step, nu), all of one length
-    workspace : memory for the rows, which are then good until it is used again
-    policies : what chooses the inputs of each as it goes, all at one period; None for those of `controls`
-
-    Returns
-    -------
-    list of Rollout, in order. What fails in one does not touch the others: of one that cannot even start,
-    `failure` is what `simulate` would raise.
-    """
+    """Roll compiled scenarios out in one call, each exactly as `simulate` does it alone."""
     recipe = Recipe(fields=METRIC_FIELDS, block=len(controls[0]))
     with native.installed("native"):
         chosen = policies or [None] * len(builts)
@@ -131,10 +95,7 @@ def _inputs(built: Built, control: np.ndarray | Policy, n_step: int | None) -> t
 def case_of(
     built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | None = None, air: Guess | None = None
 ) -> Case | Rollout:
-    """The case to roll out, or an empty Rollout where a kernel refuses the start.
-
-    Units: first (nu,).
-    """
+    """The case to roll out, or an empty Rollout where a kernel refuses the start."""
     try:
         native.assert_rows(built.model)
         if state is None:
@@ -177,22 +138,7 @@ def _within_stops(built: Built, rollout: Rollout) -> Rollout:
 
 
 class Stepped:
-    """Compiled scenarios that are stepped together through `mujoco.batch`, with the callbacks held.
-
-    Parameters
-    ----------
-    builts : compiled scenarios whose MjData are of one layout; they may differ in every number
-    count : number of simulations of a single scenario, instead of several scenarios
-    fields : of MjData that are recorded, beside the state
-    threads : that step
-
-    Raises
-    ------
-    CallbackError
-        The muscle callbacks cannot be installed.
-    SimulationError
-        A kernel refuses a start.
-    """
+    """Compiled scenarios that are stepped together through `mujoco.batch`, with the callbacks held."""
 
     def __init__(
         self, builts: Sequence[Built], *, count: int = 1, fields: tuple[str, ...] = FIELDS, threads: int = 1
@@ -244,14 +190,7 @@ class Stepped:
             self.stepper.replace_models([built.model for built in builts])
 
     def begin(self, numbers: Sequence[int], states: Sequence[np.ndarray], steps: Sequence[int]) -> None:
-        """Take simulations to states in the midst of a run.
-
-        Parameters
-        ----------
-        numbers : of the simulations
-        states : their mjSTATE_INTEGRATION rows, as `state` gives them
-        steps : numbers of the steps that begin in these states
-        """
+        """Take simulations to states in the midst of a run."""
         self.hold.check()
         for k, state, step in zip(numbers, states, steps, strict=True):
             self.stepper.restart(k, state)
@@ -286,18 +225,7 @@ class Stepped:
         return self.schedules[k][first : first + steps].copy()
 
     def advance(self, alive: Sequence[int], inputs: np.ndarray) -> Rows:
-        """Step, and return aligned rows of these steps, good until the next call with as many steps.
-
-        Parameters
-        ----------
-        alive : numbers of the simulations to step
-        inputs : theirs (len(alive), steps, nu)
-
-        Returns
-        -------
-        {field: (len(alive), steps, width)}; where a simulation has failed, rows from the failure on are those
-        of its last good step, and `failures` tells why.
-        """
+        """Step, and return aligned rows of these steps, good until the next call with as many steps."""
         self.hold.check()
         n, steps = inputs.shape[:2]
         out = self._block(n, steps)

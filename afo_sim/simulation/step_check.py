@@ -57,13 +57,7 @@ class StepError:
 
 
 def quarter_step(scenario: Scenario) -> Scenario:
-    """The scenario at a quarter of the step that it runs with.
-
-    Raises
-    ------
-    InputError
-        There would be too many steps, or a step is too short.
-    """
+    """The scenario at a quarter of the step that it runs with."""
     step = as_run(scenario).timestep / FINER
     try:
         return scenario.with_values(timestep=step, record_rate=None)
@@ -103,14 +97,8 @@ def _error(metric: Metric, fine: float) -> StepError:
 
 
 def with_step_errors(run: Recording, fine: Recording, step: float) -> Recording:
-    """A run with the errors of its metrics in `studies`, and a warning that names those beyond their bounds.
-
-    Parameters
-    ----------
-    run : at its own step
-    fine : the same at a quarter of it
-    step : of the finer run [s]
-    """
+    """A run with the errors of its metrics in `studies`, and a warning that names those beyond their
+    bounds."""
     steps: dict[str, Any] = {"step": 1e3 * FINER * step, "finer": 1e3 * step}
     if not fine.ok:
         text = "no numerical errors are known: at a time step of {finer:.3g} ms the run {status}"

@@ -38,17 +38,7 @@ class Moment(Protocol):
 
 @dataclass(frozen=True)
 class Policy:
-    """Inputs that are chosen block by block.
-
-    choose : inputs (n, n_input) of the n steps of a Moment
-    period : steps from one choice to the next; None lets the roll-out decide, for inputs that follow from the
-        steps alone
-    reported : of the steps first…stop, what the policy reports beside its inputs, as columns (n,); nothing by
-        default
-    keeps : whether Ctrl-C ends the simulation as a fault does, instead of losing it
-
-    `choose` raises `PolicyFault` where a simulation has to end, and `StopEarly` where it may.
-    """
+    """Inputs that are chosen block by block."""
 
     choose: Callable[[Moment], np.ndarray]
     period: int | None = None

@@ -36,14 +36,7 @@ STILL = 1e-6  # share of the largest slope below which a chamber's air has nothi
 
 @dataclass
 class Stride:
-    """A stride that was walked.
-
-    start : state that it began with
-    out : its rows, states after each step
-    ended : mass and σ of each node at its end (c, 2)
-    control : inputs of its steps (n, nu)
-    air, slopes : on the way and over it, once they have been asked for
-    """
+    """A stride that was walked."""
 
     start: Rows
     out: Rows
@@ -55,11 +48,7 @@ class Stride:
 
 @dataclass
 class StrideSearch:
-    """The search for one scenario's stride: how far it is.
-
-    near : slopes of the air over a stride nearby, in longer steps; None where none was walked
-    within : the distances of a settled stride are so many times `AIR` and `ANGLE`
-    """
+    """The search for one scenario's stride: how far it is."""
 
     built: Built
     control: np.ndarray
@@ -117,10 +106,8 @@ class StrideSearch:
             self.found = self._is_near()
 
     def _apart(self, stride: Stride) -> float:
-        """Distance of the ankle at a stride's end from its start [rad]; of a pair, largest between the two.
-
-        The velocity counts by what it moves before the ankle forgets it.
-        """
+        """Distance of the ankle at a stride's end from its start [rad]; of a pair, largest between the
+        two."""
         if self.paired:
             if self.before is None:
                 return math.inf
@@ -169,11 +156,7 @@ class StrideSearch:
         return found
 
     def jump(self, act: np.ndarray) -> None:
-        """Put the air that should repeat into `act` (na,), by one step of Newton's method.
-
-        The last of all jumps goes back to the first air, from where strides are only walked. Stores are full
-        again.
-        """
+        """Put the air that should repeat into `act` (na,), by one step of Newton's method."""
         assert self.last is not None
         wanted = self.first
         if self.jumps < JUMPS:
@@ -202,11 +185,7 @@ class StrideSearch:
         return self._slopes(self._own_slopes()) if self.chambers else None
 
     def _slopes(self, own: np.ndarray) -> np.ndarray:
-        """∂(ln m, ln σ) of all nodes at a stride's end by those at its start (2c, 2c).
-
-        To `own`, those along the last stride, comes what the last two show beyond them (Broyden 1965):
-        chambers that move each other, and volumes that follow late.
-        """
+        """∂(ln m, ln σ) of all nodes at a stride's end by those at its start (2c, 2c)."""
         last, before = self.last, self.before
         assert last is not None
         # the first stride from rest has not the past of one
@@ -301,11 +280,7 @@ def _step(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:
 
 
 def _bounded(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """The same, by at most `LARGEST`.
-
-    Far above its fixed point a chamber vents by a share, which is linear in m and not in ln m. Where the step
-    would lead away from where the stride went, it is taken in m and σ.
-    """
+    """The same, by at most `LARGEST`."""
     step = _step(slopes, change)
     if step @ change >= 0.0:
         return step * min(1.0, LARGEST / max(float(np.max(np.abs(step))), LARGEST))

@@ -74,10 +74,7 @@ def _specific_of_supply(f: Frame) -> np.ndarray:
 
 
 def _exergy_vented(f: Frame) -> np.ndarray:
-    """Σ ṁ [h − h0 − T0 (s − s0)] of the nodes that vent; air that comes in from outside has none.
-
-    A flow is the mean of the step behind its row, and so is what stands before it, to second order.
-    """
+    """Σ ṁ [h − h0 − T0 (s − s0)] of the nodes that vent; air that comes in from outside has none."""
     total = np.zeros(f.n)
     for end in native.ends_at_ambient(f.built.model):
         out = np.maximum(end.sign * edge_flow(f, end.edge), 0.0)

@@ -37,10 +37,7 @@ SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 
 
 def validity_warnings(built: Built, columns: Columns, static: Columns, energy: Energy) -> Iterator[Notice]:
-    """Warnings of what no muscle does, with the time and a smaller step.
-
-    Units: static [N].
-    """
+    """Warnings of what no muscle does, with the time and a smaller step."""
     step = built.scenario.timestep
     yield from _air(built, columns)
     yield from _motion(built, columns)
@@ -196,10 +193,8 @@ def _shorter(step: float, times: float) -> str:
 def limit_warnings(
     built: Built, columns: Columns, static: Mapping[str, np.ndarray] | None = None
 ) -> Iterator[Notice]:
-    """Warnings of muscles beyond their limits of pressure, force or contraction, and of pressure on the skin.
-
-    Units: static [N].
-    """
+    """Warnings of muscles beyond their limits of pressure, force or contraction, and of pressure on
+    the skin."""
     yield from _target_warnings(built, columns)
     for name, group in muscle_names(built.scenario.orthosis).items():
         pressure = columns[f"chamber/{chamber_of(name, group)}/pressure"]
@@ -286,10 +281,7 @@ def _muscle_limits(
 
 
 def _why_slack(group: MuscleGroup, filled: float) -> str:
-    """Why a muscle whose chamber is filled does not pull.
-
-    Units: filled [Pa].
-    """
+    """Why a muscle whose chamber is filled does not pull."""
     law = group.type.law
     strongest = static_force(LAWS[law].native_id, 0.0, filled, [*group.type.coefficients], 0)
     if strongest <= 1.0:
@@ -371,10 +363,7 @@ def _law_warnings(
 
 
 def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
-    """Warnings of a cuff or strap that presses beyond discomfort, at any time of these rows.
-
-    Blood flow is no warning: nearly every cuff that holds by friction hinders it while it is drawn tight.
-    """
+    """Warnings of a cuff or strap that presses beyond discomfort, at any time of these rows."""
     limits, facts = built.scenario.limits, facts_of(built)
     for segment, interface in built.scenario.orthosis.interface.items():
         part = WORN[segment]
@@ -442,10 +431,7 @@ def empty_warnings(scenario: Scenario, sag: Mapping[str, float], of: str = "") -
 
 
 def _source_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
-    """Warnings of a source that has too little left when the walk begins, and of dry ice in it.
-
-    Carbon dioxide that freezes is nothing that the store's kernels know of.
-    """
+    """Warnings of a source that has too little left when the walk begins, and of dry ice in it."""
     source, needed = built.scenario.supply.source, built.scenario.supply.pressure
     pressure, temperature = (columns.get(f"store/{SOURCE}/{what}") for what in ("pressure", "temperature"))
     if source is None:

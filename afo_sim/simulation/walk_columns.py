@@ -169,11 +169,7 @@ class WalkFrame(Frame):
 
     @functools.cached_property
     def toe_load(self) -> np.ndarray:
-        """Vertical load under the ball and the toes [N] (n,).
-
-        In contact the pads bear it. A recorded force F at the place x from the ankle is shared by the lever
-        rule between heel and ball, F (x − x_heel) / (x_ball − x_heel); ahead of the ball all of it is here.
-        """
+        """Vertical load under the ball and the toes [N] (n,)."""
         if self.built.contact is not None:
             return self.pads[:, 1:].sum(axis=1)
         heel, ball = self.points["heel"][0], self.points["ball"][0]

@@ -60,10 +60,7 @@ Report = Callable[..., None]
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """The settled stride of a scenario, as its run ends with it.
-
-    clearance : of the toe [mm]; NaN where the stride has none
-    """
+    """The settled stride of a scenario, as its run ends with it."""
 
     scenario: Scenario
     built: Built
@@ -72,13 +69,7 @@ class Settled:
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Settled":
-        """Solve for it, and for no first strides and no reference.
-
-        Raises
-        ------
-        SimulationError
-            The stride could not be walked.
-        """
+        """Solve for it, and for no first strides and no reference."""
         built = build(two_strides(scenario))
         rollout = settle([built], [inputs.controls(built)], mode=scenario.callback)[0].rollout
         if rollout.failure is not None:
@@ -273,10 +264,7 @@ class Answers:
             yield {"kind": "report", "file": "report.html"}
 
     def _search(self, design: Design, options: Mapping[str, Any], report: Report) -> Message:
-        """The design with the lowest objective within the limits of the verdict, by CMA-ES.
-
-        `options` has "over", {key: (lowest, highest)} as `--set` takes them, and "objective".
-        """
+        """The design with the lowest objective within the limits of the verdict, by CMA-ES."""
         scenario, metric = design.scenario, str(options.get("objective", "air_per_stride"))
         limits = limits_of(self._recording(design, report))
         kept = [

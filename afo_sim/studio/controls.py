@@ -19,13 +19,7 @@ _SOURCES = ("published", "measured", "fitted", "derived", "assumed")
 
 @dataclass(frozen=True)
 class _Row:
-    """A control for a key; `{group}` and `{chamber}` stand for each of the orthosis'.
-
-    unit : in which it is shown, "" of a bare number
-    low, high, step : of its slider, in that unit; a value beyond them can be typed
-    choices : kind of description that it names, such as "valve"; "" of a number
-    more : whether it is folded away at first
-    """
+    """A control for a key; `{group}` and `{chamber}` stand for each of the orthosis'."""
 
     group: Group
     key: str
@@ -105,13 +99,7 @@ _ROWS = (
 
 @dataclass(frozen=True)
 class Control:
-    """A control as a page draws it.
-
-    value : in `unit`; a number, a name, or None where the scenario has none
-    source : of `_SOURCES`, "set here", or "" where the file states none
-    reference : of that source, or the file
-    allowed : in words
-    """
+    """A control as a page draws it."""
 
     key: str
     group: Group
@@ -228,13 +216,7 @@ def shown(key: str, value: Any) -> Any:
 
 
 def read(key: str, value: Any) -> Any:
-    """A page's value as `--set` takes it: a number with the unit in which the page shows it.
-
-    Raises
-    ------
-    InputError
-        The page changes no such key, or it is no number, text, or list of intervals.
-    """
+    """A page's value as `--set` takes it: a number with the unit in which the page shows it."""
     unit = _unit_of(key)
     if unit is None and not key.startswith(("orthosis.", "supply.", "phases.", "start.")):
         raise InputError("is not changed by this page", field=key, value=value)

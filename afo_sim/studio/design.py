@@ -170,19 +170,7 @@ def _plain(name: str) -> str:
 
 
 def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
-    """Write the design and its variants as scenarios that `afo-sim run` takes, all or none.
-
-    Files that the scenario needs and that are not shipped are copied beside it.
-
-    Returns
-    -------
-    the scenario's file
-
-    Raises
-    ------
-    InputError
-        The folder holds something else, or cannot be written.
-    """
+    """Write the design and its variants as scenarios that `afo-sim run` takes, all or none."""
     target = pathlib.Path(folder)
     if target.exists() and any(target.iterdir()) and not _written_here(target / SCENARIO):
         raise InputError(
@@ -208,13 +196,7 @@ def _written_here(file: pathlib.Path) -> bool:
 
 
 def opened(source: str) -> Document:
-    """The document of a shipped scenario, a TOML file or a saved folder.
-
-    Raises
-    ------
-    InputError
-        There is no such scenario, or nobody walks in it.
-    """
+    """The document of a shipped scenario, a TOML file or a saved folder."""
     folder = pathlib.Path(source)
     base = source
     if (folder / SCENARIO).is_file():

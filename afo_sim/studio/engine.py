@@ -22,10 +22,7 @@ class _Superseded(Exception):
 
 @dataclass(frozen=True)
 class Wish:
-    """A design to answer; `what` is wanted beyond what every design gets, "" nothing.
-
-    variants : kept designs that have no answer yet, by their slots
-    """
+    """A design to answer; `what` is wanted beyond what every design gets, "" nothing."""
 
     serial: int
     design: Design

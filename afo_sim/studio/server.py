@@ -321,21 +321,7 @@ def imported(files: Sequence[pathlib.Path], walker: str, side: str, folder: path
 def serve(
     scenario: str, trial: Sequence[pathlib.Path], out: pathlib.Path, *, side: str = "right", port: int = 0
 ) -> Callable[[bool], None]:
-    """A studio that is ready; the function that is returned serves it until it is stopped by Ctrl-C.
-
-    Parameters
-    ----------
-    scenario : a shipped name, a TOML file or a saved folder; somebody walks in it
-    trial : files of the patient's own walk, which replaces the scenario's; none by default
-    out : folder that is saved to
-    side : "right" or "left", of the trial
-    port : on the loopback interface; any free one with 0
-
-    Raises
-    ------
-    InputError
-        There is no such scenario, nobody walks in it, the trial cannot be read, or the port is taken.
-    """
+    """A studio that is ready; the function that is returned serves it until it is stopped by Ctrl-C."""
     studio = Studio(opened(scenario), out)
     if trial:
         found = imported(trial, "patient", side, studio.engine.folder)

@@ -31,14 +31,7 @@ class Spread:
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """The mean of a metric over one parameter, all other parameters varying as they do in the sweep.
-
-    `places` are the bins' mean parameter values, or the values themselves (k,), text where the parameter is
-    text; `means`, `errors` (standard error) and `counts` belong to them (k,). `share` is the share of the
-    metric's variance that lies between the bins' means [-]: the first-order Sobol' index less what the metric
-    does within a bin, and an estimate, which noise may bring below zero; NaN where nothing varies, or the
-    cases are too few.
-    """
+    """The mean of a metric over one parameter, all other parameters varying as they do in the sweep."""
 
     places: np.ndarray
     means: np.ndarray
@@ -59,10 +52,7 @@ def spread(values: np.ndarray) -> Spread:
 
 
 def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int]]:
-    """[(status, reason, number of cases)], the most frequent first; "ok" is none of them.
-
-    Reasons that differ in their numbers only are one, shown by the first.
-    """
+    """[(status, reason, number of cases)], the most frequent first; "ok" is none of them."""
     failed = [(s, r) for s, r in zip(status.tolist(), reason.tolist(), strict=True) if s != "ok"]
     found = Counter((s, _kind(r)) for s, r in failed)
     texts = {(s, _kind(r)): r for s, r in reversed(failed)}
@@ -70,11 +60,7 @@ def failures(status: np.ndarray, reason: np.ndarray) -> list[tuple[str, str, int
 
 
 def warned(warnings: np.ndarray, notices: np.ndarray) -> list[tuple[str, int]]:
-    """[(warning, number of cases)], the most frequent first, of cases' warnings with a line each (n,).
-
-    Those about the same, by their lines of `notices` (n,), are one, shown by the first; where these are empty
-    those that differ in their numbers only.
-    """
+    """[(warning, number of cases)], the most frequent first, of cases' warnings with a line each (n,)."""
     cases = [
         {about or _kind(line): line for line, about in reversed([*zip_longest(*lines, fillvalue="")])}
         for lines in ((a.splitlines(), b.splitlines()) for a, b in zip(warnings, notices, strict=True))
@@ -89,14 +75,7 @@ def _kind(text: str) -> str:
 
 
 def best(values: np.ndarray, count: int, lowest: bool) -> np.ndarray:
-    """Rows of the best cases, best first; of equal ones the earlier. A case without the metric is none.
-
-    Parameters
-    ----------
-    values : of a metric (n,)
-    count : how many, at most
-    lowest : whether low values are good
-    """
+    """Rows of the best cases, best first; of equal ones the earlier. A case without the metric is none."""
     order = np.argsort(values if lowest else -values, kind="stable")
     return order[np.isfinite(values[order])][:count]
 
@@ -109,18 +88,7 @@ def effect(
     blocks: np.ndarray | None = None,
     grid: bool = False,
 ) -> Effect:
-    """Main effect of a parameter on a metric: the mean in bins of equally many cases, or at each value.
-
-    Notes
-    -----
-    The share is (Σ n_k (ȳ_k − ȳ)² − Σ n_k (1 − n_k/n) e_k²) / Σ (y − ȳ)², with e_k the standard error of the
-    bin's mean; the second sum is what chance alone would give. With independent cases and one variance this
-    is ε² (Kelley 1935, doi 10.1073/pnas.21.9.554). A slope within a bin counts as unexplained: of a linear
-    effect in k bins 1/k². Errors are those of cluster-robust regression on the bins (Liang & Zeger 1986,
-    doi 10.1093/biomet/73.1.13), with m/(m − 1) for m blocks.
-
-    Units: parameter (n,), metric (n,), blocks (n,).
-    """
+    """Main effect of a parameter on a metric: the mean in bins of equally many cases, or at each value."""
     known = np.isfinite(metric)
     parameter, metric = parameter[known], metric[known]
     blocks = np.arange(len(metric)) if blocks is None else blocks[known]
@@ -166,25 +134,7 @@ def _errors(residual: np.ndarray, bin_of: np.ndarray, blocks: np.ndarray, counts
 
 
 def ranks(points: np.ndarray, lowest: tuple[bool, ...]) -> np.ndarray:
-    """Number of the front that each case is on; 0 is the Pareto front.
-
-    A case dominates another if it is as good in all metrics and better in one; a front is what is not
-    dominated once the fronts before it are taken away. Equal cases are on the same front.
-
-    Parameters
-    ----------
-    points : cases and metrics (n, m)
-    lowest : for each metric whether low values are good (m,)
-
-    Returns
-    -------
-    int (n,); −1 where a metric is NaN
-
-    References
-    ----------
-    Two metrics in O(n log n): Jensen 2003, doi 10.1109/TEVC.2003.817234; more of them front by front: Zhang
-    et al. 2015 (ENS-SS), doi 10.1109/TEVC.2014.2308305.
-    """
+    """Number of the front that each case is on; 0 is the Pareto front."""
     found = np.full(len(points), -1)
     known = np.isfinite(points).all(axis=1)
     if not known.any():

@@ -39,32 +39,20 @@ ARITHMETIC: dict[type[ast.operator], np.ufunc] = {
 
 @dataclass(frozen=True)
 class Constraint:
-    """A condition on the parameters that every case of a sweep fulfils.
-
-    `units` are the SI units of the parameters that are numbers, `words` the values of those that are words.
-    """
+    """A condition on the parameters that every case of a sweep fulfils."""
 
     text: str
     units: dict[str, str]
     words: dict[str, tuple[str, ...]]
 
     def holds(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Mask of the cases that fulfil it (n,).
-
-        Units: values [SI] (n,).
-        """
+        """Mask of the cases that fulfil it (n,)."""
         with np.errstate(all="ignore"):  # what is not a number compares as false
             found = _Evaluation(self, values).truth(_parse(self.text))
         return np.broadcast_to(found, (len(next(iter(values.values()), "-")),))
 
     def excess(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Distance of cases from fulfilling it: 0 where they do, more where more is missing.
-
-        A comparison's excess is what it is off by, as a share of the larger side; the excesses of parts
-        joined by `and` add up, of those joined by `or` the least counts.
-
-        Units: values [SI] (n,).
-        """
+        """Distance of cases from fulfilling it: 0 where they do, more where more is missing."""
         with np.errstate(all="ignore"):
             found = np.nan_to_num(_Evaluation(self, values).excess(_parse(self.text)), nan=np.inf)
         return np.where(self.holds(values), 0.0, np.maximum(found, np.finfo(np.float64).tiny))

@@ -27,13 +27,7 @@ Columns = dict[str, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Cases:
-    """The cases of a sweep, numbered from 0.
-
-    `names` and `units` (SI; "" for words and bare numbers) are those of the parameters, in the plan's
-    order; `values` their values by name: float64 (n,), or words as objects. `seeds` are every case's own
-    seed (n,), of uint32, which follow from the plan's seed and the case's number alone. `dropped` counts
-    the samples that the constraints left out.
-    """
+    """The cases of a sweep, numbered from 0."""
 
     plan: Plan
     names: tuple[str, ...]
@@ -61,24 +55,7 @@ class Cases:
 
 
 def cases_of(plan: Plan, most: int = MOST) -> Cases:
-    """Every case of a sweep.
-
-    Parameters
-    ----------
-    plan : of the sweep
-    most : more cases than this are refused
-
-    Returns
-    -------
-    Cases: the same for the same plan; their first n do not depend on how many follow, but in a Latin
-    hypercube
-
-    Raises
-    ------
-    InputError
-        Too many cases, none or hardly any within the constraints, a kept case that does not exist, or a
-        case that is not a valid scenario.
-    """
+    """Every case of a sweep."""
     _check_count(plan, most)
     varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
     if plan.design == "grid":
@@ -198,10 +175,7 @@ def _spread(varied: list[Parameter], share: np.ndarray) -> Columns:
 
 
 def _samples(plan: Plan, dimensions: int) -> Iterator[np.ndarray]:
-    """Samples of the unit hypercube (n, dimensions) without end, in blocks.
-
-    A random or Sobol' sequence goes on from block to block; a Latin hypercube is followed by another.
-    """
+    """Samples of the unit hypercube (n, dimensions) without end, in blocks."""
     generator = np.random.default_rng(plan.seed)
     block = min(1 << max((plan.cases or 1) - 1, 1).bit_length(), _BLOCK)
     draw: Callable[[], np.ndarray]
@@ -232,10 +206,7 @@ def _saltelli(plan: Plan, dimensions: int) -> np.ndarray:
 
 
 def _check_cases(cases: Cases) -> None:
-    """Read cases as scenarios, so that what is wrong shows before the first is run.
-
-    Few are read all; of many those with every parameter's lowest, middle and highest value, or each word.
-    """
+    """Read cases as scenarios, so that what is wrong shows before the first is run."""
     for case in _telling(cases):
         try:
             load("scenario", cases.plan.scenario, cases.sets(case))

@@ -67,20 +67,7 @@ def beyond_limit(share: str, percent: float) -> Notice:
 
 @dataclass(frozen=True)
 class Effect:
-    """One step of one parameter, and by how much the metrics differ from the walk as it is.
-
-    name : of the parameter, as "dorsiflexor link length"
-    before, after : its value with its unit
-    sets : what `--set` takes to make the step
-    status : "run", or why it was not: no air enters the chamber, a limit forbids it, the description refuses
-        it, the run failed
-    reason : of that, in words
-    differences : {metric: with the step less without, in the metric's unit}; only of what was run
-    assumed : whether nobody has measured the value before: then it wants measuring first
-    beyond : limits that the step leaves, where the walk as it is keeps them or leaves them by less
-    notes : warnings that the walk as it is does not have
-    helps : whether the ranking counts it as a help
-    """
+    """One step of one parameter, and by how much the metrics differ from the walk as it is."""
 
     name: str
     before: str
@@ -138,11 +125,7 @@ def wanted_of(limits: Limits) -> Wanted:
 
 
 def aim_of(statuses: Mapping[str, Status]) -> Aim:
-    """What is to be bettered first.
-
-    What is bad goes before what is doubtful; among alike ones a toe that trips before a foot that does not
-    land on its heel, that before a hindered push-off, and that before air.
-    """
+    """What is to be bettered first."""
     for status in ("bad", "doubtful"):
         for aim in ORDER:
             if statuses.get(aim) == status:
@@ -151,22 +134,7 @@ def aim_of(statuses: Mapping[str, Status]) -> Aim:
 
 
 def rank(effects: Sequence[Effect], base: Mapping[str, float], wanted: Wanted, aim: Aim) -> list[Effect]:
-    """Effects with what helps most first, those that help marked.
-
-    - "lift", "heel": by the gain in the lowest toe clearance, or in the foot's pitch at contact. What that
-      costs in push-off and air is reported, and does not count.
-    - "push_off": by the relief, of torque or work, whichever is further beyond what is wanted.
-    - "air": by the air saved.
-    - "spare" (all is good): by the relief of push-off, to a hundredth of what is wanted; among alike ones by
-      the air saved.
-
-    A step does not help that costs the walk what is asked before: clearance, then heel contact, then
-    push-off (worse than what is wanted, and worse than now). Nor does a step of any kind that leaves a limit
-    of the muscles, or that makes cuff or strap hurt, where the walk as it is does not. What helps stands
-    first, then what was run and is noticed, then what makes no noticed difference, then what was not run.
-
-    Units: base [metric's unit].
-    """
+    """Effects with what helps most first, those that help marked."""
     marked = [_marked(effect, _gain(effect, base, wanted, aim), base, wanted, aim) for effect in effects]
     marked.sort(key=lambda pair: (_class(pair[0]), tuple(-part for part in pair[1])))  # stable
     return [effect for effect, _ in marked]

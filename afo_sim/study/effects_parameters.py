@@ -28,15 +28,7 @@ Barred = Literal["", "forbidden", "no air"]
 
 @dataclass(frozen=True)
 class Step:
-    """One parameter's step to one side.
-
-    name : of the parameter, as "dorsiflexor link length"
-    before, after : its value with its unit
-    sets : what `--set` takes to make the step
-    barred : "", or why it is not run: a limit forbids it, or no air enters the chamber
-    reason : of that, in words
-    assumed : whether nobody has measured the value before
-    """
+    """One parameter's step to one side."""
 
     name: str
     before: str

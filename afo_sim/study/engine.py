@@ -60,12 +60,7 @@ _AHEAD = 1  # batches more than threads, so that none of these waits for the nex
 
 @functools.cache
 def _keep_flat() -> None:
-    """Let the collector leave alone what is there, and glibc give large blocks back when they are freed.
-
-    A collection looks at everything that was ever imported, for a few objects of a case. glibc raises the
-    size from which it gives back whenever such a block is freed, up to 32 MB. Rows of hundreds of steps then
-    lie between small things that live longer, and the heap grows by some 60 kB a case.
-    """
+    """Let the collector leave alone what is there, and glibc give large blocks back when they are freed."""
     gc.freeze()
     if sys.platform != "linux":
         return
@@ -77,10 +72,7 @@ def _keep_flat() -> None:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The end of a case: "ok", "unstable", "infeasible" or "error", the reason, metrics, warnings.
-
-    `curves` are columns over CYCLE, of the last whole stride, where they were asked for (201,).
-    """
+    """The end of a case: "ok", "unstable", "infeasible" or "error", the reason, metrics, warnings."""
 
     status: str
     reason: str
@@ -91,12 +83,7 @@ class Outcome:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A case that is ready to run.
-
-    `solved` says that these are two strides, of which the settled one is solved for; `first` are the strides
-    from the start, where something is asked of them beside it. `policy` is a controller's, which chooses the
-    inputs as the case goes.
-    """
+    """A case that is ready to run."""
 
     number: int
     built: Built
@@ -154,21 +141,7 @@ def outcomes(
     asked: Asked = EVERYTHING,
     references: References | None = None,
 ) -> Iterator[Numbered]:
-    """Run cases.
-
-    Parameters
-    ----------
-    scenario : what all cases begin with, as `reader.load` takes it
-    cases : number and overrides of each
-    threads : that roll out, beside the one that calls; below two that one does it
-    chunk : cases after which all that were begun are brought to their end
-    asked : metrics and warnings of each
-    references : that are walked already, of the same scenario
-
-    Yields
-    ------
-    (number, Outcome), the numbers of a chunk in no particular order
-    """
+    """Run cases."""
     _keep_flat()
     most_bytes = _BATCH_BYTES / (1 if threads < 2 else threads + _AHEAD)
     batches = _batches(scenario, cases, chunk, most_bytes, asked.first_strides)
@@ -221,14 +194,7 @@ def _side_by_side(
 def prepare(
     scenario: Mapping[str, Any] | str, number: int, sets: Mapping[str, Any], first_strides: int = 0
 ) -> Prepared | Outcome:
-    """Read and compile a case, or say why that cannot be.
-
-    Parameters
-    ----------
-    scenario, number, sets : of the case
-    first_strides : from the start that are walked where the settled stride is solved for; where it is walked
-        to, they are there anyway
-    """
+    """Read and compile a case, or say why that cannot be."""
     try:
         description = load("scenario", scenario, sets)
         solved = description.walking and not why_walked(description)
@@ -240,10 +206,7 @@ def prepare(
 
 
 def _first(description: Scenario, number: int, strides: int) -> Prepared:
-    """The first strides of the run that a case is alone, no more than it has.
-
-    The whole run is laid out, and its first part rolled out: so its inputs are the run's to the last bit.
-    """
+    """The first strides of the run that a case is alone, no more than it has."""
     assert description.gait is not None
     built, n = build(start_up(description)), steps_of_stride(description)
     until_strike = -round(description.gait.start_phase * n) % n
@@ -300,10 +263,7 @@ def _roll(batch: Sequence[Prepared], workspace: Workspace) -> list[Rolled]:
 
 
 def _until_near(first: Prepared, settled: Rollout) -> Policy | None:
-    """The inputs of the first strides, until these show how they near the settled one.
-
-    All of them where the settled stride has failed, or they do not begin at heel strike.
-    """
+    """The inputs of the first strides, until these show how they near the settled one."""
     n, ankle = steps_of_stride(first.built.scenario), first.built.index.ankle_qpos
     if settled.failure is not None or len(first.control) % n:
         return None

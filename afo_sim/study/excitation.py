@@ -22,13 +22,7 @@ _ANGLE = "ankle/angle"
 
 
 class Excitation(Protocol):
-    """An input of a scenario that goes to and fro with a frequency, as phasor · exp(j 2π f t).
-
-    what, unit : of the input; unit is SI
-    phasor : of the input's first harmonic [unit]
-    outputs : columns whose response is asked for
-    tick : steps of which half a period must be a whole number
-    """
+    """An input of a scenario that goes to and fro with a frequency, as phasor · exp(j 2π f t)."""
 
     @property
     def what(self) -> What: ...
@@ -165,11 +159,7 @@ class OnPressure(_OnChamber):
 
 @dataclass(frozen=True)
 class OnValves(_OnChamber):
-    """One chamber's inlet open for half a period, its outlet for the other; the other chambers are vented.
-
-    The input is 1 while the inlet is open and −1 while the outlet is; its first harmonic is 4/π. Gain and
-    phase are therefore those of the describing function.
-    """
+    """One chamber's inlet open for half a period, its outlet for the other; the other chambers are vented."""
 
     what: What = "valves"
     unit: str = ""

@@ -25,13 +25,7 @@ EXACT = "shares of the variance are first-order Sobol' indices, as in the tables
 
 @dataclass(frozen=True, eq=False)
 class Indices:
-    """Sobol' indices of one metric, and the half-widths of their 95 % intervals.
-
-    first : share of the variance that a parameter explains alone (d,)
-    total : share that it has any part in (d,)
-    second : share that two explain together beyond both alone (d, d), above the diagonal, NaN elsewhere
-    left_out : base samples left out, because one of their cases failed; of `blocks`
-    """
+    """Sobol' indices of one metric, and the half-widths of their 95 % intervals."""
 
     parameters: tuple[str, ...]
     first: np.ndarray
@@ -66,13 +60,7 @@ def _block_size(results: Results) -> int:
 
 
 def indices(results: Results, metric: str) -> Indices:
-    """First-order, second-order and total Sobol' indices of a metric, by SALib.
-
-    References
-    ----------
-    Saltelli et al. 2010, doi 10.1016/j.cpc.2009.09.018; second order: Saltelli 2002,
-    doi 10.1016/S0010-4655(02)00280-1. Intervals by bootstrap of the base samples, as normal ones.
-    """
+    """First-order, second-order and total Sobol' indices of a metric, by SALib."""
     values = _blocks(results, metric)
     whole = np.isfinite(values).all(axis=1)
     failed = 1.0 - float(np.isfinite(values).mean())
@@ -125,13 +113,7 @@ def _blocks(results: Results, metric: str) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Findings:
-    """Effects and indices of the chosen metrics, computed once for tables and figures.
-
-    objectives : {metric: which end is good}
-    effects : {metric: {parameter: main effect}}, of the metrics that any case has
-    indices : {metric: Sobol' indices}, where the design gives them
-    remarks : what could not be computed and why, what was left out
-    """
+    """Effects and indices of the chosen metrics, computed once for tables and figures."""
 
     results: Results
     objectives: dict[str, Better]
@@ -141,17 +123,7 @@ class Findings:
 
 
 def findings(results: Results, objectives: Mapping[str, Better]) -> Findings:
-    """Analyse the cases of a sweep.
-
-    Parameters
-    ----------
-    results : of the sweep
-    objectives : {metric: "lowest" or "highest"}, whichever is good
-
-    Returns
-    -------
-    Findings
-    """
+    """Analyse the cases of a sweep."""
     remarks = _remarks(results, objectives)
     known = [name for name in objectives if np.isfinite(results[name]).any()]
     found = {}
@@ -193,11 +165,7 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
 
 
 def effects_of(results: Results, metric: str, indices: Indices | None = None) -> dict[str, Effect]:
-    """{parameter: its main effect on a metric}, as the sweep's design allows.
-
-    Where there are Sobol' indices, the first-order one is the share that is reported: two estimates of one
-    quantity would differ, the binned one being low by what the metric does within a bin.
-    """
+    """{parameter: its main effect on a metric}, as the sweep's design allows."""
     saltelli = results.design == _DESIGN
     blocks = results["case"] // _block_size(results) if saltelli else None
     grid = results.levels() is not None and not results.lacking(metric)

@@ -32,11 +32,7 @@ PARTS = {"fingerprint": dict, "scenario": dict, "metrics": dict, "seconds_per_ca
 
 @dataclass(frozen=True)
 class FolderKind:
-    """A kind of study.
-
-    `name` is "sweep" or "search"; `manifest` the file that says what is studied, with at least `parts`;
-    `cases` is where computed cases appear first and `computed` all else that `clear` takes away.
-    """
+    """A kind of study."""
 
     name: str
     manifest: str

@@ -17,12 +17,7 @@ _SHOWN = {"rad": "deg", "Pa": "bar"}  # units that people read; others as they a
 
 @dataclass(frozen=True)
 class Harmonic:
-    """A signal as mean + Re(phasor · exp(j 2π f t)), and the rest.
-
-    phasor : of the first harmonic, in the signal's unit
-    mean : in the signal's unit
-    distortion : root mean square of the rest over that of the first harmonic [-]
-    """
+    """A signal as mean + Re(phasor · exp(j 2π f t)), and the rest."""
 
     phasor: complex
     mean: float
@@ -30,14 +25,7 @@ class Harmonic:
 
 
 def first_harmonic(time: np.ndarray, signal: np.ndarray, frequency: float) -> Harmonic:
-    """The first harmonic by least squares; over whole periods it is Fourier's.
-
-    Parameters
-    ----------
-    time : [s] (n,)
-    signal : (n,)
-    frequency : [Hz]
-    """
+    """The first harmonic by least squares; over whole periods it is Fourier's."""
     turn = 2.0 * math.pi * frequency * time
     basis = np.column_stack([np.ones_like(turn), np.cos(turn), np.sin(turn)])
     (mean, cosine, sine), *_ = np.linalg.lstsq(basis, signal, rcond=None)
@@ -70,10 +58,7 @@ class Crossing:
 
 
 def falls_to(frequencies: np.ndarray, curve: np.ndarray, level: float) -> Crossing:
-    """Where a curve first falls to a level, on straight lines over the logarithm of the frequency.
-
-    Units: frequencies [Hz] (n,), curve [dB] (n,).
-    """
+    """Where a curve first falls to a level, on straight lines over the logarithm of the frequency."""
     under = np.flatnonzero(curve <= level)
     if not len(under):
         return Crossing(float(frequencies[-1]), "above")
@@ -87,19 +72,7 @@ def falls_to(frequencies: np.ndarray, curve: np.ndarray, level: float) -> Crossi
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One output over one input, over frequency.
-
-    output : column
-    unit, input_unit : SI units of output and input; "" of plain numbers
-    frequency : as it was run [Hz] (n,)
-    gain : amplitude of the output's first harmonic over the input's [unit/input_unit] (n,)
-    phase : of the output's first harmonic against the input's, a lag is negative [rad] (n,)
-    distortion : root mean square of what is neither mean nor first harmonic, over that of the first
-        harmonic [-] (n,)
-    mean : of the output [unit] (n,)
-    unsettled : share by which the first harmonic still changed from one half of the periods that are
-        analysed to the other [-] (n,)
-    """
+    """One output over one input, over frequency."""
 
     output: str
     unit: str
@@ -129,10 +102,7 @@ class Curve:
 
     @property
     def quarter(self) -> Crossing:
-        """Frequency at which the phase first lags by 90° [Hz].
-
-        Of an output that falls as its input rises, such as the other chamber's pressure, by 270°.
-        """
+        """Frequency at which the phase first lags by 90° [Hz]."""
         level = _QUARTER_TURN - (math.pi if self.phase[0] < 1.5 * _QUARTER_TURN else 0.0)
         return falls_to(self.frequency, self.phase, level)
 

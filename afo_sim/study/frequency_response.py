@@ -296,10 +296,7 @@ def _analysed(excitation: Excitation, frequency: float, count: int) -> dict[str,
 
 
 def settled_harmonic(time: np.ndarray, signal: np.ndarray, frequency: float) -> tuple[Harmonic, float]:
-    """First harmonic of a signal's second half, and the share by which it changes within that half.
-
-    Units: time, signal (n,), frequency [Hz].
-    """
+    """First harmonic of a signal's second half, and the share by which it changes within that half."""
     n = len(time)
     parts = (slice(n // 2, 3 * n // 4), slice(3 * n // 4, n))
     before, after = (first_harmonic(time[part], signal[part], frequency).phasor for part in parts)

@@ -94,11 +94,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal, or lognormal where `of_logarithm`; cut off below `lower` and above `upper` [SI].
-
-    `centre` is the mean, or the lognormal's median; `sd` the standard deviation, there of the natural
-    logarithm.
-    """
+    """Normal, or lognormal where `of_logarithm`; cut off below `lower` and above `upper` [SI]."""
 
     centre: float
     sd: float
@@ -149,11 +145,7 @@ Spread = Range | Choice | Normal | OwnSeed | Joint
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter: its name, the dotted keys that it sets alike, its values and their SI unit.
-
-    `unit` is "" for bare numbers and words; `whole` says that they are whole; `description` is the kind of
-    description that its words name; `files` are the whole paths of words that are paths beside the sweep.
-    """
+    """One parameter: its name, the dotted keys that it sets alike, its values and their SI unit."""
 
     name: str
     keys: tuple[str, ...]

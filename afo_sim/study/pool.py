@@ -33,11 +33,7 @@ Evaluate = Callable[
 def _chunks(
     scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], who: "Pool", asked: Asked = EVERYTHING
 ) -> Iterator[tuple[int, list[Outcome]]]:
-    """Chunks as workers return them, in no particular order.
-
-    A worker that dies takes no row with it and doubles none: its chunk is computed again by another, and
-    rows are written here alone.
-    """
+    """Chunks as workers return them, in no particular order."""
     distributed = optional("distributed")
     try:
         with _client(distributed, who) as client:
@@ -178,10 +174,7 @@ class Pool:
         asked: Asked,
         report: Callable[[int, int], None],
     ) -> list[Outcome]:
-        """The outcomes of a few cases, in their order.
-
-        report : called with (done, in all)
-        """
+        """The outcomes of a few cases, in their order."""
         found: dict[int, Outcome] = {}
         numbered = enumerate(cases)
         for number, outcome in self.beside.outcomes(scenario.resolved(), numbered, self.threads, _FEW, asked):
@@ -192,20 +185,7 @@ class Pool:
 
 @contextmanager
 def pool(threads: int = 0, workers: int = 0, scheduler: str = "") -> Iterator[Pool]:
-    """Threads and processes of this machine, or the Dask cluster at an address.
-
-    Parameters
-    ----------
-    threads : of this process; as many as processors if 0. Work that takes longer than starting processes is
-        shared by as many processes, this one among them
-    workers : processes that share the work from its first case on, instead
-    scheduler : address of a running Dask cluster
-
-    Raises
-    ------
-    InputError
-        Dask is not installed.
-    """
+    """Threads and processes of this machine, or the Dask cluster at an address."""
     if scheduler and (notice := unprotected(scheduler)):
         warnings.warn(notice, stacklevel=3)
     count = workers or threads or processors()

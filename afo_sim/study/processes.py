@@ -122,10 +122,8 @@ def _known_elsewhere() -> bool:
 
 @dataclass
 class Processes:
-    """So many processes beside this one, started once work has taken its time, and kept to the block's end.
-
-    `patience` is how much computing comes before [s], `spent` how much has come already.
-    """
+    """So many processes beside this one, started once work has taken its time, and kept to the block's
+    end."""
 
     count: int
     patience: float = PATIENCE
@@ -153,13 +151,7 @@ class Processes:
         chunk: int = 32,
         asked: Asked = EVERYTHING,
     ) -> Iterator[Numbered]:
-        """As `engine.outcomes`: by this process's threads at first, then by all, if as much is left to do.
-
-        Raises
-        ------
-        InputError
-            A process was ended by somebody else.
-        """
+        """As `engine.outcomes`: by this process's threads at first, then by all, if as much is left to do."""
         cases = iter(cases)
         few = self._at_first(cases) if self.count and _known_elsewhere() else cases
         done = 0

@@ -17,10 +17,7 @@ from afo_sim.study.store import RECORDINGS, SWEEP
 
 @dataclass(frozen=True)
 class Replay:
-    """A case again: its recording, what was said of it then, and the metrics that differ from its row.
-
-    `different` is {name: (row, now)}.
-    """
+    """A case again: its recording, what was said of it then, and the metrics that differ from its row."""
 
     case: int
     recording: Recording
@@ -34,23 +31,7 @@ class Replay:
 
 
 def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], None] | None = None) -> Replay:
-    """Run one case of a sweep as the sweep ran it.
-
-    Parameters
-    ----------
-    folder : of the sweep
-    case : its number
-    progress : called with (steps done, steps in all)
-
-    Returns
-    -------
-    Replay. On the same kind of processor, with the same code, nothing differs.
-
-    Raises
-    ------
-    InputError
-        There is no such sweep or case, or the case cannot be built: with the reason.
-    """
+    """Run one case of a sweep as the sweep ran it."""
     results = read(folder)
     row = _row_of(results, case)
     scenario = SWEEP.read(folder)["scenario"]

@@ -141,21 +141,7 @@ class Results(Shown):
 
 
 def read(folder: str | os.PathLike[str]) -> Results:
-    """Read a sweep's results, or those of its cases that there are so far.
-
-    Parameters
-    ----------
-    folder : of the sweep
-
-    Returns
-    -------
-    Results, ordered by case
-
-    Raises
-    ------
-    InputError
-        The folder is not a sweep, has no case yet, or a file in it is damaged.
-    """
+    """Read a sweep's results, or those of its cases that there are so far."""
     folder = pathlib.Path(folder)
     whole = folder / RESULTS
     paths = [whole] if whole.is_file() else sorted((folder / CHUNKS).glob("*.parquet"))

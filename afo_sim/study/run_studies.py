@@ -26,17 +26,7 @@ def with_studies(
     spreads: str = "usual",
     report: Report | None = None,
 ) -> Recording:
-    """A run of walking together with the studies that are asked for; another run as it is.
-
-    Parameters
-    ----------
-    recording : of the scenario
-    scenario : that ran
-    effects : find out what to change first; left out, with the reason, where it would take over two minutes
-    draws : for bands; none with 0
-    spreads : what is not known: a shipped name, or a TOML file
-    report : called with (done, in all, what)
-    """
+    """A run of walking together with the studies that are asked for; another run as it is."""
     if not (recording.ok and scenario.walking):
         return recording
     if draws > 0:
@@ -53,17 +43,7 @@ def _told(recording: Recording, name: str, study: Any) -> Recording:
 
 
 def check_studies(scenario: Scenario, *, draws: int = 0, spreads: str = "usual") -> None:
-    """Refuse studies that cannot be made, before anything is walked.
-
-    Parameters
-    ----------
-    scenario, draws, spreads : as `with_studies` takes them
-
-    Raises
-    ------
-    InputError
-        Bands are asked for where nobody walks, of too few draws, or of spreads that do not fit.
-    """
+    """Refuse studies that cannot be made, before anything is walked."""
     if spreads != _USUAL and not draws:
         problem = "goes with --uncertainty"
         raise InputError(problem, field="spreads", value=spreads, allowed="--uncertainty 200")

@@ -32,10 +32,7 @@ _MOST_WORDS = 16  # whose metrics are asked for before the first case is run
 
 @dataclass(frozen=True)
 class Workload:
-    """Work of a sweep or a part: cases, those that are done, seconds for the rest, bytes on disk.
-
-    `dropped` are the samples outside the constraints.
-    """
+    """Work of a sweep or a part: cases, those that are done, seconds for the rest, bytes on disk."""
 
     cases: int
     done: int
@@ -61,22 +58,7 @@ def open_store(
     changed: Changed = "refuse",
     evaluate: Evaluate = engine.outcomes,
 ) -> Store:
-    """The store of a sweep: a new one, or one to be continued.
-
-    Parameters
-    ----------
-    plan, cases : of the sweep
-    folder : made if need be
-    changed : what to do where the folder holds results of another sweep or of other code: "refuse";
-        "restart", which throws them away; "continue", which lets those of other code stand beside the new
-        (the sweep's cases must still be the same). Where nothing has changed, the sweep goes on.
-    evaluate : what computes cases
-
-    Raises
-    ------
-    InputError
-        The folder holds another sweep or something else, cannot be written to, or no case runs.
-    """
+    """The store of a sweep: a new one, or one to be continued."""
     now = fingerprint(plan)
     known = {
         "fingerprint": now,
@@ -112,13 +94,7 @@ def sweep(
 
 
 def estimate(store: Store, workers: int, part: Part = WHOLE) -> Workload:
-    """The work that is left, by the time that the first cases took.
-
-    Parameters
-    ----------
-    workers : threads or processes that share the work
-    part : as `run` takes it
-    """
+    """The work that is left, by the time that the first cases took."""
     count, left = _cases(store, _of_part(range(store.count), part)), _left(store, part)
     each = float(SWEEP.read(store.folder)["seconds_per_case"])
     return Workload(count, count - left, store.cases.dropped, left * each / workers, _bytes(store, count))
@@ -134,24 +110,7 @@ def run(
     report: Callable[[SweepProgress], None] | None = None,
     evaluate: Evaluate | None = None,
 ) -> SweepProgress:
-    """Compute what is left of a sweep; killed at any time, the next call goes on from there.
-
-    Parameters
-    ----------
-    store : of the sweep
-    threads : in this process, unless there are workers or a scheduler
-    workers : processes of this machine that share the work from its first case on
-    scheduler : address of a running Dask cluster
-    part : (k, n) does the k-th of n parts only, for a job array; who comes last gathers the results
-    report : called after every chunk
-    evaluate : what computes cases instead of threads and processes
-
-    Raises
-    ------
-    InputError
-        The disk is full or has too little room, the cluster cannot be reached, or its workers die over and
-        over.
-    """
+    """Compute what is left of a sweep; killed at any time, the next call goes on from there."""
     pending = _of_part(store.pending(), part)
     count = _cases(store, _of_part(range(store.count), part))
     state = SweepProgress(count, count - _left(store, part), 0, 0)
@@ -271,20 +230,7 @@ def probe(
     file: pathlib.Path,
     evaluate: Evaluate = engine.outcomes,
 ) -> tuple[dict[str, str], float]:
-    """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s].
-
-    Parameters
-    ----------
-    scenario : what all cases begin with
-    sets : overrides of each case
-    file : of the study
-    evaluate : what computes cases
-
-    Raises
-    ------
-    InputError
-        None of them runs.
-    """
+    """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s]."""
     next(evaluate(scenario, [(0, sets[0])], 1, 1, EVERYTHING))  # compiles what only the first run compiles
     begun = time.perf_counter()
     found = [

@@ -90,18 +90,7 @@ def _better(metric: str) -> Better:
 
 
 def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
-    """{metric: which end is good} as asked for, or the metrics that matter most.
-
-    Parameters
-    ----------
-    results : of a sweep
-    asked : names, each with ":lowest" or ":highest" after it where `better` is not what is meant
-
-    Raises
-    ------
-    InputError
-        No such metric, or an end that is neither lowest nor highest.
-    """
+    """{metric: which end is good} as asked for, or the metrics that matter most."""
     if not asked:
         there = [name for names in _DEFAULT for name in [n for n in names if n in results.metrics][:1]]
         return {name: _better(name) for name in there or list(results.metrics)[:_HOW_MANY]}

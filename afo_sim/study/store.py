@@ -37,11 +37,7 @@ SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"c
 
 @dataclass(frozen=True)
 class Store:
-    """The folder of one sweep. `metrics` {name: unit} are the columns, `chunk` the cases in a file.
-
-    `sweep` is the fingerprint of the sweep, by which a file of another one is known; `mixed` says that other
-    code has computed some of the rows.
-    """
+    """The folder of one sweep. `metrics` {name: unit} are the columns, `chunk` the cases in a file."""
 
     folder: pathlib.Path
     cases: Cases
@@ -80,13 +76,7 @@ class Store:
         return [chunk for chunk in range(self.count) if _stem(chunk) not in there]
 
     def write(self, chunk: int, outcomes: Sequence[Outcome]) -> None:
-        """Put a chunk's rows on disk.
-
-        Raises
-        ------
-        InputError
-            The disk is full or the folder cannot be written to; what was written before is safe.
-        """
+        """Put a chunk's rows on disk."""
         with disk(self.folder, AGAIN):
             try:
                 with keeping(self._path(chunk)) as path:
@@ -145,13 +135,7 @@ class Store:
         return pa.schema(fields, metadata={"sweep": json.dumps(sweep)})
 
     def finish(self) -> None:
-        """Gather all chunks into the results.
-
-        Raises
-        ------
-        InputError
-            As `write`; or a chunk is damaged, which is taken away to be computed again.
-        """
+        """Gather all chunks into the results."""
         with disk(self.folder, AGAIN):
             try:
                 self._gather()
@@ -208,17 +192,7 @@ class Store:
 
 
 def recover(folder: pathlib.Path) -> tuple[int, int]:
-    """Put the whole parts of a sweep's damaged results back as chunks, from which the sweep goes on.
-
-    Returns
-    -------
-    how many cases are whole, and of how many; the damaged file stays beside, as results.damaged.parquet
-
-    Raises
-    ------
-    InputError
-        No finished sweep is there, its manifest or its results' footer is damaged, or it is not writable.
-    """
+    """Put the whole parts of a sweep's damaged results back as chunks, from which the sweep goes on."""
     import pyarrow as pa
 
     chunk, whole = int(SWEEP.read(folder)["chunk"]), 0

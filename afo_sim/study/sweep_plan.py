@@ -34,10 +34,7 @@ _CHUNK = 32  # cases
 
 
 class SweepTable(StrictTable):
-    """What a sweep's file states and its plan keeps.
-
-    `cases` of saltelli are base samples; `set` are fixed overrides; without `metrics` all are kept.
-    """
+    """What a sweep's file states and its plan keeps."""
 
     description: StrictStr = ""
     scenario: StrictStr | dict[str, Any]
@@ -92,11 +89,7 @@ def known_metric(name: str) -> str:
 
 
 class Plan(SweepTable):
-    """A sweep or the designs of a search, checked; from a file, from arguments or from a search alike.
-
-    `file` is where it was read; `scenario` a shipped name, a whole path, or plain data;
-    `set` has dotted keys; `parameters` stand in the file's order. `notes` are for a reader of the sweep.
-    """
+    """A sweep or the designs of a search, checked; from a file, from arguments or from a search alike."""
 
     file: pathlib.Path
     parameters: tuple[InstanceOf[Parameter], ...]
@@ -116,11 +109,7 @@ class Plan(SweepTable):
         return self.model_copy(update={"set": self.set | {"gait.settled": "walked"}})
 
     def canonical(self) -> dict[str, Any]:
-        """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same.
-
-        The scenario and every description that a word names stand in it as they are resolved, files as
-        the SHA-256 of their content; descriptions, sources, chunk and kept cases do not.
-        """
+        """Everything that decides the results, as JSON-able data, to tell whether two sweeps are the same."""
         return {
             "scenario": _content(load("scenario", self.scenario, self.set)),
             "set": self.set,  # holds over what a case swaps whole, also where it changes nothing here
@@ -180,21 +169,7 @@ def _digest_of_word(parameter: Parameter, word: str) -> Any:
 
 
 def read(path: str | os.PathLike[str]) -> Plan:
-    """Read a sweep.
-
-    Parameters
-    ----------
-    path : TOML file, or the name of a shipped sweep
-
-    Returns
-    -------
-    Plan: keys, units and values fit the scenario, which is valid with the plan's fixed overrides
-
-    Raises
-    ------
-    InputError
-        The first thing that is wrong, with its field, value and what is allowed.
-    """
+    """Read a sweep."""
     file = assets.find("sweep", os.fspath(path))
     return of_table(file, assets.read_toml(file))
 

@@ -149,25 +149,7 @@ def new_study(
     like: str = "",
     uses: Mapping[str, str] | None = None,
 ) -> pathlib.Path:
-    """Write a commented sweep or search that runs as it is.
-
-    Parameters
-    ----------
-    kind : "sweep" or "search"
-    name : of the new file, OUT/NAME.toml
-    out : folder to write to
-    like : a shipped sweep or search, whose text is copied instead
-    uses : {"scenario": name or path}; the seated scenario by default
-
-    Returns
-    -------
-    the file
-
-    Raises
-    ------
-    InputError
-        The file is there, the name is taken, or it refers to something else than a scenario.
-    """
+    """Write a commented sweep or search that runs as it is."""
     for used, where in (uses or {}).items():
         if used != "scenario":
             problem = f"does not go with a new {kind}"

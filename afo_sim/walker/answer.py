@@ -178,10 +178,8 @@ def _of_falls(response: Response) -> Iterator[str]:
 def difference(before: Falls, after: Falls) -> tuple[float, float]:
     """95 % interval of the share that falls after, less that before [-].
 
-    Source
-    ------
-    Newcombe 1998, Statistics in Medicine 17, 873, method 10, of independent shares. Starts are the same in
-    both cases, which it leaves aside.
+    Source: Newcombe 1998, Statistics in Medicine 17, 873, method 10, of independent shares. Starts are
+    the same in both cases, which it leaves aside.
     """
     (low, high), (lower, higher) = after.interval, before.interval
     now, then = after.count / after.of, before.count / before.of

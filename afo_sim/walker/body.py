@@ -57,16 +57,7 @@ SHANK_SHARE = 0.246  # of the body's height (Winter)
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A walker, compiled, with its parameters.
-
-    model : MuJoCo's
-    scenario : whose patient, leg, shoe and orthosis it has
-    size : against the adult of 75 kg and 1.75 m
-    circuit, ids : of the orthosis' air; None without chambers
-    weight : of everything [N]
-    muscles : actuator ids by side and muscle (2, 7)
-    reflexes, pads : actuator ids by side (2,), (2, 4)
-    """
+    """A walker, compiled, with its parameters."""
 
     model: mujoco.MjModel
     scenario: Scenario
@@ -80,19 +71,7 @@ class Body:
 
 
 def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spring: float = 0.0) -> Body:
-    """Compile the body of a scenario's patient, with the scenario's orthosis on one leg.
-
-    Parameters
-    ----------
-    scenario : a walking one
-    strength : share left of each muscle, "tibialis" of the leg with the device, "left_tibialis" of the other
-    spring : stiffness of a passive orthosis on that leg's ankle, at rest at 0° [N·m/rad]
-
-    Raises
-    ------
-    InputError
-        The leg or the orthosis cannot be put together.
-    """
+    """Compile the body of a scenario's patient, with the scenario's orthosis on one leg."""
     person = person_of(scenario)
     size = Size(person.body_mass / 75.0, person.body_height / 1.75)
     spec = _whole(scenario, size)

@@ -64,10 +64,8 @@ class Vector:
 
 
 def start(body: Body, vector: Vector, noise: Sequence[float] | np.ndarray = ()) -> mujoco.MjData:
-    """The first state of a walker: its pose, fibres that rest at their activations, nerves that carry that.
-
-    Units: noise [rad] (7,), added to the pose.
-    """
+    """The first state of a walker: its pose, fibres that rest at their activations, nerves that carry
+    that."""
     model = body.model
     data = mujoco.MjData(model)
     for side, reflex in enumerate(body.reflexes):

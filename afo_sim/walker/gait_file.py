@@ -22,13 +22,7 @@ TABLES = ("description", "speed", "start", "pose", "gains", "left", "search")
 
 @dataclass(frozen=True, eq=False)
 class Gait:
-    """A gait that a walker knows.
-
-    name, description : of the file
-    speed : that it was searched for [m/s]
-    vector : first pose and gains
-    search : how it was found, in words and numbers
-    """
+    """A gait that a walker knows."""
 
     name: str
     description: str
@@ -38,13 +32,7 @@ class Gait:
 
 
 def read_gait(name: str | os.PathLike[str]) -> Gait:
-    """Read a gait: a shipped name, or a path.
-
-    Raises
-    ------
-    InputError
-        There is no such gait; a table, a gain or a number is wrong.
-    """
+    """Read a gait: a shipped name, or a path."""
     file = assets.find("walker", str(name))
     try:
         tables = parse_toml(read_text(file))

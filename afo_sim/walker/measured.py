@@ -32,11 +32,7 @@ SPRING = 60.0  # of a posterior leaf spring, about 1 N·m/deg (assumed) [N·m/ra
 
 @dataclass(frozen=True)
 class Compared:
-    """A measured number beside the walker's.
-
-    measured, simulated : in `unit`; NaN where there is none
-    why : what was done, or why it cannot be told
-    """
+    """A measured number beside the walker's."""
 
     quantity: str
     measured: float

@@ -33,10 +33,7 @@ FIRM = 1.96  # of a 95 % interval
 
 @dataclass(frozen=True)
 class Falls:
-    """Falls in simulation among perturbed starts. They are never a patient's risk of falling.
-
-    count, of : falls, starts
-    """
+    """Falls in simulation among perturbed starts. They are never a patient's risk of falling."""
 
     count: int
     of: int
@@ -52,15 +49,7 @@ class Falls:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One walker: healthy, the patient, the patient with the device; as they are, or adapted.
-
-    name : "healthy", "patient", "patient adapted", "device", "device adapted"
-    gait : its first pose and gains
-    walked : undisturbed
-    numbers : of that walk
-    falls : among perturbed starts; None where none were asked for
-    found : the search that adapted it; None where it is not adapted
-    """
+    """One walker: healthy, the patient, the patient with the device; as they are, or adapted."""
 
     name: str
     gait: Gait
@@ -91,18 +80,7 @@ class Response:
 
 
 def strengths_of(scenario: Scenario, given: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Share left of each muscle that is not whole, by name.
-
-    Parameters
-    ----------
-    scenario : whose patient's dorsiflexors are the tibialis, plantarflexors soleus and gastrocnemius
-    given : over that, by muscle; "left_…" is of the other leg
-
-    Raises
-    ------
-    InputError
-        A muscle that there is not, or a share outside 0 to 2.
-    """
+    """Share left of each muscle that is not whole, by name."""
     patient, known = scenario.patient, [f"{side}{name}" for side in SIDES for name in LEG_MUSCLES]
     found: dict[str, float] = {}
     if patient is not None:
@@ -118,13 +96,7 @@ def strengths_of(scenario: Scenario, given: Mapping[str, float] | None = None) -
 
 
 def prepared(scenario: str | os.PathLike[str] | Scenario, sets: Mapping[str, Any] | None = None) -> Scenario:
-    """A walking scenario at the walker's time step, unless it is set.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or nobody walks in it; it has what a responding walker does not take.
-    """
+    """A walking scenario at the walker's time step, unless it is set."""
     read = scenario if isinstance(scenario, Scenario) else load("scenario", scenario, dict(sets or {}))
     if isinstance(scenario, Scenario) and sets:
         read = read.set(sets)
@@ -337,18 +309,7 @@ def falls_of(
     threads: int = 2,
     report: Callable[[float], None] | None = None,
 ) -> Falls:
-    """Falls among starts whose pose is drawn about the gait's, with one push each at a drawn moment.
-
-    Every case has the same starts and pushes: start k of one is start k of another.
-
-    Parameters
-    ----------
-    body, gait : who walks, and how
-    starts : how many
-    push : size, forward or backward as drawn [N]
-    seed, threads : the result does not depend on the threads
-    report : called with the share that is done
-    """
+    """Falls among starts whose pose is drawn about the gait's, with one push each at a drawn moment."""
     done = [0]
 
     def fell(k: int) -> bool:

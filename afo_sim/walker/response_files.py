@@ -25,15 +25,7 @@ def save(
     command: Mapping[str, Any] | None = None,
     draw: Callable[[Response, pathlib.Path], None] | None = None,
 ) -> pathlib.Path:
-    """Write walk.json, the columns of each case as Parquet, gaits that were searched as TOML; all or none.
-
-    Parameters
-    ----------
-    response : what `respond` gives
-    folder : made if need be
-    command : what is kept beside it in walk.json
-    draw : called with the response and the folder to draw into
-    """
+    """Write walk.json, the columns of each case as Parquet, gaits that were searched as TOML; all or none."""
     import pyarrow as pa
 
     place = pathlib.Path(folder)

@@ -48,20 +48,7 @@ STRONGER = (0.3, 0.15, 0.07)
 
 @dataclass(frozen=True)
 class Cost:
-    """What a gait is searched for: the sum of these, each a stated weight times a number.
-
-    fall : times the share of the time that is lost by a fall
-    speed : times the distance from the speed beyond 0.02 m/s [1/(m/s)]
-    effort : times the muscles' energy per mass and way [J/(kg·m)]
-    activation : times the mean cube of all activations
-    force : times the mean load beyond 1.25 body weights
-    knee : times the mean extension beyond 4° of flexion [1/rad]
-    lean : times the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
-    norm : times the mean distance from the norm's angles, over 6°, and load, over 0.1 body weights
-    cadence : times the distance of the stride's time from the norm's beyond 4 %
-    target : speed [m/s]
-    pushed : whether ±50 N push the trunk about every 1.3 s, from a drawn start
-    """
+    """What a gait is searched for: the sum of these, each a stated weight times a number."""
 
     target: float
     fall: float = 150.0
@@ -119,14 +106,7 @@ def healthy_cost(speed: float) -> Cost:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a search found.
-
-    vector : mean of the last population
-    history : of each generation, the cost of its best and its median
-    evaluations : walks
-    parts : of the cost of `vector`, by name, in a walk whose pushes no generation had
-    walked : that walk
-    """
+    """What a search found."""
 
     vector: Vector
     history: np.ndarray
@@ -146,10 +126,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Free:
-    """Which numbers of a gait a search changes: gains of each leg by name, and the first pose.
-
-    alike : whether both legs have the same gains
-    """
+    """Which numbers of a gait a search changes: gains of each leg by name, and the first pose."""
 
     names: tuple[str, ...] = GAINS
     pose: bool = True
@@ -189,15 +166,7 @@ def adapt(
     threads: int = 2,
     progress: Callable[[int, int, float], None] | None = None,
 ) -> Found:
-    """Search gains of a body by way of stronger ones, since a gait that falls at once teaches nothing.
-
-    Parameters
-    ----------
-    stages : the stronger bodies, and at last the one that is meant
-    vector, cost, free, seed, threads : as of `search`
-    generations : of the last stage; each other has a quarter of it
-    progress : called with generation, all, best cost
-    """
+    """Search gains of a body by way of stronger ones, since a gait that falls at once teaches nothing."""
     quarter = max(generations // 4, 1)
     all_of, before, found = quarter * (len(stages) - 1) + generations, 0, None
     for body in stages:
@@ -236,26 +205,7 @@ def search(
     spread: float = SIGMA,
     progress: Callable[[int, int, float], None] | None = None,
 ) -> Found:
-    """Search the free numbers of a gait for the least cost.
-
-    Each generation walks with pushes of its own, so that none is walked around. The result does not depend on
-    the number of threads.
-
-    Parameters
-    ----------
-    bodies : that walk with the same gains; the first with pushes, the others count 20 × the share of 5 s lost
-    vector : start of the search
-    cost, free : as stated
-    generations : of 16 gaits
-    duration : of a walk [s]
-    spread : first standard deviation over the value [-]
-    progress : called with generation, all, best cost
-
-    Raises
-    ------
-    MissingExtra
-        The library cma is not installed.
-    """
+    """Search the free numbers of a gait for the least cost."""
     cma = optional("cma")
     first = free.pack(vector)
     scale = np.maximum(np.abs(first) * spread, LEAST_SIGMA * spread / SIGMA)

@@ -27,14 +27,7 @@ NORM = "bovi2011_natural"
 
 @dataclass(frozen=True, eq=False)
 class Strides:
-    """The counted strides of one leg of a walk.
-
-    begins : rows at which the foot comes down, one more than strides
-    curves : of each stride over its cycle, {name: (n_stride, 101)}: thigh (against the vertical), knee
-        flexion, ankle [rad]; load over the body weight; moment of the ankle, plantarflexion positive
-        [N·m/kg]; power of the ankle [W/kg]; torque of the device [N·m]
-    duration, length : of each stride [s], [m]
-    """
+    """The counted strides of one leg of a walk."""
 
     begins: np.ndarray
     curves: Mapping[str, np.ndarray]
@@ -79,10 +72,7 @@ def strides_of(walked: Walked, side: str) -> Strides:
 
 
 def _contacts(walked: Walked, side: str) -> np.ndarray:
-    """Rows at which a foot comes down to stand: its last touch before its reflexes begin to stand.
-
-    A foot that scuffs touches too, and does not stand.
-    """
+    """Rows at which a foot comes down to stand: its last touch before its reflexes begin to stand."""
     load, time, phase = walked[f"{side}/load"], walked["time"], walked[f"{side}/phase"]
     stands = np.flatnonzero((phase[1:] == EARLY_STANCE) & (phase[:-1] != EARLY_STANCE)) + 1
     begins: list[int] = []
@@ -165,10 +155,7 @@ _OF_LEG = (
 
 
 def swing_clearance(walked: Walked, strides: Strides, side: str) -> np.ndarray:
-    """Lowest height of ball, pulp and tip in mid-swing of each stride [m] (n_stride,).
-
-    Mid-swing is while the foot's forward speed is in its upper quartile. 0 and below is a touch of the floor.
-    """
+    """Lowest height of ball, pulp and tip in mid-swing of each stride [m] (n_stride,)."""
     lowest, speed = walked[f"{side}/forefoot_clearance"], np.gradient(walked[f"{side}/foot"], walked["time"])
     found = []
     for a, b in zip(strides.begins[:-1], strides.begins[1:], strict=True):
@@ -185,9 +172,7 @@ def _mean(values: np.ndarray) -> float:
 def norm_at(speed: float, taller: float = 1.0) -> dict[str, np.ndarray]:
     """Mean curves of healthy adults at a speed, as of `Strides`, and a stride's "duration" [s], "length" [m].
 
-    Source
-    ------
-    Bovi et al. 2011, Gait Posture 33(1), between two of its speeds linear.
+    Source: Bovi et al. 2011, Gait Posture 33(1), between two of its speeds linear.
     """
     cycle = at_speed(find_gait(NORM), min(max(speed, 0.85), 1.95), taller)
     phase = np.linspace(0.0, 1.0, SAMPLES)

@@ -26,11 +26,7 @@ DRAWN = {
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """Falls of each draw, by case.
-
-    draws : what was drawn, by name, (n,)
-    falls : of each case, "patient" and "device", one a draw
-    """
+    """Falls of each draw, by case."""
 
     draws: Mapping[str, np.ndarray]
     falls: Mapping[str, tuple[Falls, ...]]
@@ -57,23 +53,7 @@ def draw_falls(
     threads: int = 2,
     report: Callable[[float], None] | None = None,
 ) -> Band:
-    """Falls among perturbed starts, over drawn patients; both cases have the same draws and starts.
-
-    Parameters
-    ----------
-    scenario : as `respond.prepared` gives it
-    gaits : of "patient" and, where there is one, "device"
-    draws, starts : patients, and starts of each
-    push : on the trunk [N]
-    strength : as of `respond`
-    seed, threads : the result does not depend on the threads
-    report : called with the share that is done
-
-    Raises
-    ------
-    InputError
-        More draws than 1000, or none.
-    """
+    """Falls among perturbed starts, over drawn patients; both cases have the same draws and starts."""
     if not 1 <= draws <= MOST_DRAWS:
         raise InputError("is out of range", field="draws", value=draws, allowed=f"1 to {MOST_DRAWS}")
     rng, own = np.random.default_rng([seed, 7]), strengths_of(scenario, strength)

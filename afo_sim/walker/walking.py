@@ -35,13 +35,7 @@ class Push:
 
 @dataclass(frozen=True, eq=False)
 class Walked:
-    """A walk as it was recorded, a row each 10 ms.
-
-    body : whose
-    columns : by name, SI, (n,); "left/…" of the leg without the device, "right/…" of the one with it
-    fell : when the walker had fallen [s]; None where it did not
-    pushes : that it was given
-    """
+    """A walk as it was recorded, a row each 10 ms."""
 
     body: Body
     columns: Mapping[str, np.ndarray]
@@ -137,21 +131,7 @@ def walk(
     pushes: Sequence[Push] = (),
     noise: Sequence[float] | np.ndarray = (),
 ) -> Walked:
-    """Let a walker walk until it falls or the time is over.
-
-    Parameters
-    ----------
-    body : with its own model: its reflexes' gains are written into it
-    vector : start and gains
-    duration : [s]
-    pushes : on the trunk
-    noise : added to the seven angles of the first pose [rad]
-
-    Raises
-    ------
-    SimulationError
-        A state is no longer a number: a fault of the model, not a fall.
-    """
+    """Let a walker walk until it falls or the time is over."""
     data = start(body, vector, noise)
     model = body.model
     recorder, board = _Recorder(body, data), _Board(body.scenario, body)

@@ -21,13 +21,7 @@ class HasAir(Protocol):
 
 @dataclass(frozen=True)
 class Way:
-    """A way that air can take from one node to another.
-
-    key : what it belongs to, such as "restriction.feed"
-    origin, end : nodes
-    part : kind of the restriction whose own way it is; None of a chamber's valves, and of branches to the
-        ambient air
-    """
+    """A way that air can take from one node to another."""
 
     key: str
     origin: str
@@ -66,10 +60,7 @@ def ways(orthosis: HasAir) -> Iterator[Way]:
 
 
 def reached(begun: Iterable[str], ways: Iterable[Way], *, back: bool = False) -> dict[str, list[Way]]:
-    """Nodes that air comes to from some nodes, each with the ways that it takes; `back` against the flow.
-
-    Nothing leads on through the supply or the ambient air.
-    """
+    """Nodes that air comes to from some nodes, each with the ways that it takes; `back` against the flow."""
     found: dict[str, list[Way]] = {node: [] for node in begun}
     waiting, ways = list(found), list(ways)
     while waiting:
@@ -85,10 +76,7 @@ def reached(begun: Iterable[str], ways: Iterable[Way], *, back: bool = False) ->
 
 
 def highest_pressures(orthosis: HasAir, supply: float) -> dict[str, float]:
-    """The highest gauge pressure that the supply [Pa] can bring each node to, past what regulators hold.
-
-    Volumes may begin with more. What muscles are compressed by is left out.
-    """
+    """The highest gauge pressure that the supply [Pa] can bring each node to, past what regulators hold."""
     known = {SUPPLY: supply, AMBIENT: 0.0}
     known |= {name: each.start_pressure or 0.0 for name, each in orthosis.volume.items()}
     settings = {f"restriction.{name}": each.pressure for name, each in orthosis.restriction.items()}

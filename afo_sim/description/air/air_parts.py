@@ -118,18 +118,7 @@ class Restriction(Described):
 
 @dataclass(frozen=True)
 class AirPart:
-    """A kind of restriction.
-
-    needs, may_have : fields that it needs, and may have besides; it has no others
-    edges : what it is made of
-    lines : what a drawing says of it beside C and b
-    symbol : of a drawing; that of its own kind by default
-    feeds : whether it brings air on without a coil
-    both_ways : whether it lets air through both ways
-    to_ambient : whether it may lead to the ambient air
-    blows_off : whether air that it lets out all the time is worth a warning
-    branches : names of its edges after the first, behind its own
-    """
+    """A kind of restriction."""
 
     needs: tuple[str, ...]
     edges: Callable[[str, Restriction], Iterator[FlowEdge]]

@@ -14,11 +14,7 @@ from afo_sim.description.quantity import Described, Quantity, refusal
 
 @dataclass(frozen=True)
 class Vent:
-    """The way out of a chamber: an outlet valve, or a 3/2 valve's path to its exhaust.
-
-    conductance, critical_ratio : C [m³/(s·Pa)], b [-]
-    opening_delay, closing_delay : [s]
-    """
+    """The way out of a chamber: an outlet valve, or a 3/2 valve's path to its exhaust."""
 
     conductance: float
     critical_ratio: float

@@ -7,11 +7,7 @@ RATINGS = ("nominal_flow", "cv", "kv", "sonic_area", "orifice")  # one of them s
 
 
 def make_room(table: dict[str, Any], key: str) -> bool:
-    """Take away what a key that is being set replaces in its table.
-
-    A conductance replaces the rating that it followed from. Another rating, or another critical ratio
-    beside a rating, replaces the conductance.
-    """
+    """Take away what a key that is being set replaces in its table."""
     rated = [name for name in RATINGS if table.get(name) is not None]
     gone: list[str] = []
     if key == CONDUCTANCE:

@@ -82,25 +82,12 @@ class Source(Described):
         return gas_mass(self.real_gas, self.volume, AMBIENT_PRESSURE + self._full_pressure)
 
     def given(self, pressure: float) -> float:
-        """Gas that the full one gives, slowly, until it is down to a gauge pressure [Pa] that is needed [kg].
-
-        Of a compressor what the tank gives while it does not run.
-        """
+        """Gas that the full one gives, slowly, until it is down to a gauge pressure [Pa] that is
+        needed [kg]."""
         return mass_given(self.real_gas, self.volume, self.full_mass, AMBIENT_PRESSURE + pressure)
 
     def given_at(self, pressure: float, flow: float, content: float | None = None) -> float:
-        """Gas that it gives at a steady flow, cooling, until it is down to a gauge pressure that is needed.
-
-        Parameters
-        ----------
-        pressure : gauge, that is needed [Pa]
-        flow : mass flow that is taken [kg/s], above 0
-        content : what is in it at first [kg]; `full_mass` by default
-
-        Returns
-        -------
-        float : [kg], as of `mass_given_at`; of a compressor what the tank gives while it does not run
-        """
+        """Gas that it gives at a steady flow, cooling, until it is down to a needed gauge pressure."""
         return mass_given_at(
             self.real_gas,
             self.volume,
@@ -124,15 +111,7 @@ class Source(Described):
         )
 
     def duty(self, flow: float) -> float:
-        """Share of the time that the compressor runs while a mass flow [kg/s] is taken [-]; 0 of other kinds.
-
-        Its tank, of capacity C = dm/dp, goes from p_on to p_off while it runs and back while it rests. With a
-        delivery Q that falls linearly, by a = (Q_on − Q_off)/(p_off − p_on):
-
-            t_runs = C/a ln[(Q_on − ṁ)/(Q_off − ṁ)],    t_rests = C (p_off − p_on)/ṁ
-
-        From ṁ = Q_off on it never stops.
-        """
+        """Share of time that the compressor runs while a mass flow [kg/s] is taken [-]; 0 of other kinds."""
         if self.switch_on is None or self.switch_off is None or flow <= 0.0:
             return 0.0
         least, most = self.delivery(self.switch_off), self.delivery(self.switch_on)

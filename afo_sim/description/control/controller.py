@@ -21,12 +21,9 @@ from afo_sim.description.walking import Share
 class ToeLoad(Described):
     """Push-off in proportion to the load under the toes, and a lifted foot while they bear little.
 
-    Where both chambers have drives, thresholds should be so low that they do not work against each other.
-
-    Source
-    ------
-    Proportional joint-moment control: Gasparri, Luque, Lerner 2019, IEEE Trans. Neural Syst. Rehabil. Eng.
-    27(4), 751-759. They assist plantarflexion; thresholds, pressures and lifting here are assumed.
+    Source: Proportional joint-moment control: Gasparri, Luque, Lerner 2019, IEEE Trans. Neural Syst.
+    Rehabil. Eng. 27(4), 751-759. They assist plantarflexion; thresholds, pressures and lifting here are
+    assumed.
     """
 
     column: str = "foot/toe_load"
@@ -83,11 +80,8 @@ _LagTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
 class Emg(Described):
     """Pressure in proportion to an activation, delayed and low-passed as an electromyogram's envelope is.
 
-    There is no model of electrodes: no noise, no crosstalk, no motion artefact.
-
-    Source
-    ------
-    activation_time, deactivation_time: Thelen 2003, J. Biomech. Eng. 125, 70-77. The rest is assumed.
+    Source: activation_time, deactivation_time: Thelen 2003, J. Biomech. Eng. 125, 70-77. The rest is
+    assumed.
     """
 
     column: str = "ankle/moment/biological"

@@ -19,11 +19,7 @@ _PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 
 
 class Signal(Described):
-    """A signal over time: a mean and a sine about it; or a table; or a column of the run.
-
-    r(t) = mean + amplitude · sin(2π f t); with `end_frequency` the frequency rises from `frequency` to it,
-    as a geometric chirp over `sweep_time`, and stays there.
-    """
+    """A signal over time: a mean and a sine about it; or a table; or a column of the run."""
 
     frequency: _Frequency = 0.5
     """Frequency of the sine; of a chirp the first one."""
@@ -148,12 +144,7 @@ class PairPressures(Described):
 
 
 class Pid(Described):
-    """PID on an angle, a moment or a pressure, given to a chamber or to a pair of them.
-
-    output = (e + 1/integral_time ∫ e dt − derivative_time dy/dt) / proportional_band, within
-    ±output_limit. The derivative is of what is measured, not of the error: a step of the reference gives
-    no kick.
-    """
+    """PID on an angle, a moment or a pressure, given to a chamber or to a pair of them."""
 
     angle: AngleLoop | None = None
     """An angle is controlled; or a moment, or a pressure."""
@@ -227,11 +218,7 @@ _Difference = Annotated[float, Quantity("Pa", at_least=-2e6, at_most=2e6)]
 
 
 class Impedance(Described):
-    """A spring and a damper about a reference angle, given as pressures to a pair of chambers.
-
-    moment = stiffness · (reference − angle) − damping · velocity + feed_forward, dorsiflexion positive. The
-    chambers get mean_pressure + d and mean_pressure − d, with d from torque_map at the present angle.
-    """
+    """A spring and a damper about a reference angle, given as pressures to a pair of chambers."""
 
     angle: str = "ankle/angle"
     """Source of the angle: a column, or "sensor/<name>"."""

@@ -20,17 +20,7 @@ _TEXTS = ("offset", "drift", "hysteresis", "noise", "minimum", "maximum", "resol
 
 @dataclass(frozen=True)
 class Line:
-    """A calibration line of a quantity x: V = slope x + intercept, or V = slope/x + intercept.
-
-    `taken_slope` and `taken_intercept` are of the line that the electronics take for true. Slopes are in V
-    per SI unit of the quantity, or V times that unit; intercepts in V.
-
-    Examples
-    --------
-    >>> line = Line(slope=6.429e-6, intercept=0.2, taken_slope=6.429e-6, taken_intercept=0.2)
-    >>> round(float(line.volts(4e5)), 4), round(float(line.value(2.7716)))  # 4 bar
-    (2.7716, 400000)
-    """
+    """A calibration line of a quantity x: V = slope x + intercept, or V = slope/x + intercept."""
 
     slope: float
     intercept: float
@@ -254,13 +244,7 @@ class Numbers:
 
 
 def numbers(fields: SensorFields, unit: str) -> Numbers:
-    """The texts of a sensor's fields as numbers, on a column of an SI unit.
-
-    Raises
-    ------
-    FieldError
-        A text is of another dimension, or minimum is above maximum.
-    """
+    """The texts of a sensor's fields as numbers, on a column of an SI unit."""
     line = None
     if fields.calibration is not None:
         try:

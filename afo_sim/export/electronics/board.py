@@ -25,12 +25,7 @@ _ALLOWED = "inlet, outlet, both or shut"
 
 @dataclass(frozen=True)
 class Input:
-    """A quantity that the board reads: value = scale · volts + offset.
-
-    column : of the run, or "sensor/<name>"
-    unit : of the value [SI]
-    scale, offset : calibration line; None where the scenario states none
-    """
+    """A quantity that the board reads: value = scale · volts + offset."""
 
     column: str
     unit: str
@@ -40,10 +35,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Restart:
-    """A foot switch that starts the clock anew where input 0 reaches the threshold.
-
-    after : least ticks from one restart to the next
-    """
+    """A foot switch that starts the clock anew where input 0 reaches the threshold."""
 
     threshold: float
     after: int
@@ -51,14 +43,7 @@ class Restart:
 
 @dataclass(frozen=True)
 class Clock:
-    """A repeating clock in ticks.
-
-    place : on the clock at time 0
-    changes : (place, coils from there on), the first at place 0; bit 2k is chamber k's inlet,
-        2k + 1 its outlet
-    rounding : longest time by which a place differs from the scenario's [s]
-    drift : by which the period differs from the scenario's [s]
-    """
+    """A repeating clock in ticks."""
 
     period: int
     place: int
@@ -70,13 +55,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Rule:
-    """A transition of a state machine in control periods.
-
-    input : number of the input that is compared; None for the time in the state
-    above : whether it fires at the threshold and above it; else below it
-    threshold : [SI], or control periods where the time in the state is compared
-    after : least control periods in the state
-    """
+    """A transition of a state machine in control periods."""
 
     source: int
     to: int
@@ -88,10 +67,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class States:
-    """A state machine in control periods.
-
-    named, coils : of each state, the coils that it commands, and those of them that have current
-    """
+    """A state machine in control periods."""
 
     names: tuple[str, ...]
     start: int
@@ -102,11 +78,7 @@ class States:
 
 @dataclass(frozen=True)
 class Board:
-    """What is exported.
-
-    tick : of the board's clock [us]
-    step : ticks from one look at inputs and clock to the next; 0 is as often as the loop comes round
-    """
+    """What is exported."""
 
     name: str
     chambers: tuple[str, ...]
@@ -182,10 +154,7 @@ def phases_clock(
 
 
 def controller_clock(timer: ClockTimer, rate: float, chambers: Sequence[str]) -> tuple[Clock, int, int]:
-    """The clock of a timer that a loop looks at, its tick [us], and the loop's step [ticks].
-
-    An event holds from the first look on that does not come before it.
-    """
+    """The clock of a timer that a loop looks at, its tick [us], and the loop's step [ticks]."""
     field = "controller.timer"
     period = timer.period
     tick = next((t for t in (1000, 1) if is_whole(period, t) and is_whole(1.0 / rate, t)), 1)
@@ -259,10 +228,7 @@ def _changes(
 
 
 def states_of(machine: Machine, period: float, chambers: Sequence[str]) -> States:
-    """The machine's tables.
-
-    Units: period [s].
-    """
+    """The machine's tables."""
     names = check_names(machine.states, "state", MOST_NAMES)
     masks = [
         _masks(commands, chambers, f"{_FIELD}.state.{name}")
@@ -309,10 +275,7 @@ def _rule(transition: Transition, period: float, columns: Sequence[str]) -> Rule
 
 
 def _periods(time: float, period: float) -> int:
-    """The fewest control periods after which the time in a state is not below a time [s].
-
-    The simulated controller compares ticks · period, rounded to a nanosecond; so does this.
-    """
+    """The fewest control periods after which the time in a state is not below a time [s]."""
     if time > _MOST_TICKS * period:
         allowed = f"at most {_MOST_TICKS * period:.0f} s"
         raise InputError(

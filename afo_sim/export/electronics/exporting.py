@@ -36,14 +36,7 @@ _EDGE = 1e-6  # of a step, to which a coil's share counts as none or all
 
 
 def board_of(scenario: Scenario) -> Board:
-    """The board that switches a scenario's valves.
-
-    Raises
-    ------
-    InputError
-        The scenario has nothing that could be exported, a time does not fit a board's clock, or a name is
-        none in C.
-    """
+    """The board that switches a scenario's valves."""
     _check(scenario)
     chambers = check_names(scenario.orthosis.chamber, "chamber", MOST_CHAMBERS)
     controller = scenario.controller
@@ -110,11 +103,7 @@ def _input(scenario: Scenario, column: str) -> Input:
 
 @dataclass(frozen=True, eq=False)
 class Commanded:
-    """The simulation's commands.
-
-    log : switchings
-    inputs : what its controller saw at each of its commands, by column (n,); times too [s]; none of a clock
-    """
+    """The simulation's commands."""
 
     log: Log
     inputs: Mapping[str, np.ndarray]
@@ -129,17 +118,7 @@ class Commanded:
 
 
 def commanded(scenario: Scenario, progress: Progress | None = None) -> Commanded:
-    """The simulation's commands over a scenario's duration.
-
-    A timer's are computed without a simulation; a controller's need one, for what it sees.
-
-    Raises
-    ------
-    InputError
-        A valve is switched more than once within a step.
-    SimulationError
-        The simulation stops early.
-    """
+    """The simulation's commands over a scenario's duration."""
     if scenario.controller is None:
         built = build(scenario)
         return Commanded(_scheduled(built), {}, np.zeros(0))
@@ -210,12 +189,7 @@ def _scheduled(built: Built) -> Log:
 
 
 def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[float, bool]]:
-    """Times at which a coil is switched, from the share of each step for which it has current.
-
-    In a step of share s that begins at t a coil goes on at t + (1 − s) h, or off at t + s h.
-
-    Units: shares (n,), timestep [s], returns [s].
-    """
+    """Times at which a coil is switched, from the share of each step for which it has current."""
     found: list[tuple[float, bool]] = []
     on = False
     for k in _events(shares):

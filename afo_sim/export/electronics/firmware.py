@@ -24,23 +24,7 @@ _CALLS: dict[str, Any] = {  # of board_t, in its order
 
 
 class Firmware:
-    """A controller: a board's program, in lockstep with the simulation.
-
-    The program loops several times in a control period. It reads the sample of the period's beginning, and
-    each coil's share of the period is commanded. All coils are off until it writes them.
-
-    Parameters
-    ----------
-    program : path of a C file or an export's folder, or an object with `setup(board)` and `loop(board)`
-    chambers : of the orthosis
-    loop : longest time between two loops [s]; assumed
-    options : for the C compiler
-
-    Raises
-    ------
-    InputError
-        There is no such program, no compiler, or the compiler refuses it.
-    """
+    """A controller: a board's program, in lockstep with the simulation."""
 
     def __init__(
         self, program: Any, chambers: Sequence[str], *, loop: float = 1e-4, options: Sequence[str] = ()

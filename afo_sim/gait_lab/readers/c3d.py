@@ -94,10 +94,7 @@ def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float
 def _plates_of_c3d(
     path: pathlib.Path, file: C3dFile, time: np.ndarray, metre: float
 ) -> tuple[list[Plate], list[Notice]]:
-    """All plates that can be read, and warnings for those that cannot.
-
-    Units: time [s] (n,).
-    """
+    """All plates that can be read, and warnings for those that cannot."""
     used = file.numbers("FORCE_PLATFORM", "USED")
     plates, left_out = [], []
     for k in range(min(int(used[0]), 64) if len(used) and np.isfinite(used[0]) else 0):
@@ -180,10 +177,7 @@ def _edge_unit(name: str, corners: np.ndarray, metre: float, notices: list[Notic
 
 
 def _frame(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The surface's centre (3,), and the plate's axes as columns in the laboratory (3, 3).
-
-    Corners stand at +x +y, −x +y, −x −y, +x −y of the plate.
-    """
+    """The surface's centre (3,), and the plate's axes as columns in the laboratory (3, 3)."""
     first, second, third, fourth = corners
     x = first + fourth - second - third
     z = np.cross(x, first + second - third - fourth)
@@ -234,11 +228,7 @@ def _plate_loads(
 
 
 def _origin(name: str, declared: _DeclaredPlate, metre: float, notices: list[Notice]) -> np.ndarray:
-    """From the sensors' origin to the surface's centre, in the plate's axes [m]; of type 3 half distances.
-
-    The plate's z points down, so its third number is negative; where it is not, the opposite vector is
-    meant (as Visual3D and ezc3d read it).
-    """
+    """From the sensors' origin to the surface's centre, in the plate's axes [m]; of type 3 half distances."""
     origin = np.where(np.isfinite(declared.origin), declared.origin, 0.0)
     depth = abs(origin[2]) * metre
     unit = metre

@@ -64,10 +64,7 @@ class Column:
 
 
 def read_csv_trial(path: pathlib.Path) -> CsvTrial:
-    """Read a CSV file of a walking trial.
-
-    Units: path [s].
-    """
+    """Read a CSV file of a walking trial."""
     lines, ended = read_lines(path)
     place, separator, titles = _titles(path, lines)
     body = [line for line in lines[place + 1 :] if line.strip(" \t;,") and not line.lstrip().startswith("#")]
@@ -88,10 +85,7 @@ def read_csv_trial(path: pathlib.Path) -> CsvTrial:
 def trial_of(
     path: pathlib.Path, time: np.ndarray, columns: list[Column], notices: Sequence[Notice] = ()
 ) -> CsvTrial:
-    """Markers, plates and tables of a table's columns.
-
-    Units: time [s] (n,).
-    """
+    """Markers, plates and tables of a table's columns."""
     plates, columns = _plates(path, time, columns)
     markers, columns = _markers(path, time, columns)
     tables, unused = _tables(path, time, columns)

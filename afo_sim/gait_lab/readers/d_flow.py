@@ -17,11 +17,7 @@ _KIND = {"pos": ("", "m"), "for": ("f", "N"), "cop": ("p", "m")}  # in a CSV's n
 
 
 def read_d_flow(path: pathlib.Path) -> CsvTrial:
-    """Read a mocap file of D-Flow.
-
-    Units: returns [m], [N].
-    Source: csu-hmc/GaitAnalysisToolKit, docs/motek.rst (columns, units, lost markers, stamps of reception)
-    """
+    """Read a mocap file of D-Flow."""
     lines, ended = read_lines(path)
     lines = [line for line in lines if line.strip() and not line.startswith("#")]
     titles = without_empty_end(cells_of(lines[0], "\t")) if lines else []

@@ -31,10 +31,7 @@ class Markers(Noted):
 
 
 def lost_as_nan(points: np.ndarray) -> np.ndarray:
-    """Coordinates in which a lost marker is NaN, however the file says it.
-
-    Units: points (n, markers, 3).
-    """
+    """Coordinates in which a lost marker is NaN, however the file says it."""
     with np.errstate(invalid="ignore"):
         size = np.abs(points)
         lost = ~np.isfinite(points).all(axis=2) | (size >= _FILLER).any(axis=2) | (points == 0.0).all(axis=2)
@@ -49,10 +46,7 @@ def marker_set(
     points: np.ndarray,
     notices: Sequence[Notice],
 ) -> Markers:
-    """Markers by name: none twice, and none that is never seen.
-
-    Units: file, time [s] (n,), points [m] (n, markers, 3).
-    """
+    """Markers by name: none twice, and none that is never seen."""
     titles = [name or f"unnamed {k}" for k, name in enumerate(names, start=1)]
     titles, doubles = unique_names(titles, "marker")
     seen = np.isfinite(points).all(axis=2).any(axis=0)

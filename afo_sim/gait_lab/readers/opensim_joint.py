@@ -14,10 +14,7 @@ _SPLINES = ("SimmSpline", "NaturalCubicSpline", "natCubicSpline")  # one curve, 
 
 
 def _read_function(element: Element) -> _Function:
-    """Read a function from its XML element.
-
-    A kind that is not known is refused when it is evaluated, so that a shoulder does not stop a leg.
-    """
+    """Read a function from its XML element."""
     kind = element.tag
     if kind == "Constant":
         value = numbers(element, "value", 1, "0")[0]
@@ -39,10 +36,7 @@ def _read_function(element: Element) -> _Function:
 
 
 def inner_function(element: Element) -> _Function:
-    """Read the function that a TransformAxis or a MultiplierFunction holds; none counts as zero.
-
-    Documents of version 4 put it there under its kind, earlier ones inside an element `function`.
-    """
+    """Read the function that a TransformAxis or a MultiplierFunction holds; none counts as zero."""
     for child in element:
         if child.tag == "function" and len(child):
             return _read_function(child[0])
@@ -86,11 +80,7 @@ def _line_through(x: np.ndarray, y: np.ndarray) -> _Function:
 
 
 def _spline(x: np.ndarray, y: np.ndarray) -> _Function:
-    """The cubic spline of SIMM: Forsythe, Malcolm and Moler (1977), straight beyond its ends.
-
-    Not the natural one, in spite of a name it once had: its third derivative at an end is that of the
-    cubic through the four points there, and zero with three points.
-    """
+    """The cubic spline of SIMM: Forsythe, Malcolm and Moler (1977), straight beyond its ends."""
     from scipy.interpolate import make_interp_spline
 
     ends = [6.0 * _divided(x[part], y[part]) if len(x) > 3 else 0.0 for part in (slice(4), slice(-4, None))]
@@ -179,10 +169,7 @@ class Joint:
     refused: str = ""  # why its kinematics are not known
 
     def pose(self, values: Mapping[str, np.ndarray]) -> Pose:
-        """The child body in the parent body.
-
-        Units: values [rad] (n,).
-        """
+        """The child body in the parent body."""
         if self.refused:
             raise InputError(self.refused, field=f"joint {self.name}", value=self.kind)
         known = {c.name: np.atleast_1d(values.get(c.name, np.asarray(c.default))) for c in self.coordinates}

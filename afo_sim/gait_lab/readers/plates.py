@@ -37,12 +37,7 @@ class Plate(Noted):
 
 
 def plate(file: pathlib.Path, name: str, time: np.ndarray, force: np.ndarray, place: np.ndarray) -> Plate:
-    """A plate whose numbers are examined; a place that is blank while little presses is the nearest known.
-
-    Many programs write none, or zeros, below 20 to 50 N: as a place, the origin has a lever of metres.
-
-    Units: time [s] (n,), force [N] (n, 3), place [m] (n, 3).
-    """
+    """A plate whose numbers are examined; a place that is blank while little presses is the nearest known."""
     for what, bad in (
         ("force", ~np.isfinite(force).all(axis=1)),
         ("place", np.isinf(place).any(axis=1)),
@@ -67,11 +62,7 @@ def _nearest(known: np.ndarray, count: int) -> np.ndarray:
 
 
 def plates_of(table: OpenSimTable) -> list[Plate]:
-    """The plates of an OpenSim ground-reaction file; none if it is another kind of file.
-
-    A plate is what shares a prefix of `…vx …vy …vz …px …py …pz`: `ground_force_vx`, `1_ground_force_vx`,
-    `ground_force_r_vx`. A constant without load is taken off, and places in mm are understood.
-    """
+    """The plates of an OpenSim ground-reaction file; none if it is another kind of file."""
     found: dict[str, dict[str, np.ndarray]] = {}
     for name, values in table.columns.items():
         match = _COMPONENT.match(name)
@@ -94,20 +85,13 @@ def plates_of(table: OpenSimTable) -> list[Plate]:
 
 
 def offset_note(name: str, rest: np.ndarray) -> Notice:
-    """What a plate read without load.
-
-    Units: rest [N] (3,).
-    """
+    """What a plate read without load."""
     text = "plate {subject}: read {force:.1f} N without load, which was taken off"
     return note("plate-offset", text, subject=name, force=float(np.linalg.norm(rest)))
 
 
 def zeroed(found: Plate) -> Plate:
-    """The plate without the constant that it reads unloaded, and with its place in metres.
-
-    The axis across it is the one that carries most. The centre of pressure is corrected with the force
-    where the file gives it without load too, and by little; elsewhere it stays.
-    """
+    """The plate without the constant that it reads unloaded, and with its place in metres."""
     load = np.linalg.norm(found.force, axis=1)
     pressed = load > PRESSED
     if not pressed.any():
@@ -135,10 +119,7 @@ def zeroed(found: Plate) -> Plate:
 
 
 def _unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:
-    """Samples in which nothing presses, if they are clear.
-
-    Units: time [s] (n,), load [N] (n,).
-    """
+    """Samples in which nothing presses, if they are clear."""
     if len(load) < 8 or not np.isfinite(load).all():
         return None
     middle = float(np.median(load))
@@ -170,10 +151,7 @@ def _unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:
 
 
 def constant(time: np.ndarray, load: np.ndarray, signals: np.ndarray) -> np.ndarray:
-    """What the plate's signals read without load; zeros where that is little, or not clear.
-
-    Units: time, load (n,), signals [N] (n, 3 or 6).
-    """
+    """What the plate's signals read without load; zeros where that is little, or not clear."""
     rest = _unloaded(time, load)
     nothing = np.zeros(signals.shape[1])
     if rest is None or not np.isfinite(signals).all():
@@ -184,10 +162,7 @@ def constant(time: np.ndarray, load: np.ndarray, signals: np.ndarray) -> np.ndar
 
 
 def place_of(force: np.ndarray, moment: np.ndarray, up: np.ndarray, height: float) -> np.ndarray:
-    """Where a force presses on a level plane.
-
-    Units: force [N] (n, 3), moment [N·m] (n, 3), up (3,), height [m], returns [m].
-    """
+    """Where a force presses on a level plane."""
     across = force @ up
     with np.errstate(divide="ignore", invalid="ignore"):
         # from p × F = M and p·u = h: u × (p × F) = p (u·F) − F (u·p)

@@ -25,12 +25,7 @@ _CORNERS = ("POSX_POSY", "NEGX_POSY", "NEGX_NEGY", "POSX_NEGY")  # in C3D's orde
 
 
 def read_qualisys(path: pathlib.Path) -> CsvTrial:
-    """Read the markers or the force plate of a QTM export.
-
-    Both files are of one range of the measurement, so that the first row of each is at 0 s.
-
-    Units: returns [m], [N].
-    """
+    """Read the markers or the force plate of a QTM export."""
     lines, ended = read_lines(path)
     start = next((k for k, line in enumerate(lines) if _is_row(line)), len(lines))
     header = [cells_of(line, "\t") for line in lines[:start] if line.strip()]

@@ -19,14 +19,7 @@ _TWO_PASSES = 0.802
 
 
 def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, list[Notice]]:
-    """The clock without the rounding of its print, with notices.
-
-    Stamps of 150 Hz printed to a millisecond run 0, 0.007, 0.013, 0.02 s; printed to a hundredth, some
-    repeat. Where all of them are a rounding away from even steps, the even steps are meant. A clock that is
-    uneven otherwise is left alone.
-
-    Units: time [s] (n,), rate [Hz], returns [s].
-    """
+    """The clock without the rounding of its print, with notices."""
     if len(time) < 3 or not np.isfinite(time).all() or time[-1] <= time[0]:
         return time, []
     grain, count = _grain(time), np.arange(len(time))
@@ -88,10 +81,7 @@ def _grain(time: np.ndarray) -> float:
 
 
 def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) -> None:
-    """Refuse a clock whose steps are too long for seconds.
-
-    Units: time [s] (n,).
-    """
+    """Refuse a clock whose steps are too long for seconds."""
     step = float(np.nanmedian(np.diff(time))) if len(time) > 1 else 0.0
     if step > _LONGEST_STEP:
         problem = f"its time runs in steps of {step:g} s: milliseconds, or numbers of frames?"
@@ -99,10 +89,8 @@ def refuse_slow(path: pathlib.Path, time: np.ndarray, field: str, allowed: str) 
 
 
 def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> None:
-    """Refuse a trial's clock that stands still, runs backward, leaps or holds something that is not a number.
-
-    Units: time [s] (n,).
-    """
+    """Refuse a trial's clock that stands still, runs backward, leaps or holds something that is not a
+    number."""
     if not np.all(np.isfinite(time)):
         row = int(np.argmin(np.isfinite(time)))
         raise InputError(f"row {row + 1} has no finite time", file=file, field=field, value=float(time[row]))
@@ -125,10 +113,7 @@ def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> No
 
 
 def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tuple[float, float]]]:
-    """Interpolate missing samples (NaN), and say where too many were missing.
-
-    Units: time [s] (n,), values (n,), returns [s].
-    """
+    """Interpolate missing samples (NaN), and say where too many were missing."""
     from scipy.interpolate import PchipInterpolator
 
     known = np.isfinite(values)
@@ -148,10 +133,7 @@ def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tu
 
 
 def evenly(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The signal in even steps of time, its own steps if they are even already.
-
-    Units: time [s] (n,), values (n, …).
-    """
+    """The signal in even steps of time, its own steps if they are even already."""
     steps = np.diff(time)
     step = float(np.median(steps))
     if np.abs(steps - step).max() <= 0.1 * step:
@@ -163,10 +145,7 @@ def evenly(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def low_pass(time: np.ndarray, values: np.ndarray, cutoff: float) -> np.ndarray:
-    """Second-order Butterworth low-pass, forward and backward, so that nothing is delayed.
-
-    Units: time [s] (n,), values (n, …), cutoff [Hz].
-    """
+    """Second-order Butterworth low-pass, forward and backward, so that nothing is delayed."""
     from scipy.signal import butter, sosfiltfilt
 
     rate = (len(time) - 1) / (time[-1] - time[0])

@@ -48,12 +48,7 @@ class Stated:
 def read_stated(
     file: C3dFile, time: np.ndarray, names: Sequence[str], points: np.ndarray
 ) -> tuple[Stated, list[Notice]]:
-    """The walker's measures, marked events and ankle curves, as Vicon's Plug-in Gait names them.
-
-    Of an angle or a moment the first coordinate counts: dorsiflexion, and the plantarflexors' moment.
-
-    Units: time [s] (n,), points in the file's own (n, points, 3).
-    """
+    """The walker's measures, marked events and ankle curves, as Vicon's Plug-in Gait names them."""
     found, notices = _measures(file)
     curves: dict[str, dict[str, np.ndarray]] = {"angle": {}, "moment": {}}
     length, angle, moment = (

@@ -44,13 +44,7 @@ def read_lines(path: pathlib.Path) -> tuple[list[str], bool]:
 
 
 def _parse_number(cell: str) -> float:
-    """A cell as a number; NaN for all the ways in which programs write that there is none.
-
-    Examples
-    --------
-    >>> parse_number(" 1,5 "), parse_number("1.0D+02"), parse_number("-1.#IND")
-    (1.5, 100.0, nan)
-    """
+    """A cell as a number; NaN for all the ways in which programs write that there is none."""
     text = cell.strip().strip('"').strip()
     if _NUMBER.match(text):
         return float(text.replace("D", "e").replace("d", "e"))
@@ -91,10 +85,7 @@ def require_size(path: pathlib.Path, rows: int, columns: int) -> None:
 
 
 def measured(path: pathlib.Path, names: Sequence[str], rows: ArrayLike) -> np.ndarray:
-    """Rows of numbers as a table (n, columns), NaN where nothing was measured.
-
-    Infinite ones are left: a marker may be lost, or a column not needed.
-    """
+    """Rows of numbers as a table (n, columns), NaN where nothing was measured."""
     table = np.array(rows)
     for k, name in enumerate(names):
         rest = ~np.isinf(table[:, k])

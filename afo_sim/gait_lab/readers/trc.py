@@ -37,10 +37,7 @@ class _Header:
 
 
 def read_trc(path: pathlib.Path) -> Markers:
-    """Read a .trc file.
-
-    Units: returns [m].
-    """
+    """Read a .trc file."""
     lines, ended = read_lines(path)
     header = _header(path, lines)
     table, warnings = _table(path, header, ended)

@@ -31,10 +31,7 @@ def length_name(text: str) -> str:
 
 
 def _extent(points: np.ndarray) -> float:
-    """The largest extent of a cloud of points along an axis, in a middle frame; NaN if nothing is seen.
-
-    Units: points (n, markers, 3).
-    """
+    """The largest extent of a cloud of points along an axis, in a middle frame; NaN if nothing is seen."""
     seen = np.isfinite(points).all(axis=2)
     frames = np.flatnonzero(seen.sum(axis=1) >= 2)
     if not len(frames):
@@ -46,10 +43,7 @@ def _extent(points: np.ndarray) -> float:
 
 
 def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float | None, list[Notice]]:
-    """Metres in the coordinates' unit, and warnings; the stated one unless nobody is of that size.
-
-    Units: points (n, markers, 3).
-    """
+    """Metres in the coordinates' unit, and warnings; the stated one unless nobody is of that size."""
     size = _extent(points)
     fits = [(name, factor) for name, factor in UNITS.items() if _PERSON[0] <= size * factor <= _PERSON[1]]
     if stated is not None:

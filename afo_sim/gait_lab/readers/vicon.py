@@ -16,10 +16,7 @@ _PLATE = re.compile(r"(?P<plate>.+?)\s*-\s*(?P<kind>force|cop)$", re.IGNORECASE)
 
 
 def read_vicon(path: pathlib.Path) -> CsvTrial:
-    """Read a Nexus export; its axes are the laboratory's, blocks of other kinds are left out.
-
-    Units: returns [m], [N].
-    """
+    """Read a Nexus export; its axes are the laboratory's, blocks of other kinds are left out."""
     lines, ended = read_lines(path)
     places = [k for k, line in enumerate(lines) if _TITLES.match(line)]
     found: dict[str, CsvTrial] = {}

@@ -43,15 +43,7 @@ def find_mass(
     of_model: float | None,
     of_file: float | None = None,
 ) -> BodyMass:
-    """The mass that is given, or else the laboratory's in its file, the model's, the plates' estimate.
-
-    A model that contradicts plates under both legs goes last: a generic one keeps its mass, they err by 2 %.
-
-    Over a stride the ground's impulse is the weight's: m = (J_right / T_right + J_left / T_left) / g, each
-    the mean over that side's strides on plates; from one side alone m = 2 J / (g T).
-
-    Units: given, of_model, of_file [kg].
-    """
+    """The mass that is given, or else the laboratory's in its file, the model's, the plates' estimate."""
     found, notices = _estimate(grounds, strides)
     one_leg = found is not None and len({s.side for s in strides if s.loaded and s.side in grounds}) == 1
     masses = {"given": given, "of the file": of_file, "of the model": of_model, "by the plates": found}
@@ -125,11 +117,7 @@ def _estimate(
 
 
 def _impulse(ground: GroundForce, stride: RecordedStride, offsets: Mapping[str, float]) -> float:
-    """Vertical impulse on the foot in one period, without the plates' offset [N·s].
-
-    A closed stride repeats its window: a stance that the recording's ends cut in two counts with both parts,
-    and the gap between them as the mean of its two ends.
-    """
+    """Vertical impulse on the foot in one period, without the plates' offset [N·s]."""
     contacts = [(contact, offsets.get(contact.plate, 0.0)) for contact in ground.contacts]
     if stride.closed is None:
         low, high = stride.start - _QUIET, stride.toe_off + _QUIET

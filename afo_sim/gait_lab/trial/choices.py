@@ -114,20 +114,7 @@ class Choices:
 
 
 def read_options(given: Mapping[str, Any]) -> Choices:
-    """Choices from options as a person types them.
-
-    Parameters
-    ----------
-    given : option names with "_" for "-": texts such as "72 kg", None where the option was not given;
-        "side" "right", "left", "both" or "each", "stride" a number or "mean", "map", "model",
-        "static" paths, "marker" a list of "ROLE=NAME" or "ROLE=NAME,NAME", "plate" names, "hip" two lengths,
-        "angles" "deg" or "rad", "ankle_zero" "flat" or "file"
-
-    Raises
-    ------
-    InputError
-        An option is no quantity, no choice, or out of range.
-    """
+    """Choices from options as a person types them."""
     values: dict[str, Any] = {name: given[name] for name in PLAIN if given.get(name) is not None}
     for name in _QUANTITIES:
         text = given.get(name)

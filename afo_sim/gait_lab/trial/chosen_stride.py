@@ -22,11 +22,7 @@ _NAMED = 6  # strides whose own notes are repeated in the mean's
 def take_stride(
     strides: Sequence[RecordedStride], cycles: Sequence[GaitCycle], source: str, choices: Choices
 ) -> tuple[tuple[int, ...], GaitCycle, list[Notice]]:
-    """The strides to take, their cycle, and why earlier ones are not taken.
-
-    The asked one, the mean, or the first that contradicts nothing and closes as usual; else that of those
-    that contradict nothing which closes best.
-    """
+    """The strides to take, their cycle, and why earlier ones are not taken."""
     loaded = require_loaded(strides, choices)
     if choices.mean or choices.both:
         groups = [loaded]
@@ -140,26 +136,7 @@ def _numbered(strides: Sequence[RecordedStride], choices: Choices) -> int:
 
 
 def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.ndarray]]:
-    """The mean over strides at equal phase, of either side.
-
-    Forces are the mean of the strides that have them. The centre of pressure is weighted by the upward
-    force, so that force times place is the mean moment. The ankle's x is each stride's way from its own
-    beginning. The walking speed is the mean way over the mean time.
-
-    Parameters
-    ----------
-    cycles : of the same rows; `grf_x`, `grf_z`, `cop_x` and `ankle_moment` are NaN where a stride has none
-
-    Returns
-    -------
-    (the mean, its band: the standard deviation between strides of each signal (n,), by field; NaN where
-    fewer than two strides have it)
-
-    Raises
-    ------
-    InputError
-        No cycle, or cycles of other rows.
-    """
+    """The mean over strides at equal phase, of either side."""
     if not cycles:
         raise InputError("a mean needs at least one stride", field="cycles")
     first = cycles[0]
@@ -201,10 +178,7 @@ def _mean(rows: np.ndarray) -> np.ndarray:
 
 
 def _mean_place(place: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Mean of places weighted by their forces, where those that have one carry at least half of the force.
-
-    Not half of the strides: about toe-off the feet that still stand carry all of it (n,).
-    """
+    """Mean of places weighted by their forces, where those that have one carry at least half of the force."""
     known = np.isfinite(place)
     weight = np.where(known, force, 0.0)
     total = weight.sum(axis=0)

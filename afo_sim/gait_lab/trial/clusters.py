@@ -45,13 +45,7 @@ class RigidFit:
 
 
 def fit_rigid(local: np.ndarray, seen: np.ndarray) -> RigidFit:
-    """Find `rotation` and `position` so that seen = rotation @ local + position, at best.
-
-    The rotation is proper: mirrored markers give a bad fit, never a reflection. Method of Kabsch (1976)
-    and Arun, Huang and Blostein (1987): singular values of the 3 by 3 cross-covariance.
-
-    Units: local [m] (k, 3), seen [m] (n, k, 3).
-    """
+    """Find `rotation` and `position` so that seen = rotation @ local + position, at best."""
     local, seen = np.asarray(local, dtype=float), np.asarray(seen, dtype=float)
     known = np.all(np.isfinite(seen), axis=2) & np.all(np.isfinite(local), axis=1)  # (n, k)
     weight = known[..., None].astype(float)
@@ -106,10 +100,7 @@ class Cluster:
         return float(np.median(known)) if len(known) else 0.0
 
     def bridge(self, path: np.ndarray) -> tuple[np.ndarray, float]:
-        """Fill the gaps of a point's path by its mean place among the markers.
-
-        Units: path [m] (n, 3), returns [m].
-        """
+        """Fill the gaps of a point's path by its mean place among the markers."""
         shape = _mean_shape(self.paths)
         if shape is None:
             return path, math.inf
@@ -129,13 +120,7 @@ def find_clusters(
     points: Mapping[str, Mapping[str, np.ndarray]],
     names: Mapping[str, Mapping[str, Sequence[str]]],
 ) -> Clusters:
-    """Markers by side and segment.
-
-    A landmark's marker belongs to its segment by name; any other to the nearest bone of the posture. Those
-    whose distances to the rest of the segment vary in the walk are left out.
-
-    Units: points [m] (3,).
-    """
+    """Markers by side and segment."""
     taken = {name for side in SIDES for group in names[side].values() for name in group}
     free = _near_bones({name: pose[name] for name in pose if name not in taken}, points)
     found = {}
@@ -170,10 +155,7 @@ def _constant(markers: Markers, names: Sequence[str]) -> list[str]:
 
 
 def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Markers of one segment, with gaps filled where three others are seen.
-
-    Units: paths [m] (n, 3).
-    """
+    """Markers of one segment, with gaps filled where three others are seen."""
     if len(paths) <= FEWEST:
         return dict(paths)
     seen = np.stack(list(paths.values()), axis=1)
@@ -188,10 +170,7 @@ def completed(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _mean_shape(seen: np.ndarray) -> np.ndarray | None:
-    """Mean shape of a segment's markers, in axes of its own (k, 3) [m]; None if never seen all at once.
-
-    Units: seen [m] (n, k, 3).
-    """
+    """Mean shape of a segment's markers, in axes of its own (k, 3) [m]; None if never seen all at once."""
     whole = np.flatnonzero(np.isfinite(seen).all(axis=(1, 2)))
     if not len(whole):
         return None

@@ -53,11 +53,7 @@ class Cutter(Noted):
         choices: Choices,
         sole: float | None = None,
     ) -> Self:
-        """Calibrate by the part of all strides in which the sole lies flat: its pitch, the ankle's height.
-
-        `sole` is the pitch of the line heel–toe with the sole flat [rad], where a standing trial or a model
-        shows it. A foot that is pitched against that never lies flat: a toe walker's. Then `sole` counts.
-        """
+        """Calibrate by the part of all strides in which the sole lies flat: its pitch, the ankle's height."""
         plain = cls(motion, closed_motion, ground, belt_speed, mass, choices, 0.0, 0.0, ())
         flat = np.vstack([plain._flat(stride) for stride in strides])
         pitch, height = flat.mean(axis=0)
@@ -119,12 +115,7 @@ class Cutter(Noted):
         return sample(ground.time[inside], loads[inside], stride, phase, [False] * 3, slack=slack)
 
     def cycle(self, stride: RecordedStride, trial: WalkingTrial) -> GaitCycle:
-        """The stride over its phase; forces are NaN where no plate lay.
-
-        The ankle moment balances the ground's force, M = −(x_cop F_z + z_ankle F_x), the foot taken as
-        massless, and is 0 in swing. That of an inverse-dynamics file takes its place where both agree: there
-        are such files that know no ground force.
-        """
+        """The stride over its phase; forces are NaN where no plate lay."""
         choices, mass = self.choices, self.mass
         phase = np.linspace(0.0, 1.0, choices.rows)
         shank, knee, ankle, way, z = self._motion(stride, phase).T
@@ -184,10 +175,7 @@ def reference_of(
 def stated_over(
     time: np.ndarray, curves: Mapping[str, np.ndarray], strides: Sequence[RecordedStride], phase: np.ndarray
 ) -> np.ndarray | None:
-    """Mean over strides of a curve that the laboratory computed, by side; NaN where it did not.
-
-    Units: time [s] (n,), phase [-] (m,).
-    """
+    """Mean over strides of a curve that the laboratory computed, by side; NaN where it did not."""
     if not all(stride.side in curves for stride in strides):
         return None
     found = []
@@ -246,10 +234,8 @@ def _notes(stride: RecordedStride, choices: Choices, moment: str) -> dict[str, s
 
 
 def _ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Notice]:
-    """The ankle angle's zero [rad]: the foot's pitch where flat, or the sole's if it never lies flat there.
-
-    With a note or a warning on it.
-    """
+    """The ankle angle's zero [rad]: the foot's pitch where flat, or the sole's if it never lies flat
+    there."""
     if keep:
         text = "ankle's zero kept; the foot's pitch where flat is {pitch:+.1f} deg"
         return 0.0, note("ankle-zero-kept", text, pitch=float(np.degrees(flat)))
@@ -266,10 +252,7 @@ def _ankle_zero(flat: float, sole: float | None, keep: bool) -> tuple[float, Not
 
 
 def _require_height(height: float, choices: Choices) -> None:
-    """Refuse an ankle that stands nowhere near the floor, or not where typed lengths have it.
-
-    Units: height [m].
-    """
+    """Refuse an ankle that stands nowhere near the floor, or not where typed lengths have it."""
     low, high = RANGES["ankle_height_m"]
     stated = choices.ankle_height
     if choices.thigh is not None and stated is not None and abs(height - stated) > _CHAIN_ERROR:

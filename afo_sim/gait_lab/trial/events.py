@@ -60,11 +60,7 @@ class FootEvents:
 
 
 def find_events(motion: LegMotion) -> FootEvents:
-    """Heel strikes and toe-offs of a leg, on the floor or on a treadmill.
-
-    A foot that lands with less than 8 degrees of pitch does not land on the heel alone. Then the lowest of
-    heel and toe decides: it has landed when the last 10 mm of its way down have led to where it stands.
-    """
+    """Heel strikes and toe-offs of a leg, on the floor or on a treadmill."""
     heel = motion.ankle_x if motion.heel is None else motion.heel[:, 0]
     toe = motion.ankle_x if motion.toe is None else motion.toe[:, 0]
     origin = _hip(motion) if motion.pelvis_x is None else motion.pelvis_x
@@ -146,10 +142,7 @@ def _distance_to(motion: LegMotion, start: float) -> np.ndarray:
 
 
 def posture_return(motion: LegMotion, start: float) -> float | None:
-    """First time after `start` at which the leg's posture returns [s]; None if the motion ends before.
-
-    The return is the nearest approach, to a part of a sample, of the first cycle.
-    """
+    """First time after `start` at which the leg's posture returns [s]; None if the motion ends before."""
     distance = _distance_to(motion, start)
     later = (motion.time >= start + STRIDE[0]) & (motion.time <= start + STRIDE[1])
     lows = _lows(distance, later)
@@ -180,10 +173,7 @@ def _refined(time: np.ndarray, distance: np.ndarray, k: int) -> float:
 
 
 def period_by_force(starts: Sequence[float], motion: LegMotion) -> float | None:
-    """Mean time between heel strikes on plates, each weighted by how much of it the motion covers [s].
-
-    None if they cover less than half of the motion, or the motion does not come back after that time.
-    """
+    """Mean time between heel strikes on plates, each weighted by how much of it the motion covers [s]."""
     weight = total = 0.0
     for start, end in itertools.pairwise(starts):
         covered = min(end, motion.time[-1]) - max(start, motion.time[0])
@@ -195,13 +185,7 @@ def period_by_force(starts: Sequence[float], motion: LegMotion) -> float | None:
 
 
 def period_by_motion(motion: LegMotion, other: LegMotion | None = None) -> float | str:
-    """The period of the smooth periodic motion that comes nearest to the leg's [s], or why there is none.
-
-    Least squares of eight harmonics, their third derivative held small. Both legs have one period, lame
-    ones too: where the other one is seen as long, both count. In a known walk with 1 mm of noise in each
-    marker it is then right to 4 ms (root mean square) from 97 % of a period, 8 at most; by one leg to 11,
-    and to 33 where the recording ends in a heel strike.
-    """
+    """The period of the smooth periodic motion that comes nearest to the leg's [s], or why there is none."""
     length = float(motion.time[-1] - motion.time[0])
     tried = np.arange(STRIDE[0], min(length / _LOOKED, STRIDE[1]), _STATISTIC_STEP)
     if len(tried) < 3:

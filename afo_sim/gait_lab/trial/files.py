@@ -66,23 +66,7 @@ class _Content:
 
 
 def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
-    """Read the files of one trial, in any order.
-
-    Parameters
-    ----------
-    files : .mot and .sto (joint angles, ground reaction, joint moments, body positions), .trc, .c3d, .csv
-        with units, the person's .osim, exports of Vicon Nexus, Qualisys and D-Flow; of two files with
-        markers the one in which nobody walks is the standing trial
-
-    Returns
-    -------
-    WalkingTrial; without plates if no file holds any
-
-    Raises
-    ------
-    InputError
-        A file of another kind, one that cannot be read, or two of the same kind; all problems are listed.
-    """
+    """Read the files of one trial, in any order."""
     contents: list[_Content] = []
     problems: list[InputError] = []
     for file in files:

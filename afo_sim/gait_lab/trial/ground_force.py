@@ -83,13 +83,7 @@ def foot_force(
     frame: WalkingFrame,
     choices: Choices,
 ) -> GroundForce:
-    """The ground's force on one foot.
-
-    A contact is the foot's own when its centre of pressure stays under that foot, and nearer to it than to
-    the other one where both are seen; a crutch's stays beside. A contact while the motion
-    is not known is the foot's own when all the others on that plate are. Forces and moments are filtered, and
-    the centre of pressure is their quotient.
-    """
+    """The ground's force on one foot."""
     chosen = _chosen(plates, choices)
     loads = [_plate_load(plate, motion, legs, frame) for plate in chosen]
     contacts = [contact for load in loads for contact, own in load.contacts if own]
@@ -242,13 +236,7 @@ def stands_there(
     legs: Mapping[str, LegPoints],
     frame: WalkingFrame,
 ) -> bool:
-    """Whether a centre of pressure is this foot's, by its line from heel to toe, seen from above.
-
-    With short steps the pressure of one foot passes within a foot's length of the other ankle all through
-    the contact, so that it takes both feet, and their places across the walk, to tell. A crutch's is beside.
-
-    Units: time [s] (n,), place [m] (n, 3).
-    """
+    """Whether a centre of pressure is this foot's, by its line from heel to toe, seen from above."""
     wide = bool(np.ptp(frame.across(place))) and all(_width(leg, frame) > _PLANAR for leg in legs.values())
     pressed = _level(place, frame, wide)
     found = {}

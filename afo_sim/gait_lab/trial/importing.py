@@ -63,23 +63,7 @@ class Imported(Noted):
 
 
 def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Imported:
-    """Read the files of a trial and cut one stride from it.
-
-    Parameters
-    ----------
-    files : .mot, .sto, .trc, .c3d, .csv and .osim of one trial, in any order
-    choices : what the files do not say
-
-    Returns
-    -------
-    Imported, examined as `gait.read` examines a file
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, something is missing, or the stride contradicts itself; both sides are asked
-        for, which `import_sides` cuts.
-    """
+    """Read the files of a trial and cut one stride from it."""
     if choices.each:
         problem = "is a stride of either side, and this is one cycle"
         raise InputError(problem, field="side", value="each", allowed="import_sides(files, choices)")
@@ -107,17 +91,7 @@ def _other_side(trial: WalkingTrial, choices: Choices, error: InputError) -> Imp
 
 
 def import_sides(files: Sequence[str | pathlib.Path], choices: Choices) -> dict[str, Imported]:
-    """A stride of each side, from one reading of the files; parameters as of `import_gait`.
-
-    Returns
-    -------
-    {side: Imported}, the right one's first, each with a note of the phase at which the other foot strikes
-
-    Raises
-    ------
-    InputError
-        As `import_gait` of either side; it names the other one where that can be cut.
-    """
+    """A stride of each side, from one reading of the files; parameters as of `import_gait`."""
     trial = _read(files, choices)
     found: dict[str, Imported] = {}
     refused: list[InputError] = []
@@ -134,10 +108,7 @@ def import_sides(files: Sequence[str | pathlib.Path], choices: Choices) -> dict[
 
 
 def _beside_other(done: Imported, usual: bool) -> Imported:
-    """With the phase at which the other foot strikes, the mean over the taken strides, in its notes.
-
-    `usual`: neither side contradicts a healthy walk; of a patient one side may do so.
-    """
+    """With the phase at which the other foot strikes, the mean over the taken strides, in its notes."""
     notices = tuple(notice for notice in done.notices if usual or notice.code != _USUAL)
     done = replace(done, notices=notices)
     cycle = done.cycle.with_warnings([str(warning) for warning in done.warnings])
@@ -307,10 +278,7 @@ def _cycles(
 
 
 def _require_mass(mass: BodyMass) -> None:
-    """Refuse a mass that the plates contradict: every force and moment would be wrong by as much.
-
-    One leg alone contradicts nothing: of a lame person's weight it may carry a third.
-    """
+    """Refuse a mass that the plates contradict: every force and moment would be wrong by as much."""
     if mass.estimated is None or mass.one_leg or abs(mass.mass / mass.estimated - 1.0) <= _MASS_LIMIT:
         return
     off = 100.0 * (mass.mass / mass.estimated - 1.0)

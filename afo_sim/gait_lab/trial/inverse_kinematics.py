@@ -26,10 +26,7 @@ _DILUTION = 5.0  # error of a point over that of a marker, above which a frame d
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """A tree of bodies, its free coordinates, and the markers that a trial has of it.
-
-    The root may turn and move in any way: that takes the place of its joint to the ground.
-    """
+    """A tree of bodies, its free coordinates, and the markers that a trial has of it."""
 
     model: OpenSimModel
     links: Mapping[str, str]  # body: the one that carries it; those nearer to the root come first
@@ -165,13 +162,7 @@ def skeleton_of(model: OpenSimModel, root: str, ends: Sequence[str], seen: Seque
 
 
 def pose_over(skeleton: Skeleton, seen: Mapping[str, np.ndarray], start: Pose) -> Posed:
-    """Find the pose of least squares over the markers, each of equal weight, in all frames at once.
-
-    Damped Gauss–Newton (Levenberg 1944, Marquardt 1963) from the coordinates' defaults. It is the problem
-    that OpenSim's InverseKinematicsTool solves with its default weights, without limits of coordinates.
-
-    Units: seen [m] (n, 3).
-    """
+    """Find the pose of least squares over the markers, each of equal weight, in all frames at once."""
     paths = np.stack([seen[name] for name in skeleton.markers], axis=1)
     default = {c.name: c.default for joint in skeleton.model.joints for c in joint.coordinates}
     best = _try(
@@ -211,10 +202,7 @@ def _moved(root: Pose, step: np.ndarray) -> Pose:
 def posed_legs(
     model: OpenSimModel, legs: Mapping[str, LegPoints], seen: Mapping[str, np.ndarray]
 ) -> dict[str, LegPoints]:
-    """Pose pelvis and legs with the model's joints; where that fails, leave the segments as they are.
-
-    Units: seen [m] (n, 3).
-    """
+    """Pose pelvis and legs with the model's joints; where that fails, leave the segments as they are."""
     found = {side: find_leg(model, side) for side in legs}
     try:
         posed = _posed(model, found, seen)

@@ -51,10 +51,7 @@ class PelvisFrame:
 
 
 def pelvis_frame(right: np.ndarray, left: np.ndarray, back: np.ndarray, below: np.ndarray) -> PelvisFrame:
-    """The pelvis' own axes: its plane holds the iliac spines and the back of the pelvis.
-
-    Units: right, left [m] (n, 3), back [m] (n, 3), below [m] (n, 3).
-    """
+    """The pelvis' own axes: its plane holds the iliac spines and the back of the pelvis."""
     origin = 0.5 * (right + left)
     across = _unit(right - left)
     forward = _unit(without(origin - back, across))
@@ -67,10 +64,7 @@ def pelvis_frame(right: np.ndarray, left: np.ndarray, back: np.ndarray, below: n
 def level_pelvis_frame(
     right: np.ndarray, left: np.ndarray, vertical: np.ndarray, ahead: np.ndarray
 ) -> PelvisFrame:
-    """The pelvis' axes where nothing marks its back: `_PELVIC_TILT` is assumed.
-
-    Units: right, left [m] (n, 3), vertical (3,), ahead (3,).
-    """
+    """The pelvis' axes where nothing marks its back: `_PELVIC_TILT` is assumed."""
     across = _unit(right - left)
     up = _unit(without(np.broadcast_to(vertical, across.shape), across))
     forward = np.cross(up, across)
@@ -83,13 +77,7 @@ def level_pelvis_frame(
 
 
 def hip_by_harrington(width: float, depth: float, side: str) -> tuple[float, float, float]:
-    """The hip centre by the width and depth of the pelvis.
-
-    Harrington, Zavatsky, Lawson, Yuan and Theologis (2007), doi:10.1016/j.jbiomech.2006.02.003, the
-    regressions on one variable each. Less the marker's radius forward, as the markers lie on the skin.
-
-    Units: width [m], depth [m], returns [m].
-    """
+    """The hip centre by the width and depth of the pelvis."""
     forward = -0.24 * depth - 9.9 * _MM - _MARKER_RADIUS
     up = -0.30 * width - 10.9 * _MM
     right = 0.33 * width + 7.3 * _MM
@@ -97,13 +85,7 @@ def hip_by_harrington(width: float, depth: float, side: str) -> tuple[float, flo
 
 
 def hip_by_hara(leg_length: float, side: str) -> tuple[float, float, float]:
-    """The hip centre by the length of the leg.
-
-    Hara, McGinley, Briggs, Baker and Sangeux (2016), doi:10.1038/srep37707. Less the marker's radius
-    forward.
-
-    Units: leg_length [m], returns [m].
-    """
+    """The hip centre by the length of the leg."""
     forward = 11.0 * _MM - 0.063 * leg_length - _MARKER_RADIUS
     up = -9.0 * _MM - 0.078 * leg_length
     right = 8.0 * _MM + 0.086 * leg_length
@@ -119,13 +101,7 @@ def hara_error_without_back(leg_length: float) -> float:
 def ankle_by_malleolus(
     malleolus: np.ndarray, knee: np.ndarray, heel: np.ndarray, toe: np.ndarray
 ) -> np.ndarray:
-    """The ankle centre by the lateral malleolus alone: moved forward and up by the usual offset.
-
-    Up is along the shank, forward is across it where the foot points; where the foot is not seen, it points
-    where it does in the median.
-
-    Units: malleolus, knee, heel, toe [m] (n, 3), returns [m].
-    """
+    """The ankle centre by the lateral malleolus alone: moved forward and up by the usual offset."""
     up = _unit(knee - malleolus)
     foot = _unit(toe - heel)
     unseen = ~np.isfinite(foot).all(axis=1)

@@ -37,12 +37,7 @@ _Smoother = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #
 def from_points(
     leg: LegPoints, frame: WalkingFrame, cutoff: float, closed: RecordedStride | None = None
 ) -> LegMotion:
-    """Angles between the lines hip–knee, knee–ankle and heel–toe, seen along the walker's left-right axis.
-
-    The foot's line need not be its sole: the ankle's zero comes later, from the flat foot.
-
-    Units: cutoff [Hz].
-    """
+    """Angles between the lines hip–knee, knee–ankle and heel–toe, seen along the walker's left-right axis."""
 
     def smooth(time: np.ndarray, way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if closed is None:

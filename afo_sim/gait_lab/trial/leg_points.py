@@ -66,10 +66,7 @@ def leg_length(points: LegPoints) -> float:
 
 
 def unit_doubt(points: LegPoints) -> str | None:
-    """What a leg of impossible length says about the unit, in a sentence; None if the leg is possible.
-
-    The range of legs spans less than a factor of 10, so that at most one of the usual units fits.
-    """
+    """What a leg of impossible length says about the unit, in a sentence; None if the leg is possible."""
     length = leg_length(points)
     if not np.isfinite(length) or _LEG[0] <= length <= _LEG[1]:
         return None

@@ -28,11 +28,7 @@ _ANGLES = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
 def find_legs(
     trial: WalkingTrial, choices: Choices, model: OpenSimModel | None
 ) -> tuple[dict[str, LegPoints], OpenSimModel | None]:
-    """Points of both legs, or of the one that the files hold.
-
-    A model with joint angles goes first, then a model with markers, then joint angles alone with whatever
-    places the ankle, then markers alone.
-    """
+    """Points of both legs, or of the one that the files hold."""
     if model is not None and trial.angles is not None:
         knees = [
             name for name in trial.angles.columns if name.startswith("knee_angle_") and "beta" not in name
@@ -127,12 +123,7 @@ def _legs_from_chain(
     bodies: OpenSimTable | None = None,
     seen: dict[str, LegPoints] | None = None,
 ) -> dict[str, LegPoints]:
-    """Points of the leg from an inverse-kinematics file alone.
-
-    Signs are OpenSim's: pelvis tilt backward positive, hip flexion and dorsiflexion positive; the knee's is
-    found from its swing. The leg stands in the vertical plane in which the pelvis travels: its rotation out
-    of that plane is left out.
-    """
+    """Points of the leg from an inverse-kinematics file alone."""
     found = {}
     for side in ("right", "left"):
         complete = all(name in table.columns for name in _names(side))

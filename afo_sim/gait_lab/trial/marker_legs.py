@@ -39,12 +39,7 @@ class _Chosen(Noted):
 def legs_from_markers(
     markers: Markers, choices: Choices, standing: Markers | None = None
 ) -> dict[str, LegPoints]:
-    """Hip, knee and ankle centre, heel and toe of both legs, as far as the markers show them.
-
-    A joint's centre comes from the best of: a centre in the file, the midpoint of the lateral and the medial
-    marker, one of the two, a regression. Where a standing trial, or a quiet part of the walk, shows it in a
-    better way than the walk, it is carried into the walk by the markers of its segment.
-    """
+    """Hip, knee and ankle centre, heel and toe of both legs, as far as the markers show them."""
     roles = _roles(markers, choices, standing)
     landmarks = find_landmarks(markers, roles, choices.up)
     ways = {side: _ways(markers, landmarks, choices, side) for side in SIDES}
@@ -225,20 +220,14 @@ def _mean_place(path: np.ndarray) -> np.ndarray:
 
 
 def _sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float:
-    """Pitch of the line from heel to toe where the foot stands flat, toe up positive [rad].
-
-    Units: heel, toe [m] (3,), vertical (3,).
-    """
+    """Pitch of the line from heel to toe where the foot stands flat, toe up positive [rad]."""
     foot = toe - heel
     rise = float(foot @ vertical)
     return float(np.arctan2(rise, np.linalg.norm(foot - rise * vertical)))
 
 
 def _flat_ankle_height(ankle: np.ndarray, vertical: np.ndarray) -> float | None:
-    """The ankle centre's height above the laboratory's zero; None if that is no ankle's height [m].
-
-    Units: ankle [m] (3,), vertical (3,).
-    """
+    """The ankle centre's height above the laboratory's zero; None if that is no ankle's height [m]."""
     height = float(ankle @ vertical)
     return height if _HEIGHTS[0] <= height <= _HEIGHTS[1] else None
 
@@ -263,10 +252,7 @@ def _slowest(speeds: np.ndarray) -> float:
 
 
 def _choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clusters) -> _Chosen:
-    """The best way to each point that is seen in nearly as many frames as any.
-
-    A joint's gaps are bridged by the markers of its segment.
-    """
+    """The best way to each point that is seen in nearly as many frames as any."""
     points, ranks, notices = {}, {}, []
     for role, each in ways.items():
         most = max((_seen(way) for way in each if way), default=0)

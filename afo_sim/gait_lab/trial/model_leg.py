@@ -28,11 +28,7 @@ _GROUND = ("ground", "floor", "sole")  # in the name of a marker that was projec
 
 @dataclass(frozen=True, eq=False)
 class ModelJoint:
-    """A joint of the leg, and its centre as a fixed point of both bodies that it connects.
-
-    The centre moves with the distal body. On the proximal one it stands where the default coordinates put
-    it: a knee that slides as it bends has it elsewhere at other angles.
-    """
+    """A joint of the leg, and its centre as a fixed point of both bodies that it connects."""
 
     joint: Joint  # the first one between the two that can move
     proximal: np.ndarray  # centre in the proximal body's axes, by default [m] (3,)
@@ -107,13 +103,7 @@ def find_leg(model: OpenSimModel, side: str) -> ModelLeg:
 
 
 def knee_on_thigh(model: OpenSimModel, leg: ModelLeg, turn: np.ndarray) -> np.ndarray:
-    """The knee's centre in the thigh's axes at the knee angle that a fit shows [m] (n, 3).
-
-    Of all angles that the model allows, in steps of a 500th, the one whose rotation is nearest counts. A knee
-    of several coordinates keeps its default place.
-
-    Units: turn (n, 3, 3).
-    """
+    """The knee's centre in the thigh's axes at the knee angle that a fit shows [m] (n, 3)."""
     coordinates = [c for c in leg.knee.joint.coordinates if c.rotational]
     if len(coordinates) != 1 or not np.isfinite(coordinates[0].limits).all():
         return np.where(np.isfinite(turn[:, :1, 0]), leg.knee.proximal, np.nan)
@@ -143,10 +133,7 @@ def _joint(model: OpenSimModel, proximal: str, distal: str) -> ModelJoint:
 
 
 def _find_foot(model: OpenSimModel, foot: str, toes: str | None, ankle: np.ndarray) -> ModelFoot:
-    """Find the ends of the foot among its markers, contact spheres and joints, with the toes straight.
-
-    Units: ankle [m] (3,).
-    """
+    """Find the ends of the foot among its markers, contact spheres and joints, with the toes straight."""
     points = foot_markers(model, foot, toes)
     floor = [place[1] for name, place in points.items() if any(word in name.lower() for word in _GROUND)]
     for k, sphere in enumerate(s for s in model.spheres if s.body in (foot, toes)):

@@ -31,10 +31,7 @@ def legs_from_angles(model: OpenSimModel, table: OpenSimTable, degrees: bool) ->
 
 
 def legs_from_model_markers(model: OpenSimModel, markers: Markers, choices: Choices) -> dict[str, LegPoints]:
-    """Pose the model over the markers of a trial, as OpenSim's inverse kinematics does with equal weights.
-
-    Where the whole model cannot be posed, its segments are laid over their markers one by one.
-    """
+    """Pose the model over the markers of a trial, as OpenSim's inverse kinematics does with equal weights."""
     seen = _match_markers(model, markers)
     legs = _both(
         lambda side: fitted_leg(model, find_leg(model, side), markers, seen),
@@ -162,10 +159,7 @@ def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray])
 
 
 def _match_markers(model: OpenSimModel, markers: Markers) -> dict[str, np.ndarray]:
-    """Paths of the model's markers in the trial, by the model's names [m] (n, 3).
-
-    Names match whatever their case and punctuation, and whatever stands before a colon.
-    """
+    """Paths of the model's markers in the trial, by the model's names [m] (n, 3)."""
     trial: dict[str, str] = {}
     for name in markers.positions:
         trial.setdefault(plain(name), name)
@@ -197,10 +191,7 @@ def _name_warnings(model: OpenSimModel, markers: Markers) -> tuple[Notice, ...]:
 
 
 def _scale_warnings(model: OpenSimModel, seen: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:
-    """A warning where distances between markers of one body are not the model's.
-
-    Units: seen [m] (n, 3).
-    """
+    """A warning where distances between markers of one body are not the model's."""
     of_body = defaultdict(list)
     for name in seen:
         of_body[model.markers[name][0]].append(name)

@@ -49,11 +49,7 @@ class Segment:
         )
 
     def error(self, place: np.ndarray) -> float:
-        """Standard error in the sagittal plane of a point (3,) of the segment [m].
-
-        First-order propagation of independent errors of the points, as large as the residual says. Skin
-        that moves as one over the bone does not show in the residual: the true error is larger.
-        """
+        """Standard error in the sagittal plane of a point (3,) of the segment [m]."""
         points = np.array(list(self.local.values()))
         count = len(points)
         variance = self.rms**2 * count / (3 * count - 6)
@@ -106,14 +102,7 @@ def _lay(
 def fitted_leg(
     model: OpenSimModel, leg: ModelLeg, markers: Markers, seen: Mapping[str, np.ndarray]
 ) -> LegPoints:
-    """Lay the segments of a leg over markers, and take the leg's points from them.
-
-    The joint centre that the segment above has placed counts as one more point of a segment, with the weight
-    of a marker. It holds the joint together, and is the third point where a marker set has only two on a
-    segment, as Plug-in Gait has on thigh, shank and foot.
-
-    Units: seen [m] (n, 3).
-    """
+    """Lay the segments of a leg over markers, and take the leg's points from them."""
     pelvis, thigh, shank, foot = segments = _segments(model, leg, seen)
     lost = [segment for segment in segments[1:] if not segment.found.any()]
     if lost:
@@ -151,10 +140,7 @@ def _point(leg: ModelLeg, role: str, segment: Segment, place: np.ndarray) -> Leg
 
 
 def _segments(model: OpenSimModel, leg: ModelLeg, seen: Mapping[str, np.ndarray]) -> tuple[Segment, ...]:
-    """Pelvis, thigh, shank and foot, each with the joint centre of the one above it.
-
-    A segment that still shows too little gets the centre of the joint below it, too.
-    """
+    """Pelvis, thigh, shank and foot, each with the joint centre of the one above it."""
     pelvis, thigh, shank, foot = (
         _own(model, leg, name, seen) for name in ("pelvis", "thigh", "shank", "foot")
     )

@@ -67,10 +67,7 @@ def doubts(
     zero: float,
     reference: np.ndarray | None,
 ) -> tuple[Notice, ...]:
-    """What a person should look at in a stride, one sentence with its number each.
-
-    Units: zero [rad], reference [N·m/kg] (n,).
-    """
+    """What a person should look at in a stride, one sentence with its number each."""
     found = [*walker_doubts(cycle), *closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
     found += [*_ankle_height(cycle, points), *_knee(cycle)]
     outline = _outline(points, motion)
@@ -86,11 +83,7 @@ def doubts(
 
 
 def walker_doubts(cycle: GaitCycle) -> list[Notice]:
-    """A warning where the ankle contradicts `walker`; none where nobody said whose walk it is.
-
-    The swing of a healthy walker whose ankle lies beyond the norm's band by more than a standard deviation
-    between people (root mean square), and a patient whose ankle never does.
-    """
+    """A warning where the ankle contradicts `walker`; none where nobody said whose walk it is."""
     off = np.degrees(off_norm(cycle))
     swing = off[cycle.phase > stance(cycle)]
     beyond = float(np.sqrt(np.mean(swing**2)))
@@ -310,10 +303,7 @@ def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | N
 
 
 def _marker_doubts(points: LegPoints) -> list[Notice]:
-    """Segments that change by more than 10 %, and points that leap by more than 10 cm, one sentence each.
-
-    Both are what exchanged markers do, for a few frames or all the time.
-    """
+    """Segments that change by more than 10 %, and points that leap by more than 10 cm, one sentence each."""
     return _lengths(points) + _proportion(points) + _leaps(points)
 
 
@@ -403,10 +393,7 @@ def _steps_of_time(what: str, time: np.ndarray, rate: float) -> list[Notice]:
 
 
 def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[Notice]:
-    """A warning if the plates show heel strikes and toe-offs later or earlier than the motion does.
-
-    A force that comes 20 ms late moves the centre of pressure under the foot by 7 mm, 50 ms by 17 mm.
-    """
+    """A warning if the plates show heel strikes and toe-offs later or earlier than the motion does."""
     events = find_events(motion)
     loaded = [stride for stride in strides if stride.loaded and stride.closed is None]
     late = [_after(stride.start, events.strikes) for stride in loaded if stride.start_by == FORCE]

@@ -88,16 +88,7 @@ class _Steps:
 
 
 def examine(done: Evidence) -> tuple[Check, ...]:
-    """Look for a laboratory's faults in an imported trial.
-
-    Parameters
-    ----------
-    done : a trial's cycle with what it was cut from
-
-    Returns
-    -------
-    one check a fault, also where it could not be made
-    """
+    """Look for a laboratory's faults in an imported trial."""
     steps = {side: _steps(done, side) for side in done.grounds}
     return (
         *(_landing(side, step) for side, step in steps.items()),

@@ -75,19 +75,7 @@ def sample(
     outside: float = np.nan,
     slack: float = 0.0,
 ) -> np.ndarray:
-    """Signals at phases of a stride.
-
-    In a whole stride a cubic spline is read at the phases' times. A closed stride repeats its window every
-    period: what the ends differ by is spread evenly, and a periodic cubic spline bridges the gap. What a
-    filter does to the ends of a recording counts as such a difference: in a known walk it costs up to
-    1 degree (root mean square) where a heel strike is near an end, and elsewhere 0.4 at most.
-
-    A moment must be about a point that walks along, as the ankle: one about the laboratory's origin does
-    not come back.
-
-    Units: time [s] (n,), values (n, k), phase [-] (m,), slack [s]: by which a closed stride's signals may
-    end early, so that the gap is as much wider.
-    """
+    """Signals at phases of a stride."""
     from scipy.interpolate import CubicSpline
 
     at = stride.start + np.asarray(phase, dtype=float) * stride.time
@@ -142,11 +130,7 @@ def repeated(
     at: np.ndarray,
     slack: float = 0.0,
 ) -> np.ndarray:
-    """Signals of a window, repeated every period, at any time.
-
-    Units: time [s] (n,), values (n, k), window [s], period [s], travel (k,), at [s] (m,), slack [s]: by which
-    the gap may be wider than `WIDEST`.
-    """
+    """Signals of a window, repeated every period, at any time."""
     from scipy.interpolate import CubicSpline
 
     start, end = window
@@ -175,11 +159,7 @@ def seam(
     period: float,
     travel: np.ndarray | float,
 ) -> np.ndarray:
-    """What the window's beginning, a period later, is above where its end and both velocities lead (k,).
-
-    Over the gap the velocity is integrated by the trapezoid with its end correction (Euler, Maclaurin).
-    With no travel the negative of it is how far a signal that travels gets in a period.
-    """
+    """What the window's beginning, a period later, is above where its end and both velocities lead (k,)."""
     from scipy.interpolate import CubicSpline
 
     signal = CubicSpline(time, values)

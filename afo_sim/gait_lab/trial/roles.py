@@ -43,12 +43,7 @@ class Roles(Noted):
 
 
 def find_roles(markers: Markers) -> Roles:
-    """The landmarks that a file's names show.
-
-    A name that two sets use differently has the meaning of the set that fits most of the file's names.
-    Names that mean the same in every set complete it, and names of other sets do so where a point of the
-    leg has none.
-    """
+    """The landmarks that a file's names show."""
     read = readings(list(markers.positions))
     ranked = sorted(SETS, key=lambda known: _fit(known, read), reverse=True)
     best, hits = ranked[0], _fit(ranked[0], read)[0]
@@ -271,19 +266,7 @@ def mapped_roles(path: pathlib.Path, markers: Markers, others: Collection[str] =
 
 
 def write_role_map(path: pathlib.Path, markers: Markers, roles: Roles | None = None) -> None:
-    """Write a map of roles, whole or not at all: what is known, and names that look like what is missing.
-
-    Parameters
-    ----------
-    path : to be written
-    markers : of the trial
-    roles : what is known; by default what the names show
-
-    Raises
-    ------
-    InputError
-        The place cannot be written to.
-    """
+    """Write a map of roles, whole or not at all: what is known, and names that look like what is missing."""
     roles = find_roles(markers) if roles is None else roles
     used = {name for side in roles.sides.values() for names in side.values() for name in names}
     free = [name for name in markers.positions if name not in used]

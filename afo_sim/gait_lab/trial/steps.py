@@ -140,11 +140,7 @@ def _without_shared_steps(
     legs: Mapping[str, LegPoints],
     frame: WalkingFrame,
 ) -> list[RecordedStride]:
-    """The strides; those whose foot stands on a second plate as well are not loaded, and say so.
-
-    While one foot swings, all that presses near the other is the other's. What a plate carries then that is
-    not counted for that foot is lost to its force and moment, and to the body's mass.
-    """
+    """The strides; those whose foot stands on a second plate as well are not loaded, and say so."""
     swings = {side: _swings(motion) for side, motion in motions.items()}
     found = []
     for stride in strides:

@@ -69,14 +69,7 @@ class _Leg:
 def find_strides(
     motion: LegMotion, ground: GroundForce | None, other: LegMotion | None = None
 ) -> list[RecordedStride]:
-    """All strides of a leg, with ground force or without.
-
-    A stride begins and ends with the beginning of a contact where the foot meets a plate. Elsewhere the
-    kinematics show that there is a heel strike. Its time is that at which the leg's posture comes back to
-    that of the nearest contact, or the kinematics' own if there is no contact. A recording without such a
-    stride, or with none that is loaded, is closed to one if it holds 95 % of a period; the other leg's motion
-    makes that period surer.
-    """
+    """All strides of a leg, with ground force or without."""
     leg, why = _known(motion, ground)
     if leg.events.reach < STEP:
         seen = f"the foot moves only {leg.events.reach:.2f} m against the body, which is not walking"
@@ -259,10 +252,8 @@ def ends(contact: PlateContact, ground: GroundForce) -> bool:
 
 
 def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
-    """Why a contact's beginning is not the foot's heel strike, in words; empty if it is, or nothing shows it.
-
-    Units: start [s].
-    """
+    """Why a contact's beginning is not the foot's heel strike, in words; empty if it is, or nothing
+    shows it."""
     if not events.strikes:
         return ""
     time = events.stride_time

@@ -30,10 +30,7 @@ class Heading:
 
 
 def body_path(legs: Mapping[str, LegPoints]) -> tuple[np.ndarray, np.ndarray, str]:
-    """Way of the pelvis, or else of the hips' middle, or else of the ankles'.
-
-    Units: returns [s].
-    """
+    """Way of the pelvis, or else of the hips' middle, or else of the ankles'."""
     first = next(iter(legs.values()))
     alike = [leg for leg in legs.values() if len(leg.time) == len(first.time)]
     candidates = [("pelvis", [leg.pelvis for leg in alike if leg.pelvis is not None])]
@@ -57,10 +54,7 @@ def seen(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def stride_period(legs: Mapping[str, LegPoints], up: np.ndarray) -> float | None:
-    """Time after which the legs' posture first returns [s]; None if the recording is shorter.
-
-    Posture is the feet's heights and the legs' lengths, which neither a belt nor a turn changes.
-    """
+    """Time after which the legs' posture first returns [s]; None if the recording is shorter."""
     first = next(iter(legs.values()))
     columns = []
     for leg in legs.values():
@@ -87,13 +81,7 @@ def stride_period(legs: Mapping[str, LegPoints], up: np.ndarray) -> float | None
 
 
 def heading(time: np.ndarray, path: np.ndarray, period: float | None) -> Heading:
-    """Direction and speed of the longest straight part of a walk.
-
-    A stride's direction is from where the body was to where it is one stride later, so that its sway does
-    not count.
-
-    Units: time [s] (n,), path [m] (n, 2), period [s].
-    """
+    """Direction and speed of the longest straight part of a walk."""
     step = float(time[1] - time[0])
     lag = len(time) - 1 if period is None else min(len(time) - 1, max(1, round(period / step)))
     chords = path[lag:] - path[:-lag]

@@ -72,16 +72,7 @@ def _counted(strides: Sequence[RecordedStride]) -> str:
 
 
 def ten_lines(imported: "Imported") -> list[tuple[str, str]]:
-    """What was found, taken and estimated, and what would make it better.
-
-    Parameters
-    ----------
-    imported : a trial's cycle with what it was cut from
-
-    Returns
-    -------
-    (subject, sentence) in the order in which a person would ask; warnings are not among them
-    """
+    """What was found, taken and estimated, and what would make it better."""
     return [
         ("found", _found(imported)),
         ("direction", direction(imported.frame)),

@@ -76,10 +76,7 @@ class WalkingFrame(Noted):
 
 
 def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
-    """The walker's frame: up by the upright legs, forward by the travel of the body.
-
-    On a belt, where the body hardly travels, forward is against the way of the foot that stands.
-    """
+    """The walker's frame: up by the upright legs, forward by the travel of the body."""
     for leg in legs.values():
         doubt = unit_doubt(leg)
         if doubt:
@@ -254,13 +251,7 @@ def _in_words(vector: np.ndarray) -> str:
 
 
 def _standing_foot(leg: LegPoints, up: np.ndarray, level: list[int], period: float | None) -> _StandingFoot:
-    """Velocity of a foot while it lies flat: both its ends at their lowest.
-
-    Markers of feet on a floor creep forward meanwhile, by 1 to 2 % of walking speed in four recorded walks,
-    so that a belt is found as much too slow.
-
-    Units: up (3,), period [s].
-    """
+    """Velocity of a foot while it lies flat: both its ends at their lowest."""
     nothing = _StandingFoot(np.zeros(2), np.zeros(0))
     time, ends = seen(leg.time, np.hstack([leg.points["heel"].path, leg.points["toe"].path]))
     if len(time) < 10:
@@ -293,10 +284,7 @@ def _standing_foot(leg: LegPoints, up: np.ndarray, level: list[int], period: flo
 def _belt_speed_of(
     feet: Mapping[str, _StandingFoot], found: float, choices: Choices
 ) -> tuple[float, list[Notice]]:
-    """Speed of the belt under the chosen foot as given, or else as found [m/s], and warnings.
-
-    Units: found [m/s].
-    """
+    """Speed of the belt under the chosen foot as given, or else as found [m/s], and warnings."""
     warnings = []
     speeds = {side: float(np.linalg.norm(foot.velocity)) for side, foot in feet.items() if len(foot.speeds)}
     if found and max(speeds.values()) - min(speeds.values()) > _BELT_SPREAD * found:

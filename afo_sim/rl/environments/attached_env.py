@@ -35,18 +35,7 @@ class _Origin:
 
 @dataclass(eq=False)
 class AttachedEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
-    """A model that wears orthoses: an action is one number from −1 (outlet) to 1 (inlet) for each chamber.
-
-    `metadata` names actions and observations. `data.ctrl[leg.own_controls]` is whoever else's it is.
-
-    Parameters
-    ----------
-    leg : what `attach` gave; every orthosis on its model acts, and `env.leg.model` is a copy of its own
-    observe : observations beside the joints' angles [rad] and gauge pressures [Pa], by name, from the data
-    reward, terminated : of this environment after an action; by default 1 as long as it stands
-    begin : called with this environment once the model is at rest, to set another posture
-    period, duration : of an action, which is whole time steps, and of an episode [s]
-    """
+    """A model that wears orthoses: an action is one number from −1 (outlet) to 1 (inlet) for each chamber."""
 
     _memory = ("data", "height", "_left", "_np_random", "_np_random_seed")
 

@@ -26,14 +26,7 @@ STRIDE, UPWARD, AHEAD = range(2, 5)  # columns of a day's table
 
 @dataclass(frozen=True, eq=False)
 class Day(Start):
-    """One patient on one path, ready to be stepped.
-
-    table : at the samples: passing, pushing and stride as in `Events`, the ground's upward force [N], its
-        place ahead of the ankle [m] (periods + 1, 5)
-    shape : of the sole: heel, ball, hinge, pulp and tip (x, z) [m], its level [rad], body mass [kg] (12,)
-    scale : of the verdict, as `scale_of` gives it (5, 2)
-    sensors : errors of the device's sensors
-    """
+    """One patient on one path, ready to be stepped."""
 
     table: np.ndarray
     shape: np.ndarray
@@ -65,13 +58,7 @@ def smooth(share: np.ndarray) -> np.ndarray:
 
 
 def path(number: int, time: np.ndarray, stride_time: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Phase, share of walking, and reach of a day's steps, each (n,) [-].
-
-    Two bouts of walking, with a pause. In the first a turn of short, slow steps; in each another cadence
-    from some instant on; strides that vary by 3 %. The usual patient starts once and walks on.
-
-    Units: time [s] (n,), stride_time [s].
-    """
+    """Phase, share of walking, and reach of a day's steps, each (n,) [-]."""
     random = np.random.default_rng([max(number, 0), 2])
     last, usual = float(time[-1]), number == USUAL
     begun = random.uniform(0.4, 1.2)

@@ -20,12 +20,7 @@ CLOSES, OPENS = 35.0, 25.0  # load of a foot switch: 30 N parted by 10, as of `s
 
 @dataclass(frozen=True, eq=False)
 class DaySetting(Setting):
-    """A task of days: its patients, compiled when first drawn.
-
-    start : of the scenario's own patient, whose leg is drawn
-    sets : a user's keys over each patient's
-    numbers : of the patients that episodes are drawn of
-    """
+    """A task of days: its patients, compiled when first drawn."""
 
     start: Day
     sets: Mapping[str, Any]
@@ -94,10 +89,7 @@ class Watch(Remembering):
         return self._reported(ids)
 
     def see(self, ids: np.ndarray, rows: Rows, coils: np.ndarray) -> Seen:
-        """The next samples, and the weighted parts of the reward.
-
-        Units: coils [-] (n, 2 n_chamber).
-        """
+        """The next samples, and the weighted parts of the reward."""
         self.taken[ids] += 1
         switched = (coils > self.coils[ids]).sum(axis=1)
         self.coils[ids] = coils
@@ -111,10 +103,7 @@ class Watch(Remembering):
         return np.asarray(of[ids, np.minimum(self.taken[ids], of.shape[1] - 1)].T)
 
     def events(self, ids: np.ndarray, rows: Rows, switched: np.ndarray) -> Events:
-        """What the present samples say of the strides.
-
-        Units: switched [-] (n,).
-        """
+        """What the present samples say of the strides."""
         table, qpos, shape = self._at(ids, self.tables), rows["qpos"], self.shapes[:, ids]
         pitch = qpos[self.ankle] - qpos[self.places[1]]
         toes = pitch if len(self.places) < 3 else pitch + qpos[self.places[2]]

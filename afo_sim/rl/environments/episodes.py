@@ -30,14 +30,7 @@ class Random(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """What an episode is stepped from.
-
-    built : compiled scenario
-    inputs : of every step, before the action (n_step, nu)
-    state : mjSTATE_INTEGRATION row
-    rows : the sample that is seen of it, by field (width,)
-    number : of whose start it is, by which `Setting.start_of` knows it
-    """
+    """What an episode is stepped from."""
 
     built: Built
     inputs: np.ndarray
@@ -80,10 +73,7 @@ class View(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """A task on a compiled scenario, from which episodes are drawn.
-
-    again : function and arguments that make such a one, also in another process
-    """
+    """A task on a compiled scenario, from which episodes are drawn."""
 
     task: Task
     start: Start
@@ -242,14 +232,7 @@ def rows_of(drawn: Sequence[Drawn]) -> Rows:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a period has come to, of the simulations that were stepped (n,).
-
-    observation : (n, n_observed)
-    reward : (n,)
-    over : whether the episode's time is up (n,)
-    failures : of those that have become unstable, by place; their observation is that of the last good step
-    parts : of the reward by name, where it has parts (n,)
-    """
+    """What a period has come to, of the simulations that were stepped (n,)."""
 
     observation: np.ndarray
     reward: np.ndarray
@@ -294,10 +277,7 @@ class Episodes:
         return self.view.begin(np.array(numbers, int), drawn)
 
     def step(self, numbers: Sequence[int], action: np.ndarray) -> Outcome:
-        """Step some simulations by one control period.
-
-        Units: action (n, n_chamber).
-        """
+        """Step some simulations by one control period."""
         steps, taken, coils = self.setting.steps, self.stepped.taken, coils_of(action)
         inputs = np.stack([self.starts[k].inputs[taken[k] : taken[k] + steps] for k in numbers])
         inputs[..., self.setting.valves] = coils[:, None]

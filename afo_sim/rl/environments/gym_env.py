@@ -154,19 +154,7 @@ MASK = "reset_mask"  # Gymnasium's option: which simulations to reset
 
 
 class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
-    """Simulations of one task side by side, with the numbers of single environments of the same seeds.
-
-    An episode that is over begins anew in the next step, whose action it ignores (Gymnasium's
-    `AutoresetMode.NEXT_STEP`). A simulation that becomes unstable is truncated; the others go on.
-
-    Parameters
-    ----------
-    task : "seated_tracking", "dropfoot_walk" or "dropfoot_day"
-    num_envs : simulations
-    sets : dotted keys and values laid over the task's scenario
-    patients : of "dropfoot_day": "training", "held-out" or numbers
-    threads : that step; all processors by default
-    """
+    """Simulations of one task side by side, with the numbers of single environments of the same seeds."""
 
     _memory = (*EPISODES, "_randoms", "_over", "_last", "spec")
     metadata: dict[str, Any] = {"autoreset_mode": gymnasium.vector.AutoresetMode.NEXT_STEP}  # noqa: RUF012

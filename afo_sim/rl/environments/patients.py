@@ -34,12 +34,7 @@ def numbers_of(patients: str | Iterable[int]) -> list[int]:
 
 
 def patient(number: int) -> tuple[Mapping[str, Any], Sensors]:
-    """A patient in a device: dotted keys over the scenario, and what the sensors err by.
-
-    Adolescents and small adults in S1's device, which is strong for them, on stiff cuffs. Spreads of tissue,
-    its zero and links are those of `models/uncertainties/usual.toml` and `models/sweeps/patients.toml`; noise
-    is that of the shipped sensors. All else is assumed.
-    """
+    """A patient in a device: dotted keys over the scenario, and what the sensors err by."""
     noise = np.array([math.radians(0.1), math.radians(0.05), 0.0, 0.0, 780.0, 780.0])
     if number == USUAL:
         return {}, Sensors(np.zeros(6), noise, 0)

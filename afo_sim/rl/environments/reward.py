@@ -40,10 +40,7 @@ class Events(NamedTuple):
 
 
 def scale_of(scenario: Scenario) -> np.ndarray:
-    """First and second limit of the verdict on toe [m], heel [rad], torque, work and air a stride (5, 2).
-
-    What lies beyond equal limits has the whole price; any air does where the bottle is not above the supply.
-    """
+    """First and second limit of the verdict on toe [m], heel [rad], torque, work and air a stride (5, 2)."""
     limits = scenario.limits or load("limits", "usual")
     bottle = air_given(limits.bottle_volume, limits.bottle_pressure, scenario.supply.pressure)
     air = bottle / np.maximum(limits.strides_per_bottle, FEWEST)
@@ -68,10 +65,7 @@ class Strides:
         self.peak, self.work, self.air, self.switched = np.zeros((4, count))
 
     def begin(self, ids: np.ndarray, scales: np.ndarray, first: Events) -> None:
-        """Begin episodes at their first samples.
-
-        Units: scales as `scale_of` (n, 5, 2).
-        """
+        """Begin episodes at their first samples."""
         self.scales[..., ids], self.last[:, ids] = np.moveaxis(scales, 0, -1), first[:4]
         self.lowest[ids] = np.inf
         for each in (self.peak, self.work, self.air, self.switched):

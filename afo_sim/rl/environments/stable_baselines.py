@@ -14,11 +14,7 @@ except ModuleNotFoundError:
 
 
 class OrthosisVecEnv(VecEnv):  # type: ignore[misc]
-    """A vector environment as SB3 steps it: an episode that is over begins anew in the same step.
-
-    `infos[k]` has then its last observation, "terminal_observation", and "TimeLimit.truncated" is True. The
-    reward's parts are always in it.
-    """
+    """A vector environment as SB3 steps it: an episode that is over begins anew in the same step."""
 
     def __init__(self, envs: OrthosisVectorEnv):
         self.envs = envs

@@ -203,23 +203,7 @@ def load(
     task_kwargs: Mapping[str, Any] | None = None,
     environment_kwargs: Mapping[str, Any] | None = None,
 ) -> OrthosisEnvironment:
-    """A dm_control environment of a task.
-
-    Parameters
-    ----------
-    task_name : "seated_tracking", "dropfoot_walk" or "dropfoot_day"
-    task_kwargs : `random`, a seed or a RandomState; `sets`, dotted keys and values laid over the scenario;
-        `patients` of "dropfoot_day", "training", "held-out" or numbers;
-        `time_limit` of an episode [s], the task's own by default and at most
-    environment_kwargs : of `dm_control.rl.control.Environment`: `flat_observation`, `legacy_step`
-
-    Raises
-    ------
-    InputError
-        There is no such task, or an argument is wrong.
-    CallbackError
-        The muscle callbacks cannot be installed.
-    """
+    """A dm_control environment of a task."""
     task_of(task_name)
     made: OrthosisEnvironment = SUITE[task_name](
         **dict(task_kwargs or {}), environment_kwargs=environment_kwargs

@@ -12,10 +12,7 @@ Reader = Callable[["Sample"], Any]
 
 
 class Sample:
-    """Columns of the last step, each computed once; `sample["ankle/angle"]` is a number, or (n,).
-
-    Units: step (n,).
-    """
+    """Columns of the last step, each computed once; `sample["ankle/angle"]` is a number, or (n,)."""
 
     __slots__ = ("found", "readers", "rows", "script", "step")
 
@@ -39,13 +36,7 @@ Formula = Callable[[Sample], Any]  # of the last sample of one simulation, or of
 
 @dataclass(frozen=True)
 class Observed:
-    """One number of an observation.
-
-    name, unit, meaning : for people
-    low, high : measuring range, in the unit; what lies outside is reported as its end
-    column : of a run that is observed; by default `formula` is
-    formula : of the last sample
-    """
+    """One number of an observation."""
 
     name: str
     unit: str
@@ -62,22 +53,7 @@ class Observed:
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be done with an orthosis.
-
-    name : of the task
-    title : one sentence
-    scenario : shipped name
-    sets : dotted keys and values laid over it
-    period : from one action to the next [s]
-    duration : of an episode [s]
-    observed : numbers of the observation, in order
-    lowest, highest : bounds of the reward
-    reward : of the last sample; None of days of patients, which are worth `reward.WEIGHTS`
-    draws : random numbers from 0 to 1 that `script` takes
-    script : what an episode asks for, from its draws and the times of its samples (k,) [s]: (k, width)
-    patients : pool of which days are drawn; None for the scenario's own patient
-    version : in Gymnasium's name; another one has other rewards
-    """
+    """What is to be done with an orthosis."""
 
     name: str
     title: str
@@ -111,10 +87,7 @@ class Task:
 
 
 def checked(action: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """An action as numbers; InputError where one is none, is out of range, or too many or few are given.
-
-    Units: action [-].
-    """
+    """An action as numbers; InputError where one is none, is out of range, or too many or few are given."""
     try:
         given = np.asarray(action, float)
     except (TypeError, ValueError):
@@ -130,9 +103,6 @@ def checked(action: Any, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def coils_of(action: np.ndarray) -> np.ndarray:
-    """Coils of an action (…, 2 n_chamber): inlet and outlet of each chamber, 0 or 1 [-].
-
-    Above DEAD the inlet is on, below −DEAD the outlet; between them both valves are shut.
-    """
+    """Coils of an action (…, 2 n_chamber): inlet and outlet of each chamber, 0 or 1 [-]."""
     on = action[..., None] * INLET_OUTLET > DEAD
     return on.reshape(*action.shape[:-1], -1).astype(float)

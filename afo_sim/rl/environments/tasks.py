@@ -30,12 +30,7 @@ REFERENCE, LATER = range(2)  # columns of the script
 
 
 def reference(draws: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Reference now and AHEAD later [rad] (k, 2), at times since the episode's start [s] (k,).
-
-    SPAN Σᵢ wᵢ sin(2π fᵢ t + φᵢ), with random weights wᵢ of sum 1, frequencies and phases.
-
-    Units: draws (3 WAVES,).
-    """
+    """Reference now and AHEAD later [rad] (k, 2), at times since the episode's start [s] (k,)."""
     weights, frequencies, phases = draws.reshape(3, WAVES)
     weights = (weights + 1e-3) / np.sum(weights + 1e-3)  # and never 0/0
     frequencies = SLOWEST + (FASTEST - SLOWEST) * frequencies
@@ -119,14 +114,7 @@ def task_of(name: str) -> Task:
 def setting_of(
     name: str, sets: Mapping[str, Any] | None = None, patients: str | Iterable[int] | None = None
 ) -> Setting:
-    """Compile a task.
-
-    Parameters
-    ----------
-    name : of the task
-    sets : dotted keys and values laid over its scenario
-    patients : "training", "held-out" or numbers, of a task that draws patients; its own pool by default
-    """
+    """Compile a task."""
     task = task_of(name)
     if patients is not None and task.patients is None:
         raise InputError("are not drawn in this task", field="patients", value=patients, allowed="none")

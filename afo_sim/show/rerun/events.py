@@ -132,14 +132,7 @@ def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, 
 
 
 def _fitting(values: list[str], changes: list[_Change], end: float) -> list[str]:
-    """Words on a lane's intervals: of each state the longest that fits all of its intervals, or none.
-
-    Intervals that the recording cuts short do not count, unless they are the only ones.
-
-    A shut valve has none, since its dark ground says it.
-
-    Units: changes [s], end [s].
-    """
+    """Words on a lane's intervals: of each state the longest that fits all of its intervals, or none."""
     times = [time for time, _ in changes] + [end]
     lasts = dict.fromkeys(values, end)
     states = [state for _, state in changes]

@@ -22,15 +22,7 @@ TITLE = 90  # letters of a plot's title in that window
 
 @dataclass(frozen=True)
 class Contents:
-    """The contents to lay out.
-
-    valves is the number of valve lanes; loop the time that is played over and over [s]; muscles whether
-    any run has an orthosis, mountings whether any has a cuff or plate that gives; carriage the entity that
-    a walk's camera rides on, trails the entities whose last stride is shown, stride its duration [s];
-    compared, whether several runs are shown; joint and positive are what the joint and its positive
-    direction are called; plots are the entities of plots, with the names and colours of their lines; runs
-    the names and colours of several runs; answer whether there is a text that answers what the run is for.
-    """
+    """The contents to lay out."""
 
     valves: int
     loop: float

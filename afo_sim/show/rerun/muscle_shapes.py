@@ -53,10 +53,7 @@ class DrawnMuscle:
         given: np.ndarray,
         line: np.ndarray | None = None,
     ) -> None:
-        """A block of rows: a tube from the origin, as thick as its braid, and the cable beyond.
-
-        Units: block (n,), ends [m] (n, 2, 3), axis [m] (n, 3), given [m] (n,), line [m] (n, places, 3).
-        """
+        """A block of rows: a tube from the origin, as thick as its braid, and the cable beyond."""
         muscle = self.group.type
         span = (ends if line is None else line)[:, 1] - ends[:, 0]  # a muscle lies before its first guide
         path = np.linalg.norm(span, axis=1)
@@ -119,10 +116,7 @@ class DrawnMuscle:
 
 
 def _strips(points: np.ndarray, counts: np.ndarray) -> Any:
-    """Lines of so many points each, as Arrow has them: Rerun would convert each line alone.
-
-    Units: points [m], counts (n,).
-    """
+    """Lines of so many points each, as Arrow has them: Rerun would convert each line alone."""
     form = rr.components.LineStrip3DBatch([]).as_arrow_array().type
     offsets = np.concatenate([[0], np.cumsum(counts)])
     inner = rr.components.Position3DBatch(points).as_arrow_array()
@@ -130,10 +124,7 @@ def _strips(points: np.ndarray, counts: np.ndarray) -> Any:
 
 
 def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Parabolas between two points, longer than the straight lines, bent away from a third point.
-
-    Units: ends [m] (n, 2, 3), excess [m] (n,), axis [m] (n, 3), returns [m].
-    """
+    """Parabolas between two points, longer than the straight lines, bent away from a third point."""
     span = ends[:, 1] - ends[:, 0]
     chord = np.linalg.norm(span, axis=1).clip(1e-6)
     along = span / chord[:, None]
@@ -149,11 +140,7 @@ def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def tube_radius(contraction: np.ndarray, muscle: Muscle) -> np.ndarray:
-    """Radius of the braid at a contraction ratio: r0 sin α/sin α0 with cos α = (1 − κ) cos α0 [m].
-
-    A slack muscle is as thick as at its greatest volume (54.74°); a stretched one never thinner than
-    two thirds of its bore.
-    """
+    """Radius of the braid at a contraction ratio: r0 sin α/sin α0 with cos α = (1 − κ) cos α0 [m]."""
     angle = muscle.braid_angle
     cosine = np.clip((1.0 - contraction) * np.cos(angle), np.sqrt(1.0 / 3.0), 1.0)
     grown = np.sqrt(1.0 - cosine**2) / np.sin(angle)

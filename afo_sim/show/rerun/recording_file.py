@@ -28,10 +28,7 @@ _SCARCE = 1 << 20  # free bytes below which a disk counts as full
 
 @contextmanager
 def saving(stream: rr.RecordingStream, path: pathlib.Path, blueprint: Any) -> Iterator[None]:
-    """Write what is logged in the block to a file.
-
-    Rerun writes in a thread of its own: a full disk stops that thread, and the end of the file is missing.
-    """
+    """Write what is logged in the block to a file."""
     try:
         stream.save(path, default_blueprint=blueprint)
         yield
@@ -75,10 +72,7 @@ def write_rrd(
     rate: float | None = None,
     colour_by: str = "force",
 ) -> None:
-    """Write a run, with its layout, as a Rerun file.
-
-    Units: rate [Hz].
-    """
+    """Write a run, with its layout, as a Rerun file."""
     source = from_recording(run) if isinstance(run, Recording) else from_folder(run)
     require_rows(source)
     view = scene.stage(source, colour_by=colour_by)
@@ -89,10 +83,7 @@ def write_rrd(
 
 
 def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: float | None = None) -> None:
-    """Write several runs side by side on one timeline: the first solid, the others as ghosts.
-
-    Units: rate [Hz].
-    """
+    """Write several runs side by side on one timeline: the first solid, the others as ghosts."""
     sources = [from_folder(folder) for folder in folders]
     for source in sources:
         require_rows(source)

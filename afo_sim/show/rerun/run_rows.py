@@ -144,10 +144,7 @@ def strides(rows: Columns) -> np.ndarray:
 
 
 def send(stream: rr.RecordingStream, entity: str, rows: Columns, columns: Any) -> None:
-    """Log columns at the times of some rows.
-
-    Units: rows [s] (n,).
-    """
+    """Log columns at the times of some rows."""
     times = [rr.TimeColumn(TIMELINE, duration=_stamps(rows["time"]))]
     if GAIT[0] in rows:
         times.append(rr.TimeColumn(STRIDES, duration=_stamps(strides(rows))))

@@ -21,10 +21,7 @@ from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 def guided_lines(
     model: mujoco.MjModel, block: Columns, groups: Mapping[str, MuscleGroup], mountings: Mountings
 ) -> dict[str, np.ndarray]:
-    """Lines of the muscles whose path has points or surfaces, at the coordinates of a block of rows.
-
-    Units: returns [m].
-    """
+    """Lines of the muscles whose path has points or surfaces, at the coordinates of a block of rows."""
     names = [name for name, group in groups.items() if group.path]
     if not names:
         return {}
@@ -182,10 +179,7 @@ def replay(
     muscles: tuple[str, ...] = (),
     mountings: Mountings | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Poses of bodies and paths of muscles at the coordinates of a block of rows.
-
-    Units: block [m] (n,), returns [m].
-    """
+    """Poses of bodies and paths of muscles at the coordinates of a block of rows."""
     data, moved = mujoco.MjData(model), mountings or Mountings(model, {}, ())
     sites = [[model.site(f"{name}_{end}").id for end in ("origin", "insertion")] for name in muscles]
     pairs, count = np.array(sites, int).reshape(-1, 2), len(block[joint_columns(model)[0]])

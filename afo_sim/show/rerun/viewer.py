@@ -46,10 +46,7 @@ def require_display(file: pathlib.Path | None = None) -> None:
 
 
 def screenshot(path: pathlib.Path, picture: pathlib.Path, at: float | None = None) -> None:
-    """Write a PNG of a Rerun file, laid out as on a screen, without a display.
-
-    Units: at [s].
-    """
+    """Write a PNG of a Rerun file, laid out as on a screen, without a display."""
     from rerun.experimental import ViewerClient
 
     with viewer_process(["--headless", "--window-size", "1600x900", "--hide-welcome-screen"]) as url:
@@ -142,10 +139,7 @@ _Watch = Callable[[Recording], None]
 
 @contextmanager
 def live_viewer(*, headless: bool = False) -> Iterator[_Watch]:
-    """Open a viewer, and yield what takes each new stretch of a run (as a Recording of its rows).
-
-    The window stays until it is closed; the viewer listens on this machine only.
-    """
+    """Open a viewer, and yield what takes each new stretch of a run (as a Recording of its rows)."""
     if not headless:
         require_display()
     options = ["--headless"] if headless else ["--hide-welcome-screen"]

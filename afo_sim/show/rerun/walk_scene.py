@@ -61,10 +61,7 @@ def expected_carriage(source: Source) -> Carriage:
 
 
 def _log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
-    """A walkway with a line every 10 cm and a stronger one every metre, once.
-
-    It is cut along the foot's side, as in a section: what sinks below the floor is seen.
-    """
+    """A walkway with a line every 10 cm and a stronger one every metre, once."""
     left, right = np.floor(way.ends[0]) - 2.0, np.ceil(way.ends[1]) + 2.0
     size, centre = (np.array([right, _FAR]) - s * np.array([left, EDGE]) for s in (1.0, -1.0))
     floor = rr.Boxes3D(
@@ -203,10 +200,8 @@ class Walker:
             send(stream, f"{self.view.root}/recorded/{part}", block, pose)
 
     def _log_trails(self, stream: rr.RecordingStream, block: Columns) -> None:
-        """From each row's place of a point of the outsole to the next; of the toe the lower of pulp and tip.
-
-        The viewer shows those of the last stride.
-        """
+        """From each row's place of a point of the outsole to the next; of the toe the lower of pulp
+        and tip."""
         extension = 0.0 if self._toe is None else block[self._toe]
         points = self._foot.outsole(block[f"qpos/{ANKLE}"] - block["shank/angle"], extension)
         (x, z), (other_x, other_z) = (points[name] for name in TOE_POINTS)

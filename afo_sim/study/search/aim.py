@@ -31,14 +31,7 @@ class Objective:
 class Limit:
     """At least, or at most, `bound` [the metric's unit] in a `share` of the patients.
 
-    `number` tells limits on one end of one metric apart: 1, 2, … Where the patients are a sample by which
-    designs are chosen (`sampled`), the share is that of the population they are drawn from: of n patients the
-    k-th worst is below a share k/(n + 1) of the population in the mean, so that fewer are spared. Where 19 of
-    20 patients keep a limit, 90 % of others do.
-
-    Source
-    ------
-    Weibull's plotting position: Gumbel 1958, Statistics of Extremes, section 1.2.7
+    Source: Weibull's plotting position: Gumbel 1958, Statistics of Extremes, section 1.2.7
     """
 
     metric: str
@@ -60,16 +53,7 @@ class Limit:
         return patients - math.ceil(self.share * patients - 1e-9)
 
     def level(self, values: np.ndarray) -> float:
-        """The best bound that the share of the patients keeps; NaN where too few have a value.
-
-        This is the quantile that is itself a patient's value (of at-most limits the inverse of the empirical
-        distribution, of at-least limits the same from above), so that the level keeps the bound exactly if
-        the share of the patients does. A patient without a value (NaN) does not keep the limit.
-
-        Parameters
-        ----------
-        values : of the metric (patients,)
-        """
+        """The best bound that the share of the patients keeps; NaN where too few have a value."""
         spare = self.spare(len(values)) - int(np.count_nonzero(np.isnan(values)))
         if spare < 0:
             return math.nan
@@ -98,10 +82,7 @@ class Aim:
         return tuple(dict.fromkeys([self.objective.metric, *(limit.metric for limit in self.limits)]))
 
     def judge(self, metrics: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Objective, limits and gaps of designs.
-
-        Units: returns [the metric's unit].
-        """
+        """Objective, limits and gaps of designs."""
         goal = metrics[self.objective.metric]
         found = {
             OBJECTIVE: self.objective.of(goal),
@@ -134,13 +115,7 @@ class Aim:
     def ranks(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Rank of designs (n,): 0 is the best; equals share a rank.
 
-        A feasible design beats one that is not, and of two feasible ones the better objective wins. Of two
-        others the one that violates less: first the constraints on the parameters, then in how many
-        patients something that is judged is lacking, then the summed violation of the limits.
-
-        Source
-        ------
-        Deb 2000, doi 10.1016/S0045-7825(99)00389-8
+        Source: Deb 2000, doi 10.1016/S0045-7825(99)00389-8
         """
         outside, lacking = columns[OUTSIDE], columns[LACKING]
         violation = self.violation(columns)

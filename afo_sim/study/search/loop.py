@@ -43,21 +43,7 @@ def answers(
     metrics: Sequence[str],
     who: Pool,
 ) -> Answers:
-    """Simulate every design with every patient.
-
-    Parameters
-    ----------
-    scenario : what all cases begin with
-    designs : to be judged
-    patients : the same for all designs; the scenario's own alone if None
-    metrics : that are looked at
-    who : simulates; the answers are, bit for bit, the same whoever does
-
-    Raises
-    ------
-    InputError
-        The cluster cannot be reached, or its workers die over and over.
-    """
+    """Simulate every design with every patient."""
     jobs = _Jobs(designs, patients)
     many, chunks = jobs.many, range(-(-len(jobs) // _CHUNK))
     done = who.outcomes(scenario, jobs, chunks, asked=Asked(frozenset(metrics), doubts=False))
@@ -101,12 +87,7 @@ class _Jobs:
 class Evolution:
     """A search by covariance matrix adaptation, on ranks alone.
 
-    All that it draws comes from its seed, so that the same ranks lead to the same designs, bit for bit, on
-    the same machine: a search goes on after a kill by being given again what it was given before.
-
-    Source
-    ------
-    Hansen, arXiv:1604.00772; bounds by pycma's smooth transformation of the search space.
+    Source: Hansen, arXiv:1604.00772; bounds by pycma's smooth transformation of the search space.
     """
 
     def __init__(self, dimensions: int, seed: int, population: int | None = None):
@@ -154,11 +135,7 @@ class Evolution:
 
 @dataclass(frozen=True)
 class Problem:
-    """The problem of a search: ranges, constraints on them, aim, number of starts.
-
-    Every start is a search of its own with its own seed, and none learns from another: how far apart they end
-    shows how far the result depends on chance.
-    """
+    """The problem of a search: ranges, constraints on them, aim, number of starts."""
 
     parameters: tuple[Parameter, ...]
     constraints: tuple[Constraint, ...]
@@ -199,10 +176,7 @@ def evolve(
     evaluate: Evaluate,
     report: Callable[[SearchProgress], None] | None = None,
 ) -> tuple[Columns, bool]:
-    """Search; killed at any time, the next call goes on from the last finished generation.
-
-    What is in the folder is replayed: the optimiser asks for the same designs and takes the same ranks.
-    """
+    """Search; killed at any time, the next call goes on from the last finished generation."""
     evolutions = problem.evolutions()
     done: list[Columns] = []
     for generation in range(generations):

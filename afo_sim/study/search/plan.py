@@ -81,12 +81,7 @@ class StatedLimit:
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """A design search, checked.
-
-    `designs` holds scenario, fixed overrides, searched parameters and constraints as a sweep does;
-    `patients` are the conditions by which every design is judged, None where there is the scenario's own
-    alone. `population` is None where CMA-ES has its own number of designs in a generation.
-    """
+    """A design search, checked."""
 
     file: pathlib.Path
     description: str
@@ -155,10 +150,7 @@ class SearchPlan:
         return Cases(plan, tuple(names), tuple(units), dict(values), case_seeds(plan.seed, count), 0)
 
     def fingerprint(self) -> dict[str, Any]:
-        """Everything that decides the result: the search, this program's code, its libraries.
-
-        How many generations are asked for is not in it: of more, the first are the same.
-        """
+        """Everything that decides the result: the search, this program's code, its libraries."""
         written = {
             "designs": self.designs.canonical(),
             "patients": self.patients.canonical() if self.patients else None,
@@ -221,17 +213,7 @@ class SearchFile(StrictTable):
 
 
 def read(path: str | os.PathLike[str]) -> SearchPlan:
-    """Read a design search.
-
-    Parameters
-    ----------
-    path : TOML file, or the name of a shipped search
-
-    Raises
-    ------
-    InputError
-        The first thing that is wrong, with its field, value and what is allowed.
-    """
+    """Read a design search."""
     file = assets.find("search", os.fspath(path))
     return _of_table(file, assets.read_toml(file))
 

@@ -62,19 +62,7 @@ class Opened:
 
 
 def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "refuse") -> Opened:
-    """A search in its folder: a new one, or one to be continued.
-
-    Parameters
-    ----------
-    search : to be done
-    folder : made if need be
-    changed : where the folder holds another search or designs of other code, as `FolderKind.open` takes it
-
-    Raises
-    ------
-    InputError
-        As `FolderKind.open`; no case runs; a metric or a unit is not the scenario's; a patient is invalid.
-    """
+    """A search in its folder: a new one, or one to be continued."""
     patients = search.judging()
     search.fresh()  # says now what would be wrong with them at the end
     plan = search.designs
@@ -121,23 +109,7 @@ def optimise(
 
 
 def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | None = None) -> dict[str, Any]:
-    """Search to the end; what was done before is not done again.
-
-    Parameters
-    ----------
-    opened : from `open_search`
-    who : simulates
-    report : called after every generation
-
-    Returns
-    -------
-    the result, as best.json holds it
-
-    Raises
-    ------
-    InputError
-        As `loop.evolve` and `answers`.
-    """
+    """Search to the end; what was done before is not done again."""
     if opened.finished:
         assert opened.best is not None
         return opened.best

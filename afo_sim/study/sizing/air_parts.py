@@ -135,10 +135,7 @@ def within(intervals: Sequence[Interval], period: float) -> list[Interval]:
 
 
 def times_for(scenario: Scenario, chamber: str, *, three_way: bool) -> dict[str, Any]:
-    """The keys that set a chamber's valve times for one 3/2 valve, or for two 2/2 valves.
-
-    Of a scenario whose chamber has the other kind now; nothing where no timer or phases switch it.
-    """
+    """The keys that set a chamber's valve times for one 3/2 valve, or for two 2/2 valves."""
     for key, table in (("phases", scenario.phases), ("timer", scenario.timer)):
         if table is None or chamber not in table.chambers:
             continue
@@ -306,10 +303,7 @@ def _with_lasting(each: Tried, source: Source, scenario: Scenario, lasting: tupl
 
 
 def _hours_of(source: Source, flow: float, pressure: float) -> float:
-    """How long a full source lasts at a mean flow [l/min ANR] down to a gauge pressure [Pa]; inf: endless.
-
-    It cools meanwhile. The air before the first step is not taken out.
-    """
+    """How long a full source lasts at a mean flow [l/min ANR] down to a gauge pressure [Pa]; inf: endless."""
     lost = flow - _delivery_of(source, pressure)
     if lost <= 0.0:
         return math.inf

@@ -95,10 +95,7 @@ def doubt_of(muscle: Muscle) -> str:
 
 
 def link_for(now: MuscleGroup, muscle: Muscle) -> float | None:
-    """Length of the link with which another muscle is taut at the same ankle angle [m].
-
-    Negative where it does not fit into the path; None over a pulley, whose initial contraction stays.
-    """
+    """Length of the link with which another muscle is taut at the same ankle angle [m]."""
     if now.link_length is None:
         return None
     own = now.type

@@ -30,10 +30,7 @@ Limit = tuple[float, str]  # gauge pressure [Pa], who is allowed no more
 
 
 def size_pressure(trials: Trials, at: float | None = None, between: Range | None = None) -> Sizing:
-    """The least supply pressure.
-
-    Units: at [Pa], between [Pa].
-    """
+    """The least supply pressure."""
     low, high = between or _usual_range(trials.scenario)
     if not 0.0 <= low < high:
         raise InputError(
@@ -98,10 +95,7 @@ def _lattice(pressures: np.ndarray) -> list[float]:
 
 
 def _between(tried: Sequence[Tried]) -> list[float]:
-    """What to try next: about the first that holds, where it ends to hold, and where it may hold between.
-
-    Two neighbours that fail different limits may have one between them that keeps both.
-    """
+    """What to try next: about the first that holds, where it ends to hold, and where it may hold between."""
     meets = [each.meets for each in tried]
     first = meets.index(True) if True in meets else len(meets)
     last = next((k for k in range(first, len(meets)) if not meets[k]), len(meets))
@@ -178,12 +172,7 @@ def _notes(tried: Sequence[Tried], best: Tried | None) -> list[str]:
 
 
 def exceeded(scenario: Scenario, pressure: float) -> Limit | None:
-    """The lowest limit that a supply pressure exceeds: of a muscle, or of what a valve's maker allows.
-
-    Regulators in the air path count: what is behind one gets no more than it holds.
-
-    Units: pressure [Pa], returns [Pa].
-    """
+    """The lowest limit that a supply pressure exceeds: of a muscle, or of what a valve's maker allows."""
     orthosis = scenario.orthosis
     highest = highest_pressures(orthosis, pressure)
     found: list[Limit] = []

@@ -25,16 +25,7 @@ Status = Literal["run", "excluded", "refused", "failed"]
 
 @dataclass(frozen=True)
 class Requirement:
-    """At least, or at most, `bound` of a metric [its own unit].
-
-    `called` and `measured_in` are of what is not a metric of a run, such as the hours that a bottle lasts.
-
-    Examples
-    --------
-    >>> lifted = Requirement("toe_clearance", True, 10.0)
-    >>> str(lifted), lifted.margin(13.0), lifted.met(9.0)
-    ('toe_clearance >= 10 mm', 3.0, False)
-    """
+    """At least, or at most, `bound` of a metric [its own unit]."""
 
     metric: str
     at_least: bool
@@ -143,11 +134,7 @@ def _read(text: str, chamber: str) -> Requirement:
 
 
 def usual(scenario: Scenario) -> tuple[Requirement, ...]:
-    """What a walk is held against where nobody says: the toe clearance that the scenario's limits want.
-
-    Of the settled stride, and of the first one where the run begins with a heel strike; nothing where nobody
-    walks.
-    """
+    """What a walk is held against where nobody says: the toe clearance that the scenario's limits want."""
     if not scenario.walking or scenario.gait is None:
         return ()
     limits = scenario.limits or load("limits", USUAL_LIMITS)
@@ -163,16 +150,7 @@ def doubted(value: str, doubt: str) -> Notice:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A component, or a pressure, that a scenario is tried with.
-
-    name : as the catalogue or the user calls it
-    size : by which candidates are ordered and drawn [SI]
-    sets : that lay it over the scenario
-    facts : what the table shows of it, by column
-    excluded : why it is not run; "" where it is
-    notes : what to mind of it
-    doubt : why one that is surer goes before it, such as "not measured"; "" where there is no reason
-    """
+    """A component, or a pressure, that a scenario is tried with."""
 
     name: str
     size: float
@@ -185,14 +163,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Tried:
-    """A candidate, and what the run with it gave.
-
-    status : "run", or "excluded" before it, "refused" by the description, "failed"
-    reason : of that, in words
-    values : of each metric that is asked for [its unit]; NaN where the run does not have it
-    short : {what it does not meet: by how much, in words}; empty where it meets all
-    notes : what to mind
-    """
+    """A candidate, and what the run with it gave."""
 
     candidate: Candidate
     status: Status

@@ -92,11 +92,7 @@ def size(
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be sized, checked.
-
-    scenario : as it was asked for, before its cadence is changed
-    options : those that were given, SI
-    """
+    """What is to be sized, checked."""
 
     kind: str
     scenario: Scenario

@@ -24,10 +24,8 @@ FULL = 100.5  # share of a limit from which on it is reported as beyond it [perc
 
 @dataclass(frozen=True)
 class Trials:
-    """What candidates are run with: the scenario, what is wanted, who computes, and who hears how far it is.
-
-    beside : metrics that are asked for beside those that are wanted
-    """
+    """What candidates are run with: the scenario, what is wanted, who computes, and who hears how far
+    it is."""
 
     scenario: Scenario
     requirements: tuple[Requirement, ...]

@@ -42,10 +42,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Unknown:
-    """One thing that is not known, or varies: one deviate, which all its targets follow.
-
-    A target without keys is a height [m] that is added to every height of the sole.
-    """
+    """One thing that is not known, or varies: one deviate, which all its targets follow."""
 
     name: str
     table: SpreadTable
@@ -153,10 +150,7 @@ def _derived_path(scenario: Scenario) -> bool:
 
 
 def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) -> Iterator[Field]:
-    """Fields of a scenario whose key fits a pattern; what is not there is noted.
-
-    A star stands for a name: of a muscle group, a chamber, a segment.
-    """
+    """Fields of a scenario whose key fits a pattern; what is not there is noted."""
     parts = list(split_key(pattern)[0])
     known = [leaf for leaf in leaves(Scenario, scenario.resolved()) if len(leaf.path) == len(parts)]
     if "*" not in pattern:
@@ -251,10 +245,7 @@ def _fits(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """The drawn values of one or several keys that have one value; without keys a height [m].
-
-    `table` is that which it is drawn by; `own` the value in the middle [SI]; `values` are (n,).
-    """
+    """The drawn values of one or several keys that have one value; without keys a height [m]."""
 
     name: str
     keys: tuple[str, ...]
@@ -301,12 +292,7 @@ class Draws:
 
 
 def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Draws:
-    """Draw together whatever spreads.
-
-    Unknowns and fits are independent of each other: a Latin hypercube in as many dimensions as they have
-    deviates. The numbers of a fit follow its covariance; draws that are not muscles are rejected whole and
-    drawn anew, for clipping would heap them up at a bound, against their correlations.
-    """
+    """Draw together whatever spreads."""
     widths = [1] * len(spreads.unknowns) + [len(_fitted(fit.muscle)) for fit in spreads.fits]
     if not widths:
         raise InputError("this scenario has nothing of what the spreads state", field="spreads")

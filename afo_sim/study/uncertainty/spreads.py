@@ -32,15 +32,7 @@ _NOT_DRAWN = ("duration", "timestep", "record_rate", "limits")  # no property of
 
 @dataclass(frozen=True)
 class Distribution:
-    """Of one number [SI] about its own value.
-
-    kind : "normal", "lognormal" (own value = median), "uniform", or "pearson3" (skewed, own value = mean)
-    width : standard deviation; of a lognormal that of the natural logarithm; of a uniform half its width
-    skew : of pearson3
-    lower, upper : nothing is drawn beyond them; pearson3 has none
-
-    A width of zero gives the own value to the last bit.
-    """
+    """Of one number [SI] about its own value."""
 
     kind: Kind
     width: float
@@ -49,10 +41,7 @@ class Distribution:
     upper: float = math.inf
 
     def at(self, deviates: np.ndarray, own: float) -> np.ndarray:
-        """The values of standard normal deviates (n,), rising with them.
-
-        Units: deviates (n,), own [SI].
-        """
+        """The values of standard normal deviates (n,), rising with them."""
         if self.kind == "pearson3":
             from scipy import stats  # slow to import
 
@@ -150,18 +139,7 @@ class Spreads:
 
 
 def read(source: str | os.PathLike[str], beside: pathlib.Path | None = None) -> Spreads:
-    """Read a file of spreads.
-
-    Parameters
-    ----------
-    source : a shipped name, or a path to a TOML file
-    beside : file in which the name was found
-
-    Raises
-    ------
-    InputError
-        There is no such file, or something in it is wrong: field, value and what is allowed.
-    """
+    """Read a file of spreads."""
     try:
         file = assets.find("uncertainty", os.fspath(source), beside)
     except InputError as error:
