@@ -6,10 +6,10 @@ import re
 import shlex
 
 import pytest
+from command import call
+from tests.documents import PAGES
 
 from afo_sim.common import assets
-from tests.command import call
-from tests.documents import PAGES
 
 SHORT = ("--what", "valves", "--frequencies", "1, 2 Hz")
 

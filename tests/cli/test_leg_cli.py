@@ -4,12 +4,12 @@ import pathlib
 
 import mujoco
 import pytest
+from command import call
 from documents import ROOT
 
 import afo_sim as afo
 from afo_sim.common import find as asset
 from afo_sim.legs import write_attached
-from tests.command import call
 
 LEG = asset("leg", "adult_75kg").parent / "leg.xml"
 TWO = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/>

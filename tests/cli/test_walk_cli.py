@@ -7,10 +7,10 @@ import pathlib
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from command import call
 
 from afo_sim.show.walker_poses import poses
 from afo_sim.walker import PICTURES, Response, in_brief, respond, table
-from tests.command import call
 
 SCENARIO = "walk-dropfoot-afo"
 SHORT = ("walk", SCENARIO, "--duration", "4 s", "--starts", "1", "--threads", "1")

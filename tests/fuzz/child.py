@@ -1,7 +1,7 @@
 """Commands on damaged files, in one process: how each ended; an end of the process is the parent's.
 
 A line of the input is a row of `Damage`, or ["base", "seed"] of one to be drawn. By hand:
-    echo '["trc", "20260101 7"]' | PYTHONPATH=tests python -m fuzz.child FOLDER
+    echo '["trc", "20260101 7"]' | PYTHONPATH=tests:tests/helpers python -m fuzz.child FOLDER
 """
 
 import contextlib

@@ -24,7 +24,7 @@ NEEDS = {"c3d": "ezc3d"}  # by a base's first word
 
 def ended(cases: Sequence[Sequence[str]], folder: pathlib.Path) -> list[list[str]]:
     """Each case's damage, how its command ended and what it said; a process that dies is begun again."""
-    paths = os.pathsep.join([str(TESTS), str(TESTS.parent)])
+    paths = os.pathsep.join([str(TESTS), str(TESTS / "helpers"), str(TESTS.parent)])
     one = dict.fromkeys(("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
     environment = {**os.environ, **one, "PYTHONPATH": paths}
     found: list[list[str]] = []

@@ -6,13 +6,13 @@ import pathlib
 import numpy as np
 import pytest
 from campaign import size
+from command import call
 
 import afo_sim as afo
 from afo_sim.common import assets
 from afo_sim.model import fits
 from afo_sim.study import BestDesign
 from afo_sim.study.search import plan
-from tests.command import call
 
 FORCES = {
     "bore": "20 mm",

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-REPOSITORY = pathlib.Path(__file__).parents[1]
+REPOSITORY = pathlib.Path(__file__).parents[2]
 FOLDER = pathlib.Path(os.environ.get("AFO_SIM_TRIALS", REPOSITORY.parent / "shared" / "data" / "gait_trials"))
 COMPUTED = REPOSITORY / "tests" / "gait_lab" / "opensim_reference"
 MOCO, SUBJECT01, C3D = FOLDER / "moco_3d_walking", FOLDER / "subject01_walk1", FOLDER / "c3d"

@@ -143,7 +143,10 @@ def in_program(line: list[str], at: int, folder: pathlib.Path) -> int:
 def _environment() -> dict[str, str]:
     """Without MuJoCo's window library, which asks for its version in a process of its own."""
     here = pathlib.Path(__file__).parent
-    return os.environ | {"PYTHONPATH": os.pathsep.join([str(here.parent), str(here)]), "MUJOCO_GL": "disable"}
+    return os.environ | {
+        "PYTHONPATH": os.pathsep.join([str(here.parents[1]), str(here)]),
+        "MUJOCO_GL": "disable",
+    }
 
 
 def at_moment(
