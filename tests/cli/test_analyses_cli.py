@@ -7,7 +7,7 @@ import shlex
 
 import pytest
 from command import call
-from tests.documents import PAGES
+from documents import PAGES
 
 from afo_sim.common import assets
 

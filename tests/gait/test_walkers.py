@@ -15,7 +15,7 @@ from afo_sim.gait import COP_FORCE, KINEMATICS, Chain, FootShape, GaitCycle, clo
 from afo_sim.gait import file as gait
 from afo_sim.gait.hip_path import LOADED, ankle_path, rocking
 from afo_sim.gait_lab import Choices, import_gait
-from tests import real_trials
+import real_trials
 
 ROOT = pathlib.Path(__file__).parents[2]
 FIGURES = pathlib.Path(os.environ.get("AFO_SIM_WALKERS", ROOT.parent / "shared" / "data" / "walkers"))
