@@ -31,7 +31,6 @@ from .simulation.run import run as run
 from .simulation.simulators import Simulator as Simulator
 from .simulation.simulators import Simulators as Simulators
 from .study.effects import effects as effects
-from .study.frequency_response import bode as bode
 from .study.parameter import span as span
 from .study.python_calls import optimise as optimise
 from .study.python_calls import sweep as sweep

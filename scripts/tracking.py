@@ -2,9 +2,9 @@
 
     python scripts/tracking.py OUT
 
-Writes tracking.png (time and Bode figure), tracking.csv and bode.csv to the folder OUT, and prints the
-table. The gains are chosen once for each valve, by `TUNED_ON` and a grid; everything that is told is of
-other signals. A run is of the seated device, from rest.
+Writes tracking.png and tracking.csv to the folder OUT, and prints the table. The gains are chosen once
+for each valve, by `TUNED_ON` and a grid; everything that is told is of other signals. A run is of the
+seated device, from rest.
 """
 
 import csv
@@ -21,9 +21,8 @@ from PIL import Image
 from small_png import save
 
 import afo_sim
-from afo_sim.show import GREY, RUN_STYLES, RUNS, bode_panels, write_figure
+from afo_sim.show import GREY, RUN_STYLES, RUNS, write_figure
 from afo_sim.simulation import Recording
-from afo_sim.study import FrequencyResponse, bode, first_harmonic
 
 CONDUCTANCE = 0.055  # of S1's valves, C of ISO 6358 [dm³/(s·bar)]
 FACTORS = (1.0, 4.0)  # of the valves' conductance
@@ -120,7 +119,8 @@ def tracked(run: Recording, sine: Sine) -> Tracked:
     late = run["time"] >= SETTLE / sine.frequency - 1e-9
     time, angle = run["time"][late], np.degrees(run["ankle/angle"][late])
     error = sine.amplitude * np.sin(2.0 * math.pi * sine.frequency * time) - angle
-    phasor = first_harmonic(time, angle, sine.frequency).phasor / (-1j * sine.amplitude)
+    turn = np.exp(-2j * math.pi * sine.frequency * time)  # over whole periods
+    phasor = 2.0 * np.mean(angle * turn) / (-1j * sine.amplitude)
     return Tracked(
         rms=float(np.sqrt(np.mean(error**2))),
         peak=float(np.abs(error).max()),
@@ -145,11 +145,6 @@ def tuned(factor: float, grid: Iterable[tuple[float, float, float | None]] = ())
     return min((Gains(*each) for each in offered), key=lambda g: follow(factor, g, TUNED_ON)[1].rms)
 
 
-def response(factor: float, gains: Gains) -> FrequencyResponse:
-    """The angle over the reference at SHOWN's amplitude."""
-    return bode("seated", sets(factor, gains, SHOWN))
-
-
 def rows_of(factor: float, gains: Gains) -> list[dict[str, Any]]:
     """Every test with these valves; the shown sine also with half the time step and half the period."""
     finer = ((100.0, 2.0), (100.0, 1.0), (200.0, 1.0))
@@ -161,12 +156,11 @@ def rows_of(factor: float, gains: Gains) -> list[dict[str, Any]]:
     ]
 
 
-def draw(runs: dict[float, Recording], responses: dict[float, FrequencyResponse], path: pathlib.Path) -> None:
-    """Angle over time, and the Bode figure, of both valves."""
+def draw(runs: dict[float, Recording], path: pathlib.Path) -> None:
+    """Angle and pressures over time, of both valves."""
 
     def fill(figure: Any) -> None:
-        left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1.0))
-        angle, pressure = left.subplots(2, 1, sharex=True)
+        angle, pressure = figure.subplots(2, 1, sharex=True)
         begin = SETTLE / SHOWN.frequency
         for k, (factor, run) in enumerate(runs.items()):
             late = (run["time"] >= begin) & (run["time"] < begin + 3.0 / SHOWN.frequency)
@@ -185,10 +179,8 @@ def draw(runs: dict[float, Recording], responses: dict[float, FrequencyResponse]
         pressure.set_ylim(0.0, 6.0)
         pressure.set_xlabel("time [s]")
         pressure.legend(loc="upper left", ncols=2, columnspacing=1.0)
-        curves = {named(factor): found["ankle/angle"] for factor, found in responses.items()}
-        bode_panels(right, curves)
 
-    write_figure(path, (9.6, 4.4), fill)
+    write_figure(path, (6.4, 4.4), fill)
     save(Image.open(path), path)
 
 
@@ -200,16 +192,12 @@ def named(factor: float) -> str:
 def main(out: pathlib.Path) -> None:
     """Tune, test, print, draw."""
     out.mkdir(parents=True, exist_ok=True)
-    table, runs, responses = [], {}, {}
+    table, runs = [], {}
     for factor in FACTORS:
         gains = tuned(factor)
         print(f"{named(factor)}: {gains}, the best of the grid on {TUNED_ON}")
         table += rows_of(factor, gains)
         runs[factor], _ = follow(factor, gains, SHOWN)
-        responses[factor] = response(factor, gains)
-        curve = responses[factor]["ankle/angle"]
-        print(f"  bandwidth at ±{SHOWN.amplitude:g} deg: −3 dB {curve.bandwidth}, −90° {curve.quarter}")
-        (out / f"bode_{factor:g}.csv").write_text(responses[factor].csv(), encoding="utf-8")
     for row in table:
         cells = (f"{v:8.3g}" if isinstance(v, float) else f"{v:20}" for v in row.values())
         print(" ".join(cells))
@@ -217,7 +205,7 @@ def main(out: pathlib.Path) -> None:
         writer = csv.DictWriter(file, list(table[0]))
         writer.writeheader()
         writer.writerows(table)
-    draw(runs, responses, out / "tracking.png")
+    draw(runs, out / "tracking.png")
 
 
 if __name__ == "__main__":

@@ -26,7 +26,6 @@ COMMANDS = {
     "compare": "seated --set duration=0.2s --out laws",
     "torque-map": "--angle 0deg 1deg 1deg --pressure 1bar --out map",
     "both": "nothing",
-    "bode": "nothing",
     "size": "pressure nothing",
     "walk": "nothing",
     "electronics": "nothing",

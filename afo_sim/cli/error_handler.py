@@ -18,7 +18,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from afo_sim.common import AfoSimError, InputError, check_encoding, safe_children
+from afo_sim.common import RETIRED, AfoSimError, InputError, check_encoding, safe_children
 
 _BUG, _INTERRUPTED = 70, 130  # exit codes; those of input are AfoSimError's
 _PACKAGES = ("afo-sim", "mujoco", "numpy", "numba", "scipy", "pyarrow", "rerun-sdk", "matplotlib", "typer")
@@ -34,6 +34,13 @@ class _Stopped(Exception):
 
 class Commands(TyperGroup):
     """A group of commands whose errors name options: `--body-mass` for the library's `body_mass`."""
+
+    def get_command(self, ctx: Any, name: str) -> Any:
+        """A command by its name; of one that is no more, an error that says what to use."""
+        found = super().get_command(ctx, name)
+        if found is None and name in RETIRED:
+            raise InputError("is no command any more", field=name, allowed=RETIRED[name])
+        return found
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""

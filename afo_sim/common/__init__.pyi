@@ -58,6 +58,7 @@ from .reading import check_regular as check_regular
 from .reading import read_bytes as read_bytes
 from .reading import read_text as read_text
 from .reading import unpack as unpack
+from .retired import RETIRED as RETIRED
 from .sealing import MOST_GROUPS as MOST_GROUPS
 from .sealing import check_text as check_text
 from .sealing import digest as digest

@@ -1,8 +1,6 @@
 from .air_drawing import scheme_of as scheme_of
 from .air_drawing import ways as ways
 from .air_drawing import write_air as write_air
-from .analysis_figures import bode_panels as bode_panels
-from .analysis_figures import draw_bode as draw_bode
 from .analysis_figures import draw_size as draw_size
 from .compared_figures import draw_both as draw_both
 from .compared_figures import write as write

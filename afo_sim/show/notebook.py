@@ -190,7 +190,6 @@ _PAGES: dict[str, Callable[[Any], _Parts]] = {
     "Results": _sweep,
     "BestDesign": lambda it: (*study.statement(it.summary), *study.tables(it.summary)),
     "Sizing": lambda it: (partial(show.draw_size, it), it.table, *it.remarks),
-    "FrequencyResponse": lambda it: (partial(show.draw_bode, it),),
     "Effects": lambda it: (effects.table(it),),
     "StaticFit": _fit,
     "TorqueFit": _fit,

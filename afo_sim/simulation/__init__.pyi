@@ -33,7 +33,6 @@ from .forking import Forkable as Forkable
 from .loop import Commander as Commander
 from .loop import Loop as Loop
 from .loop import described_policy as described_policy
-from .loop import steps_of_period as steps_of_period
 from .loop import unit_of as unit_of
 from .recording import Recording as Recording
 from .recording import limits_of as limits_of

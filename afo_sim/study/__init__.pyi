@@ -22,13 +22,6 @@ from .engine import prepare as prepare
 from .findings import Findings as Findings
 from .findings import Indices as Indices
 from .findings import varied as varied
-from .frequency_curve import HALF_POWER as HALF_POWER
-from .frequency_curve import Curve as Curve
-from .frequency_curve import first_harmonic as first_harmonic
-from .frequency_response import FREQUENCIES as FREQUENCIES
-from .frequency_response import FrequencyResponse as FrequencyResponse
-from .frequency_response import bode as bode
-from .frequency_response import excited as excited
 from .pool import processors as processors
 from .replay import recording_folder as recording_folder
 from .results import Results as Results

@@ -82,7 +82,6 @@ RESULTS: dict[str, tuple[Callable[[], Any], int]] = {  # what makes it, and how 
     "search": (lambda: afo.optimise("seated", {"supply.pressure": ("2 bar", "4 bar")}, SHORT, **SEARCH,
                                     highest="range_of_motion", limits=LIMITS), 0),
     "size": (lambda: afo.size("pressure", "seated", {"duration": "1 s"}, limits=LIMITS, threads=1), 1),
-    "bode": (lambda: afo.bode("seated", what="valves", frequencies=[0.5, 1, 2]), 1),
     "effects": (lambda: afo.effects("walk-dropfoot-afo", {"timestep": "4 ms"}), 0),
     "stand": (bench, 3),
     "trial": (lambda: bench().trials[0], 1),

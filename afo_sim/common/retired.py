@@ -1,0 +1,3 @@
+"""Names of the library and commands that are no more, and what to use instead."""
+
+RETIRED = {"bode": "a sweep over the frequency of the controller's reference"}
