@@ -1,8 +1,8 @@
-"""Another name of `afo_sim.rl`, for what imports `entity`, `leg_entity` or `physics` of it so."""
+"""Another name of `afo_sim.rl`, for what imports `physics` of it so; its entities are retired."""
 
 import sys
 
-from afo_sim.rl import entity, leg_entity, physics
+from afo_sim.rl import entity, physics
 
-for module in (entity, leg_entity, physics):
-    sys.modules[f"{__name__}.{module.__name__.rpartition('.')[2]}"] = module
+for name, module in {"entity": entity, "leg_entity": entity, "physics": physics}.items():
+    sys.modules[f"{__name__}.{name}"] = module

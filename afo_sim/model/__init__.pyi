@@ -112,10 +112,6 @@ from .torque_map import answer as answer
 from .torque_map import limit_warnings as limit_warnings
 from .torque_map import require_angles as require_angles
 from .torque_map import write_csv as write_csv
-from .track import RAMP as RAMP
-from .track import STANDS as STANDS
-from .track import Track as Track
-from .track import on_track as on_track
 from .walk import JOINTS as JOINTS
 from .walk import Walk as Walk
 from .walk import phase_at as phase_at

@@ -56,8 +56,6 @@ class Built(Shown):
     side_arms: SideArms | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        if self.walk is not None and not self.walk.described:
-            raise TypeError("a path that no scenario describes is neither copied nor pickled")
         return build, (self.scenario,)  # its spec cannot be pickled
 
     @property
@@ -206,13 +204,6 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
         contact = register(walk, foot, built.model, scenario, built.body_mass)
         warnings = (*warnings, *contact.warnings())
     return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
-
-
-def along(built: Built, walk: Walk) -> Built:
-    """The same leg on another healthy walker's path, with what the patient's own ankle does in it."""
-    scenario, size = built.scenario, Size.of(built.scenario)
-    bare = geometry_of(scenario, _circuit(scenario), size).bare_foot(size.heavier, scenario.leg)
-    return dataclasses.replace(built, walk=walk, active=active(walk, bare, scenario, built.body_mass))
 
 
 def _recorded_active(scenario: Scenario, body_mass: float) -> Active:

@@ -14,7 +14,7 @@ import copy
 import functools
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
@@ -140,8 +140,6 @@ class Walk:
     toe: np.ndarray | None = None
     resting: Resting | None = None
     bent_from: "Walk | None" = None
-
-    described: ClassVar[bool] = True  # by a scenario, from which it can be laid out again
 
     # what every case of a sweep needs of it, computed once
 

@@ -29,7 +29,6 @@ from .circuit import add_chambers as add_chambers
 from .circuit import add_circuit as add_circuit
 from .circuit import add_muscles as add_muscles
 from .circuit import add_states as add_states
-from .circuit import circuit_data as circuit_data
 from .circuit import circuit_ids as circuit_ids
 from .compiled import mujoco_library as mujoco_library
 from .engine_clock import without_clock as without_clock

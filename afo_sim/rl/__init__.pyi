@@ -1,4 +1,3 @@
-from .entity import OrthosisEntity as OrthosisEntity
 from .environments.gym_env import OrthosisVectorEnv as OrthosisVectorEnv
 from .environments.suite import OrthosisEnvironment as OrthosisEnvironment
 from .environments.suite import load as load

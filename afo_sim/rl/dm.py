@@ -6,14 +6,12 @@ import numpy as np
 from afo_sim.common import missing_extra
 
 try:
-    from dm_control import composer, mjcf
     from dm_control import mujoco as dm
-    from dm_control.composer.observation import observable
     from dm_control.rl.control import PhysicsError
 except ImportError as error:
     raise missing_extra(error) or error from None
 
-__all__ = ["PhysicsError", "Present", "composer", "dm", "mjcf", "observable"]
+__all__ = ["PhysicsError", "Present", "dm"]
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 INPUTS = int(mujoco.mjtState.mjSTATE_CTRL)

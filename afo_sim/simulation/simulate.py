@@ -181,14 +181,6 @@ class Stepped:
         """Take simulations back to their start."""
         self.begin(numbers, [self.cases[k].state for k in numbers], [0] * len(numbers))
 
-    def replace_models(self, builts: Sequence[Built]) -> None:
-        """Go on with compiled scenarios of the same layout, one for each simulation; `begin` follows."""
-        if any(new is not old for new, old in zip(builts, self.builts, strict=True)):
-            self.builts = list(builts)
-            pairs = zip(self.cases, builts, strict=True)
-            self.cases = [dataclasses.replace(case, model=built.model) for case, built in pairs]
-            self.stepper.replace_models([built.model for built in builts])
-
     def begin(self, numbers: Sequence[int], states: Sequence[np.ndarray], steps: Sequence[int]) -> None:
         """Take simulations to states in the midst of a run."""
         self.hold.check()

@@ -77,10 +77,6 @@ class Stepper(Protocol):
         """Step, and record every step."""
         ...
 
-    def replace_models(self, models: Sequence[mujoco.MjModel]) -> None:
-        """Step on with other models of the same layout, one for each simulation."""
-        ...
-
     def restart(self, k: int, state: np.ndarray) -> None:
         """Take a simulation to an mjSTATE_INTEGRATION row, with no memory of what was before."""
         ...
@@ -108,9 +104,6 @@ class BatchStepper:
         before = (mujoco.mjtState.mjSTATE_TIME, mujoco.mjtState.mjSTATE_QPOS, mujoco.mjtState.mjSTATE_QVEL)
         first = sum(mujoco.mj_stateSize(models[0], part) for part in before)
         self.activations = slice(first, first + models[0].na)
-
-    def replace_models(self, models: Sequence[mujoco.MjModel]) -> None:
-        self.batch.set_models(list(models))
 
     def restart(self, k: int, state: np.ndarray) -> None:
         if self.batch.error(k) or self.batch.warning[k].any():
@@ -156,9 +149,6 @@ class LoopStepper:
         self.data = [mujoco.MjData(model) for model in models]
         for model, data, state in zip(models, self.data, states, strict=True):
             mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
-
-    def replace_models(self, models: Sequence[mujoco.MjModel]) -> None:
-        self.models = models
 
     def restart(self, k: int, state: np.ndarray) -> None:
         mujoco.mj_resetData(self.models[k], self.data[k])

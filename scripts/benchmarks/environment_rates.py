@@ -37,7 +37,7 @@ def _one(name: str, repeats: int) -> list[Figure]:
             environment.step(action)
 
     coils, made = coils_of(actions), environment.task.setting
-    inputs = made.draw(np.random.RandomState(0))[0].inputs[: PERIODS * steps].copy()  # as of every round
+    inputs = made.inputs[: PERIODS * steps].copy()
     inputs[:, made.valves] = np.repeat(coils, steps, axis=0)
 
     def plain() -> None:
@@ -86,7 +86,7 @@ def _many(name: str, threads: int, repeats: int) -> list[Figure]:
 
     def bare() -> float:
         envs.reset(seed=0)
-        rows = np.stack([start.inputs[: BATCH_PERIODS * made.steps] for start in episodes.starts])
+        rows = np.stack([made.inputs[: BATCH_PERIODS * made.steps]] * SIMULATIONS)
         inputs = np.ascontiguousarray(
             np.swapaxes(rows.reshape(SIMULATIONS, BATCH_PERIODS, made.steps, -1), 0, 1)
         )

@@ -1,4 +1,4 @@
-"""An orthosis with tubes and a manifold on a whole model and in a Composer entity, against its run."""
+"""An orthosis with tubes and a manifold on a whole model, against its run."""
 
 import pathlib
 from typing import Any
@@ -90,12 +90,3 @@ def test_either_side_fills_alike() -> None:
         pressure[side] = leg.pressure(data)["dorsiflexor"]
     assert pressure["right"] > 2e4
     assert pressure["left"] == pytest.approx(pressure["right"], rel=1e-9)
-
-
-def test_an_entity_refuses_a_valve_that_it_does_not_command() -> None:
-    pytest.importorskip("dm_control")
-    from afo_sim.rl import OrthosisEntity
-
-    valve = {"kind": "valve", "valve": "mh1", "upstream": "dorsiflexor", "downstream": "plantarflexor"}
-    with pytest.raises(afo.InputError, match="valve between two nodes"):
-        OrthosisEntity(afo.load("orthosis", "s1", {"restriction": {"across": valve}}))

@@ -1,11 +1,7 @@
 """Environments are forked with their episodes and random numbers; wrappers and other libraries are served."""
 
 import copy
-import importlib
-import importlib.util
 import pickle
-import sys
-import types
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +18,6 @@ from afo_sim.common import InputError
 from afo_sim.rl import OrthosisVectorEnv
 from afo_sim.rl.environments import gym_id, suite
 from afo_sim.rl.environments.attached_env import AttachedEnv
-from afo_sim.rl.environments.reward import PARTS
 
 ACTIONS = np.random.default_rng(0).uniform(-1.0, 1.0, (60, 2, 2)).astype(np.float32)
 FORKS = (copy.copy, copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)))
@@ -41,7 +36,7 @@ def suites(env: Any) -> np.ndarray:
     return np.array([np.concatenate(list(env.step(action[0]).observation.values())) for action in ACTIONS])
 
 
-@pytest.mark.parametrize("task", ["seated_tracking", "dropfoot_walk", "dropfoot_day"])
+@pytest.mark.parametrize("task", ["seated_tracking", "dropfoot_walk"])
 @pytest.mark.parametrize("play", [single, vector, suites])
 def test_an_environment_and_its_forks_go_on_alike(task: str, play: Any) -> None:
     if play is single:
@@ -78,58 +73,6 @@ def test_a_task_is_reseeded_as_shimmy_does_it() -> None:
         found.append(float(env.reset().observation["reference"][0]))
     assert env.task.random is env.task._random and found[0] == found[1] != found[2]
     env.close()
-
-
-class Protocol:
-    """What stable_baselines3.common.vec_env.VecEnv, version 2.9, does beside its abstract methods."""
-
-    def __init__(self, num_envs: int, observation_space: Any, action_space: Any):
-        self.num_envs = num_envs
-        self._reset_seeds()
-
-    def _reset_seeds(self) -> None:
-        self._seeds: list[int | None] = [None] * self.num_envs
-
-    def _get_indices(self, indices: Any) -> Any:
-        return range(self.num_envs) if indices is None else indices
-
-    def seed(self, seed: int) -> None:
-        self._seeds = [seed + k for k in range(self.num_envs)]
-
-
-def test_stable_baselines_sees_single_environments(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As its DummyVecEnv has them: the same step begins the next episode."""
-    module = "afo_sim.rl.environments.stable_baselines"
-    if importlib.util.find_spec("stable_baselines3") is None:
-        with pytest.raises(ImportError, match="pip install stable-baselines3"):
-            importlib.import_module(module)
-        for name in ("", ".common", ".common.vec_env"):
-            monkeypatch.setitem(sys.modules, f"stable_baselines3{name}", types.ModuleType("stub"))
-        sys.modules["stable_baselines3.common.vec_env"].VecEnv = Protocol  # type: ignore[attr-defined]
-    made = importlib.import_module(module).OrthosisVecEnv
-    walking = made(OrthosisVectorEnv("dropfoot_walk", 2))
-    walking.reset()
-    walking.step_async(ACTIONS[0])
-    assert all(info.keys() == {"TimeLimit.truncated", *PARTS} for info in walking.step_wait()[3])
-    walking.close()
-    envs, alone = made(OrthosisVectorEnv("seated_tracking", 2)), gymnasium.make(gym_id("seated_tracking"))
-    assert envs.get_attr("render_mode") == [None, None] and envs.env_is_wrapped(object) == [False, False]
-    envs.seed(4)
-    np.testing.assert_allclose(envs.reset()[1], alone.reset(seed=5)[0], rtol=1e-12)
-    periods = envs.envs.setting.task.periods
-    for k in range(periods + 1):
-        envs.step_async(ACTIONS[k % 60])
-        seen, rewards, over, infos = envs.step_wait()
-        expected, reward, _, truncated, _ = alone.step(ACTIONS[k % 60, 1])
-        assert over[1] == infos[1]["TimeLimit.truncated"] == truncated == (k == periods - 1)
-        assert rewards[1] == pytest.approx(reward, abs=1e-6) and rewards.dtype == np.float32
-        if truncated:
-            np.testing.assert_allclose(infos[1]["terminal_observation"], expected, rtol=1e-9)
-            expected = alone.reset()[0]
-        np.testing.assert_allclose(seen[1], expected, rtol=1e-9, atol=1e-9)
-    envs.close()
-    alone.close()
-    sys.modules.pop(module)
 
 
 def test_a_body_in_two_orthoses_is_an_environment() -> None:

@@ -45,7 +45,7 @@ def test_gymnasiums_own_checker_is_content(env: gymnasium.Env) -> None:
 
 
 def test_the_ids_are_the_documented_ones() -> None:
-    assert IDS == ["afo_sim/SeatedTracking-v0", "afo_sim/DropfootWalk-v1", "afo_sim/DropfootDay-v0"]
+    assert IDS == ["afo_sim/SeatedTracking-v0", "afo_sim/DropfootWalk-v2"]
 
 
 def test_an_id_is_found_without_an_import() -> None:

@@ -1,17 +1,17 @@
 """Names of the tasks and older names of the rooms; libraries that are missing are one sentence each."""
 
+import importlib
 import subprocess
 import sys
 
 import pytest
 
-from afo_sim.common import MissingExtra
+from afo_sim.common import InputError, MissingExtra
 
 HIDDEN = "import sys; sys.modules[{library!r}] = None; import afo_sim.rl.environments; "
 MISSING = [
     ("gymnasium", "afo_sim.rl.environments.gym_env", "pip install 'afo-sim[rl]'"),
     ("dm_control", "afo_sim.rl.environments.suite", "pip install 'afo-sim[rl]'"),
-    ("dm_control", "afo_sim.rl.entity", "pip install 'afo-sim[rl]'"),
 ]
 
 
@@ -26,12 +26,42 @@ def test_a_missing_library_is_one_sentence(library: str, module: str, words: str
 
 def test_older_names_are_the_same_modules() -> None:
     pytest.importorskip("dm_control")
+    from afo_sim.bridge import physics as older_physics
     from afo_sim.environments import suite as older_suite
-    from afo_sim.rl import OrthosisEntity
-    from afo_sim.rl import OrthosisEntity as older_entity
+    from afo_sim.rl import physics
     from afo_sim.rl.environments import suite
 
-    assert older_entity is OrthosisEntity and older_suite is suite
+    assert older_physics is physics and older_suite is suite
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "instead"),
+    [
+        ("afo_sim.rl.entity", "OrthosisEntity", "afo_sim.attach"),
+        ("afo_sim.rl", "OrthosisEntity", "afo_sim.attach"),
+        ("afo_sim.bridge.leg_entity", "LegEntity", "afo_sim.attach"),
+        ("afo_sim.rl.environments.stable_baselines", "OrthosisVecEnv", "DummyVecEnv"),
+    ],
+)
+def test_a_retired_name_is_refused_by_what_to_use(module: str, name: str, instead: str) -> None:
+    with pytest.raises(InputError) as error:
+        getattr(importlib.import_module(module), name)
+    assert error.value.field == name and instead in error.value.allowed
+
+
+def test_the_benchmarks_task_is_refused_by_the_walk() -> None:
+    gymnasium = pytest.importorskip("gymnasium")
+    from afo_sim.rl.environments import suite
+
+    for make in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(InputError) as error:
+            make("afo_sim/DropfootDay-v0", patients=[7])
+        assert "dropfoot_walk" in error.value.allowed
+    with pytest.raises(InputError) as error:
+        suite.load("dropfoot_day")
+    assert "dropfoot_walk" in error.value.allowed
+    with pytest.raises((DeprecationWarning, gymnasium.error.Error)):
+        gymnasium.make("afo_sim/DropfootWalk-v1")
 
 
 def test_gymnasium_finds_a_task_behind_the_older_name() -> None:

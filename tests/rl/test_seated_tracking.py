@@ -36,7 +36,7 @@ def test_one_sine_is_the_formula() -> None:
 def test_the_reward_is_one_at_the_reference_and_falls_off() -> None:
     def at(error: float) -> float:
         readers = {"ankle/angle": lambda s: 0.02 - error}
-        return float(tracking_reward(Sample(readers, {}, 0, np.array([0.02, 0.0]))))
+        return float(tracking_reward(Sample(readers, {}, np.array([0.02, 0.0]))))
 
     assert at(0.0) == 1.0
     assert at(NEAR) == pytest.approx(math.exp(-1.0)) and at(-NEAR) == pytest.approx(math.exp(-1.0))

@@ -26,6 +26,9 @@ def register() -> None:
                 vector_entry_point=f"{__name__}.gym_env:OrthosisVectorEnv",
                 kwargs={"task": name},
             )
+    if "afo_sim/DropfootDay-v0" not in registry:
+        refused = f"{__name__}.tasks:retired_day"
+        add("afo_sim/DropfootDay-v0", entry_point=refused, vector_entry_point=refused)
 
 
 register()

@@ -3,7 +3,7 @@
 import copy
 import os
 import traceback
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from operator import index
 from typing import Any
 
@@ -67,14 +67,13 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         task: str | Setting = "seated_tracking",
         sets: Mapping[str, Any] | None = None,
         render_mode: str | None = None,
-        patients: str | Iterable[int] | None = None,
     ):
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise unknown(
                 render_mode, list(RENDER_MODES), field="render_mode", problem="there is no such mode"
             )
         self.render_mode = render_mode
-        self.setting = task if isinstance(task, Setting) else setting_of(task, sets, patients)
+        self.setting = task if isinstance(task, Setting) else setting_of(task, sets)
         self._of = self.setting.again[1]
         self.metadata = type(self).metadata | _about(self.setting)
         self.observation_space = observation_space(self.setting)
@@ -101,7 +100,6 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         outcome = self._episodes.step([0], checked(action, self.action_space.shape)[None])
         info: dict[str, Any] = {"failure": str(outcome.failures[0])} if outcome.failures else {}
         truncated = bool(outcome.over[0]) or bool(info)
-        info |= {name: float(part[0]) for name, part in outcome.parts.items()}
         self._going = not truncated
         return outcome.observation[0], float(outcome.reward[0]), False, truncated, info
 
@@ -165,9 +163,8 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
         num_envs: int = 1,
         sets: Mapping[str, Any] | None = None,
         threads: int | None = None,
-        patients: str | Iterable[int] | None = None,
     ):
-        made = task if isinstance(task, Setting) else setting_of(task, sets, patients)
+        made = task if isinstance(task, Setting) else setting_of(task, sets)
         self.setting, self.num_envs = made, _positive("num_envs", num_envs)
         self._of = *made.again[1], num_envs
         self.metadata = type(self).metadata | _about(made)
@@ -217,9 +214,6 @@ class OrthosisVectorEnv(Forkable, gymnasium.vector.VectorEnv[np.ndarray, np.ndar
             outcome = self._episodes.step(going.tolist(), given[going])
             self._last[going], reward[going] = outcome.observation, outcome.reward
             truncated[going] = outcome.over
-            for name, part in outcome.parts.items():
-                infos[name], infos[f"_{name}"] = np.zeros(self.num_envs), ~self._over
-                infos[name][going] = part
             for place, failure in outcome.failures.items():
                 truncated[going[place]] = True
                 infos = self._add_info(infos, {"failure": str(failure)}, int(going[place]))

@@ -4,7 +4,7 @@ Its Physics sees the last step as a run's row, its Task rewards it.
 """
 
 from collections import OrderedDict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import mujoco
@@ -12,10 +12,10 @@ import numpy as np
 
 from afo_sim.common import InputError
 from afo_sim.rl.dm import dm  # noqa: F401  one sentence where dm_control is missing
-from afo_sim.rl.environments.episodes import FIELDS, Setting, Start
+from afo_sim.rl.environments.episodes import FIELDS, Setting, Sight
 from afo_sim.rl.environments.task import checked, coils_of
 from afo_sim.rl.environments.tasks import setting_of, task_of
-from afo_sim.rl.physics import FULL, ScenarioPhysics
+from afo_sim.rl.physics import ScenarioPhysics
 from afo_sim.simulation import STATE, Forkable, state_parts
 
 from dm_control.rl import control  # isort: skip
@@ -28,11 +28,9 @@ BEFORE = sum(int(getattr(mujoco.mjtState, f"mjSTATE_{name.upper()}")) for name i
 class TaskPhysics(ScenarioPhysics):
     """A scenario's Physics with the row of its last step: the state before it, and the forces in it."""
 
-    _memory = ("number", *ScenarioPhysics._memory)
-
     def __init__(self, setting: Setting):
         super().__init__(setting.built, timed=False)
-        self.setting, self._begun = setting, setting.start
+        self.setting = setting
         model = self.model.ptr
         self._row = np.zeros(mujoco.mj_stateSize(model, BEFORE))
         parts = {name: values[0] for name, values in state_parts(model, self._row[None]).items()}
@@ -52,30 +50,6 @@ class TaskPhysics(ScenarioPhysics):
         for k, chamber in enumerate(self.built.index.chambers):
             self._commander.commands[chamber] = on[2 * k], on[2 * k + 1]
 
-    @property
-    def number(self) -> int:
-        """Of the start that is stepped on from; assigned, its model's numbers and inputs are there."""
-        return self._begun.number
-
-    @number.setter
-    def number(self, number: int) -> None:
-        self._take(self.setting.start_of(number))
-
-    def begin(self, start: Start) -> None:
-        """Go to a start, with the numbers of its model and its inputs."""
-        self._take(start)
-        mujoco.mj_setState(self.model.ptr, self.data.ptr, start.state, FULL)
-
-    def _take(self, start: Start) -> None:
-        if start.built is not self.built:
-            model = start.built.full_model
-            for name in dir(model):
-                numbers = getattr(self.model.ptr, name)
-                if isinstance(numbers, np.ndarray) and numbers.flags.writeable:
-                    numbers[:] = getattr(model, name)
-        self.built = self._commander.built = start.built
-        self._schedule, self._begun = start.inputs, start
-
 
 class OrthosisTask(control.Task):
     """A task of this package as dm_control's."""
@@ -89,7 +63,7 @@ class OrthosisTask(control.Task):
         self._random = random  # where dm_control's tasks have it, and wrappers that reseed write it
         self._shape = (len(setting.chambers),)
         self._names = [one.name for one in setting.task.observed]
-        self._view, self._one = setting.view(1), np.zeros(1, int)
+        self._view, self._one = Sight(setting, 1), np.zeros(1, int)
         # dm_control looks at an observation before the first episode, where its spec is not asked for
         self._seen = self._view.begin(self._one, [setting.draw(np.random.RandomState(0))])[0]
 
@@ -110,20 +84,17 @@ class OrthosisTask(control.Task):
 
     def initialize_episode(self, physics: TaskPhysics) -> None:
         """Draw an episode."""
-        drawn = self.setting.draw(self.random)
-        physics.begin(drawn[0])
-        self._seen = self._view.begin(self._one, [drawn])[0]
+        self._seen = self._view.begin(self._one, [self.setting.draw(self.random)])[0]
 
     def before_step(self, action: Any, physics: TaskPhysics) -> None:
         """Command the valves; InputError where it is not a valid action."""
         action = getattr(action, "continuous_actions", action)
-        self._coils = coils_of(checked(action, self._shape))
-        physics.command(self._coils)
+        physics.command(coils_of(checked(action, self._shape)))
 
     def after_step(self, physics: TaskPhysics) -> None:
         """Look at the last step."""
         rows = {name: values[:, None] for name, values in physics.rows.items()}
-        (self._seen,), (self._reward,), _ = self._view.see(self._one, rows, self._coils[None])
+        (self._seen,), (self._reward,) = self._view.see(self._one, rows)
 
     def get_reward(self, physics: TaskPhysics) -> float:
         """Of the last step."""
@@ -189,12 +160,6 @@ def dropfoot_walk(**kwargs: Any) -> OrthosisEnvironment:
     return _environment("dropfoot_walk", **kwargs)
 
 
-@SUITE.add("orthosis")
-def dropfoot_day(**kwargs: Any) -> OrthosisEnvironment:
-    """A random patient and device: starts, stops, a turn, changes of cadence, sensors with errors."""
-    return _environment("dropfoot_day", **kwargs)
-
-
 ALL_TASKS = tuple((DOMAIN, name) for name in SUITE)
 
 
@@ -215,7 +180,6 @@ def _environment(
     name: str,
     random: Any = None,
     sets: Mapping[str, Any] | None = None,
-    patients: str | Iterable[int] | None = None,
     time_limit: float | None = None,
     environment_kwargs: Mapping[str, Any] | None = None,
 ) -> OrthosisEnvironment:
@@ -226,4 +190,4 @@ def _environment(
     if not task.period <= limit <= task.duration:
         allowed = f"{task.period:g} to {task.duration:g} s"
         raise InputError("is out of range", field="time_limit", value=limit, allowed=allowed)
-    return OrthosisEnvironment(setting_of(name, sets, patients), random, limit, more)
+    return OrthosisEnvironment(setting_of(name, sets), random, limit, more)

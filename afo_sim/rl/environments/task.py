@@ -2,25 +2,37 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from afo_sim.common import InputError
+from afo_sim.model import Built
 
 Reader = Callable[["Sample"], Any]
+
+
+class Random(Protocol):
+    """What draws: numpy's Generator and RandomState do."""
+
+    def uniform(self, low: float, high: float, size: int) -> np.ndarray:
+        """Random numbers (size,)."""
+        ...
+
+    def normal(self, mean: Any, deviation: Any, size: tuple[int, ...]) -> np.ndarray:
+        """Normal random numbers, of `size`."""
+        ...
 
 
 class Sample:
     """Columns of the last step, each computed once; `sample["ankle/angle"]` is a number, or (n,)."""
 
-    __slots__ = ("found", "readers", "rows", "script", "step")
+    __slots__ = ("found", "readers", "rows", "script")
 
     def __init__(
-        self, readers: Mapping[str, Reader], rows: Mapping[str, np.ndarray], step: Any, script: np.ndarray
+        self, readers: Mapping[str, Reader], rows: Mapping[str, np.ndarray], script: np.ndarray, **found: Any
     ):
-        self.readers, self.rows, self.step, self.script = readers, rows, step, script
-        self.found: dict[str, Any] = {}
+        self.readers, self.rows, self.script, self.found = readers, rows, script, found
 
     def __getitem__(self, name: str) -> Any:
         if name not in self.found:
@@ -63,11 +75,10 @@ class Task:
     observed: tuple[Observed, ...]
     lowest: float
     highest: float
+    reward: Formula
+    script: Callable[[Built, np.ndarray], Callable[[Random], np.ndarray]]
     sets: Mapping[str, Any] = field(default_factory=dict)
-    reward: Formula | None = None
-    draws: int = 0
-    script: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
-    patients: str | None = None
+    readers: Callable[[Built], Mapping[str, Reader]] = lambda built: {}
     version: int = 0
 
     @property

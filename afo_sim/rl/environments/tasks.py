@@ -1,19 +1,17 @@
 """The tasks by name: a smooth reference of the ankle angle, seated; and walking with a drop foot."""
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn
 
 import numpy as np
 
 from afo_sim.common import InputError, unknown
-from afo_sim.rl.environments.day import day_of
-from afo_sim.rl.environments.day_episodes import DaySetting
-from afo_sim.rl.environments.episodes import Setting, check_sets, setting
-from afo_sim.rl.environments.patients import TRAINING, USUAL, numbers_of
-from afo_sim.rl.environments.reward import HIGHEST, LOWEST
-from afo_sim.rl.environments.task import Observed, Sample, Task
+from afo_sim.model import Built
+from afo_sim.rl.environments.episodes import Setting, setting
+from afo_sim.rl.environments.reward import HIGHEST, LOWEST, walking_reward
+from afo_sim.rl.environments.task import Observed, Random, Sample, Task
+from afo_sim.rl.environments.walking import CLOSES, FIRST_NOISE, readers, script
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 _GAUGE = ("Pa", "gauge, in the chamber")
@@ -38,6 +36,11 @@ def reference(draws: np.ndarray, times: np.ndarray) -> np.ndarray:
     angle = 2.0 * np.pi * (frequencies * instants[..., None] + phases)
     found: np.ndarray = SPAN * np.sum(weights * np.sin(angle), axis=-1)
     return found
+
+
+def drawn_reference(built: Built, times: np.ndarray) -> Callable[[Random], np.ndarray]:
+    """What draws a reference at times [s] (k,)."""
+    return lambda random: reference(random.uniform(0.0, 1.0, size=1 + 3 * WAVES)[1:], times)
 
 
 def tracking_reward(sample: Sample) -> Any:
@@ -69,11 +72,19 @@ SEATED_TRACKING = Task(
     reward=tracking_reward,
     lowest=0.0,
     highest=1.0,
-    draws=3 * WAVES,
-    script=reference,
+    script=drawn_reference,
 )  # fmt: skip
 
 # Walking with a drop foot: what the verdict asks, by what sensors see.
+
+
+def _noisy(column: str, k: int) -> Callable[[Sample], Any]:
+    return lambda s: s[column] + s.script[FIRST_NOISE + k]
+
+
+def _switch(column: str) -> Callable[[Sample], Any]:
+    return lambda s: np.asarray(s[column] > CLOSES, float)
+
 
 DROPFOOT_WALK = Task(
     name="dropfoot_walk",
@@ -83,45 +94,53 @@ DROPFOOT_WALK = Task(
     period=0.01,
     duration=18.0,
     observed=(
-        Observed("shank_angle", "rad", "of an inertial unit: knee ahead of ankle positive", -2.0, 2.0),
-        Observed("shank_velocity", "rad/s", "of its gyro", -8.7, 8.7),
-        Observed("heel_switch", "1", "1 where the heel is loaded, else 0", 0.0, 1.0),
-        Observed("toe_switch", "1", "1 where ball and toes are loaded, else 0", 0.0, 1.0),
-        *(Observed(f"{c}_pressure", *_GAUGE, -2e4, 7e5) for c in CHAMBERS),
+        Observed(
+            "shank_angle", "rad", "of an inertial unit: knee ahead of ankle positive", -2.0, 2.0,
+            formula=_noisy("shank/angle", 0),
+        ),
+        Observed(
+            "shank_velocity", "rad/s", "of its gyro", -8.7, 8.7, formula=_noisy("shank/velocity", 1)
+        ),
+        Observed(
+            "heel_switch", "1", "1 where the heel is loaded, else 0", 0.0, 1.0,
+            formula=_switch("foot/heel_load"),
+        ),
+        Observed(
+            "toe_switch", "1", "1 where ball and toes are loaded, else 0", 0.0, 1.0,
+            formula=_switch("foot/toe_load"),
+        ),
+        *(
+            Observed(f"{c}_pressure", *_GAUGE, -2e4, 7e5, formula=_noisy(f"chamber/{c}/pressure", k))
+            for k, c in enumerate(CHAMBERS, start=2)
+        ),
     ),
+    reward=walking_reward,
     lowest=LOWEST,
     highest=HIGHEST,
-    version=1,
-)
-DROPFOOT_DAY = replace(
-    DROPFOOT_WALK,
-    name="dropfoot_day",
-    title="a random patient and device: starts, stops, a turn, changes of cadence, sensors with errors",
-    patients=TRAINING,
-    version=0,
-)
+    script=script,
+    readers=readers,
+    version=2,
+)  # fmt: skip
 
-TASKS = {task.name: task for task in (SEATED_TRACKING, DROPFOOT_WALK, DROPFOOT_DAY)}
+TASKS = {task.name: task for task in (SEATED_TRACKING, DROPFOOT_WALK)}
+RETIRED = "dropfoot_day"
 
 
 def task_of(name: str) -> Task:
     """A task by its name; InputError where there is none."""
+    if name == RETIRED:
+        retired_day()
     if name not in TASKS:
         raise unknown(name, list(TASKS), field="task", problem="there is no such task")
     return TASKS[name]
 
 
-def setting_of(
-    name: str, sets: Mapping[str, Any] | None = None, patients: str | Iterable[int] | None = None
-) -> Setting:
+def retired_day(**_: Any) -> NoReturn:
+    """Refuse the benchmark's task."""
+    allowed = "dropfoot_walk, with `sets` for other patients"
+    raise InputError("is retired", field="task", value=RETIRED, allowed=allowed)
+
+
+def setting_of(name: str, sets: Mapping[str, Any] | None = None) -> Setting:
     """Compile a task."""
-    task = task_of(name)
-    if patients is not None and task.patients is None:
-        raise InputError("are not drawn in this task", field="patients", value=patients, allowed="none")
-    if task.reward is not None:
-        return replace(setting(task, sets), again=(setting_of, (name, sets)))
-    check_sets(task, sets)
-    pool = task.patients if patients is None else patients
-    numbers = [USUAL] if pool is None else numbers_of(pool)
-    again = setting_of, (name, sets, None if pool is None else numbers)
-    return DaySetting(task, day_of(USUAL, task, sets or {}), again, sets or {}, numbers)
+    return setting(task_of(name), sets, (setting_of, (name, sets)))
