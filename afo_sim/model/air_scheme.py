@@ -16,6 +16,7 @@ from afo_sim.description import (
     Restriction,
     Source,
     Supply,
+    Valve,
     bar,
     opening_lines,
     quick_exhaust_edges,
@@ -60,7 +61,15 @@ class AirEdge:
     venting: float = 0.0
     venting_ratio: float = 0.0
     way: str = ""
-    marks: frozenset[str] = frozenset()
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Nodes that it joins."""
+        return tuple(dict.fromkeys(end for end in (self.upstream, self.downstream, self.exhaust) if end))
+
+    def leads_to(self, node: str) -> bool:
+        """Whether air comes to a node through it, and never from it."""
+        return node in (self.downstream, self.exhaust) and (bool(self.way) or self.back == 0.0)
 
 
 @dataclass(frozen=True)
@@ -215,24 +224,22 @@ def _of_chamber(name: str, chamber: Chamber) -> Iterator[AirEdge]:
     """A chamber's valves and tube."""
     end = name if chamber.tube is None else VALVE_END.format(name)
     valve = chamber.inlet
-    marks = frozenset({"proportional"} if valve.proportional else ())
+    lines = _proportional(valve)
     label = f"inlet {valve.name}".strip()
     c, b = valve.conductance, valve.critical_ratio
     if chamber.three_way:
         vent = chamber.vent
         yield AirEdge(
-            "valve_3_2", f"{name} inlet", f"3/2 {valve.name}".strip(), chamber.feed, end, c, c, b, (),
-            chamber.exhaust, vent.conductance, vent.critical_ratio, INLET, marks,
+            "valve_3_2", f"{name} inlet", f"3/2 {valve.name}".strip(), chamber.feed, end, c, c, b, lines,
+            chamber.exhaust, vent.conductance, vent.critical_ratio, INLET,
         )  # fmt: skip
     else:
         assert chamber.outlet is not None
-        yield AirEdge("valve", f"{name} inlet", label, chamber.feed, end, c, c, b, way=INLET, marks=marks)
+        yield AirEdge("valve", f"{name} inlet", label, chamber.feed, end, c, c, b, lines, way=INLET)
         valve = chamber.outlet
         c, b, label = valve.conductance, valve.critical_ratio, f"outlet {valve.name}".strip()
-        marks = frozenset({"proportional"} if valve.proportional else ())
-        yield AirEdge(
-            "valve", f"{name} outlet", label, end, chamber.exhaust, c, c, b, way=OUTLETS, marks=marks
-        )
+        lines = _proportional(valve)
+        yield AirEdge("valve", f"{name} outlet", label, end, chamber.exhaust, c, c, b, lines, way=OUTLETS)
     if chamber.tube is not None and chamber.tube_length is not None:
         tube, length = chamber.tube, chamber.tube_length
         quick = chamber.quick_exhaust
@@ -241,32 +248,31 @@ def _of_chamber(name: str, chamber: Chamber) -> Iterator[AirEdge]:
         yield _drawn("tube", f"{name} tube", label, (edge,), tube_lines(tube, length))
         if quick is not None:
             edges = tuple(quick_exhaust_edges("", far, name, quick))
-            marks = frozenset({"spring"} if quick.cracking_pressure else ())
             own = f"{name} quick exhaust"
-            yield _drawn("quick_exhaust", own, "quick exhaust", edges, opening_lines(quick), marks)
+            yield _drawn("quick_exhaust", own, "quick exhaust", edges, opening_lines(quick))
 
 
 def _restriction(name: str, each: Restriction) -> AirEdge:
-    spring = frozenset({"spring"} if each.cracking_pressure else ())
-    marks = frozenset({"proportional"}) if each.valve is not None and each.valve.proportional else spring
-    part, kind = each.part, () if each.kind in name else (each.kind,)
-    lines = kind if part.lines is None else part.lines(each)
-    return _drawn(part.symbol or each.kind, name, name, each.edges(name), lines, marks)
+    lines = () if each.part.lines is None else each.part.lines(each)
+    if each.valve is not None:
+        lines += _proportional(each.valve)
+    return _drawn(each.kind, name, name, each.edges(name), lines)
+
+
+def _proportional(valve: Valve) -> tuple[str, ...]:
+    return ("proportional",) if valve.proportional else ()
 
 
 def _drawn(
-    symbol: str,
+    kind: str,
     name: str,
     label: str,
     edges: Sequence[FlowEdge],
     lines: tuple[str, ...],
-    marks: frozenset[str] = frozenset(),
 ) -> AirEdge:
     """What is drawn of the edges of one part; of a quick exhaust with its way out."""
     own, *branches = edges
-    drawn = AirEdge(
-        symbol, name, label, own.origin, own.end, own.forth, own.back, own.ratio_forth, lines, marks=marks
-    )
+    drawn = AirEdge(kind, name, label, own.origin, own.end, own.forth, own.back, own.ratio_forth, lines)
     vents = [branch for branch in branches if branch.law == QUICK_EXHAUST]
     for vent in vents:
         drawn = replace(drawn, exhaust=vent.end, venting=vent.conductance, venting_ratio=vent.critical_ratio)

@@ -1,10 +1,12 @@
-"""The picture of an air path: its parts as symbols, the lines between them, the narrowest on each way."""
+"""The picture of an air path: its parts as boxes in layers by their distance from the source.
 
-import functools
-import itertools
+Two neighbours are always one layer apart, since every line joins a node and an edge: no line meets a box.
+"""
+
 import pathlib
 import re
 import textwrap
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,329 +15,231 @@ import numpy as np
 from afo_sim.description import AMBIENT
 from afo_sim.model import AirEdge, AirScheme, AirWay, Source, conductance, gauge, scenario_of
 from afo_sim.model.air_scheme import air_scheme
-from afo_sim.show.air_routes import Cell, Routes, Vertex, cells, ports, route
-from afo_sim.show.air_symbols import DROP, INK, SYMBOLS, THIN, TRIANGLE, WIDE, Pen, Symbol
 from afo_sim.show.style import COLOURS, ORANGE, ink, plain, write_page
 from afo_sim.show.style import LINE as PAGE_LETTERS
 
-_FONT, _LINE = 6.6, 0.108  # of a label [points], height of its line
-_LETTERS = 17  # of a line of a name
-_LONGEST = 51  # letters of a name that are kept
-_PITCH, _MARGIN = 0.09, 0.08  # between tracks, and beside the outermost ones
-_ABOVE = 0.04  # between a symbol and its label
+_FONT, _LINE, _LONGEST = 6.6, 0.118, 51  # of a label [points], its line [inch], letters that are kept
+_PAD, _BETWEEN, _CHANNEL = 0.06, 0.14, 0.42  # in a box, between boxes, and between layers [inch]
+_VENT = 0.2  # below a box that leads to the ambient air [inch]
+_SWEEPS = 40  # over the layers, to put every box beside its neighbours
 NARROW = "narrowest"
+_WORDS = {"valve": "2/2 valve", "valve_3_2": "3/2", "chamber": "", "point": ""}  # of kinds
+_WRAP = textwrap.TextWrapper(20)
+_WRAP.wordsep_re = re.compile(r"(\s+|[^\s_]*_+)")  # broken at spaces and underscores
+
+_Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class _Placed:
-    """A part on the page."""
+class Box:
+    """A node or an edge on the page, its middle in the plane below (0, 0) [inch]."""
 
-    cell: Cell
-    kind: str
-    symbol: Symbol
     lines: tuple[str, ...]
     bold: int
     x: float
     y: float
-
-    @property
-    def top(self) -> float:
-        """Lower edge of its label."""
-        return self.y + self.symbol.up + _ABOVE
-
-    def port(self, side: str) -> tuple[float, float]:
-        """Where its line begins."""
-        if side == "low":
-            return self.x + self.symbol.low[0], self.y + self.symbol.low[1]
-        return self.x + (self.symbol.half if side == "right" else -self.symbol.half), self.y
+    width: float
+    height: float
 
 
 @dataclass(frozen=True)
 class Layout:
-    """All parts, and the lines between them, in the lower right quarter of the plane below (0, 0)."""
+    """Boxes by name, and (node, edge, end at the node, end at the edge) of every line."""
 
-    placed: dict[str, _Placed]
-    routes: Routes
-    x: np.ndarray
-    y: np.ndarray
-    moved: dict[Vertex, float]  # abscissae of third ports, which stand beside their column's middle
-
-    @property
-    def width(self) -> float:
-        """Of all of it."""
-        return float(self.x[-1])
-
-    @property
-    def height(self) -> float:
-        """Of all of it."""
-        return -float(self.y[-1])
-
-    def at(self, vertex: Vertex) -> tuple[float, float]:
-        """A vertex on the page."""
-        return self.moved.get(vertex, float(self.x[vertex[0]])), float(self.y[vertex[1]])
+    boxes: dict[str, Box]
+    lines: list[tuple[str, str, _Point, _Point]]
+    width: float
+    height: float
 
 
 def layout(scheme: AirScheme) -> Layout:
     """Place an air path's parts and lines."""
-    found = cells(scheme)
-    routes = route(found)
-    labels = {cell.name: label(scheme, cell) for cell in found}
-    kinds = {cell.name: _kind_of(scheme, cell) for cell in found}
-    n_column, n_row = routes.tracks.size
-    halves, up, down = np.full(n_column, 0.15), np.zeros(n_row), np.zeros(n_row)
-    for cell in found:
-        symbol, (column, row) = SYMBOLS[kinds[cell.name]][1], cell.place
-        lines, bold = labels[cell.name]
-        halves[column] = max(halves[column], _half(cell, symbol, lines, bold))
-        up[row] = max(up[row], symbol.up + _ABOVE + _LINE * len(lines))
-        drop = 0.26 if AMBIENT in (cell.left, cell.right) else 0.0
-        drop = 0.2 - symbol.low[1] if cell.low == AMBIENT else drop
-        down[row] = max(down[row], symbol.down, drop)
-    x = _spaced(routes, halves, halves, 0)
-    y = -_spaced(routes, up, down, 1)
-    placed = {}
-    for cell in found:
-        kind, (lines, bold) = kinds[cell.name], labels[cell.name]
-        column, row = (routes.tracks.middle(k) for k in cell.place)
-        at = float(x[column]), float(y[row])
-        placed[cell.name] = _Placed(cell, kind, SYMBOLS[kind][1], lines, bold, *at)
-    moved = {routes.tracks.port(cell, "low"): placed[cell.name].port("low")[0] for cell in found if cell.low}
-    return Layout(placed, routes, x, y, moved)
+    beside: dict[str, list[str]] = {name: [] for name in (*scheme.nodes, *scheme.edges) if name != AMBIENT}
+    links = [(node, name) for name, edge in scheme.edges.items() for node in edge.ends if node != AMBIENT]
+    for node, edge in links:
+        beside[node].append(edge)
+        beside[edge].append(node)
+    layers = _layers(scheme.origin, beside)
+    labels = {name: label(scheme, name) for name in beside}
+    tall = {name: _LINE * len(lines) + 2.0 * _PAD for name, (lines, _) in labels.items()}
+    vents = {name for name, edge in scheme.edges.items() if AMBIENT in edge.ends}
+    below = {name: _VENT * (name in vents) for name in beside}
+    y = _heights(layers, beside, {name: tall[name] + _BETWEEN + below[name] for name in beside})
+    top = max(y[name] + 0.5 * tall[name] for name in beside)
+    boxes, left = {}, 0.0
+    for layer in layers:
+        wide = max(_width(*labels[name]) for name in layer) + 2.0 * _PAD
+        for name in layer:
+            boxes[name] = Box(*labels[name], left + 0.5 * wide, y[name] - top, wide, tall[name])
+        left += wide + _CHANNEL
+    height = max(0.5 * box.height - box.y + below[name] for name, box in boxes.items())
+    return Layout(boxes, [(*link, *_ends(boxes, beside, *link)) for link in links], left - _CHANNEL, height)
 
 
-def _half(cell: Cell, symbol: Symbol, lines: tuple[str, ...], bold: int) -> float:
-    """Half the width that a part needs."""
-    text = max((0.5 * width(line, k < bold) for k, line in enumerate(lines)), default=0.0)
-    side = DROP + 0.6 * TRIANGLE if AMBIENT in (cell.left, cell.right) else 0.04
-    low = abs(symbol.low[0]) + 0.6 * TRIANGLE if cell.low else 0.0
-    return max(text + 0.02, symbol.half + side, low)
+def _layers(origin: str, beside: dict[str, list[str]]) -> list[list[str]]:
+    """Names by steps from the origin, in each layer in the order in which air comes to them."""
+    steps: dict[str, int] = {}
+    for start in (origin, *beside):
+        queue = {start: 0} if start not in steps else {}
+        while queue:
+            steps |= queue
+            ahead = {other: step + 1 for name, step in queue.items() for other in beside[name]}
+            queue = {name: step for name, step in ahead.items() if name not in steps}
+    return [[name for name in steps if steps[name] == k] for k in range(1 + max(steps.values()))]
 
 
-def _spaced(routes: Routes, before: np.ndarray, behind: np.ndarray, axis: int) -> np.ndarray:
-    """Distances of all tracks and middles from the first edge; tracks without a line take no room."""
-    tracks, used = routes.tracks, _used(routes, axis)
-    places, edge = [], 0.0
-    for channel in range(tracks.size[axis] + 1):
-        lines = [k for k in range(tracks.n) if tracks.track(channel, k) in used]
-        outer = channel in (0, tracks.size[axis])
-        if lines or not outer:
-            at = edge + _MARGIN
-            here = [at + _PITCH * sum(line < k for line in lines) for k in range(tracks.n)]
-            last = at + _PITCH * max(len(lines) - 1, 0)
-            places += [min(each, last) for each in here]
-            edge = last + _MARGIN
-        else:
-            places += [edge] * tracks.n
-        if channel < tracks.size[axis]:
-            places.append(edge + before[channel])
-            edge += before[channel] + behind[channel]
-    return np.array([*places[:-1], max(places[-1], edge)])
+def _heights(
+    layers: list[list[str]], beside: dict[str, list[str]], room: dict[str, float]
+) -> dict[str, float]:
+    """Of every box, as near to its neighbours' mean as its layer lets it; sorts the layers."""
+    from scipy.optimize import isotonic_regression
+
+    y = {name: -float(k) for layer in layers for k, name in enumerate(layer)}
+    for sweep in range(_SWEEPS):
+        for layer in layers if sweep % 2 == 0 else layers[::-1]:
+            wish = {name: float(np.mean([y[o] for o in beside[name]] or [y[name]])) for name in layer}
+            layer.sort(key=wish.__getitem__, reverse=True)
+            size = np.array([room[name] for name in layer])
+            least = 0.5 * size - np.cumsum(size)  # of boxes without room between them
+            found = isotonic_regression([wish[name] for name in layer] - least, increasing=False).x + least
+            y |= dict(zip(layer, found.tolist(), strict=True))
+    return y
 
 
-def _used(routes: Routes, axis: int) -> set[int]:
-    """Indices of the tracks along which a line goes."""
-    pieces = itertools.chain.from_iterable(routes.lines.values())
-    return {a[axis] for a, b in pieces if a != b and (a[1] == b[1]) == (axis == 1)}
+def _ends(boxes: dict[str, Box], beside: dict[str, list[str]], node: str, edge: str) -> tuple[_Point, _Point]:
+    """Of a line: the middle of a node's side, and its own port of an edge."""
+    a, b = boxes[node], boxes[edge]
+    side = 0.5 if a.x < b.x else -0.5
+    ports = sorted((-boxes[each].y, each) for each in beside[edge] if (boxes[each].x < b.x) == (a.x < b.x))
+    share = 0.5 - (1 + ports.index((-a.y, node))) / (1 + len(ports))
+    return (a.x + side * a.width, a.y), (b.x - side * b.width, b.y + share * b.height)
 
 
-def _kind_of(scheme: AirScheme, cell: Cell) -> str:
-    """The symbol that a part has."""
-    return scheme.nodes[cell.name].kind if cell.node else scheme.edges[cell.name].kind
-
-
-def label(scheme: AirScheme, cell: Cell) -> tuple[tuple[str, ...], int]:
+def label(scheme: AirScheme, name: str) -> tuple[tuple[str, ...], int]:
     """Lines of a part's label, and how many of them are its name."""
-    if cell.node:
-        node = scheme.nodes[cell.name]
-        name = _wrapped(node.name)
-        return (*name, *(part for line in node.lines for part in _wrapped(line))), len(name)
-    edge = scheme.edges[cell.name]
-    name = _wrapped(edge.label)
-    if cell.name in scheme.narrowest:
-        name = [NARROW, *name]
-    lines = [part for line in (*edge.lines, *_figures(edge)) for part in _wrapped(line)]
-    return (*name, *lines), len(name)
+    part = scheme.nodes.get(name) or scheme.edges[name]
+    edge = part if isinstance(part, AirEdge) else None
+    title = _WRAP.wrap(plain(part.name if edge is None else edge.label, _LONGEST))
+    kind = _WORDS.get(part.kind, part.kind).replace("_", " ")
+    told = " ".join((*title, *part.lines)).replace("_", " ")
+    lines = [*([] if kind.removeprefix("2/2 ") in told else [kind]), *part.lines]
+    if edge is not None and edge.forward < float("inf"):
+        c = edge.back if edge.kind == "throttle" else edge.forward
+        lines.append(f"C {conductance(c)}, b {edge.ratio:.2g}")
+        if edge.exhaust:
+            lines.append(f"out {conductance(edge.venting)}, {edge.venting_ratio:.2g}")
+    if name in scheme.narrowest:
+        title = [NARROW, *title]
+    return (*title, *(each for line in lines for each in _WRAP.wrap(plain(line, _LONGEST)))), len(title)
 
 
-def _figures(edge: AirEdge) -> list[str]:
-    """C and b of an edge, of a 3/2 valve and a quick exhaust both ways."""
-    if edge.forward == float("inf"):
-        return []
-    c = edge.back if edge.kind == "throttle" else edge.forward
-    found = [f"C {conductance(c)}, b {edge.ratio:.2g}"]
-    if edge.exhaust:
-        found.append(f"out {conductance(edge.venting)}, {edge.venting_ratio:.2g}")
-    return found
-
-
-def _wrapped(text: str) -> list[str]:
-    """A text in lines of a label, broken at spaces and underscores; words too long for a line are cut."""
-    found = [""]
-    for word in re.findall(r"[^ _]*_+|[^ _]+|_+", " ".join(plain(text, _LONGEST).split())):
-        for part in [word[k : k + _LETTERS] for k in range(0, len(word), _LETTERS)]:
-            joined = found[-1] + part if found[-1].endswith("_") else f"{found[-1]} {part}".strip()
-            if len(joined) <= _LETTERS:
-                found[-1] = joined
-            else:
-                found.append(part)
-    return [line for line in found if line]
-
-
-@functools.cache
-def width(text: str, bold: bool = False) -> float:
-    """Of a line of a label [inch]."""
+def _width(lines: tuple[str, ...], bold: int) -> float:
+    """Of a label [inch]."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextToPath
 
-    font = FontProperties(size=_FONT, weight="bold" if bold else "normal")
-    points, _, _ = TextToPath().get_text_width_height_descent(text.replace(r"\$", "$"), font, ismath=False)
-    return 1.03 * float(points) / 72.0
+    least = 0.0
+    for k, line in enumerate(lines):
+        font = FontProperties(size=_FONT, weight="bold" if k < bold else "normal")
+        points = TextToPath().get_text_width_height_descent(line.replace(r"\$", "$"), font, ismath=False)[0]
+        least = max(least, 1.03 * float(points) / 72.0)
+    return least
 
 
-_BORDER, _HEAD, _FOOT = 0.35, 0.62, 0.2  # of the page, its heading, above the caption [inch]
-_LEAST_WIDTH = 7.3  # of the page [inch]
+_LEAST_WIDTH, _BORDER, _HEAD, _FOOT = 7.3, 0.35, 0.62, 0.2  # of the page, above picture and caption [inch]
 _CAPTION, _CAPTION_LINE = 7.5, 0.125  # letters [points], height of a line [inch]
 _LETTER = 0.0545  # mean width of a letter of the caption [inch]
-_PALE = "#FDE9D9"  # behind the narrowest
+_PALE, _NODE = "#FDE9D9", "0.95"  # behind the narrowest, behind a node
+INK, THIN, WIDE = "0.1", 1.0, 1.9
+_ARROW = {"color": INK, "lw": THIN, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
 _UNIT = "dm³/(s·bar)"
 _LEGEND = (
     "C: sonic conductance of air in dm³/(s·bar), b: critical pressure ratio (ISO 6358), of the open part. "
-    "Together C = 1/√(Σ1/C²). Pressures are gauge. Open triangle: ambient air. Lines that cross without a "
-    "dot do not meet."
+    "Together C = 1/√(Σ1/C²). Pressures are gauge. Round boxes have a pressure, air flows through square "
+    "ones, one way along an arrow. Triangle: ambient air. Lines that cross do not meet."
 )
 
 
 def write_air(scheme: AirScheme, path: pathlib.Path) -> None:
     """Draw an air path and write it, whole or not at all; PNG, PDF or SVG by the file's suffix."""
+    write_page(path, *page(scheme))
+
+
+def page(scheme: AirScheme) -> tuple[tuple[float, float], Callable[[Any], None]]:
+    """Width and height [inch], and what fills an empty figure of this size."""
     found = layout(scheme)
-    size = page_size(scheme, found)
-    write_page(path, size, functools.partial(page, scheme=scheme, found=found))
-
-
-def page_size(scheme: AirScheme, found: Layout) -> tuple[float, float]:
-    """Width and height [inch]."""
     width = max(_LEAST_WIDTH, found.width + 2.0 * _BORDER)
-    lines = len(_caption(scheme, width))
-    return width, _HEAD + found.height + _FOOT + _CAPTION_LINE * lines + _BORDER
+    texts = [*(text.replace(f" {_UNIT}", "") for text in ways(scheme)), _LEGEND]
+    letters = int((width - 2.0 * _BORDER) / _LETTER)
+    caption = [line for text in texts for line in textwrap.wrap(text, letters)]
+    height = _HEAD + found.height + _FOOT + _CAPTION_LINE * len(caption) + _BORDER
+
+    def fill(figure: Any) -> None:
+        figure.set_layout_engine("none")
+        x = _BORDER / width
+        told = plain(scheme.description, min(PAGE_LETTERS + 60, int((width - 2.0 * _BORDER) / 0.06)))
+        title = f"{plain(scheme.name)}: air path"
+        figure.text(x, 1.0 - 0.2 / height, title, fontsize=12.0, weight="bold", va="top")
+        figure.text(x, 1.0 - 0.42 / height, told, fontsize=8.0, va="top", color="0.25")
+        for k, line in enumerate(caption):
+            top = _HEAD + found.height + _FOOT + k * _CAPTION_LINE
+            figure.text(x, 1.0 - top / height, line, fontsize=_CAPTION, va="top", color="0.15")
+        axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        aside = 0.5 * (width - found.width)
+        axis.set(xlim=(-aside, width - aside), ylim=(_HEAD - height, _HEAD))
+        axis.set_axis_off()
+        for node, edge, *ends in found.lines:
+            style = "-|>" if scheme.edges[edge].leads_to(node) else "-"
+            axis.annotate("", *ends, arrowprops={"arrowstyle": style, **_ARROW})
+        for name, box in found.boxes.items():
+            _draw_box(axis, scheme, name, box)
+
+    return (width, height), fill
 
 
-def page(figure: Any, scheme: AirScheme, found: Layout) -> None:
-    """Fill an empty figure of the page's size."""
-    figure.set_layout_engine("none")
-    width, height = page_size(scheme, found)
-    x = _BORDER / width
-    heading = f"{plain(scheme.name)}: air path"
-    figure.text(x, 1.0 - 0.2 / height, heading, fontsize=12.0, weight="bold", va="top")
-    told = plain(scheme.description, min(PAGE_LETTERS + 60, int((width - 2.0 * _BORDER) / 0.06)))
-    figure.text(x, 1.0 - 0.42 / height, told, fontsize=8.0, va="top", color="0.25")
-    axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    aside = 0.5 * (width - found.width)
-    axis.set_xlim(-aside, width - aside)
-    axis.set_ylim(_HEAD - height, _HEAD)
-    axis.set_axis_off()
-    _draw_lines(axis, found)
-    colours = _colours(scheme)
-    for part in found.placed.values():
-        _draw_part(axis, scheme, part, colours.get(part.cell.name, ""))
-    top = _HEAD + found.height + _FOOT
-    for k, line in enumerate(_caption(scheme, width)):
-        look: dict[str, Any] = {"fontsize": _CAPTION, "va": "top", "color": "0.15"}
-        figure.text(x, 1.0 - (top + k * _CAPTION_LINE) / height, line, **look)
+def _draw_box(axis: Any, scheme: AirScheme, name: str, box: Box) -> None:
+    """A box with its label: round for a node, thick in its colour for a muscle and for the narrowest."""
+    from matplotlib.patches import FancyBboxPatch, Polygon
 
-
-def _colours(scheme: AirScheme) -> dict[str, str]:
-    """A colour for every chamber, that of its muscles in the design picture."""
+    x, y, half = box.x, box.y, 0.5 * box.height
     chambers = [name for name, node in scheme.nodes.items() if node.kind == "chamber"]
-    return {name: COLOURS[(1 - k) % len(COLOURS)] for k, name in enumerate(chambers)}
-
-
-def _draw_lines(axis: Any, found: Layout) -> None:
-    """Lines from port to port, with a dot where three meet."""
-    from matplotlib.collections import LineCollection
-
-    pieces = []
-    for lines in found.routes.lines.values():
-        met: dict[tuple[int, int], int] = {}
-        for a, b in lines:
-            pieces.append([found.at(a), found.at(b)])
-            for end in (a, b) if a != b else ():
-                met[end] = met.get(end, 0) + 1
-        for part in found.placed.values():
-            for side, _ in ports(part.cell):
-                vertex = found.routes.tracks.port(part.cell, side)
-                if any(vertex in line for line in lines):
-                    pieces.append([part.port(side), found.at(vertex)])
-                    met[vertex] = met.get(vertex, 0) + 1
-        dots = [found.at(vertex) for vertex, count in met.items() if count > 2]
-        if dots:
-            x, y = zip(*dots, strict=True)
-            axis.plot(x, y, "o", color=INK, ms=3.2, zorder=4)
-    axis.add_collection(LineCollection(pieces, colors=INK, lw=THIN, capstyle="projecting", zorder=3))
-
-
-def _draw_part(axis: Any, scheme: AirScheme, part: _Placed, colour: str) -> None:
-    """A symbol with its label; on a pale ground and in thick lines where it is the narrowest."""
-    cell, narrow = part.cell, part.cell.name in scheme.narrowest
-    draw, symbol = SYMBOLS[part.kind]
-    if narrow:
-        _ground(axis, part)
-    edge = scheme.edges.get(cell.name)
-    mirrored = edge is not None and not cell.node and edge.upstream == cell.right and bool(cell.right)
-    pen = Pen(axis, part.x, part.y, mirrored=mirrored, width=WIDE if narrow else THIN)
-    marks = frozenset({colour} if colour else ()) if edge is None or cell.node else edge.marks
-    draw(pen, marks)
-    upright = Pen(axis, part.x, part.y)
-    for side, node in (("left", cell.left), ("right", cell.right)):
-        if node == AMBIENT:
-            sign = 1.0 if side == "right" else -1.0
-            upright.line((sign * symbol.half, 0.0), (sign * (symbol.half + DROP), 0.0))
-            upright.ambient(sign * (symbol.half + DROP), 0.0)
-    if cell.low == AMBIENT:
-        upright.ambient(*symbol.low)
-    for k, line in enumerate(reversed(part.lines)):
-        name = k >= len(part.lines) - part.bold
-        look: dict[str, Any] = {"fontsize": _FONT, "ha": "center", "va": "baseline", "zorder": 7}
-        look |= {"weight": "bold" if name else "normal", "color": "black" if name else "0.2"}
-        look |= {"color": ink(ORANGE)} if line == NARROW else {}
-        axis.text(part.x, part.top + k * _LINE + 0.02, line, **look)
-
-
-def _ground(axis: Any, part: _Placed) -> None:
-    from matplotlib.patches import Rectangle
-
-    half, low, high = part.symbol.half + 0.03, -part.symbol.down - 0.02, part.symbol.up + 0.02
-    look: dict[str, Any] = {"facecolor": _PALE, "edgecolor": ORANGE, "lw": 1.0, "zorder": 1}
-    axis.add_patch(Rectangle((part.x - half, part.y + low), 2.0 * half, high - low, **look))
+    look: dict[str, Any] = {"edgecolor": INK, "lw": THIN, "facecolor": "white"}
+    style = "square,pad=0"
+    if name in scheme.nodes:
+        look, style = look | {"facecolor": _NODE}, "round,pad=0,rounding_size=0.09"
+    if name in chambers:  # the colour of its muscles in the design picture
+        look |= {"lw": WIDE, "edgecolor": COLOURS[(1 - chambers.index(name)) % len(COLOURS)]}
+    if name in scheme.narrowest:
+        look |= {"lw": WIDE, "edgecolor": ORANGE, "facecolor": _PALE}
+    axis.add_patch(FancyBboxPatch((x - 0.5 * box.width, y - half), box.width, box.height, style, **look))
+    if name in scheme.edges and AMBIENT in scheme.edges[name].ends:
+        low = y - half - 0.06
+        axis.plot((x, x), (y - half, low), color=INK, lw=THIN)
+        corners = [(x - 0.055, low), (x + 0.055, low), (x, low - 0.1)]
+        axis.add_patch(Polygon(corners, facecolor="white", edgecolor=INK, lw=THIN, zorder=4))
+    for k, line in enumerate(box.lines):
+        bold = k < box.bold
+        colour = ink(ORANGE) if line == NARROW else "black" if bold else "0.2"
+        words: dict[str, Any] = {"fontsize": _FONT, "ha": "center", "va": "center", "color": colour}
+        axis.text(x, y + half - _PAD - (k + 0.5) * _LINE, line, weight="bold" if bold else "normal", **words)
 
 
 def ways(scheme: AirScheme) -> list[str]:
     """Conductance of the ways of each chamber's air, and the narrowest part on them, a text a chamber."""
-    return [f"{plain(name)}: {_way(scheme, name)}." for name in scheme.filling]
-
-
-def _way(scheme: AirScheme, name: str) -> str:
-    words = f"filling {_told(scheme.filling[name])}"
-    if name in scheme.venting:
-        words += f"; venting {_told(scheme.venting[name])}"
-    return words
+    found = {name: f"filling {_told(way)}" for name, way in scheme.filling.items()}
+    vents = {name: f"; venting {_told(way)}" for name, way in scheme.venting.items()}
+    return [f"{plain(name)}: {words}{vents.get(name, '')}." for name, words in found.items()]
 
 
 def _told(way: AirWay) -> str:
     """A way in words: "C 0.0545 dm³/(s·bar) of 3 parts, the narrowest: feed (C 0.0551, 98 % of Σ1/C²)"."""
     if not way.edges:
         return "without restriction"
-    narrowest = plain(way.narrowest, None)
+    narrowest, total = plain(way.narrowest, None), f"C {conductance(way.conductance)} {_UNIT}"
     if len(way.edges) == 1:
-        return f"through {narrowest} alone, C {conductance(way.conductance)} {_UNIT}"
-    least = dict(way.edges)[way.narrowest]
-    told = f"C {conductance(way.conductance)} {_UNIT} of {len(way.edges)} parts, the narrowest: {narrowest}"
-    return f"{told} (C {conductance(least)}, {100.0 * way.share:.0f} % of Σ1/C²)"
-
-
-def _caption(scheme: AirScheme, width: float) -> list[str]:
-    letters = int((width - 2.0 * _BORDER) / _LETTER)
-    texts = [*(text.replace(f" {_UNIT}", "") for text in ways(scheme)), _LEGEND]
-    return [line for text in texts for line in textwrap.wrap(text, letters)]
+        return f"through {narrowest} alone, {total}"
+    least = f"C {conductance(dict(way.edges)[way.narrowest])}, {100.0 * way.share:.0f} % of Σ1/C²"
+    return f"{total} of {len(way.edges)} parts, the narrowest: {narrowest} ({least})"
 
 
 def scheme_of(source: Source, pressure: float | str | None = None) -> AirScheme:

@@ -19,9 +19,8 @@ from afo_sim.common import InputError
 from afo_sim.description import AMBIENT
 from afo_sim.model import AirEdge, AirScheme, conductance
 from afo_sim.model.air_scheme import AirNode
-from afo_sim.show import air_symbols, scheme_of, style, ways
-from afo_sim.show.air_drawing import NARROW, Layout, label, layout, page, page_size
-from afo_sim.show.air_routes import ports
+from afo_sim.show import scheme_of, style, ways
+from afo_sim.show.air_drawing import NARROW, THIN, WIDE, Layout, label, layout, page
 from afo_sim.show.style import ink
 
 S1 = pathlib.Path(__file__).parents[2] / "models/orthoses/s1"
@@ -166,118 +165,89 @@ def any_scheme(random: random.Random) -> AirScheme:
 @pytest.fixture(scope="module", params=CASES)
 def drawn(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[AirScheme, Layout, Figure]:
     scheme = scheme_named(request.param, tmp_path_factory.mktemp("own"))
-    found = layout(scheme)
+    size, fill = page(scheme)
     with rc_context(style.STYLE):
-        figure = Figure(figsize=page_size(scheme, found))
+        figure = Figure(figsize=size)
         FigureCanvasAgg(figure)
-        page(figure, scheme, found)
+        fill(figure)
         figure.canvas.draw()
-    return scheme, found, figure
-
-
-def words(figure: Figure) -> list[tuple[str, Any]]:
-    texts = [*figure.texts, *figure.axes[0].texts]
-    return [(text.get_text(), text.get_window_extent()) for text in texts]
-
-
-def pieces(found: Layout) -> dict[str, list[np.ndarray]]:
-    """Of every node the straight pieces of its lines, to the very ports, on the page [inch]."""
-    drawn: dict[str, list[np.ndarray]] = {}
-    for node, lines in found.routes.lines.items():
-        drawn[node] = [np.array([found.at(a), found.at(b)]) for a, b in lines if a != b]
-        for part in found.placed.values():
-            for side, _ in ports(part.cell):
-                vertex = found.routes.tracks.port(part.cell, side)
-                if any(vertex in line for line in lines):
-                    drawn[node].append(np.array([part.port(side), found.at(vertex)]))
-    return drawn
+    return scheme, layout(scheme), figure
 
 
 def test_words_are_within_the_page_large_enough_and_apart(drawn: tuple[AirScheme, Layout, Figure]) -> None:
     figure = drawn[2]
     width, height = figure.canvas.get_width_height()  # type: ignore[attr-defined]
-    found = words(figure)
+    texts = [text for text in (*figure.texts, *figure.axes[0].texts) if text.get_text()]
+    found = [(text.get_text(), text.get_window_extent()) for text in texts]
     for text, box in found:
         assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height, text
     for (one, a), (other, b) in itertools.combinations(found, 2):
         assert not a.padded(-0.5).overlaps(b.padded(-0.5)), (one, other)
-    assert all(text.get_fontsize() >= SMALLEST for text in (*figure.texts, *figure.axes[0].texts))
+    assert all(text.get_fontsize() >= SMALLEST for text in texts)
 
 
-def test_no_line_runs_through_words_or_symbols(drawn: tuple[AirScheme, Layout, Figure]) -> None:
+def test_words_are_within_their_boxes(drawn: tuple[AirScheme, Layout, Figure]) -> None:
     _, found, figure = drawn
     axis = figure.axes[0]
-    boxes = [text.get_window_extent().padded(-1.0) for text in axis.texts]
-    for part in found.placed.values():
-        corners = [
-            (part.x + side * (part.symbol.half - 0.01), part.y + end)
-            for side, end in ((-1, -part.symbol.down), (1, part.symbol.up))
-        ]
-        if not part.cell.low:  # whose line begins below the symbol
-            (x0, y0), (x1, y1) = axis.transData.transform(corners)
-            boxes.append(type(boxes[0]).from_extents(x0, y0, x1, y1))
-    for lines in pieces(found).values():
-        for piece in lines:
-            (x0, y0), (x1, y1) = axis.transData.transform(piece)
-            line = type(boxes[0]).from_extents(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
-            assert not any(line.overlaps(box) for box in boxes)
+    texts = iter([text for text in axis.texts if text.get_text()])
+    for box in found.boxes.values():
+        middle, half = np.array([box.x, box.y]), 0.5 * np.array([box.width, box.height])
+        (x0, y0), (x1, y1) = axis.transData.transform([middle - half, middle + half])
+        for line in box.lines:
+            text = next(texts)
+            extent = text.get_window_extent()
+            assert text.get_text() == line
+            assert x0 <= extent.x0 and extent.x1 <= x1 and y0 <= extent.y0 + 1 and extent.y1 - 1 <= y1
 
 
-def check_lines_apart(found: Layout) -> None:
-    """Lines of two nodes never lie on each other."""
-    for (_, one), (_, other) in itertools.combinations(pieces(found).items(), 2):
-        for a, b in itertools.product(one, other):
-            for axis in (0, 1):
-                along = np.ptp(a[:, axis]) > 1e-9 and np.ptp(b[:, axis]) > 1e-9
-                if along and abs(a[0, 1 - axis] - b[0, 1 - axis]) < 0.02:
-                    shared = min(a[:, axis].max(), b[:, axis].max()) - max(a[:, axis].min(), b[:, axis].min())
-                    assert shared < 1e-9
+def check(scheme: AirScheme, found: Layout) -> None:
+    """Boxes are apart, no line meets one but at its own ends, and every line has an end of its own."""
+    assert found.boxes.keys() == {*scheme.nodes, *scheme.edges} - {AMBIENT}
+    for a, b in itertools.combinations(found.boxes.values(), 2):
+        apart = abs(a.x - b.x) - 0.5 * (a.width + b.width), abs(a.y - b.y) - 0.5 * (a.height + b.height)
+        assert max(apart) > 0.05, (a, b)
+    joined = {(end, edge.name) for edge in scheme.edges.values() for end in edge.ends if end != AMBIENT}
+    assert {(node, edge) for node, edge, *_ in found.lines} == joined
+    for node, edge, (x0, y0), (x1, y1) in found.lines:
+        for name, x, y in ((node, x0, y0), (edge, x1, y1)):
+            box = found.boxes[name]
+            assert abs(x - box.x) == pytest.approx(0.5 * box.width) and abs(y - box.y) < 0.5 * box.height
+        left, right = sorted((x0, x1))
+        for box in found.boxes.values():
+            assert box.x + 0.5 * box.width < left + 1e-6 or box.x - 0.5 * box.width > right - 1e-6
+    ends = [line[3] for line in found.lines]
+    assert len(set(ends)) == len(ends)
 
 
-def check_ports(scheme: AirScheme, found: Layout) -> None:
-    """Who follows the lines from a node gets to all that names it, and to nothing else."""
-    tracks = found.routes.tracks
-    shown = {cell.name for cell in (part.cell for part in found.placed.values())}
-    assert shown == {*scheme.nodes, *scheme.edges} - {AMBIENT}
-    for node, lines in found.routes.lines.items():
-        starts = [tracks.port(found.placed[node].cell, side) for side in ("left", "right")]
-        reached, before = set(starts), 0
-        while len(reached) > before:
-            before = len(reached)
-            reached |= {end for line in lines if reached & {*line} for end in line}
-        for part in found.placed.values():
-            for side, other in ports(part.cell):
-                if not part.cell.node:
-                    assert (tracks.port(part.cell, side) in reached) == (other == node), (part.cell, node)
-        assert all({*line} <= reached for line in lines)
+def test_boxes_and_lines_are_apart(drawn: tuple[AirScheme, Layout, Figure]) -> None:
+    check(drawn[0], drawn[1])
 
 
-def test_lines_lead_where_they_should_and_apart(drawn: tuple[AirScheme, Layout, Figure]) -> None:
-    scheme, found, _ = drawn
-    check_lines_apart(found)
-    check_ports(scheme, found)
+def test_layers_are_steps_from_the_source(tmp_path: pathlib.Path) -> None:
+    found = layout(scheme_named("three", tmp_path)).boxes
+    layers = sorted({box.x for box in found.values()})
+    way = ("supply", "check", "reservoir", "feed", MANIFOLD, "dorsiflexor inlet", "dorsiflexor", "seam")
+    assert [layers.index(found[name].x) for name in way] == list(range(8))
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_any_network_is_drawn(seed: int) -> None:
     scheme = any_scheme(random.Random(seed))
-    found = layout(scheme)
-    check_lines_apart(found)
-    check_ports(scheme, found)
-    places = [part.cell.place for part in found.placed.values()]
-    assert len(set(places)) == len(places)
+    check(scheme, layout(scheme))
 
 
 def test_labels_tell_conductances_and_volumes(drawn: tuple[AirScheme, Layout, Figure]) -> None:
     scheme, found, _ = drawn
-    for name, part in found.placed.items():
-        told = " ".join(part.lines)
-        assert (part.lines, part.bold) == label(scheme, part.cell)
-        edge = None if part.cell.node else scheme.edges[name]
+    for name, box in found.boxes.items():
+        told = " ".join(box.lines)
+        assert (box.lines, box.bold) == label(scheme, name)
+        edge = scheme.edges.get(name)
         if edge is not None and np.isfinite(edge.forward):
             c = edge.back if edge.kind == "throttle" else edge.forward
             assert f"C {conductance(c)}, b {edge.ratio:.2g}" in told
-        assert (NARROW in part.lines) == (name in scheme.narrowest)
+        if edge is None:
+            assert "".join(scheme.nodes[name].lines).replace(" ", "") in told.replace(" ", "")
+        assert (NARROW in box.lines) == (name in scheme.narrowest)
     assert scheme.filling.keys() == scheme.venting.keys() != set()
     assert all(way.narrowest in scheme.edges for way in scheme.filling.values())
 
@@ -317,11 +287,20 @@ def test_ways_heed_checks_and_third_ports(tmp_path: pathlib.Path) -> None:
 
 
 def test_the_mark_does_not_hang_on_colour(drawn: tuple[AirScheme, Layout, Figure]) -> None:
-    scheme, found, figure = drawn
+    scheme, _, figure = drawn
     shown = [text.get_text() for text in figure.axes[0].texts].count(NARROW)
     assert shown == len(scheme.narrowest) >= 1
-    assert contrast(ink(style.ORANGE)) >= 4.5 and air_symbols.WIDE > 1.5 * air_symbols.THIN
-    assert {part.kind for part in found.placed.values()} <= air_symbols.SYMBOLS.keys()
+    assert contrast(ink(style.ORANGE)) >= 4.5 and WIDE > 1.5 * THIN
+
+
+def test_exhausts_are_marked_and_arrows_lead_with_the_air(drawn: tuple[AirScheme, Layout, Figure]) -> None:
+    scheme, _, figure = drawn
+    triangles = [patch for patch in figure.axes[0].patches if len(patch.get_path().vertices) == 4]
+    assert len(triangles) == sum(AMBIENT in edge.ends for edge in scheme.edges.values()) >= 1
+    one_way = [edge for edge in scheme.edges.values() if edge.way or edge.back == 0.0]
+    ends = [end for edge in one_way for end in {edge.downstream, edge.exhaust} - {AMBIENT, ""}]
+    styles = [str(text.arrow_patch.get_arrowstyle()) for text in figure.axes[0].texts if not text.get_text()]
+    assert sum("CurveFilledB" in style for style in styles) == len(ends)
 
 
 def test_files_and_what_the_command_tells(

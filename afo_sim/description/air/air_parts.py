@@ -124,7 +124,6 @@ class AirPart:
     edges: Callable[[str, Restriction], Iterator[FlowEdge]]
     may_have: tuple[str, ...] = ()
     lines: Callable[[Restriction], tuple[str, ...]] | None = None
-    symbol: str = ""
     feeds: bool = True
     both_ways: bool = True
     to_ambient: bool = True
