@@ -4,7 +4,6 @@ from .air_path import SOURCE as SOURCE
 from .air_path import TUBE_END as TUBE_END
 from .air_path import VALVE_END as VALVE_END
 from .air_path import AirPath as AirPath
-from .air_scheme import OUTLETS as OUTLETS
 from .air_scheme import AirEdge as AirEdge
 from .air_scheme import AirScheme as AirScheme
 from .air_scheme import AirWay as AirWay
