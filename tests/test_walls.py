@@ -8,7 +8,7 @@ import re
 import pytest
 from documents import TEXT
 
-from afo_sim.common import EXTRAS
+from afo_sim.common import EXTRAS, WRITTEN
 
 PACKAGE = pathlib.Path(__file__).parents[1] / "afo_sim"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -42,6 +42,7 @@ ROOMS = {
 PLAIN = {"math", "functools", "numba", "numpy", "collections", "dataclasses", "typing", "afo_sim"}
 PLAIN |= {"ctypes", "lazy_loader"}  # to call machine code; the face
 PLAIN |= {"importlib", "inspect", "linecache", "pkgutil"}  # what the registry of laws is made with
+SEALING = {"write_sealed", "write_json", "write_parquet", "parquet_writer"}
 FACES = {
     "__init__.py",
     "__main__.py",
@@ -249,6 +250,26 @@ def test_a_face_names_only_what_another_room_uses() -> None:
     for room, names in faces().items():
         outside = set().union(*(w for path, w in words.items() if not path.is_relative_to(PACKAGE / room)))
         assert not names.keys() - outside - set(re.findall(r"\w+", TEXT)), room
+
+
+def test_files_are_written_by_the_writers_alone() -> None:
+    """A file that is read again is sealed, and its kind is one of the writer's list."""
+    named: set[str] = set()
+    for path in set(SOURCES) - {PACKAGE / "common" / "writing.py", PACKAGE / "common" / "sealing.py"}:
+        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        calls = [node for node in nodes if isinstance(node, ast.Call)]
+        past = {call.func.attr for call in calls if isinstance(call.func, ast.Attribute)}
+        assert not past & {"write_text", "write_bytes"}, f"{path}: afo_sim.common has functions for it"
+        for call in calls:
+            name = call.func.id if isinstance(call.func, ast.Name) else ""
+            if name in SEALING and f"afo_sim.common.{name}" in imported(path):
+                assert len(call.args) > 2, f"{path}:{call.lineno}: {name} names no kind of WRITTEN"
+                named |= {
+                    node.value for node in nodes if isinstance(node, ast.Constant) and node.value in WRITTEN
+                }
+        if path != PACKAGE / "common" / "phase_table.py":
+            assert not {f"afo_sim.common.sealing.{name}" for name in SEALING} & imported(path), path
+    assert named | {"stride"} == set(WRITTEN)  # of common/phase_table.py
 
 
 def test_public_names_resolve() -> None:

@@ -10,7 +10,8 @@ from afo_sim.cli.common import Scenario, Sets, app, print_table, progress, quant
 from afo_sim.cli.overwriting import check_same
 from afo_sim.common import InputError
 
-_FILES = ("electronics.json", "valves/valves.h", "valves/valves.ino", "host.c", "commands.csv", "inputs.csv")
+_JSON, _COMMANDS = "electronics.json", "commands.csv"
+_FILES = (_JSON, "valves/valves.h", "valves/valves.ino", "host.c", _COMMANDS, "inputs.csv")
 
 
 @app.command("electronics")
@@ -43,7 +44,7 @@ def electronics_command(
         _compare(scenario, values, compared, passed, in_loop=compared is firmware)
         return
     with progress("reading, compiling the muscles") as report:
-        from afo_sim.common import as_stored, together
+        from afo_sim.common import as_stored, together, write_json, write_sealed, write_text
         from afo_sim.description import load
         from afo_sim.export import board_of, commanded, notes
 
@@ -51,34 +52,32 @@ def electronics_command(
         folder = out or Path("runs") / f"{description.name}-electronics"
         board = board_of(description)
         now, problem = {"scenario": description.resolved()}, "holds the export of another scenario"
-        check_same(folder, "export for a board", "electronics.json", now, problem, force=force)
+        check_same(folder, "export for a board", _JSON, now, problem, force=force)
         found = commanded(description, report)
-        texts = _texts(as_stored(now, folder), board, found)
+        texts = _texts(board, found)
         with together(folder, _FILES) as scratch:
             for name, text in texts.items():
-                (scratch / name).parent.mkdir(exist_ok=True)
-                (scratch / name).write_text(text, encoding="utf-8")
+                write_text(scratch / name, text)
+            write_json(scratch / _JSON, as_stored(now, folder), "electronics")
+            write_sealed(scratch / _COMMANDS, found.log.text(), "commands")
     for note in notes(board):
         print(note)
     for each in board.inputs:
         if each.scale is None:
             print(f"note: {each.column} has no calibration line; fill in scale and offset in valves.ino")
-    print(f"written to {folder}: {', '.join(texts)}")
+    print(f"written to {folder}: {', '.join((_JSON, *texts, _COMMANDS))}")
     played = "inputs.csv" if len(found.times) else f"{found.log.end:g}"
     print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
 
 
-def _texts(now: dict[str, Any], board: Any, found: Any) -> dict[str, str]:
-    """{file: its text} of an export."""
-    from afo_sim.common import json_text
+def _texts(board: Any, found: Any) -> dict[str, str]:
+    """{file: its text} of an export, of what compilers and boards read."""
     from afo_sim.export import header, host, sketch
 
     texts = {
-        "electronics.json": json_text(now),
         "valves/valves.h": header(board),
         "valves/valves.ino": sketch(board),
         "host.c": host(board),
-        "commands.csv": found.log.text(),
     }
     return texts | ({"inputs.csv": found.inputs_text()} if len(found.times) else {})
 

@@ -60,6 +60,7 @@ from .reading import read_text as read_text
 from .reading import unpack as unpack
 from .retired import RETIRED as RETIRED
 from .sealing import MOST_GROUPS as MOST_GROUPS
+from .sealing import WRITTEN as WRITTEN
 from .sealing import check_text as check_text
 from .sealing import digest as digest
 from .sealing import file_digest as file_digest
@@ -68,11 +69,10 @@ from .sealing import parquet_column as parquet_column
 from .sealing import parquet_writer as parquet_writer
 from .sealing import read_json as read_json
 from .sealing import read_parquet as read_parquet
-from .sealing import sealed_json as sealed_json
-from .sealing import sealed_text as sealed_text
 from .sealing import without_digests as without_digests
 from .sealing import write_json as write_json
 from .sealing import write_parquet as write_parquet
+from .sealing import write_sealed as write_sealed
 from .units import AMBIENT_PRESSURE as AMBIENT_PRESSURE
 from .units import AMBIENT_TEMPERATURE as AMBIENT_TEMPERATURE
 from .units import EXAMPLES as EXAMPLES
@@ -98,4 +98,5 @@ from .writing import reason as reason
 from .writing import replacing as replacing
 from .writing import settle as settle
 from .writing import together as together
+from .writing import write_bytes as write_bytes
 from .writing import write_text as write_text

@@ -9,8 +9,7 @@ import numpy as np
 from afo_sim.common.csv_table import read_table
 from afo_sim.common.errors import InputError, nearest_name
 from afo_sim.common.magnitude import plausible
-from afo_sim.common.sealing import sealed_text
-from afo_sim.common.writing import write_text
+from afo_sim.common.sealing import write_sealed
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +59,7 @@ def write_phase_table(
     lines.append(",".join(columns))
     for row in np.column_stack(list(columns.values())) + 0.0:  # no "-0"
         lines.append(",".join("" if np.isnan(value) else f"{value:.7g}" for value in row))
-    write_text(path, sealed_text("\n".join(lines) + "\n"))
+    write_sealed(path, "\n".join(lines) + "\n", "stride")
 
 
 def _require_names(path: pathlib.Path, names: list[str], columns: Sequence[str]) -> None:

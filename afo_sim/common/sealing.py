@@ -11,21 +11,28 @@ import itertools
 import json
 import pathlib
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from typing import IO, Any
 
 from afo_sim.common.errors import InputError
 from afo_sim.common.reading import check_regular, read_text
-from afo_sim.common.writing import json_text, replacing
+from afo_sim.common.writing import json_text, replacing, write_text
 
+# Kinds of files that this program writes, and it or another reads again: each is written sealed.
+WRITTEN = (
+    "recording", "summary", "both legs", "scenario", "stride", "orthosis", "muscle", "leg", "worn model",
+    "chunk", "results", "manifest", "generation", "designs", "best design", "answer",
+    "stand", "stand summary", "law fit", "torque fit", "run fit",
+    "adapted gait", "walk", "walked columns", "wearers", "role map", "electronics", "commands",
+)  # fmt: skip
 _HINT = "(delete this line when you edit the file)"
 _LINE = re.compile(r"# digest: ([0-9a-f]{32}) " + re.escape(_HINT))
 _BESIDE = re.compile(r"# digest of (.+): ([0-9a-f]{32})")
 _LAST = re.compile(r',\n  "digest": "([0-9a-f]{32})"\n}\n\Z')
 _MARKS = re.compile("# digest:|" + re.escape(_HINT))  # one bit spoils one of them
 _JSON_MARKS = re.compile(r'"digest"|[0-9a-f]{32}"\n}\n\Z')
-_PARTS = (".xml", ".urdf", ".csv", ".stl", ".obj", ".msh", ".dae", ".png", ".bin")  # that a TOML names
+_OWN = (".toml", ".json", ".parquet")  # sealed themselves; a TOML has the digests of other files beside it
 _SEAL = b"afo-sim\1"  # before the digest in a Parquet file
 _SIZE = hashlib.sha256().digest_size
 _SEALED = b"afo_sim_sealed"  # of a Parquet file's metadata, the second mark
@@ -55,9 +62,15 @@ def sealed_text(text: str, folder: pathlib.Path | None = None) -> str:
     """A TOML or CSV text below a line with its digest."""
     files = sorted(path for path in folder.rglob("*") if path.is_file()) if folder else ()
     for path in files:
-        if folder and path.suffix in _PARTS:
+        if folder and path.suffix not in _OWN:
             text = f"# digest of {path.relative_to(folder).as_posix()}: {file_digest(path)}\n{text}"
     return f"# digest: {_of_text(text)} {_HINT}\n{text}"
+
+
+def write_sealed(path: pathlib.Path, text: str, kind: str, folder: pathlib.Path | None = None) -> None:
+    """Write a TOML or CSV text with its digest, and those of the files in a folder that it names."""
+    assert kind in WRITTEN
+    write_text(path, sealed_text(text, folder))
 
 
 def without_digests(text: str) -> str:
@@ -121,16 +134,24 @@ def read_json(path: pathlib.Path) -> Any:
     return value
 
 
-def write_json(path: pathlib.Path, value: Mapping[str, Any]) -> None:
-    """Write a table as JSON with its digest; errors as `replacing`."""
-    with replacing(path) as temporary:
+def write_json(
+    path: pathlib.Path,
+    value: Mapping[str, Any],
+    kind: str = "answer",
+    place: Callable[[pathlib.Path], AbstractContextManager[pathlib.Path]] = replacing,
+) -> None:
+    """Write a table as JSON with its digest; errors as `place`."""
+    assert kind in WRITTEN
+    with place(path) as temporary:
         temporary.write_text(sealed_json(value), encoding="utf-8")
 
 
 @contextmanager
-def parquet_writer(path: pathlib.Path, schema: Any) -> Iterator[Any]:
+def parquet_writer(path: pathlib.Path, schema: Any, kind: str = "results") -> Iterator[Any]:
     """pyarrow's ParquetWriter of a file that is sealed when the block ends well; each page has a checksum."""
     import pyarrow.parquet as pq
+
+    assert kind in WRITTEN
 
     marked = schema.with_metadata((schema.metadata or {}) | {_SEALED: b"1"})
     with pq.ParquetWriter(path, marked, write_page_checksum=True) as writer:
@@ -143,9 +164,9 @@ def parquet_writer(path: pathlib.Path, schema: Any) -> Iterator[Any]:
         file.write(_SEAL + found + footer)
 
 
-def write_parquet(path: pathlib.Path, table: Any) -> None:
+def write_parquet(path: pathlib.Path, table: Any, kind: str = "results") -> None:
     """Write a pyarrow Table into a sealed file."""
-    with parquet_writer(path, table.schema) as writer:
+    with parquet_writer(path, table.schema, kind) as writer:
         writer.write_table(table)
 
 

@@ -20,7 +20,7 @@ from typing import Any
 from afo_sim.common.errors import InputError
 from afo_sim.common.notice import Notice
 from afo_sim.common.versions import digest_of_sources
-from afo_sim.common.writing import keeping
+from afo_sim.common.writing import write_bytes
 
 ROOMS = ("common", "physics", "native")  # whose code is compiled, or makes what is
 _PACKAGE = pathlib.Path(__file__).resolve().parents[1]
@@ -97,8 +97,7 @@ def write(kind: str, key: str, content: bytes) -> None:
     if path is None or not _made(path.parent):
         return
     with contextlib.suppress(OSError, InputError):
-        with keeping(path) as temporary:
-            temporary.write_bytes(_digest(path.name, content) + content)
+        write_bytes(path, _digest(path.name, content) + content)
         for old in sorted(path.parent.glob(f"{kind}-*"), key=_age)[_NEWEST:]:
             old.unlink(missing_ok=True)
 

@@ -201,6 +201,12 @@ def write_text(path: pathlib.Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def write_bytes(path: pathlib.Path, content: bytes) -> None:
+    """Write a content; errors as `replacing`."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
 def json_text(value: object) -> str:
     """Plain data as JSON; a number that is not finite is null, which JSON has."""
     text = json.dumps(_json_numbers(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"

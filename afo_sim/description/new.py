@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Mapping
 from typing import Any
 
-from afo_sim.common import InputError, assets, check_writable, parse_quantity, replacing
+from afo_sim.common import InputError, assets, check_writable, parse_quantity, replacing, write_text
 from afo_sim.description.handmade import muscle_values
 from afo_sim.description.reader import load
 from afo_sim.description.schema import SPECS
@@ -358,8 +358,7 @@ def _write(target: pathlib.Path, text: str, kind: str, files: Mapping[str, pathl
         for path in named:
             with replacing(path) as temporary:
                 shutil.copyfile(files[path.name], temporary)
-        with replacing(target) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        write_text(target, text)
         load(kind, target)
     except InputError:
         for path in (target, *named):

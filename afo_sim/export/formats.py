@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, as_stored, json_text
+from afo_sim.common import InputError, as_stored, json_text, write_bytes, write_text
 from afo_sim.export.opensim import (
     ANKLE_ANGLE,
     NEEDED,
@@ -136,7 +136,7 @@ def _mot(order: Order, path: pathlib.Path) -> tuple[str, ...]:
     if loads:
         file = _beside(path, LOADS)
         write_storage(file, file.stem, loads, degrees=False, report=order.report)
-        _beside(path, LOADS_XML).write_text(external_loads(path.stem, file.name, side), encoding="utf-8")
+        write_text(_beside(path, LOADS_XML), external_loads(path.stem, file.name, side))
     _write_metrics(order.recording, _beside(path, METRICS))
     return (*rows.notes, note) if note else rows.notes
 
@@ -155,7 +155,7 @@ def _mat(order: Order, path: pathlib.Path) -> tuple[str, ...]:
 
 
 def _mjb(order: Order, path: pathlib.Path) -> tuple[str, ...]:
-    path.write_bytes(to_binary(order.recording.model()))
+    write_bytes(path, to_binary(order.recording.model()))
     return ()
 
 

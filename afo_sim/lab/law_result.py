@@ -19,10 +19,9 @@ from afo_sim.common import (
     Shown,
     assets,
     parse_quantity,
-    sealed_text,
     unknown,
     write_json,
-    write_text,
+    write_sealed,
 )
 from afo_sim.description import FitCovariance, Muscle, toml_text
 from afo_sim.lab.identifiability import rms
@@ -311,12 +310,12 @@ def write(found: StaticFit, folder: pathlib.Path) -> None:
     """Write muscle.toml and fit.json; with data of several muscles, a folder for each muscle."""
     best = found.best
     stems = [data.file.stem for data in best.problem.data]
-    write_json(folder / "fit.json", _as_json(found))
+    write_json(folder / "fit.json", _as_json(found), "law fit")
     for data in best.problem.data:
         own = data.file.stem if stems.count(data.file.stem) == 1 else data.name.replace("/", "_")
         place = folder / own if len(stems) > 1 else folder
         muscle(best, data, found.like)  # it must be one
-        write_text(place / "muscle.toml", sealed_text(toml_text(muscle_table(best, data, found.like))))
+        write_sealed(place / "muscle.toml", toml_text(muscle_table(best, data, found.like)), "muscle")
 
 
 def _as_json(found: StaticFit) -> dict[str, Any]:

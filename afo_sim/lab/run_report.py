@@ -3,7 +3,7 @@
 import pathlib
 from typing import Any
 
-from afo_sim.common import sealed_text, write_json, write_text
+from afo_sim.common import write_json, write_sealed
 from afo_sim.description import reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.run_fit import FitRun
@@ -13,9 +13,9 @@ SCENARIO, NUMBERS = "scenario.toml", "fit_run.json"
 
 def write(fit: FitRun, folder: pathlib.Path) -> None:
     """Write fit_run.json and, if a search has settled, scenario.toml."""
-    write_json(folder / NUMBERS, _as_json(fit))
+    write_json(folder / NUMBERS, _as_json(fit), "run fit")
     if fit.values and fit.converged:
-        write_text(folder / SCENARIO, scenario_toml(fit, folder))
+        write_sealed(folder / SCENARIO, scenario_toml(fit, folder), "scenario", folder)
         reader.load("scenario", folder / SCENARIO)  # it must be one
 
 
@@ -27,7 +27,7 @@ def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
             value = f"{parameter.shown(fit.values[parameter.name]):.4g} {parameter.kind.shown}"
             comments.append(f"# {parameter.name} = {value}, of the log: {fit.belief(parameter)}")
     scenario = portable(fit.scenario.resolved(), folder)
-    return sealed_text("\n".join(comments) + "\n" + toml_text(scenario), folder)
+    return "\n".join(comments) + "\n" + toml_text(scenario)
 
 
 def _as_json(fit: FitRun) -> dict[str, Any]:

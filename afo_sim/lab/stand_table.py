@@ -146,13 +146,13 @@ def write_parquet(trials: Sequence[Trial], path: pathlib.Path) -> None:
     ]
     schema = pa.schema(fields, metadata={"afo_sim": json.dumps(summary(trials, ()))})
     arrays = [pa.array(column) for column in table_of(trials).values()]
-    with replacing(path) as temporary, parquet_writer(temporary, schema) as writer:
+    with replacing(path) as temporary, parquet_writer(temporary, schema, "stand") as writer:
         writer.write_table(pa.table(arrays, schema=schema))
 
 
 def write_summary(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
     """Write the summary as JSON, whole or not at all."""
-    write_json(path, summary(trials, compared))
+    write_json(path, summary(trials, compared), "stand summary")
 
 
 def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import sealed_text, write_json, write_text
+from afo_sim.common import write_json, write_sealed
 from afo_sim.description import Orthosis, reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.identifiability import rms
@@ -22,7 +22,7 @@ Table = tuple[str, list[str], list[list[str]]]
 
 def write(found: TorqueFit, folder: pathlib.Path, place: pathlib.Path) -> None:
     """Write fit_torque.json and orthosis.toml; with an orthosis for each group, a folder for each."""
-    write_json(folder / NUMBERS, as_json(found))
+    write_json(folder / NUMBERS, as_json(found), "torque fit")
     for name, own in folders(found).items():
         (folder / own).mkdir(parents=True, exist_ok=True)
         _write_orthosis(found, found.orthoses[name], folder / own, place / own)
@@ -44,7 +44,7 @@ def _write_orthosis(found: TorqueFit, orthosis: Orthosis, folder: pathlib.Path, 
     table = portable({"orthosis": table}, place, folder)["orthosis"]
     lacking = [f"# the readings do not identify: {line}" for line in found.verdict]
     text = "\n".join([*lacking, toml_text(table)]) if lacking else toml_text(table)
-    write_text(folder / ORTHOSIS, sealed_text(text, folder))
+    write_sealed(folder / ORTHOSIS, text, "orthosis", folder)
     reader.load("orthosis", folder / ORTHOSIS)  # it must be one
 
 

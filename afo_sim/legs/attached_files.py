@@ -15,7 +15,17 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, assets, check_text, parse_toml, read_text, sealed_text, together
+from afo_sim.common import (
+    InputError,
+    assets,
+    check_text,
+    parse_toml,
+    read_text,
+    together,
+    write_bytes,
+    write_sealed,
+    write_text,
+)
 from afo_sim.description import Orthosis, load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.legs.attached import Attached
@@ -59,9 +69,9 @@ def write_attached(
         text = _with_head(
             attached, path, _with_files(attached.spec, _exact(attached.spec), path.stem, scratch)
         )
-        (scratch / path.name).write_text(text, encoding="utf-8")
+        write_text(scratch / path.name, text)
         table = {"version": VERSION, "model": path.name, "leg": _legs(attached, path, scratch)}
-        (scratch / names[1]).write_text(sealed_text(toml_text(table), scratch), encoding="utf-8")
+        write_sealed(scratch / names[1], toml_text(table), "worn model", scratch)
         if mjb:
             mujoco.mj_saveModel(attached.model, str(scratch / names[2]))
         written = [file.relative_to(scratch) for file in sorted(scratch.rglob("*")) if file.is_file()]
@@ -198,7 +208,7 @@ def _with_files(spec: mujoco.MjSpec, text: str, stem: str, scratch: pathlib.Path
         target = scratch / f"{stem}_files" / name
         target.parent.mkdir(exist_ok=True)
         if file in spec.assets:
-            target.write_bytes(spec.assets[file])
+            write_bytes(target, spec.assets[file])
         elif pathlib.Path(file).is_file():
             shutil.copyfile(file, target)
         else:

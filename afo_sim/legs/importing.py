@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from afo_sim.common import InputError, Notice, Shown, check_writable, sealed_text, together
+from afo_sim.common import InputError, Notice, Shown, check_writable, together, write_sealed, write_text
 from afo_sim.description import Side, load
 from afo_sim.legs.cutting import cut, left_behind, with_sole
 from afo_sim.legs.finding import Direction, Found, find
@@ -180,10 +180,10 @@ def _write(imported: Imported, folder: pathlib.Path, text: str, source: str, pic
     with together(folder, (*OWN, *before)) as scratch:
         comment = f"Cut out of {source} by afo-sim; x forward, y left, z up from the ankle joint."
         write_leg_file(imported.leg, scratch / "leg.xml", imported.name, comment)
-        (scratch / "leg.toml").write_text(sealed_text(text, scratch), encoding="utf-8")
+        write_sealed(scratch / "leg.toml", text, "leg", scratch)
         _check_runs(scratch)
         readme = leg_readme(imported.name, imported.rows, imported.notes, source, picture is not None)
-        (scratch / "README.md").write_text(readme, encoding="utf-8")
+        write_text(scratch / "README.md", readme)
         if picture is not None:
             picture(imported, scratch / "leg.png")
 

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
+from afo_sim.common import write_bytes, write_text
 from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name
 
 MESHES = "meshes"  # folder beside the file
@@ -26,10 +27,9 @@ def write_leg_file(tree: Tree, path: pathlib.Path, model: str, comment: str = ""
     files = [path]
     for file, shape in dict(names.values()).items():
         target = path.parent / MESHES / file
-        target.parent.mkdir(exist_ok=True)
-        target.write_bytes(_mesh_content(shape, file))
+        write_bytes(target, _mesh_content(shape, file))
         files.append(target)
-    path.write_text(leg_text(tree, model, comment), encoding="utf-8")
+    write_text(path, leg_text(tree, model, comment))
     return files
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, together
+from afo_sim.common import InputError, Notice, together, write_bytes
 from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, reading_note, shift
 from afo_sim.legs.urdf_files import quiet
 
@@ -35,8 +35,7 @@ def write_urdf(
     made = robot.made()
     with together(path.parent) as folder:
         for place, content in shapes.files.items():
-            (folder / place).parent.mkdir(exist_ok=True)
-            (folder / place).write_bytes(content)
+            write_bytes(folder / place, content)
         _write(made, folder / path.name)
     return tuple(robot.remarks())
 

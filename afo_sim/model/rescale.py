@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import tomlkit
 
-from afo_sim.common import InputError, assets, check_writable, sealed_text, together, without_digests
+from afo_sim.common import InputError, assets, check_writable, together, without_digests, write_sealed
 from afo_sim.description import (
     Anchor,
     Leg,
@@ -225,7 +225,7 @@ def write_rescaled(
         text = tomlkit.dumps(document)
         if found != load("orthosis", file):
             text = f"# {file.parent.name}, refitted{f': {by.words}' if by.words else ''}. {COMMENT}\n" + text
-        (scratch / FILE_NAME).write_text(sealed_text(text, scratch), encoding="utf-8")
+        write_sealed(scratch / FILE_NAME, text, "orthosis", scratch)
     return found
 
 

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, Notice, format_quantity, unknown
+from afo_sim.common import InputError, Notice, format_quantity, unknown, write_text
 from afo_sim.description import JointName, MuscleGroup, Scenario, load
 from afo_sim.model.build import Built, build
 
@@ -115,7 +115,7 @@ def write_csv(maps: list[TorqueMap], path: pathlib.Path) -> None:
         for angle, row in zip(np.degrees(found.angles), found.torque, strict=True):
             for pressure, torque in zip(found.pressures * 1e-5, row, strict=True):
                 lines.append(f"{found.chamber},{angle:.6g},{pressure:.6g},{torque:.6g}")
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[float, float] | None]]:

@@ -203,7 +203,11 @@ def write_report(
         raise InputError(
             "is not an HTML file", field="out", value=str(target), allowed="a name ending in .html"
         )
-    both = read_json(first / BOTH_JSON) if len(folders) == 1 and (first / BOTH_JSON).is_file() else None
+    file, both = first / BOTH_JSON, None
+    try:
+        both = read_json(file) if len(folders) == 1 and file.is_file() else None
+    except ValueError as error:
+        raise InputError(f"cannot be read: {error}", file=file) from None
     names = {} if both is None else _named_sides(both.get("affected"))
     runs = read_runs([first / side for side in names] or folders, list(names.values()))
     check_writable(target.parent)

@@ -3,6 +3,7 @@
 import base64
 import pathlib
 
+from afo_sim.common import write_text
 from afo_sim.metrics import NO_DEVICE
 from afo_sim.show.report import rendered
 from afo_sim.show.walker_figure import draw_response
@@ -24,7 +25,7 @@ def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> No
         figure=base64.b64encode(figure.read_bytes()).decode(),
         asked=response.asked,
     )
-    html.write_text(page, encoding="utf-8")
+    write_text(html, page)
     if rrd:
         from afo_sim.show.rerun.walker_recording import write_response
 

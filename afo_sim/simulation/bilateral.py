@@ -145,7 +145,7 @@ class Both(Shown):
         with together(target, FILES) as scratch:
             for side, leg in self.legs.items():
                 leg.save(scratch / side, rrd=rrd, rate=rate, place=target / side)
-            write_json(scratch / BOTH_JSON, self.summary())
+            write_json(scratch / BOTH_JSON, self.summary(), "both legs")
             if len(self.phase):
                 shown().both(self, scratch / BOTH_PNG)
         return target

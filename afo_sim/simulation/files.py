@@ -30,10 +30,11 @@ from afo_sim.common import (
     parquet_writer,
     plausible,
     read_json,
-    sealed_json,
     settle,
     together,
     unpack,
+    write_json,
+    write_text,
 )
 from afo_sim.description import load
 from afo_sim.metrics import Metric
@@ -69,13 +70,12 @@ def write_run(recording: Run, folder: pathlib.Path, picture: Write | None) -> pa
     check_writable(folder)
     with together(folder, (PARQUET, SUMMARY, MODEL, RERUN, REPORT)) as scratch:
         write_parquet(recording, scratch / PARQUET)
-        (scratch / MODEL).write_text(labelled(recording.model_xml), encoding="utf-8")
+        write_text(scratch / MODEL, labelled(recording.model_xml))
         if picture is not None:
             picture(scratch / RERUN)
         beside = (scratch / name for name in (MODEL, RERUN))  # the recording has its own
         digests = {file.name: file_digest(file) for file in beside if file.is_file()}
-        summary = sealed_json(recording.summary() | {"digests": digests})
-        (scratch / SUMMARY).write_text(summary, encoding="utf-8")
+        write_json(scratch / SUMMARY, recording.summary() | {"digests": digests}, "summary")
     return folder
 
 
@@ -105,7 +105,7 @@ def write_parquet(recording: Run, path: pathlib.Path) -> None:
         [parquet_column(np.asarray(v, float)) for v in recording.columns.values()], schema=schema
     )
     model = packed(recording.model_binary)
-    with parquet_writer(path, schema) as file:
+    with parquet_writer(path, schema, "recording") as file:
         file.write_table(table, row_group_size=max(ROW_GROUP, -(-len(table) // MOST_GROUPS)))
         if model:
             file.add_key_value_metadata({MODEL_KEY: model})

@@ -12,7 +12,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from afo_sim.common import InputError, together, unknown, write_text
+from afo_sim.common import (
+    InputError,
+    check_text,
+    read_text,
+    together,
+    unknown,
+    without_digests,
+    write_sealed,
+)
 from afo_sim.description import Scenario, load, toml_text
 from afo_sim.description.keys import Key, keys
 from afo_sim.description.portable import FILES, portable
@@ -186,13 +194,13 @@ def save(document: Document, folder: str | os.PathLike[str]) -> pathlib.Path:
     with together(target, (SCENARIO, *map(_VARIANT.format, VARIANTS))) as scratch:
         for name, (line, design) in named.items():
             table = portable(design.scenario.resolved(), target, scratch)
-            write_text(scratch / name, f"{_MARK}\n{line}{toml_text(table)}")
+            write_sealed(scratch / name, f"{_MARK}\n{line}{toml_text(table)}", "scenario", scratch)
     return target / SCENARIO
 
 
 def _written_here(file: pathlib.Path) -> bool:
     """Whether a scenario is one that a studio saved, and no one's own work."""
-    return file.is_file() and file.read_text(encoding="utf-8").startswith(_MARK)
+    return file.is_file() and without_digests(read_text(file)).startswith(_MARK)
 
 
 def opened(source: str) -> Document:
@@ -212,8 +220,9 @@ def opened(source: str) -> Document:
         )
     for slot in VARIANTS:
         if base != source and (file := folder / _VARIANT.format(slot)).is_file():
-            name = file.read_text(encoding="utf-8").partition(f"{_MARK}\n{_NAMED}")[2].partition("\n")[0]
+            name = check_text(read_text(file), file).partition(f"{_MARK}\n{_NAMED}")[2].partition("\n")[0]
             document.variants[slot] = Variant(_plain(name) or slot, Design(str(file)))
+            _ = document.variants[slot].design.scenario  # or the refusal, before it is shown
     return document
 
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import json
 import pathlib
 import re
 import secrets
@@ -19,7 +20,7 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from afo_sim.common import InputError
+from afo_sim.common import InputError, write_text
 from afo_sim.gait import write
 from afo_sim.gait_lab import import_gait, read_options, ten_lines, verdict
 from afo_sim.show import draw_gait
@@ -29,7 +30,7 @@ from afo_sim.studio.design import Document, opened, save
 from afo_sim.studio.engine import Engine, Wish
 
 PAGE = pathlib.Path(__file__).parent / "page"
-_MOST = 300_000_000  # of a file that is dropped on the page [bytes]
+_MOST = 300_000_000  # of the files that are dropped on the page [bytes]
 _WHOSE = {"healthy": "a healthy walker's", "patient": "a patient's"}
 _LOOPBACK = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")
 _HEADERS = {
@@ -77,10 +78,11 @@ class Studio:
     async def _file(self, request: Request) -> Response:
         name = request.path_params.get("name") or "index.html"
         for folder in (PAGE, self.engine.folder):
-            path = (folder / name).resolve()
-            if path.is_relative_to(folder.resolve()) and path.is_file():
-                headers = {"content-security-policy": _REPORT} if name == "report.html" else {}
-                return FileResponse(path, headers=headers)
+            with contextlib.suppress(OSError, ValueError):  # of a name that no system has
+                path = (folder / name).resolve()
+                if path.is_relative_to(folder.resolve()) and path.is_file():
+                    headers = {"content-security-policy": _REPORT} if name == "report.html" else {}
+                    return FileResponse(path, headers=headers)
         return PlainTextResponse("there is no such page", status_code=404)
 
     async def _upload(self, request: Request) -> Response:
@@ -88,15 +90,18 @@ class Studio:
         name = pathlib.PurePath(request.path_params["name"]).name
         folder, size = self.engine.folder / "trial", 0
         folder.mkdir(exist_ok=True)
-        with (folder / name).open("wb") as file:
-            async for part in request.stream():
-                size += len(part)
-                if size > _MOST:
-                    file.truncate(0)
-                    return JSONResponse(
-                        {"problem": f"{name} is larger than {_MOST // 10**6} MB"}, status_code=413
-                    )
-                file.write(part)
+        most = _MOST - sum(file.stat().st_size for file in folder.iterdir() if file.name != name)
+        try:
+            with (folder / name).open("wb") as file:
+                async for part in request.stream():
+                    size += len(part)
+                    if size > most:
+                        file.truncate(0)
+                        problem = f"{name}: the files of a trial have up to {_MOST // 10**6} MB together"
+                        return JSONResponse({"problem": problem}, status_code=413)
+                    file.write(part)
+        except (OSError, ValueError) as error:
+            return JSONResponse({"problem": f"cannot be written: {error}"}, status_code=400)
         return JSONResponse({"name": name, "bytes": size})
 
     async def _socket(self, tab: WebSocket) -> None:
@@ -247,10 +252,12 @@ class Studio:
 
 
 async def _message(tab: WebSocket) -> Any:
-    """What a tab sends; None of a text that is not JSON."""
+    """What a tab sends; None of what is no JSON, or has half a character, which no tab could be told."""
     try:
-        return await tab.receive_json()
-    except ValueError:
+        found = await tab.receive_json()
+        json.dumps(found, ensure_ascii=False).encode()
+        return found
+    except (ValueError, KeyError, TypeError, RecursionError):
         return None
 
 
@@ -275,7 +282,9 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        headers = {name.decode().lower(): value.decode() for name, value in scope["headers"]}
+        headers = {
+            name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]
+        }
         host, origin = headers.get("host", ""), headers.get("origin")
         if not _LOOPBACK.fullmatch(host) or origin not in (None, f"http://{host}"):
             if scope["type"] == "websocket":
@@ -357,6 +366,5 @@ def serve(
 def _show(address: str, folder: pathlib.Path) -> None:
     """Open the browser by a file of the user's own: others see an address among a program's arguments."""
     file = folder / "open.html"
-    file.touch(mode=0o600)
-    file.write_text(f'<meta http-equiv="refresh" content="0;url={address}">', encoding="utf-8")
+    write_text(file, f'<meta http-equiv="refresh" content="0;url={address}">')
     webbrowser.open(file.as_uri())

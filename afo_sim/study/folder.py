@@ -17,10 +17,10 @@ from afo_sim.common import (
     disk,
     keeping,
     read_json,
-    sealed_json,
     settle,
     together,
     write_json,
+    write_text,
 )
 from afo_sim.common.versions import versions
 from afo_sim.description import as_found
@@ -176,8 +176,8 @@ def write_answer(
     """Write STEM.csv and STEM.json, and STEM.png if it is drawn, together or not at all; the folder."""
     check_writable(folder)
     with together(folder, tuple(f"{stem}.{ending}" for ending in ("csv", "json", "png"))) as scratch:
-        (scratch / f"{stem}.csv").write_text(answer.csv(), encoding="utf-8")
-        write_json(scratch / f"{stem}.json", as_stored(answer.to_json(), folder))
+        write_text(scratch / f"{stem}.csv", answer.csv())
+        write_json(scratch / f"{stem}.json", as_stored(answer.to_json(), folder), "answer")
         if draw is not None:
             draw(answer, scratch / f"{stem}.png")
     return folder
@@ -185,8 +185,8 @@ def write_answer(
 
 def _write_manifest(path: pathlib.Path, manifest: Mapping[str, Any]) -> None:
     """Plain data, on disk whole or not at all."""
-    with disk(path.parent, AGAIN), keeping(path) as temporary:
-        temporary.write_text(sealed_json(manifest), encoding="utf-8")
+    with disk(path.parent, AGAIN):
+        write_json(path, manifest, "manifest", keeping)
 
 
 def _version(package: str) -> str:

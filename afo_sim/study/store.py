@@ -80,7 +80,7 @@ class Store:
         with disk(self.folder, AGAIN):
             try:
                 with keeping(self._path(chunk)) as path:
-                    write_parquet(path, self.table(chunk, outcomes))
+                    write_parquet(path, self.table(chunk, outcomes), "chunk")
             except FileNotFoundError:  # another process has gathered all chunks, this one among them
                 if not self.finished:
                     raise
@@ -154,7 +154,7 @@ class Store:
 
         damaged = []
         with keeping(self.folder / RESULTS) as path:
-            with parquet_writer(path, self.schema()) as writer:
+            with parquet_writer(path, self.schema(), "results") as writer:
                 gathered = max(_GATHERED, -(-self.count // MOST_GROUPS))
                 for first in range(0, self.count, gathered):
                     some = range(first, min(first + gathered, self.count))
@@ -207,7 +207,7 @@ def recover(folder: pathlib.Path) -> tuple[int, int]:
                 part = table.slice(first, chunk)
                 number = part["case"][0].as_py() // chunk
                 with keeping(folder / CHUNKS / f"{_stem(number)}.parquet") as path:
-                    write_parquet(path, part)
+                    write_parquet(path, part, "chunk")
                 whole += len(part)
         (folder / RESULTS).rename((folder / RESULTS).with_suffix(".damaged.parquet"))
     return whole, file.metadata.num_rows

@@ -4,7 +4,7 @@ import os
 import pathlib
 from collections.abc import Mapping
 
-from afo_sim.common import InputError, assets, check_writable, replacing
+from afo_sim.common import InputError, assets, check_writable, write_text
 from afo_sim.description import base_of, target_of
 from afo_sim.description.new import reference
 from afo_sim.study.search.plan import STARTS
@@ -167,6 +167,5 @@ def new_study(
             name=name, scenario=scenario, starts=STARTS, **(_WALKING if walks else _SEATED)
         )
     check_writable(target.parent)
-    with replacing(target) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_text(target, text)
     return target

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from afo_sim.common import InputError, assets, parse_quantity, parse_toml, read_text, unknown, write_text
+from afo_sim.common import InputError, assets, parse_quantity, unknown, write_sealed
 from afo_sim.physics import GAINS
 from afo_sim.walker.gait import OFFSETS, Vector
 
@@ -34,10 +34,7 @@ class Gait:
 def read_gait(name: str | os.PathLike[str]) -> Gait:
     """Read a gait: a shipped name, or a path."""
     file = assets.find("walker", str(name))
-    try:
-        tables = parse_toml(read_text(file))
-    except ValueError as error:
-        raise InputError(f"is not TOML: {error}", file=file) from None
+    tables = assets.read_toml(file)
     for key in tables:
         if key not in TABLES:
             raise unknown(key, TABLES, file=file, field=key, problem="is not a key of a gait")
@@ -100,7 +97,7 @@ def write_gait(path: os.PathLike[str], gait: Gait) -> None:
         **({"left": apart} if apart else {}),
         "search": dict(gait.search),
     }
-    write_text(pathlib.Path(path), tomli_w.dumps(tables))
+    write_sealed(pathlib.Path(path), tomli_w.dumps(tables), "adapted gait")
 
 
 def with_vector(gait: Gait, vector: Vector, name: str, description: str, search: Mapping[str, Any]) -> Gait:

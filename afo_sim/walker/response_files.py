@@ -7,7 +7,15 @@ import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from afo_sim.common import as_stored, check_writable, parquet_column, together, write_json, write_parquet
+from afo_sim.common import (
+    as_stored,
+    check_writable,
+    parquet_column,
+    together,
+    write_json,
+    write_parquet,
+    write_sealed,
+)
 from afo_sim.common.versions import versions
 from afo_sim.walker.answer import CASES, verdict
 from afo_sim.walker.gait_file import write_gait
@@ -39,11 +47,11 @@ def save(
         "versions": versions(),
     }
     with together(place, FILES) as scratch:
-        write_json(scratch / JSON, as_stored(contents, place))
+        write_json(scratch / JSON, as_stored(contents, place), "walk")
         for name, case in response.cases.items():
             stem = name.replace(" ", "_")
             columns = {key: parquet_column(values) for key, values in case.walked.columns.items()}
-            write_parquet(scratch / f"{stem}.parquet", pa.table(columns))
+            write_parquet(scratch / f"{stem}.parquet", pa.table(columns), "walked columns")
             if case.found is not None:
                 write_gait(scratch / f"{stem}.toml", case.gait)
         if draw is not None:
@@ -68,5 +76,5 @@ def save_table(rows: Sequence[Mapping[str, str]], folder: pathlib.Path, command:
     kept = [{name: cell.replace("−", "-").replace('"', "'") for name, cell in row.items()} for row in rows]
     lines = [",".join(f'"{cell}"' for cell in cells) for cells in (kept[0], *(row.values() for row in kept))]
     with together(folder, FILES) as scratch:
-        (scratch / TABLE).write_text("\n".join(lines) + "\n", encoding="utf-8")
-        write_json(scratch / JSON, as_stored({"command": dict(command), "rows": kept}, folder))
+        write_sealed(scratch / TABLE, "\n".join(lines) + "\n", "wearers")
+        write_json(scratch / JSON, as_stored({"command": dict(command), "rows": kept}, folder), "walk")

@@ -89,11 +89,11 @@ def test_a_timer_is_written_and_its_own_commands_read_back(
     code, out, _ = call(capsys, "electronics", "seated", "--read", log, "--within", "0 ms")
     assert code == 0 and "they switch alike" in out
     hung = tmp_path / "hung.csv"
-    hung.write_text("\n".join(log.read_text().splitlines()[:3]))
+    hung.write_text("\n".join(log.read_text().splitlines()[1:4]))  # below the digest
     code, _, err = call(capsys, "electronics", "seated", "--read", hung)
     assert code == 2 and "nothing to compare" in err
     late = tmp_path / "late.csv"
-    late.write_text(log.read_text().replace("4000.000000,", "4020.000000,"))
+    late.write_text(log.read_text().partition("\n")[2].replace("4000.000000,", "4020.000000,"))
     code, out, _ = call(capsys, "electronics", "seated", "--read", late)
     assert code == 1 and "switching 1: outlet at 4020.000 ms, simulated outlet at 4000.000 ms" in out
 

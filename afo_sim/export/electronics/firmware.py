@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, child_environment, unknown
+from afo_sim.common import InputError, child_environment, unknown, write_bytes
 from afo_sim.control import Coils, Command, Log, Observation
 
 _HERE = pathlib.Path(__file__).with_name("templates")
@@ -102,7 +102,7 @@ class _CProgram:
         """A library of its own, whose variables are shared with none and have their first values."""
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             library = pathlib.Path(folder, "program.so")
-            library.write_bytes(self._code)
+            write_bytes(library, self._code)
             try:
                 loaded = ctypes.CDLL(str(library))
             except OSError as error:

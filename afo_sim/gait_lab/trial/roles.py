@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import tomli_w
 
-from afo_sim.common import InputError, Notice, read_toml, unknown, write_text
+from afo_sim.common import InputError, Notice, read_toml, unknown, write_sealed
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
@@ -274,7 +274,7 @@ def write_role_map(path: pathlib.Path, markers: Markers, roles: Roles | None = N
     for group in _GROUPS:
         known = roles.sides[SIDES[0] if group == "middle" else group]
         lines += ["", f"[{group}]", *(_line(group, landmark, known, free) for landmark in _landmarks(group))]
-    write_text(path, "\n".join(lines) + "\n")
+    write_sealed(path, "\n".join(lines) + "\n", "role map")
 
 
 def _line(group: str, landmark: str, known: Mapping[str, tuple[str, ...]], free: Sequence[str]) -> str:

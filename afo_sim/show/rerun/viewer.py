@@ -17,7 +17,7 @@ import rerun as rr
 import afo_sim.show.rerun.curves as curves
 import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.walk_scene as walk_scene
-from afo_sim.common import InputError, child_environment
+from afo_sim.common import InputError, child_environment, write_bytes
 from afo_sim.show.rerun.layout import blueprint
 from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, RunScene, contents, log_poses, log_still
 from afo_sim.show.rerun.run_rows import TIMELINE, Source, from_recording
@@ -56,7 +56,7 @@ def screenshot(path: pathlib.Path, picture: pathlib.Path, at: float | None = Non
         moment = np.timedelta64(round((at or 0.0) * 1e9), "ns")
         client.set_time(TIMELINE, duration=moment, play_state="paused")
         time.sleep(1.0)  # the viewer tells when it has loaded, not when it has drawn
-        picture.write_bytes(client.take_screenshot())
+        write_bytes(picture, client.take_screenshot())
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import sealed_text, together, write_json, write_text
+from afo_sim.common import together, write_json, write_sealed
 from afo_sim.description import expand, load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.study.design import Cases
@@ -244,8 +244,9 @@ def _write(opened: Opened, columns: Columns, summary: Mapping[str, Any]) -> None
     about = {key: summary[key] for key in ("search", "scenario", "objective", "limits")}
     with together(folder, (store.DESIGNS, store.SCENARIO, store.BEST), AGAIN) as scratch:
         store.write_designs(scratch, columns | judged, units, about)
-        write_text(scratch / store.SCENARIO, _scenario_toml(opened, summary, scratch))
-        write_json(scratch / store.BEST, summary)
+        text = _scenario_toml(opened, summary, scratch)
+        write_sealed(scratch / store.SCENARIO, text, "scenario", scratch)
+        write_json(scratch / store.BEST, summary, "best design")
 
 
 def _scenario_toml(opened: Opened, summary: Mapping[str, Any], scratch: pathlib.Path) -> str:
@@ -256,4 +257,4 @@ def _scenario_toml(opened: Opened, summary: Mapping[str, Any], scratch: pathlib.
     head = f"# The {kind} of {summary['designs']} that the search {opened.search.file.name} tried.\n"
     for line in spread_over_starts(summary):
         head += f"# {line}\n"
-    return sealed_text(head + toml_text(scenario), scratch)
+    return head + toml_text(scenario)

@@ -27,14 +27,14 @@ def read_generation(folder: pathlib.Path, number: int) -> Columns | None:
 def write_generation(folder: pathlib.Path, number: int, columns: Columns) -> None:
     """Put a generation's designs on disk."""
     with disk(folder, AGAIN), keeping(_path(folder, number)) as temporary:
-        _write_table(temporary, columns, {}, {})
+        _write_table(temporary, columns, {}, {}, "generation")
 
 
 def write_designs(
     folder: pathlib.Path, columns: Columns, units: Mapping[str, str], about: Mapping[str, Any]
 ) -> None:
     """All designs in one table; {column: unit} in its columns' metadata."""
-    _write_table(folder / DESIGNS, columns, units, about)
+    _write_table(folder / DESIGNS, columns, units, about, "designs")
 
 
 def read_designs(folder: pathlib.Path) -> Columns:
@@ -63,7 +63,7 @@ def _path(folder: pathlib.Path, number: int) -> pathlib.Path:
 
 
 def _write_table(
-    path: pathlib.Path, columns: Columns, units: Mapping[str, str], about: Mapping[str, Any]
+    path: pathlib.Path, columns: Columns, units: Mapping[str, str], about: Mapping[str, Any], kind: str
 ) -> None:
     import pyarrow as pa
 
@@ -73,7 +73,7 @@ def _write_table(
         [pa.field(name, array.type, metadata=facts[name]) for name, array in arrays.items()],
         metadata={"search": json.dumps(about)} if about else None,
     )
-    write_parquet(path, pa.table(list(arrays.values()), schema=schema))
+    write_parquet(path, pa.table(list(arrays.values()), schema=schema), kind)
 
 
 def _read_table(path: pathlib.Path) -> Columns:
