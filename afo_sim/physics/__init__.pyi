@@ -145,6 +145,7 @@ from .series import anchor_force as anchor_force
 from .series import anchor_weight as anchor_weight
 from .series import cable_tension as cable_tension
 from .series import capstan as capstan
+from .static_force import BRAID_BLEND as BRAID_BLEND
 from .static_force import DAMPER_COEFFICIENTS as DAMPER_COEFFICIENTS
 from .static_force import SLACK_BLEND as SLACK_BLEND
 from .static_force import braid_force as braid_force

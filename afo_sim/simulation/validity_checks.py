@@ -14,7 +14,7 @@ from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import WORN, Described, Muscle, MuscleGroup, Scenario, provenance_note
 from afo_sim.metrics import Facts, Metric, Window, cut, pressure_without_slap, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
-from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_force
+from afo_sim.physics import BRAID_BLEND, LAWS, TRIPLE_TEMPERATURE
 from afo_sim.physics.static_force import static_force
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
 from afo_sim.simulation.facts import facts_of
@@ -335,9 +335,9 @@ def _law_warnings(
     """Warnings of a muscle whose law gave a force outside its range of validity."""
     law = muscle.law_set
     # stretched, the braid carries; the law is asked at zero contraction
-    braid = np.zeros_like(force)
-    for k in np.flatnonzero(contraction < 0.0):
-        braid[k] = braid_force(contraction[k], muscle.braid_stiffness)
+    stretch, stiffness = np.maximum(-contraction, 0.0), muscle.braid_stiffness
+    blended = stiffness * stretch * stretch / (2.0 * BRAID_BLEND)
+    braid = np.where(stretch < BRAID_BLEND, blended, stiffness * (stretch - 0.5 * BRAID_BLEND))
     pulling = force - braid > NEGLIGIBLE * muscle.limits.force
     for word, values, (lower, upper), unit in (
         ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),

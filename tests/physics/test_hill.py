@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from afo_sim.physics import braid_force, three_element_damping
-from afo_sim.physics.static_force import BRAID_BLEND
+from afo_sim.physics import BRAID_BLEND, braid_force, three_element_damping
 
 BRAID = 20e3  # [N]
 

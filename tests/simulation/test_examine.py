@@ -1,10 +1,12 @@
 """What a design costs after its steps: the columns that are computed, and the calls that it takes."""
 
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+import afo_sim
 from afo_sim import native
 from afo_sim.description import load
 from afo_sim.model import controls as schedule
@@ -58,21 +60,33 @@ def test_columns_that_no_asked_metric_reads_are_not_computed(
     assert {name for name, values in vars(columns)["_found"].items() if values is not None} == read
 
 
-@pytest.mark.alone
-@pytest.mark.parametrize("asked", CALLS)
-def test_a_design_takes_few_calls_after_its_steps(walked: tuple[Any, Settled], asked: Asked) -> None:
-    built, settled = walked
+def calls_of(work: Callable[[], object]) -> int:
+    """Calls of Python functions at its second run: the first fills what runs share."""
     calls = 0
 
     def count(frame: Any, event: str, _: Any) -> None:
         nonlocal calls
         calls += event == "call"
 
-    for _ in range(2):  # the first fills what cases of a sweep share
+    for _ in range(2):
         calls = 0
         sys.setprofile(count)
         try:
-            examine(built, settled.rollout, transient=False, solved=True, asked=asked)
+            work()
         finally:
             sys.setprofile(None)
-    assert calls <= CALLS[asked]
+    return calls
+
+
+@pytest.mark.alone
+@pytest.mark.parametrize("asked", CALLS)
+def test_a_design_takes_few_calls_after_its_steps(walked: tuple[Any, Settled], asked: Asked) -> None:
+    built, settled = walked
+    args = (built, settled.rollout)
+    assert calls_of(lambda: examine(*args, transient=False, solved=True, asked=asked)) <= CALLS[asked]
+
+
+@pytest.mark.alone
+def test_no_row_of_a_run_is_a_call() -> None:
+    """Of 8,000 rows, of muscles that are stretched at rest; a fifth more than there are."""
+    assert calls_of(lambda: afo_sim.run("seated")) <= 15000

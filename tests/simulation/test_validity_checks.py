@@ -17,7 +17,7 @@ from afo_sim.simulation import balance, make_recording
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import law_forces, with_static_forces
 from afo_sim.simulation.simulate import simulate
-from afo_sim.simulation.validity_checks import validity_warnings
+from afo_sim.simulation.validity_checks import limit_warnings, validity_warnings
 
 TERMS = ("skeleton_work", "damper_loss", "friction_loss", "spring_change", "bladder_change")
 Rows = dict[str, np.ndarray]
@@ -83,6 +83,28 @@ def test_air_beyond_150_to_600_kelvin(seated: tuple[Built, Rows, Rows], kelvin: 
     for warning in found:
         assert warning.startswith(f"dorsiflexor: the air is at {kelvin:.0f} K at 0.600 s")
         assert "a time step of 0.5 ms" in warning
+
+
+@pytest.mark.parametrize(
+    ("stretch", "share"), [(0.003, 9e-4), (0.02, 0.0175)]
+)  # of its stiffness: the braid's
+@pytest.mark.parametrize(("pull", "warned"), [(0.009, False), (0.011, True)])  # of the force limit: the law's
+def test_what_a_stretched_braid_carries_is_not_asked_of_its_law(
+    seated: tuple[Built, Rows, Rows], stretch: float, share: float, pull: float, warned: bool
+) -> None:
+    """Its stiffness rises over the first 0.5 % of stretch; above the law's range the braid may pull alone."""
+    built, columns, static = seated
+    muscle = built.scenario.orthosis.muscle["dorsiflexor"].type
+    values = {"contraction": (-stretch, 0.0), "pressure": (2.0 * muscle.law_set.pressure_range[1], 0.0)}
+    force = share * muscle.braid_stiffness + pull * muscle.limits.force
+    here = np.arange(len(columns["time"])) == 300
+    names = ("muscle/dorsiflexor_1/contraction", "chamber/dorsiflexor/pressure")
+    changed = {name: np.where(here, *values[name.split("/")[-1]]) for name in names}
+    forces = static | {"dorsiflexor_1": np.where(here[: len(static["dorsiflexor_1"])], force, 0.0)}
+    found = limit_warnings(built, columns | changed, forces)
+    told = [notice for notice in with_code(found, "law-outside-its-pressure") if "dorsi" in notice]
+    assert len(told) == warned
+    assert all(notice.data["time"] == columns["time"][300] for notice in told)
 
 
 def test_a_muscle_that_jumps(seated: tuple[Built, Rows, Rows]) -> None:
