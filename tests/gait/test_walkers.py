@@ -9,13 +9,13 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+import real_trials
 
 from afo_sim.common import GRAVITY, assets
 from afo_sim.gait import COP_FORCE, KINEMATICS, Chain, FootShape, GaitCycle, closing_errors, with_derived_path
 from afo_sim.gait import file as gait
 from afo_sim.gait.hip_path import LOADED, ankle_path, rocking
 from afo_sim.gait_lab import Choices, import_gait
-import real_trials
 
 ROOT = pathlib.Path(__file__).parents[2]
 FIGURES = pathlib.Path(os.environ.get("AFO_SIM_WALKERS", ROOT.parent / "shared" / "data" / "walkers"))
