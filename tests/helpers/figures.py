@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from afo_sim.common import InputError
 from afo_sim.show import video
@@ -14,6 +13,8 @@ from afo_sim.simulation import Recording
 
 
 def panel(draw: Any, recording: Recording) -> Any:
+    from matplotlib.figure import Figure
+
     axis = Figure().subplots()
     draw(axis, [alone(recording)])
     return axis
@@ -25,6 +26,8 @@ def lines(axis: Any) -> dict[str, np.ndarray]:
 
 def leave_blank(monkeypatch: pytest.MonkeyPatch) -> None:
     """Write pictures with nothing on them: for a test that asks only whether they are there."""
+    from matplotlib.figure import Figure
+
     save = Figure.savefig
 
     def save_blank(figure: Figure, *place: object, **options: object) -> None:

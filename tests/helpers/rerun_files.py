@@ -7,7 +7,6 @@ import sys
 import numpy as np
 import pyarrow as pa
 import pytest
-import rerun as rr
 import rerun_cli
 
 VULKAN = any(pathlib.Path("/usr/share/vulkan/icd.d").glob("*.json")) or not sys.platform.startswith("linux")
@@ -18,6 +17,8 @@ needs_vulkan = pytest.mark.skipif(not VULKAN, reason="no Vulkan driver (package 
 
 def read(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, np.ndarray]:
     """(time [ns], values (n, width)) of one component, in order of time."""
+    import rerun as rr
+
     stream = rr.chunk.RrdReader(str(file)).stream()
     chunks = stream.filter(content=entity, is_static=False, components=component).to_chunks()
     batches = [chunk.to_record_batch() for chunk in chunks]

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pandas
 import pytest
 import scipy.stats
 from command import call
@@ -450,6 +449,8 @@ def test_grade_counts_only_what_was_measured() -> None:
 
 def test_columns_in_memory_are_the_file(tmp_path: pathlib.Path) -> None:
     readings = gauge_readings()
+    import pandas
+
     frame = pandas.DataFrame({k: v for k, v in readings.items() if not isinstance(v, str)})
     file = tmp_path / "mine.csv"
     file.write_text("# bore: 20 mm\n" + frame.to_csv(index=False), encoding="utf-8")

@@ -7,7 +7,6 @@ import shutil
 from typing import Any
 
 import numpy as np
-import pandas
 import pytest
 from command import call
 from figures import leave_blank
@@ -300,6 +299,8 @@ def test_fitted_scenario_is_an_object_that_runs(found: FitRun) -> None:
 
 
 def test_log_in_memory_is_the_file(planted: pathlib.Path) -> None:
+    import pandas
+
     frame = pandas.read_csv(planted, skipinitialspace=True)
     columns = {title: frame[title].to_numpy() for title in frame.columns}
     scenario = load("scenario", "seated", SHORT)

@@ -3,7 +3,6 @@
 import pathlib
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from afo_sim.common import GRAVITY, InputError, find
@@ -57,6 +56,8 @@ def test_the_call_runs_the_rig_as_the_test_itself_does() -> None:
 def test_all_is_three_tests_and_the_table_goes_to_pandas() -> None:
     found = stand("all", "dmsp_20", **SHORT)
     assert found.kinds == ("isobaric", "isotonic", "isometric")
+    import pandas as pd
+
     frame = pd.DataFrame(found.table())
     assert list(frame.columns)[6:] == list(COLUMNS)
     assert set(frame["test"]) == {f"{kind}, formula" for kind in found.kinds}

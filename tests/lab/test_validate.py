@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from command import call
 from documents import PAGES
-from matplotlib.figure import Figure
 
 from afo_sim.description import reader
 from afo_sim.lab import validation, validation_laws, validation_row, validation_s1
@@ -271,6 +270,8 @@ def test_hung_masses_rest_at_the_closed_form() -> None:
 
 @pytest.mark.slow
 def test_figures_show_the_printed_points(tmp_path: pathlib.Path) -> None:
+    from matplotlib.figure import Figure
+
     written = validate_figures.write_figures(tmp_path / "figures")
     assert {path.suffix for path in written} == {".png", ".pdf"}
     assert len(written) == 2 * len(validate_figures.FIGURES)

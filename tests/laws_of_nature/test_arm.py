@@ -6,8 +6,6 @@ import pathlib
 
 import numpy as np
 import pytest
-import rerun as rr
-from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
@@ -18,7 +16,6 @@ from afo_sim.description import load
 from afo_sim.model import sweep_ankle
 from afo_sim.model.build import build
 from afo_sim.show import panels, run_figure
-from afo_sim.show.rerun import write_rrd
 from afo_sim.show.run_view import alone
 from afo_sim.simulation import Recording
 
@@ -396,6 +393,8 @@ def test_slack_device_rests_at_zero() -> None:
 
 @pytest.mark.slow
 def test_figures_speak_of_the_arm(tmp_path: pathlib.Path) -> None:
+    from matplotlib.figure import Figure
+
     run = afo_sim.run("arm-s1", {"duration": "1 s"})
     axis = Figure().subplots()
     panels.moments(axis, [alone(run)])
@@ -408,9 +407,13 @@ def test_figures_speak_of_the_arm(tmp_path: pathlib.Path) -> None:
 
 def test_recording_shows_the_muscles_beside_the_pulley(tmp_path: pathlib.Path) -> None:
     """Each tube hangs straight over the pulley's rim and is as long as its muscle."""
+    from afo_sim.show.rerun import write_rrd
+
     run = afo_sim.run("arm", {"duration": "4 s"})
     write_rrd(run, tmp_path / "arm.rrd")
     for name, side in (("flexor_1", 1.0), ("extensor_1", -1.0)):
+        import rerun as rr
+
         chunks = rr.chunk.RrdReader(str(tmp_path / "arm.rrd")).stream()
         chunks = chunks.filter(content=f"/world/muscles/{name}", is_static=False).to_chunks()
         batch = chunks[0].to_record_batch()

@@ -2,11 +2,9 @@
 
 import pathlib
 
-import matplotlib.image
 import mujoco
 import numpy as np
 import pytest
-import trimesh
 from turned_leg import in_a_body, shipped, told_otherwise, turned_round, with_ankle
 
 import afo_sim as afo
@@ -88,6 +86,8 @@ def test_the_damping_of_the_file_counts_once(tmp_path: pathlib.Path) -> None:
 
 
 def test_meshes_come_along(tmp_path: pathlib.Path) -> None:
+    import trimesh
+
     trimesh.creation.capsule(height=0.3, radius=0.04).export(tmp_path / "bone.stl")
     text = LEG.read_text(encoding="utf-8").replace(
         "<worldbody>", '<asset><mesh name="bone" file="bone.stl"/></asset><worldbody>'
@@ -97,7 +97,9 @@ def test_meshes_come_along(tmp_path: pathlib.Path) -> None:
     imported = import_leg(tmp_path / "leg.xml", tmp_path / "out")
     assert [file.suffix for file in (tmp_path / "out" / "meshes").iterdir()] == [".stl"]
     draw_leg(imported.leg, "a $mesh", tmp_path / "leg.png")
-    assert matplotlib.image.imread(tmp_path / "leg.png").std() > 0.05
+    from matplotlib import image
+
+    assert image.imread(tmp_path / "leg.png").std() > 0.05
     import_leg(LEG, tmp_path / "out", force=True)
     assert not (tmp_path / "out" / "meshes").exists()  # nothing of the older leg stays
 
@@ -114,6 +116,8 @@ def test_the_folder_tells_its_source_and_only_known_kinds(tmp_path: pathlib.Path
 
 def test_a_leg_in_millimetres_is_refused(tmp_path: pathlib.Path) -> None:
     """A CAD program's mesh without scale: a foot of 240 m, on which nobody walks."""
+    import trimesh
+
     foot = trimesh.creation.box((240.0, 80.0, 60.0)).apply_translation((60.0, 0.0, -50.0))
     foot.export(tmp_path / "foot.stl")
     inertial = '<inertial><origin xyz="{}"/><mass value="{}"/>'

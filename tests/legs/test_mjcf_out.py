@@ -2,11 +2,11 @@
 
 import dataclasses
 import pathlib
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
-import trimesh
 from turned_leg import shipped, told_otherwise
 
 from afo_sim.legs import Shape, Tree, cut, find
@@ -14,7 +14,7 @@ from afo_sim.legs.mjcf import read_mjcf
 from afo_sim.legs.mjcf_out import write_leg_file
 
 
-def with_mesh(tree: Tree, mesh: trimesh.Trimesh) -> Tree:
+def with_mesh(tree: Tree, mesh: Any) -> Tree:
     vertices = np.asarray(mesh.vertices, dtype=np.float32).astype(float)
     shape = Shape("bone: tibia/1", "mesh", np.eye(4), np.zeros(3), vertices, np.asarray(mesh.faces))
     twin = dataclasses.replace(shape, name="again")
@@ -43,6 +43,8 @@ def test_all_digits_are_kept(tmp_path: pathlib.Path, seed: int) -> None:
 
 
 def test_meshes_lie_where_they_did(tmp_path: pathlib.Path) -> None:
+    import trimesh
+
     mesh = trimesh.creation.icosphere(subdivisions=2, radius=0.04)
     mesh.apply_translation([0.01, 0.02, 0.3])
     tree = with_mesh(shipped(), mesh)
@@ -62,6 +64,8 @@ def test_meshes_lie_where_they_did(tmp_path: pathlib.Path) -> None:
 
 
 def test_flat_and_open_meshes_compile(tmp_path: pathlib.Path) -> None:
+    import trimesh
+
     corners = [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0.1, 0.1, 0]]
     for vertices, faces, number in ((corners, [[0, 1, 2], [1, 3, 2]], 2), (corners[:3], [[0, 1, 2]], 0)):
         plate = trimesh.Trimesh(vertices, faces)

@@ -6,7 +6,6 @@ import pathlib
 import mujoco
 import numpy as np
 import pytest
-import trimesh
 from urdf_texts import joint, link, robot
 
 import afo_sim as afo
@@ -46,6 +45,8 @@ def body(foot: str = mass(1, "0.05 0 -0.05"), file: str = "package://lab/foot.st
 
 
 def box_foot(folder: pathlib.Path) -> None:
+    import trimesh
+
     (folder / "lab").mkdir(parents=True)
     box = trimesh.creation.box((0.25, 0.1, 0.04), transform=shift(np.array([0.06, 0.0, -0.06])))
     box.export(str(folder / "lab" / "foot.stl"))

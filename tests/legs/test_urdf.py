@@ -6,7 +6,6 @@ import pathlib
 import mujoco
 import numpy as np
 import pytest
-import trimesh
 from urdf_texts import BODY, INERTIA, joint, link, robot, two
 
 from afo_sim.common import InputError
@@ -136,6 +135,8 @@ def test_a_root_called_world_is_the_world(read) -> None:
 
 @pytest.fixture
 def bone(tmp_path: pathlib.Path) -> pathlib.Path:
+    import trimesh
+
     folder = tmp_path / "my_leg/meshes"
     folder.mkdir(parents=True)
     trimesh.creation.box((0.1, 0.2, 0.4)).export(folder / "bone.stl")
@@ -173,6 +174,8 @@ def test_relative_absolute_and_file_names(read, bone: pathlib.Path) -> None:
 
 
 def test_a_scaled_mesh(read, bone: pathlib.Path) -> None:
+    import trimesh
+
     (shape,) = (
         read(two("fixed", shank=mesh("my_leg/meshes/bone.stl", 'scale="1 -2 3"'))).parts["shank"].shapes
     )
@@ -182,6 +185,8 @@ def test_a_scaled_mesh(read, bone: pathlib.Path) -> None:
 
 
 def test_millimetres_are_noted_unless_they_are_scaled(read, tmp_path: pathlib.Path) -> None:
+    import trimesh
+
     trimesh.creation.box((100, 80, 400)).export(tmp_path / "bone.stl")
     (note,) = read(two("fixed", shank=mesh("bone.stl"))).notes
     assert "bone.stl, 400 m" in note and 'scale="0.001 0.001 0.001"' in note

@@ -6,7 +6,6 @@ import pathlib
 import mujoco
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from leg_models import OPTIONS, built, motion, random_mjcf
@@ -173,6 +172,8 @@ def test_meshes_have_their_corners_and_share_a_file(shapes, tmp_path: pathlib.Pa
 
 
 def test_an_ellipsoid_is_a_mesh_of_its_extent(shapes) -> None:
+    import trimesh
+
     (calf,) = [shape for shape in shapes[1].parts["leg"].shapes if shape.name == "calf"]
     assert np.abs(calf.vertices).max(axis=0) == pytest.approx([0.1, 0.2, 0.3], rel=2e-3)
     solid = trimesh.Trimesh(calf.vertices, calf.faces)

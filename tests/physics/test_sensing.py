@@ -5,8 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
-from scipy.stats import kstest
 
 from afo_sim.native import compiled_sense
 from afo_sim.physics import sensing as s
@@ -50,6 +48,8 @@ def test_ideal_sensor_reads_what_is_there() -> None:
 
 
 def test_lowpass_is_the_filter_of_scipy() -> None:
+    from scipy.signal import lfilter
+
     share = 1.0 - math.exp(-2.0 * math.pi * 20.0 * TIMESTEP)
     # y[k] = (1 − a) y[k−1] + a x[k], at rest at the first value
     expected, _ = lfilter([share], [1.0, share - 1.0], WAVE, zi=[(1.0 - share) * WAVE[0]])
@@ -65,6 +65,8 @@ def test_lowpass_has_its_corner_where_it_is_asked_for() -> None:
 
 
 def test_noise_is_white_and_normal() -> None:
+    from scipy.stats import kstest
+
     noise = read(ideal(NOISE=2.0, SEED=3.0, NUMBER=5.0), np.zeros(40000)) / 2.0
     n = len(noise)
     assert abs(noise.mean()) < 4.0 / math.sqrt(n)

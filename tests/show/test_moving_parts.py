@@ -13,9 +13,6 @@ import afo_sim
 from afo_sim.description import load
 from afo_sim.model import muscle_names
 from afo_sim.show.moving_parts import Mountings
-from afo_sim.show.rerun import write_rrd
-from afo_sim.show.rerun.muscle_shapes import POINTS, bow
-from afo_sim.show.rerun.scene import guided_lines
 from afo_sim.simulation import Recording
 
 
@@ -31,6 +28,8 @@ def rigid() -> Recording:
 
 @pytest.fixture(scope="module")
 def file(yielding: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    from afo_sim.show.rerun import write_rrd
+
     path = tmp_path_factory.mktemp("yielding") / "recording.rrd"
     write_rrd(yielding, path)
     return path
@@ -84,6 +83,8 @@ def test_a_taut_cable_is_straight_and_a_slack_one_as_long_as_it_is(
     file: pathlib.Path, yielding: Recording
 ) -> None:
     """Link, slack and offset are the cable's length, whatever the joint does."""
+    from afo_sim.show.rerun.muscle_shapes import POINTS
+
     time, _ = read(file, "/world/bodies/foot", "Transform3D:translation")
     rows = np.searchsorted(yielding["time"], time * 1e-9 - 1e-6)
     for name, group in muscle_names(load("scenario", yielding.scenario).orthosis).items():
@@ -98,6 +99,8 @@ def test_a_taut_cable_is_straight_and_a_slack_one_as_long_as_it_is(
 
 
 def test_a_bow_is_as_long_as_told_and_turns_away() -> None:
+    from afo_sim.show.rerun.muscle_shapes import bow
+
     ends = np.array([[[0.06, 0.0, 0.2], [0.06, 0.0, 0.1]]] * 3)
     excess = np.array([0.0, 0.01, 0.05])
     points = bow(ends, excess, np.zeros((3, 3)))
@@ -133,6 +136,8 @@ def run() -> Recording:
 
 
 def test_lines_are_as_long_as_the_paths(run: Recording) -> None:
+    from afo_sim.show.rerun.scene import guided_lines
+
     built = afo_sim.build(afo_sim.load("scenario", run.scenario))
     model, groups = built.full_model, {
         f"{name}_{k}": group
@@ -151,6 +156,8 @@ def test_lines_are_as_long_as_the_paths(run: Recording) -> None:
 
 
 def test_a_straight_device_has_none() -> None:
+    from afo_sim.show.rerun.scene import guided_lines
+
     built = afo_sim.build(afo_sim.load("scenario", "seated"))
     groups = {"dorsiflexor_1": built.scenario.orthosis.muscle["dorsiflexor"]}
     assert guided_lines(built.full_model, {}, groups, Mountings(built.full_model, groups, ())) == {}

@@ -15,8 +15,6 @@ from afo_sim.description import load
 from afo_sim.physics import AIR, CO2
 from afo_sim.show import RunView, panels, report_figures, run_figure
 from afo_sim.show.report import page, read_runs
-from afo_sim.show.rerun.curves import curves, plots_of
-from afo_sim.show.rerun.run_rows import from_recording
 from afo_sim.show.run_figure import electronics, plain_numbers
 from afo_sim.show.run_view import alone
 from afo_sim.simulation import Recording
@@ -84,6 +82,9 @@ def test_litres_are_of_the_gas_that_flows(cartridge: Recording) -> None:
 
 
 def test_without_an_air_path_there_are_no_such_panels(seated: Recording) -> None:
+    from afo_sim.show.rerun.curves import curves, plots_of
+    from afo_sim.show.rerun.run_rows import from_recording
+
     run = alone(seated)
     assert (run.volumes, run.source, run.has_network, run_figure.flows(run)) == ({}, "", False, [])
     assert set(lines(panel(panels.pressures, seated))) == {"supply", "dorsiflexor", "plantarflexor"}
@@ -108,6 +109,9 @@ def test_the_report_has_the_source_of_runs_with_one(
 
 @pytest.mark.parametrize("vision", VISIONS)
 def test_the_viewers_lines_are_told_apart_and_volumes_thin(waist: Recording, vision: str) -> None:
+    from afo_sim.show.rerun.curves import curves, plots_of
+    from afo_sim.show.rerun.run_rows import from_recording
+
     plots = plots_of(curves(from_recording(waist)))
     pressure = plots["/pressure"]
     assert {"dorsiflexor", "manifold", "exhaust", "supply", "dorsiflexor, valve end"} <= {

@@ -10,16 +10,12 @@ import sys
 import mujoco
 import numpy as np
 import pytest
-import rerun as rr
 from campaign import size
 from rerun_files import needs_vulkan, read, rerun
 
 import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import load
-from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
-from afo_sim.show.rerun.muscle_shapes import tube_radius
-from afo_sim.show.rerun.viewer import viewer_process
 from afo_sim.simulation import Recording
 from afo_sim.simulation.files import write_parquet
 
@@ -93,6 +89,8 @@ def test_tubes_are_as_long_and_thick_as_the_muscles(file: pathlib.Path, seated: 
 
 def test_tube_encloses_the_braids_volume() -> None:
     """π r² L equals the ideal braid's volume at any contraction up to the fattest."""
+    from afo_sim.show.rerun.muscle_shapes import tube_radius
+
     group = load("orthosis", "s1").muscle["dorsiflexor"]
     muscle = group.type
     for kappa in (0.0, 0.1, 0.2, 0.3):
@@ -103,6 +101,8 @@ def test_tube_encloses_the_braids_volume() -> None:
 
 
 def test_valve_lanes_and_events(file: pathlib.Path, seated: Recording) -> None:
+    import rerun as rr
+
     time, _ = read(file, "/valves/dorsiflexor_inlet", "StateChange:state")
     assert (time // 1_000_000).tolist() == [0, 4, 4004, 8004, 12004]  # ms
     chunks = rr.chunk.RrdReader(str(file)).stream().filter(content="/events/run").to_chunks()
@@ -119,6 +119,8 @@ def test_file_is_healthy_and_repeatable(
     file: pathlib.Path, folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
     """From memory and from disk: the same recording."""
+    from afo_sim.show.rerun import write_rrd
+
     again = tmp_path / "again.rrd"
     write_rrd(folders[0], again)
     assert rerun("verify", str(again)).returncode == 0
@@ -131,6 +133,8 @@ def test_file_is_healthy_and_repeatable(
 def test_rate_thins_signals_and_poses(
     folders: list[pathlib.Path], tmp_path: pathlib.Path, seated: Recording
 ) -> None:
+    from afo_sim.show.rerun import write_rrd
+
     write_rrd(folders[0], tmp_path / "thin.rrd", rate=50.0)
     time, angle = read(tmp_path / "thin.rrd", "/angle/ankle", "Scalars:scalars")
     every = round(0.02 / seated["time"][1])
@@ -144,6 +148,8 @@ def test_rate_thins_signals_and_poses(
 def test_comparison_holds_every_run(
     folders: list[pathlib.Path], tmp_path: pathlib.Path, antagonist: Recording
 ) -> None:
+    from afo_sim.show.rerun import write_comparison
+
     write_comparison(folders, tmp_path / "both.rrd")
     _, angle = read(tmp_path / "both.rrd", "/angle/seated-antagonist", "Scalars:scalars")
     assert np.array_equal(angle[:, 0], np.degrees(antagonist["ankle/angle"]))
@@ -156,6 +162,8 @@ def test_comparison_holds_every_run(
 def test_same_names_are_told_apart(
     folders: list[pathlib.Path], tmp_path: pathlib.Path, seated: Recording
 ) -> None:
+    from afo_sim.show.rerun import write_comparison
+
     write_comparison([folders[0], folders[0]], tmp_path / "twice.rrd")
     for label in ("seated_1", "seated_2"):
         time, _ = read(tmp_path / "twice.rrd", f"/angle/{label}", "Scalars:scalars")
@@ -163,6 +171,8 @@ def test_same_names_are_told_apart(
 
 
 def test_run_without_rows_is_refused(seated: Recording, tmp_path: pathlib.Path) -> None:
+    from afo_sim.show.rerun import write_rrd
+
     empty = dataclasses.replace(seated, columns={n: v[:0] for n, v in seated.columns.items()})
     with pytest.raises(InputError, match="no rows"):
         write_rrd(empty, tmp_path / "x.rrd")
@@ -203,6 +213,8 @@ print(int(status.split("VmHWM:")[1].split()[0]) / 1024)
 
 @needs_vulkan
 def test_ten_minutes_open_in_the_headless_viewer(ten_minutes: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    from afo_sim.show.rerun import screenshot, write_rrd
+
     if not (ten_minutes / "recording.rrd").exists():
         write_rrd(ten_minutes, ten_minutes / "recording.rrd")
     screenshot(ten_minutes / "recording.rrd", tmp_path / "long.png", 300.0)
@@ -212,6 +224,8 @@ def test_ten_minutes_open_in_the_headless_viewer(ten_minutes: pathlib.Path, tmp_
 @needs_vulkan
 def test_screenshot_shows_the_leg_at_the_time_asked_for(file: pathlib.Path, tmp_path: pathlib.Path) -> None:
     from matplotlib import image
+
+    from afo_sim.show.rerun import screenshot
 
     pictures = []
     for at in (0.0, 3.5):
@@ -229,6 +243,8 @@ def test_screenshot_shows_the_leg_at_the_time_asked_for(file: pathlib.Path, tmp_
 
 @needs_vulkan
 def test_viewer_listens_on_this_machine_only() -> None:
+    from afo_sim.show.rerun.viewer import viewer_process
+
     with viewer_process(["--headless"]) as url:
         port = int(url.split(":")[-1].split("/")[0])
         with socket.create_connection(("127.0.0.1", port), timeout=2):
@@ -244,6 +260,8 @@ def test_viewer_listens_on_this_machine_only() -> None:
 def test_missing_driver_is_said_with_the_packages_name(
     file: pathlib.Path, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    from afo_sim.show.rerun import screenshot
+
     monkeypatch.setenv("VK_DRIVER_FILES", str(tmp_path / "none.json"))
     monkeypatch.setenv("VK_ICD_FILENAMES", str(tmp_path / "none.json"))
     monkeypatch.setenv("WGPU_BACKEND", "vulkan")

@@ -6,16 +6,12 @@ import mujoco
 import numpy as np
 import pyarrow as pa
 import pytest
-import rerun as rr
 from rerun_files import needs_vulkan, read, rerun
 
 import afo_sim
 from afo_sim.description import load
 from afo_sim.model.build import build
 from afo_sim.show.ground_force import ARROW, SIDE
-from afo_sim.show.rerun import screenshot, write_comparison, write_rrd
-from afo_sim.show.rerun.run_rows import from_recording
-from afo_sim.show.rerun.walk_scene import SUNK
 from afo_sim.show.run_view import alone
 from afo_sim.show.walking_figure import WalkingFigure, capsules
 from afo_sim.simulation import Recording, read_recording, run_built
@@ -68,6 +64,8 @@ def nanoseconds(run: Recording, rows: np.ndarray) -> np.ndarray:
 
 def lists(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, list[list]]:
     """(time [ns], lists of values) of a component that may be empty at some times, in order of time."""
+    import rerun as rr
+
     stream = rr.chunk.RrdReader(str(file)).stream()
     chunks = stream.filter(content=entity, is_static=False, components=component).to_chunks()
     pairs = []
@@ -79,6 +77,8 @@ def lists(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, 
 
 
 def entities(file: pathlib.Path) -> set[str]:
+    import rerun as rr
+
     return set(rr.chunk.RrdReader(str(file)).store().schema().entity_paths())
 
 
@@ -86,6 +86,8 @@ def entities(file: pathlib.Path) -> set[str]:
 def test_files_are_healthy_and_the_same_from_memory_and_disk(
     folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
+    from afo_sim.show.rerun import write_rrd
+
     for folder in folders[:2]:
         again = tmp_path / f"{folder.name}.rrd"
         write_rrd(folder, again)
@@ -150,6 +152,8 @@ def test_whole_figure_is_the_one_that_films_draw(file: pathlib.Path, bare: Recor
 
 
 def test_trails_end_at_the_points_and_are_red_below_the_floor(file: pathlib.Path, bare: Recording) -> None:
+    from afo_sim.show.rerun.walk_scene import SUNK
+
     for point in ("toe", "ball"):
         time, strips = lists(file, f"/world/trail/{point}", "LineStrips3D:strips")
         _, colours = read(file, f"/world/trail/{point}", "LineStrips3D:colors")
@@ -164,6 +168,8 @@ def test_trails_end_at_the_points_and_are_red_below_the_floor(file: pathlib.Path
 
 def floor_height(file: pathlib.Path) -> float:
     """Of the floor's upper side, as drawn."""
+    import rerun as rr
+
     chunks = rr.chunk.RrdReader(str(file)).stream().filter(content="/world/floor", is_static=True).to_chunks()
     found = {
         name: c.to_record_batch().column(name) for c in chunks for name in c.to_record_batch().schema.names
@@ -209,6 +215,8 @@ def test_what_is_drawn_has_the_heights_of_the_outsole(folders: list[pathlib.Path
 def test_runs_with_and_without_a_plate_walk_on_one_floor(
     folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
+    from afo_sim.show.rerun import write_comparison
+
     write_comparison(folders[:2], tmp_path / "both.rrd")
     assert floor_height(tmp_path / "both.rrd") == pytest.approx(0.0, abs=1e-6)
     for folder in folders[:2]:
@@ -267,6 +275,8 @@ def test_an_event_tells_where_solved_strides_begin(file: pathlib.Path, bare: Rec
 
 def test_the_viewer_plays_all_strides_over_and_over(bare: Recording) -> None:
     """Whole ones, though a part of one was asked."""
+    from afo_sim.show.rerun.run_rows import from_recording
+
     source = from_recording(bare)
     assert source.cycle == pytest.approx(3 * bare.metrics["stride_time"].value, rel=1e-12)
     assert 1.0 / source.rate == pytest.approx(bare["time"][-1] / (len(bare["time"]) - 1), rel=1e-12)
@@ -274,6 +284,10 @@ def test_the_viewer_plays_all_strides_over_and_over(bare: Recording) -> None:
 
 def test_a_toe_that_drags_does_not_make_stance_of_swing(tmp_path: pathlib.Path) -> None:
     """In contact: one stance and one swing a stride, by the recorded ground, as the metrics count them."""
+    import rerun as rr
+
+    from afo_sim.show.rerun.walk_scene import SUNK
+
     run = afo_sim.run(
         "walk-dropfoot", {"duration": "2.4 s", "ground.mode": "contact", "gait.settled": "walked"} | BODY
     )
@@ -300,6 +314,8 @@ def test_a_toe_that_drags_does_not_make_stance_of_swing(tmp_path: pathlib.Path) 
 
 
 def test_every_row_has_its_time_in_strides(file: pathlib.Path, bare: Recording) -> None:
+    import rerun as rr
+
     strides = np.round((bare["gait/stride"] + bare["gait/phase"]) * 1e9).astype(np.int64)
     for entity in ("/angle/ankle", "/world/bodies/foot", "/world/carriage", "/gait/support"):
         stream = rr.chunk.RrdReader(str(file)).stream().filter(content=entity, is_static=False)
@@ -329,6 +345,8 @@ def test_without_an_orthosis_nothing_of_one_is_shown(file: pathlib.Path, folders
 def test_runs_of_different_cadence_stay_side_by_side(
     folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
+    from afo_sim.show.rerun import write_comparison
+
     path = tmp_path / "all.rrd"
     write_comparison(folders, path)
     assert rerun("verify", str(path)).returncode == 0
@@ -346,6 +364,8 @@ def test_runs_of_different_cadence_stay_side_by_side(
 def test_sitting_and_walking_side_by_side(
     seated: Recording, folders: list[pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
+    from afo_sim.show.rerun import write_comparison
+
     write_comparison([seated.save(tmp_path / "seated"), folders[1]], tmp_path / "both.rrd")
     assert rerun("verify", str(tmp_path / "both.rrd")).returncode == 0
     assert {"/clearance/recorded", "/angle/range", "/clearance/floor"} <= entities(tmp_path / "both.rrd")
@@ -353,6 +373,8 @@ def test_sitting_and_walking_side_by_side(
 
 @pytest.mark.parametrize("changes", [{"duration": "1 ms"}, {"duration": "0.2 s", "gait.start_phase": 0.7}])
 def test_a_single_row_and_swing_alone_are_shown(changes: dict[str, object], tmp_path: pathlib.Path) -> None:
+    from afo_sim.show.rerun import write_rrd
+
     write_rrd(afo_sim.run("walk-dropfoot", changes), tmp_path / "short.rrd")
     assert rerun("verify", str(tmp_path / "short.rrd")).returncode == 0
 
@@ -362,6 +384,8 @@ def test_picture_shows_leg_arrow_and_trail(
     file: pathlib.Path, bare: Recording, tmp_path: pathlib.Path
 ) -> None:
     from matplotlib import image
+
+    from afo_sim.show.rerun import screenshot
 
     shares = {}
     stride = bare.metrics["stride_time"].value

@@ -6,7 +6,6 @@ import pathlib
 import numpy as np
 import pytest
 from command import call
-from matplotlib.figure import Figure
 
 import afo_sim
 from afo_sim.common import InputError
@@ -143,6 +142,8 @@ def test_run_that_fails_keeps_its_place(tmp_path: pathlib.Path) -> None:
 
 
 def test_the_title_holds_what_all_runs_have_set(long: dict[str, Recording]) -> None:
+    from matplotlib.figure import Figure
+
     assert "set orthosis.muscle.flexor.type.law=" in long["polynomial"].scenario["description"]
     figure = Figure()
     _page(figure, long)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 import afo_sim
 from afo_sim.control import Observation
@@ -96,6 +95,8 @@ def test_a_recording_with_drives_is_read_back(followed: Recording, tmp_path: pat
 
 
 def test_the_pressure_panel_shows_what_was_asked_for(followed: Recording) -> None:
+    from matplotlib.figure import Figure
+
     axis = Figure().subplots()
     panels.pressures(axis, [alone(followed)])
     lines = {str(line.get_label()): np.asarray(line.get_ydata()) for line in axis.get_lines()}

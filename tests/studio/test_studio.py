@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaign import NIGHTLY
+from installed import needs
 
 import afo_sim as afo
 from afo_sim.common import InputError
@@ -22,9 +23,7 @@ from afo_sim.studio import Document, Studio, controls, opened, save, serve
 from afo_sim.studio.controls import read, shown
 from afo_sim.studio.engine import Engine, Wish
 
-uvicorn = pytest.importorskip("uvicorn")
-client = pytest.importorskip("websockets.sync.client")
-exceptions = pytest.importorskip("websockets.exceptions")
+pytestmark = needs("uvicorn", "websockets")
 SCENARIO = "walk-dropfoot-afo"
 PRESSURE, LINK = "supply.pressure", "orthosis.muscle.dorsiflexor.link_length"
 AHEAD = "orthosis.muscle.dorsiflexor.insertion.from_joint[0]"
@@ -40,6 +39,8 @@ class Tab:
     @classmethod
     @contextlib.contextmanager
     def open(cls, address: str, **more: Any) -> Iterator["Tab"]:
+        from websockets.sync import client
+
         with client.connect(f"{address.replace('http', 'ws', 1)}socket", open_timeout=20, **more) as socket:
             yield cls(socket)
 
@@ -57,6 +58,8 @@ class Tab:
 
 @pytest.fixture(scope="module")
 def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Studio, str]]:
+    import uvicorn
+
     made = Studio(opened(SCENARIO), tmp_path_factory.mktemp("studio") / "saved")
     listening = socket.create_server(("127.0.0.1", 0))
     server = uvicorn.Server(
@@ -92,15 +95,17 @@ def status(address: str, **headers: str) -> int:
 def test_nobody_gets_in_without_the_token_or_from_elsewhere(studio: tuple[Studio, str]) -> None:
     made, address = studio
     root = address.removesuffix(f"{made.token}/")
+    from websockets.exceptions import InvalidStatus
+
     assert status(address) == 200
     assert status(root) == status(f"{root}socket") == status(f"{root}x{made.token[1:]}/") == 404
     assert status(address, Host="attacker.example") == 403  # a name that was turned to this machine
     assert status(address, Origin="http://attacker.example") == 403
     for name in ("../server.py", "%2e%2e/server.py", "..%2fserver.py", "/etc/passwd"):
         assert status(f"{address}{name}") == 404
-    with pytest.raises(exceptions.InvalidStatus), Tab.open(address, origin="http://attacker.example"):
+    with pytest.raises(InvalidStatus), Tab.open(address, origin="http://attacker.example"):
         pass
-    with pytest.raises(exceptions.InvalidStatus), Tab.open(root):
+    with pytest.raises(InvalidStatus), Tab.open(root):
         pass
 
 

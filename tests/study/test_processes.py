@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from installed import needs
 from sweep_runs import exact
 
 from afo_sim.common import InputError
@@ -23,7 +24,7 @@ from afo_sim.study import engine, processes
 from afo_sim.study.pool import Pool, pool
 from afo_sim.study.processes import Child, Processes
 
-psutil = pytest.importorskip("psutil")
+pytestmark = needs("psutil")
 ROOT = pathlib.Path(__file__).parents[2]
 SCENARIO = expand("scenario", "seated")
 MANY = 60
@@ -65,6 +66,8 @@ def ready(beside: Processes) -> list[int]:
 def test_outcomes_are_those_of_one_process_and_the_others_are_kept(
     alone: dict[int, Any], count: int, threads: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    import psutil
+
     answer, answered = processes._answer, []
     monkeypatch.setattr(processes, "_answer", lambda each: answered.append(each) or answer(each))
     with Processes(count, 0.0) as beside:
@@ -133,6 +136,8 @@ def test_what_another_process_does_not_know_is_computed_here(
 def test_no_process_outlives_a_script_and_none_takes_modules_of_its_folder(
     how: signal.Signals, tmp_path: pathlib.Path
 ) -> None:
+    import psutil
+
     script, folder, mark = tmp_path / "script.py", tmp_path / "folder", tmp_path / "mark"
     script.write_text(SCRIPT)
     folder.mkdir()

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
+from installed import needs
 from sweep_runs import SEATED, SWEEP, assert_same, exact, opened, swept, table, written
 
 from afo_sim.common import InputError
@@ -17,9 +18,8 @@ from afo_sim.description import expand
 from afo_sim.study import engine, folder, runner
 from afo_sim.study.pool import compute, pool, unprotected
 
-distributed = pytest.importorskip("distributed")
 # warnings of a cluster that is torn down; processes that start, wait and die
-pytestmark = [pytest.mark.filterwarnings("ignore"), pytest.mark.slow]
+pytestmark = [needs("distributed"), pytest.mark.filterwarnings("ignore"), pytest.mark.slow]
 
 
 OPTIONS = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
@@ -27,6 +27,8 @@ OPTIONS = {"threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": No
 
 @pytest.fixture
 def two_workers() -> Iterator[Any]:
+    import distributed
+
     with distributed.LocalCluster(n_workers=2, processes=True, **OPTIONS) as local:
         yield local
 
@@ -34,6 +36,8 @@ def two_workers() -> Iterator[Any]:
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Clients that give a scheduler up after a second."""
+    import distributed
+
     real = distributed.Client
     monkeypatch.setattr(
         distributed, "Client", lambda address, **options: real(address, **options | {"timeout": "1 s"})
@@ -70,6 +74,8 @@ def test_a_scheduler_with_keys_or_here_is_not(address: str) -> None:
 def test_a_killed_worker_loses_and_doubles_no_row(
     whole: Any, tmp_path: pathlib.Path, two_workers: Any
 ) -> None:
+    import distributed
+
     sweep = opened(written(tmp_path, SWEEP, chunk=1), tmp_path / "out")
     with distributed.Client(two_workers) as client:
         pids = list(client.run(os.getpid).values())
@@ -89,6 +95,8 @@ def test_a_killed_worker_loses_and_doubles_no_row(
 
 
 def test_workers_that_come_late_are_waited_for_and_used(tmp_path: pathlib.Path) -> None:
+    import distributed
+
     with distributed.LocalCluster(n_workers=0, processes=False, protocol="tcp://", **OPTIONS) as local:
         late = threading.Timer(1.0, local.scale, [2])
         late.start()
@@ -127,6 +135,8 @@ def test_a_scheduler_that_is_not_there(tmp_path: pathlib.Path) -> None:
 
 @pytest.mark.usefixtures("impatient")
 def test_a_scheduler_that_goes_away_is_said_and_the_sweep_goes_on(whole: Any, tmp_path: pathlib.Path) -> None:
+    import distributed
+
     sweep = opened(written(tmp_path, SWEEP, chunk=1), tmp_path / "out")
     local = distributed.LocalCluster(n_workers=1, processes=True, **OPTIONS)
 
