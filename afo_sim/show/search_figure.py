@@ -1,17 +1,15 @@
 """A search at one glance: objective, limits and parameters of all designs, generation by generation."""
 
 import pathlib
-import textwrap
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from afo_sim.metrics import metric_words
-from afo_sim.show.style import COLOURS, plain, write_figure
+from afo_sim.show.style import COLOURS, plain, wrapped, write_figure
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, human_scale
 
-_LABEL = 24  # characters of a line beside an axis
 _ACROSS = 3  # panels side by side
 _PANEL = (2.5, 2.0)  # [inch]
 _NOT = {"color": "0.55", "marker": "o", "mfc": "none", "ls": "", "ms": 3.0, "mew": 0.7}
@@ -107,8 +105,5 @@ def _parameter(axis: Any, problem: Problem, number: int, columns: Columns, so_fa
 
 
 def _title(metric: str, units: Mapping[str, str]) -> str:
-    label, unit = (
-        plain(metric_words.words(metric).label),
-        metric_words.UNITS.get(units[metric], units[metric]),
-    )
-    return textwrap.fill(f"{label} [{unit}]" if unit else label, _LABEL)
+    label, unit = metric_words.words(metric).label, metric_words.UNITS.get(units[metric], units[metric])
+    return wrapped(f"{label} [{unit}]" if unit else label, 24)

@@ -81,6 +81,11 @@ def paragraph(*texts: str) -> str:
     return "\n".join(plain(line, None) for text in texts for line in textwrap.wrap(text, LINE))
 
 
+def wrapped(text: str, letters: int = 26) -> str:
+    """A user's text in as many lines as a small panel's side needs."""
+    return textwrap.fill(plain(text, None), letters)
+
+
 @functools.cache
 def _has_glyph(character: str) -> bool:
     return bool(_font().get_char_index(ord(character)))

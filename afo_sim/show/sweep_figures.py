@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import check_writable, together
-from afo_sim.show.style import COLOURS, plain, write_figure
-from afo_sim.study import Better, Findings, Indices, Results, Scale, chosen, ranks, scale, spread, varied
+from afo_sim.show.style import COLOURS, plain, wrapped, write_figure
+from afo_sim.study import Better, Findings, Indices, Results, chosen, ranks, scale, spread, varied
 from afo_sim.study.analysis import Effect
 from afo_sim.study.findings import findings
 
@@ -38,7 +38,7 @@ def write_figures(
     check_writable(folder)
     names = []
     with together(folder) as scratch:
-        for name, size, fill in [*drawings(found), *_of_fronts(found.results, objectives)]:
+        for name, size, fill in [*drawings(found), *fronts(found.results, objectives)]:
             names.append(f"{name}.png")
             write_figure(scratch / names[-1], size, fill)
     return [folder / name for name in names]
@@ -55,7 +55,7 @@ def drawings(found: Findings) -> Iterator[_Drawing]:
         high = len(names)
         some = {name: found.effects[name] for name in names}
         draw: Callable[[Any], None] = partial(draw_distributions, results=results, metrics=names)
-        yield f"distributions{suffix}", (_PANEL[0] * high + 0.4, _PANEL[1] + 0.2), draw
+        yield f"distributions{suffix}", (_PANEL[0] * high + 0.4, _PANEL[1] + 0.5), draw
         draw = partial(draw_effects, results=results, effects=some)
         yield f"main_effects{suffix}", (0.85 * _PANEL[0] * across + 1.0, 1.9 * high + 0.8), draw
         if count > 1:
@@ -66,7 +66,7 @@ def drawings(found: Findings) -> Iterator[_Drawing]:
             yield f"sobol{suffix}", (2.6 * len(indices) + 1.2, 0.42 * count + 1.2), draw
 
 
-def _of_fronts(results: Results, objectives: Mapping[str, Better]) -> Iterator[_Drawing]:
+def fronts(results: Results, objectives: Mapping[str, Better]) -> Iterator[_Drawing]:
     known = [name for name in objectives if np.isfinite(results[name]).any()]
     for suffix, names in _batches(known):
         if len(names) > 1:
@@ -103,9 +103,10 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
         axis.hist(values, bins=bins, color=_PALE, edgecolor=_FULL, lw=0.6)
         axis.axvline(found.median, color=_FULL, lw=1.3)
         axis.margins(x=0.02)
-        axis.set_xlabel(plain(look.title, None))
+        axis.set_xlabel(wrapped(look.title))
+        axis.locator_params(axis="x", nbins=5)
         title = f"median {found.median:.3g}; 90 % in {found.low_5:.3g} to {found.high_95:.3g}"
-        axis.set_title(title.replace("-", "−"), loc="left", fontsize=8.0, color="0.3")
+        axis.set_title(wrapped(title.replace("-", "−"), 30), loc="left", fontsize=8.0, color="0.3")
     axes[0].set_ylabel("cases")
     figure.get_layout_engine().set(wspace=0.05)
 
@@ -129,8 +130,8 @@ def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[st
                 text = f"{100.0 * max(share, 0.0):.0f} % of variance"
                 axis.set_title(text, loc="left", fontsize=8.0, color="0.3")
             if axis in axes[-1]:
-                axis.set_xlabel(plain(of_parameter.title, None))
-        row[0].set_ylabel(_broken(of_metric))
+                axis.set_xlabel(wrapped(of_parameter.title))
+        row[0].set_ylabel(wrapped(of_metric.title, 22))
     figure.align_ylabels(axes[:, 0])
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=2)
@@ -196,9 +197,9 @@ def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, 
                 labels(*cells.ticks)
         if x.discrete and y.discrete and means.size <= _MOST_NUMBERS:
             _numbers(axis, x, y, means, shown)
-        axis.set_xlabel(plain(x.look.title, None))
-        axis.set_ylabel(plain(y.look.title, None))
-        label = plain(look.title, None) + (", mean" if len(results.parameters) > 2 else "")
+        axis.set_xlabel(wrapped(x.look.title))
+        axis.set_ylabel(wrapped(y.look.title))
+        label = wrapped(look.title + (", mean" if len(results.parameters) > 2 else ""), 30)
         bar = figure.colorbar(shown, ax=axis, location="top", aspect=30.0, pad=0.02, label=label)
         bar.outline.set_visible(False)
         axis.spines[:].set_visible(False)
@@ -279,7 +280,8 @@ def _draw_fronts(figure: Any, results: Results, objectives: Mapping[str, Better]
         _case_numbers(axis, results["case"], points, front, lowest)
         axis.margins(0.13)
         for label, look, low in zip((axis.set_xlabel, axis.set_ylabel), looks, lowest, strict=True):
-            label(f"{plain(look.title, None)}\n{'lower' if low else 'higher'} is better")
+            label(f"{wrapped(look.title)}\n{'lower' if low else 'higher'} is better")
+        axis.locator_params(axis="x", nbins=5)
         title = f"Pareto front: {len(front)} of {np.isfinite(points).all(axis=1).sum()} cases"
         axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
     figure.get_layout_engine().set(wspace=0.05)
@@ -343,13 +345,3 @@ def _some(count: int) -> np.ndarray:
 def _dots(count: int) -> dict[str, Any]:
     """The look of a case's dot: the fewer cases, the larger."""
     return _CASE | {"ms": float(np.clip(8.0 * max(count, 1) ** -0.18, 2.2, 4.2))}
-
-
-def _broken(look: Scale) -> str:
-    """An axis' title in two lines where it is long."""
-    label, unit = plain(look.label), f"[{look.unit}]" if look.unit else ""
-    words, half = label.split(" "), len(label) / 2.0
-    if len(label) < 16:
-        return f"{label} {unit}".strip()
-    cut = min(range(1, len(words) + 1), key=lambda k: abs(len(" ".join(words[:k])) - half))
-    return f"{' '.join(words[:cut])}\n{' '.join(words[cut:])} {unit}".strip()

@@ -37,7 +37,6 @@ from .runner import left as left
 from .runner import open_store as open_store
 from .runner import probe as probe
 from .scales import Better as Better
-from .scales import Scale as Scale
 from .scales import chosen as chosen
 from .scales import human_scale as human_scale
 from .scales import scale as scale

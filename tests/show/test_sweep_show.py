@@ -2,6 +2,7 @@
 
 import pathlib
 import sys
+from itertools import combinations
 from typing import Any
 
 import matplotlib
@@ -11,11 +12,13 @@ from figures import leave_blank
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 from sweep_case import saltelli, write_sweep
 
 from afo_sim.cli.sweep import show_folder
 from afo_sim.common import InputError
+from afo_sim.show import style
 from afo_sim.show import sweep_figures as figures
 from afo_sim.study import analysis, read, scales
 from afo_sim.study.findings import EXACT, effects_of, findings, indices
@@ -496,6 +499,32 @@ def test_words_failures_constants_and_one_parameter_are_drawn(tmp_path: pathlib.
     assert {p.name for p in figures.show(alone, tmp_path / "g")} == {"distributions.png", "main_effects.png"}
 
 
+def test_no_words_are_cut_off_or_on_each_other(tmp_path: pathlib.Path) -> None:
+    """Of long names and numbers: a title, a label or a tick's number."""
+    chance = np.random.default_rng(0)
+    x = {
+        "link_length_of_the_dorsiflexor": (chance.uniform(0.4, 0.7, 40), "m"),
+        "arm": (chance.random(40), "m"),
+    }
+    names = ("toe_clearance", "orthosis_peak_dorsiflexion_torque_10ms", "a_metric_of_a_very_long_name")
+    y = {
+        name: (chance.normal(-9e3, 4e3, 40), unit)
+        for name, unit in zip(names, ("mm", "N*m", "s"), strict=True)
+    }
+    results = read(write_sweep(tmp_path, "random", x, y))
+    found = findings(results, dict.fromkeys(names, "lowest"))
+    for name, size, fill in (*figures.drawings(found), *figures.fronts(results, found.objectives)):
+        with style.styled():
+            figure = Figure(figsize=size, layout="constrained")
+            fill(figure)
+            figure.draw_without_rendering()
+        words = [(a.title, a._left_title, a.xaxis.label, a.yaxis.label) for a in figure.axes]
+        boxes = [text.get_window_extent() for text in sum(words, ()) if text.get_text()]
+        assert all(figure.bbox.padded(2.0).containsy(y) for b in boxes for y in (b.y0, b.y1)), name
+        assert all(figure.bbox.padded(2.0).containsx(x) for b in boxes for x in (b.x0, b.x1)), name
+        assert not any(a.overlaps(b) for a, b in combinations(boxes, 2)), name
+
+
 @pytest.mark.slow
 def test_four_metrics_take_two_figures(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     leave_blank(monkeypatch)
@@ -525,8 +554,6 @@ def test_a_heat_map_has_the_mean_of_each_cell(tmp_path: pathlib.Path) -> None:
     results = read(
         write_sweep(tmp_path, "grid", {"a": (a, "Pa"), "b": (b, ""), "c": (c, "")}, {"y": (y, "mm")})
     )
-    from matplotlib.figure import Figure
-
     figure = Figure(layout="constrained")
     figures.draw_maps(figure, results, {"y": effects_of(results, "y")})
     axis, mesh = figure.axes[0], figure.axes[0].collections[0]
