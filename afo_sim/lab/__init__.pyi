@@ -46,7 +46,6 @@ from .torque_problem import Group as Group
 from .torque_report import FILES as FILES
 from .torque_report import folders as folders
 from .torque_solution import Profile as Profile
-from .torque_solution import levels as levels
 from .torque_solution import profile as profile
 from .validation import HEADER as HEADER
 from .validation import LEGEND as LEGEND

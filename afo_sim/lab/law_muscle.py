@@ -6,10 +6,10 @@ from typing import Any
 
 from afo_sim.common import EXAMPLES, InputError, Notice, assets, format_quantity, in_unit
 from afo_sim.description import Muscle, reader
-from afo_sim.lab.identifiability import POINTS_PER_PARAMETER
 from afo_sim.lab.law_fit import LawFit
 from afo_sim.lab.law_problem import NOMINAL_LENGTH
 from afo_sim.lab.measured import Measured
+from afo_sim.lab.solution import POINTS_PER_PARAMETER
 
 LIKE = "s1_215mm"
 # What a static characteristic does not tell of a muscle, and its unit.
@@ -195,7 +195,7 @@ def rank(fits: Sequence[LawFit]) -> list[LawFit]:
     kind = _ranked_by(fits)
 
     def error(fit: LawFit) -> float:
-        return fit.held_out_rms(kind) if kind in fit.held_out else math.inf
+        return fit.held_out[kind].rms if kind in fit.held_out else math.inf
 
     return sorted(fits, key=lambda fit: (error(fit), fit.spread, fit.rms))
 
@@ -244,7 +244,7 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
 
 
 def _groups(fits: Sequence[LawFit], kind: str) -> int:
-    return max(len(fit.held_out.get(kind, {})) for fit in fits)
+    return max(len(fit.held_out[kind].errors) if kind in fit.held_out else 0 for fit in fits)
 
 
 def _too_few(fits: Sequence[LawFit], kind: str) -> bool:

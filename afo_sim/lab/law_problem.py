@@ -1,13 +1,18 @@
 """A static fit as it is posed: law, free and held parameters, data, and the law's predictions of them."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+from scipy.stats import qmc
 
-from afo_sim.common import InputError, unknown
+from afo_sim.common import EXAMPLES, InputError, unknown
+from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.measured import Measured
+from afo_sim.lab.solution import FitProblem
 from afo_sim.physics import LAWS, Braid, Law, LawParameter, contractions, forces
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
@@ -23,24 +28,109 @@ SLACK = 1e-3  # of the largest force: a gauge that reads less than this reads ze
 NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws that want a length [m]
 
 
+OUTLYING = 0.01  # residual, over the data's range, from which a robust loss first doubts a point
+
+
 @dataclass(frozen=True)
-class LawProblem:
+class LawProblem(FitProblem):
     """A law, its free parameters, the values of the others, and the data that they are fitted to."""
 
     law: Law
     data: tuple[Measured, ...]
-    free: tuple[str, ...]
+    free: tuple[FitParameter, ...]
     fixed: Mapping[str, float]
     loss: Loss = "linear"
+    outlying: float = OUTLYING
+
+    near, least_size, counted = 1e-6, 0.0, "points"
 
     def describe(self, name: str) -> LawParameter:
         """The description of a free or fixed parameter."""
-        return _describe(self.law, name)
+        return GEOMETRY[name] if name in GEOMETRY else self.law.parameter(name)
 
     @property
     def loaded(self) -> bool:
         """The residuals are changes of length [m] (a load was set), not forces [N]."""
         return self.data[0].loaded
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """Of scipy's least_squares."""
+        tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-12)
+        loss = {"loss": self.loss, "f_scale": self.outlying}
+        return {"jac": "3-point", "x_scale": "jac", "max_nfev": 300, **loss, **tight}
+
+    def starts(self, count: int, seed: int) -> np.ndarray:
+        """Coordinates among the usual values, each part of every range once."""
+        low, high, size = np.array([(p.low, p.high, p.size) for p in self.free]).T
+        return (low + (high - low) * qmc.LatinHypercube(len(low), seed=seed).random(count)) / size
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Errors over the range of the measurements."""
+        return errors(self, self.values(x), self.data) / (float(np.ptp(measurements(self.data))) or 1.0)
+
+    def search(self, x: np.ndarray) -> OptimizeResult:
+        """Where a search from `x` ends."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return super().search(x)
+
+    def jacobian(self, best: OptimizeResult) -> tuple[np.ndarray, np.ndarray]:
+        """Without the loss, which weights the search's own; without readings that are agreed to be slack."""
+        options = {**self.options, "loss": "linear", "max_nfev": 1}
+        heard = ~agreed_slack(self, self.values(best.x), self.data)
+        return least_squares(self.residuals, best.x, bounds=self.bounds, **options).jac[heard], heard
+
+    def variance(self, residuals: np.ndarray, freedom: float) -> float:
+        """Of a residual, which goes with the unweighted Jacobian."""
+        z = (residuals / self.outlying) ** 2
+        beyond = np.where(z > 1.0, z, 1.0)
+        first, second = {
+            "linear": (np.ones_like(z), np.zeros_like(z)),
+            "soft_l1": ((1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5),
+            "huber": (beyond**-0.5, np.where(z > 1.0, -0.5 * beyond**-1.5, 0.0)),
+            "cauchy": (1.0 / (1.0 + z), -1.0 / (1.0 + z) ** 2),
+        }[self.loss]
+        slope = float(np.mean(first + 2.0 * z * second))
+        return float(np.sum((first * residuals) ** 2)) / freedom / slope**2
+
+    def settled(self, best: OptimizeResult) -> bool:
+        """The other starts tell."""
+        return True
+
+    def take(self, keep: np.ndarray) -> "LawProblem":
+        """Some of the points; what an outlier is, they have yet to tell."""
+        masks = np.split(keep, np.cumsum([len(d) for d in self.data])[:-1])
+        kept = tuple(take(d, mask) for d, mask in zip(self.data, masks, strict=True) if mask.any())
+        return replace(self, data=kept, outlying=OUTLYING)
+
+    @property
+    def telling(self) -> int:
+        """Readings of a muscle that pulls: a slack one tells next to nothing."""
+        return sum(len(d) - (0 if d.slack is None else int(d.slack.sum())) for d in self.data)
+
+    @property
+    def kinds(self) -> dict[str, list[np.ndarray]]:
+        """What can be left out in turn: by kind, the label of every point of each data set."""
+        found = {"pressure": pressure_levels(self.data)}
+        if any(d.curve.dtype.kind != "f" for d in self.data):
+            found["curve"] = [d.curve for d in self.data]
+        if self.loaded:
+            found["load"] = [np.round(d.force, 2) for d in self.data]
+        if len(self.data) > 1:
+            found["muscle"] = [np.full(len(d), d.name) for d in self.data]
+        return found
+
+    def parts(self, kind: str) -> dict[str, np.ndarray]:
+        """Which points are left out together, by a name for people."""
+        unit, labels = {"pressure": " bar", "load": " N"}.get(kind, ""), np.concatenate(self.kinds[kind])
+        groups = np.unique(labels)
+        return {f"{group}{unit}": labels == group for group in groups} if len(groups) > 1 else {}
+
+    def missed(self, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Errors [N or m]; every point counts alike."""
+        found = errors(self, values, self.data)
+        return found, np.ones_like(found), np.zeros_like(found)
 
 
 def select(data: Measured) -> tuple[Measured, int]:
@@ -87,9 +177,21 @@ def pose(
     if changes and "braid_angle" in law.fitted:
         wanted.append("end_length")
     chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
-    problem = LawProblem(law, tuple(data), chosen, _settled(law, data, chosen, given), loss)
+    settled = _settled(law, data, chosen, given)
+    problem = LawProblem(law, tuple(data), (), settled, loss)
+    problem = replace(problem, free=tuple(_searched(problem, name) for name in chosen))
     _require_enough(problem)
     return problem
+
+
+def _searched(problem: LawProblem, name: str) -> FitParameter:
+    """A free parameter in a search, whose end length is less than the shortest muscle's own."""
+    p = problem.describe(name)
+    upper = p.upper
+    if name == "end_length":
+        upper = 0.8 * min(d.facts["total_length"] for d in problem.data)
+    usual = EXAMPLES[p.unit].partition(" ")[2] if p.unit else ""
+    return FitParameter(name, p.unit, usual, p.lower, upper, *p.start, max(map(abs, p.start)) or 1.0)
 
 
 def _require_sensible(
@@ -119,14 +221,10 @@ def _require_sensible(
         )
 
 
-def _describe(law: Law, name: str) -> LawParameter:
-    return GEOMETRY[name] if name in GEOMETRY else law.parameter(name)
-
-
 def _require_possible(law: Law, given: Mapping[str, float]) -> None:
     """Refuse values to hold that the parameter cannot have."""
     for name, value in given.items():
-        parameter = _describe(law, name)
+        parameter = GEOMETRY[name] if name in GEOMETRY else law.parameter(name)
         if not parameter.lower <= value <= parameter.upper:
             raise InputError(
                 "is out of range",
@@ -185,13 +283,8 @@ def _header(name: str, example: str) -> str:
     return f'a header line "# {name}: {example}"; in Python facts={{"{name}": "{example}"}} too'
 
 
-def telling(data: Sequence[Measured]) -> int:
-    """Readings of a muscle that pulls: a slack one tells next to nothing."""
-    return sum(len(d) - (0 if d.slack is None else int(d.slack.sum())) for d in data)
-
-
 def _require_enough(problem: LawProblem) -> None:
-    points = telling(problem.data)
+    points = problem.telling
     file = problem.data[0].file
     pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
     if len(pressures) < 2:
@@ -201,6 +294,12 @@ def _require_enough(problem: LawProblem) -> None:
             field="pressure",
             value=f"{pressures[0]:g} bar" if len(pressures) else "none",
             allowed="at least two pressures",
+        )
+    if not problem.free:
+        held = ", ".join(name for name in problem.fixed if name in (*GEOMETRY, *problem.law.fitted))
+        allowed = "one of them free, or not stated"
+        raise InputError(
+            "has nothing left to fit", file=file, field=problem.law.name, value=held, allowed=allowed
         )
     if points <= len(problem.free):
         raise InputError(

@@ -24,7 +24,6 @@ from afo_sim.common import (
     write_sealed,
 )
 from afo_sim.description import FitCovariance, Muscle, toml_text
-from afo_sim.lab.identifiability import rms
 from afo_sim.lab.law_fit import LawFit, doubt, fit_law, held_out
 from afo_sim.lab.law_muscle import (
     LIKE,
@@ -338,7 +337,7 @@ def _fit_as_json(each: LawFit) -> dict[str, Any]:
         "values": each.values,
         "fixed": dict(each.problem.fixed),
         "half_width_95": finite,
-        "correlation": each.correlation.tolist(),
+        "correlation": each.solution.correlation.tolist(),
         "covariance": None if each.covariance is None else each.covariance.model_dump(mode="json"),
         "verdict": list(each.verdict),
         "points": len(each.residuals),
@@ -348,9 +347,8 @@ def _fit_as_json(each: LawFit) -> dict[str, Any]:
         "agreeing_starts": each.agreeing_starts,
         "starts": each.starts,
         "held_out": {
-            kind: {"rms": factor * each.held_out_rms(kind)}
-            | {label: factor * rms(errors) for label, errors in groups.items()}
-            for kind, groups in each.held_out.items()
+            kind: {"rms": factor * left.rms} | {name: factor * left.of(name) for name in left.errors}
+            for kind, left in each.held_out.items()
         },
     }
 
@@ -398,7 +396,7 @@ def _ranking_rows(found: StaticFit) -> list[list[str]]:
     rows, columns = [], kinds(found.fits)
     for each in found.fits:
         factor, _ = residual_unit(each)
-        held = [f"{factor * each.held_out_rms(k):.3g}" if k in each.held_out else "-" for k in columns]
+        held = [f"{factor * each.held_out[k].rms:.3g}" if k in each.held_out else "-" for k in columns]
         refused = sum(math.isinf(w) for w in each.half_width.values())
         count = len(each.values)
         intervals = "all" if not refused else f"{count - refused} of {count}"
@@ -416,10 +414,10 @@ def remarks(found: StaticFit) -> list[str]:
         f"{unit}; {best.agreeing_starts} of {best.starts} starts agree"
     ]
     for kind in best.held_out:
-        groups = best.held_out[kind]
-        each = ", ".join(f"{label}: {factor * rms(errors):.2g}" for label, errors in groups.items())
+        left = best.held_out[kind]
+        each = ", ".join(f"{name}: {factor * left.of(name):.2g}" for name in left.errors)
         word = "predicted" if kind == "file" else f"{kind} left out in turn"
-        lines.append(f"{word}: {factor * best.held_out_rms(kind):.3g} {unit} RMS ({each})")
+        lines.append(f"{word}: {factor * best.held_out[kind].rms:.3g} {unit} RMS ({each})")
     lines += [f"data do not identify: {line}" for line in best.verdict]
     lines.append(_covariance_line(best))
     if found.slack:

@@ -11,20 +11,21 @@ packages round the same least squares.
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult
 
 from afo_sim.common import InputError, Notice, Shown, SimulationError
 from afo_sim.description import Scenario, load
-from afo_sim.lab.identifiability import Estimate, intervals, refusal_of, refused, rms, unidentified, verdict
-from afo_sim.lab.run_problem import HELD_OUT, RunParameter, RunProblem, differences, pose, run_at
+from afo_sim.lab.fit_parameter import FitParameter
+from afo_sim.lab.identifiability import memory, reason, refused, rms, unidentified
+from afo_sim.lab.run_problem import HELD_OUT, RunProblem, differences, pose, run_at, sets_of
+from afo_sim.lab.solution import FitProblem, Progress, believed, verdict
 from afo_sim.simulation import Recording
 
-Progress = Callable[[str], None]
 MISFIT = 1.15  # times the noise: above it, and above what chance does to so few samples, something is missing
 CHANCE = 3.0  # standard deviations
 CAUSES = {
@@ -43,15 +44,10 @@ OTHERWISE = "a part that the scenario does not have"
 # run: the first bridges it as a rule, the second where the search has not settled.
 STEPS = (0.02, 0.08)
 LINEAR = 5.0  # times as far where the number is no logarithm, and a run nearly linear in it
-CLEAR, LONGEST = (
-    10.0,
-    5.0,
-)  # in units of the noise, how far the last differences go; times the second, at most
+CLEAR, LONGEST = 10.0, 5.0  # in units of the noise, how far the last differences go; times that, at most
 ROUGH = 0.3  # where they differ by more than this share from shorter ones, a run changes by jumps
 SETTLED = 0.1  # share of what noise alone would explain that a further step may still explain
-AT_BOUND = 1e-4  # share of the searched range
 MOST_RUNS = 40  # beside those of the finite differences
-COUNTED = "independent errors (they hang together in time)"
 Differences = Mapping[str, np.ndarray]
 
 
@@ -104,12 +100,12 @@ class FitRun(Shown):
 
     def __repr__(self) -> str:
         """One line: the fitted values with their intervals, and the errors."""
-        each = [f"{p.name} = {self._value_text(p)}" for p in self.problem.parameters]
+        each = [f"{p.name} = {self._value_text(p)}" for p in self.problem.free]
         fitted = ", ".join(each) or "nothing fitted"
         return f"<FitRun to {self.problem.log.file.name}: {fitted}; errors {self.misfit:.3g} times the noise>"
 
-    def _value_text(self, parameter: RunParameter) -> str:
-        value = f"{parameter.shown(self.values[parameter.name]):.4g} {parameter.kind.shown}"
+    def _value_text(self, parameter: FitParameter) -> str:
+        value = f"{parameter.number(self.values[parameter.name]):.4g} {parameter.shown}"
         return f"{value} ({self.belief(parameter)})"
 
     @property
@@ -137,9 +133,9 @@ class FitRun(Shown):
     def sets(self) -> dict[str, Any]:
         """Dotted keys and values that lay the fitted parameters over the scenario, each with its source."""
         found: dict[str, Any] = {}
-        for parameter in self.problem.parameters:
+        for parameter in self.problem.free:
             source = f"fitted to {self.problem.log.file.name}; {self.belief(parameter)}"
-            found |= parameter.sets(self.values[parameter.name], source)
+            found |= sets_of(parameter, self.values[parameter.name], source)
         return found
 
     @property
@@ -148,22 +144,17 @@ class FitRun(Shown):
         fitted: Scenario = load("scenario", self.problem.scenario, self.sets)
         return fitted.with_values(name=f"{fitted.name or 'scenario'}-fitted")
 
-    def belief(self, parameter: RunParameter) -> str:
+    def belief(self, parameter: FitParameter) -> str:
         """A parameter's interval, or why it has none, in words."""
         ends = self.interval[parameter.name]
         if ends is None:
             return f"no interval: {self.reason(parameter.name)}"
-        low, high = map(parameter.shown, ends)
-        return f"95 % interval {low:.4g} to {high:.4g} {parameter.kind.shown}"
+        low, high = map(parameter.number, ends)
+        return f"95 % interval {low:.4g} to {high:.4g} {parameter.shown}"
 
     def reason(self, name: str) -> str:
         """The reason why a parameter's interval is refused; "" where it is not."""
-        notice = refusal_of(self.verdict, name)
-        if notice is None:
-            return ""
-        others = ", ".join(other for other in notice.data["names"] if other != name)
-        reason: str = notice.data["reason"].removeprefix("not identifiable: ")
-        return f"{reason} (with {others})" if others else reason
+        return reason(self.verdict, name)
 
 
 def fit_run(
@@ -212,162 +203,112 @@ def fit_run(
 
 def _solve(problem: RunProblem, report: Progress = lambda text: None) -> FitRun:
     """The fit of a posed problem, see `fit_run`."""
-    before = run_at(problem, problem.starts)
-    search = RunSearch(problem, report)
-    every = np.ones(len(problem.log.time), dtype=bool)
-    start = np.array([p.search(p.start or p.kind.typical) if p.keys else 0.0 for p in problem.parameters])
-    if not len(start):
-        return _overlay(problem, before)
+    before, search = run_at(problem, problem.starts), RunSearch(problem, report)
+    if not problem.free:  # the log over the run
+        missed, none = search.scaled({}, before), np.zeros((0, 0))
+        held = (search.alike(missed), rms(missed), 1, True)
+        return FitRun(problem, {}, {}, none, (), before, before, None, *held)
+    start = np.array([p.coordinate(p.low or p.size) if p.keys else 0.0 for p in problem.free])
     forecast = None
     if problem.hold_out:
-        start = search.solve(start, problem.seen).x
+        search.mask = problem.seen
+        start = search.search(start).x
         forecast = search.values(start), run_at(problem, search.values(start))
-    best = search.solve(start, every)
-    values = search.values(best.x)
-    after = run_at(problem, values)
-    interval, correlation, lines, memory, misfit = _believe(problem, search, best)
-    return FitRun(
-        problem,
-        values,
-        interval,
-        correlation,
-        lines,
-        before,
-        after,
-        forecast,
-        memory,
-        misfit,
-        search.runs,
-        search.settled(best),
-    )
+        search.mask = np.ones_like(problem.seen)
+    solution = believed(search, search.search(start))
+    after, lines = run_at(problem, solution.values), verdict(solution)
+    for name in search.rough - refused(lines):
+        lines.append(unidentified("jumps", [name], "not identifiable: the run changes with it by jumps"))
+    lacking = refused(lines)
+    ends = {n: None if n in lacking else solution.interval(k) for k, n in enumerate(search.names)}
+    held = (solution.memory, rms(solution.residuals), search.runs, solution.settled)
+    runs = (tuple(lines), before, after, forecast)
+    return FitRun(problem, solution.values, ends, solution.correlation, *runs, *held)
 
 
-def _overlay(problem: RunProblem, run: Recording) -> FitRun:
-    """Nothing fitted: the log over the run."""
-    found = differences(problem, {}, run)
-    scaled = np.concatenate([found[title] / problem.noise[title] for title in found])
-    nothing = np.zeros((0, 0))
-    return FitRun(
-        problem, {}, {}, nothing, (), run, run, None, _memory(problem, scaled), rms(scaled), 1, True
-    )
-
-
-def _memory(problem: RunProblem, errors: np.ndarray) -> float:
-    """Correlation of neighbouring errors over all channels [-]."""
-    by_channel = errors.reshape(len(problem.log.channels), -1)
-    square = float(np.sum(by_channel**2))
-    return float(np.sum(by_channel[:, 1:] * by_channel[:, :-1])) / square if square else 0.0
-
-
-def _believe(
-    problem: RunProblem, search: "RunSearch", best: Any
-) -> tuple[dict[str, tuple[float, float] | None], np.ndarray, tuple[Notice, ...], float, float]:
-    """95 % intervals, correlations, what the log cannot identify, memory and size of the errors."""
-    parameters, n = problem.parameters, len(best.fun)
-    memory = _memory(problem, best.fun)
-    rho = min(max(memory, 0.0), 0.999)
-    independent = n * (1.0 - rho) / (1.0 + rho)
-    freedom = max(independent - len(parameters), 1.0)
-    jacobian, rough = search.sound_jacobian(best.x, np.ones(len(problem.log.time), dtype=bool))
-    half, correlation = intervals(jacobian, float(np.sum(best.fun**2)) / freedom, freedom)
-    names, ends, shown, size = [], {}, [], []
-    for p, x, h, column in zip(parameters, best.x, half, jacobian.T, strict=True):
-        names.append(p.name)
-        ends[p.name] = low, high = p.value(x - h), p.value(x + h)
-        size.append(1.0 if p.kind.logarithmic else max(abs(x), 1.0))
-        text = (
-            f"{p.shown(p.value(x)):.3g} {p.kind.shown}, and as well {p.shown(low):.2g} to {p.shown(high):.2g}"
-        )
-        shown.append(text if column.any() else "it has no effect on what was logged")
-    found = Estimate(
-        names, best.x, half, np.array(size), search.lower, search.upper, shown, AT_BOUND, COUNTED
-    )
-    lines = list(verdict(found, correlation, int(independent)))
-    jumps = [name for name, jump in zip(names, rough, strict=True) if jump and name not in refused(lines)]
-    lines += [
-        unidentified("jumps", [name], "not identifiable: the run changes with it by jumps") for name in jumps
-    ]
-    if not search.settled(best):
-        lines.insert(0, unidentified("unsettled", names, "the search did not settle"))
-    kept = {name: None if name in refused(lines) else ends[name] for name in names}
-    return kept, correlation, tuple(lines), memory, rms(best.fun)
-
-
-class RunSearch:
+class RunSearch(FitProblem):
     """Least squares over runs; counts them, and remembers what a search cannot return."""
 
     def __init__(self, problem: RunProblem, report: Progress):
         self.problem, self.report, self.runs, self.step = problem, report, 0, STEPS[0]
-        self.reach = np.array([1.0 if p.kind.logarithmic else LINEAR for p in problem.parameters])
-        kinds = [p.kind for p in problem.parameters]
-        self.lower = np.array([p.search(k.lower) for p, k in zip(problem.parameters, kinds, strict=True)])
-        self.upper = np.array([p.search(k.upper) for p, k in zip(problem.parameters, kinds, strict=True)])
+        self.free, self.mask = problem.free, np.ones(len(problem.log.time), dtype=bool)
+        self.reach = np.array([1.0 if p.logarithmic else LINEAR for p in problem.free])
+        self.rough: set[str] = set()
 
-    def values(self, x: np.ndarray) -> dict[str, float]:
-        return {p.name: p.value(float(z)) for p, z in zip(self.problem.parameters, x, strict=True)}
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """Of scipy's least_squares."""
+        return {"jac": self.slopes, "ftol": 1e-7, "xtol": 1e-6, "gtol": 1e-12, "max_nfev": MOST_RUNS}
 
-    def errors(self, x: np.ndarray, mask: np.ndarray) -> np.ndarray:
-        """All channels' differences in units of their noise; infinite where there is no such run."""
-        problem = self.problem
+    def scaled(self, values: Mapping[str, float], run: Recording) -> np.ndarray:
+        """All channels' differences in units of their noise, one after the other."""
+        found, noise = differences(self.problem, values, run), self.problem.noise
+        return np.concatenate([found[title][self.mask] / noise[title] for title in found])
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Differences in units of the noise; infinite where there is no such run."""
         self.runs += 1
         try:
-            found = differences(problem, self.values(x), run_at(problem, self.values(x)))
+            found = self.scaled(self.values(x), run_at(self.problem, self.values(x)))
         except (InputError, SimulationError):  # too fast for the time step, for example
-            return np.full(int(mask.sum()) * len(problem.log.channels), np.inf)
-        parts = [found[title][mask] / problem.noise[title] for title in found]
-        self.report(f"run {self.runs}: {rms(np.concatenate(parts)):.4g} × noise")
-        return np.concatenate(parts)
+            return np.full(int(self.mask.sum()) * len(self.problem.log.channels), np.inf)
+        self.report(f"run {self.runs}: {rms(found):.4g} × noise")
+        return found
 
-    def jacobian(self, x: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    def slopes(self, x: np.ndarray) -> np.ndarray:
         """Central differences; one-sided at a bound, and where there is no run on one side."""
-        columns = []
+        columns, (lower, upper) = [], self.bounds
         for k in range(len(x)):
             ends = []
             for way in (-1.0, 1.0):
                 end = x.copy()
-                end[k] = np.clip(x[k] + way * self.step * self.reach[k], self.lower[k], self.upper[k])
-                errors = self.errors(end, mask)
+                end[k] = np.clip(x[k] + way * self.step * self.reach[k], lower[k], upper[k])
+                errors = self.residuals(end)
                 if not np.isfinite(errors).all():
-                    end, errors = x, self.errors(x, mask)
+                    end, errors = x, self.residuals(x)
                 ends.append((end[k], errors))
             (low, below), (high, above) = ends
             columns.append((above - below) / (high - low) if high > low else np.zeros_like(below))
         return np.stack(columns, axis=1)
 
-    def solve(self, x: np.ndarray, mask: np.ndarray) -> Any:
-        """scipy's result, from a search that has settled if it could."""
+    def search(self, x: np.ndarray) -> OptimizeResult:
+        """Where a search ends that has settled if it could."""
         for self.step in STEPS:
-            best = least_squares(
-                lambda z: self.errors(z, mask),
-                np.clip(x, self.lower, self.upper),
-                jac=lambda z: self.jacobian(z, mask),
-                bounds=(self.lower, self.upper),
-                ftol=1e-7,
-                xtol=1e-6,
-                gtol=1e-12,
-                max_nfev=MOST_RUNS,
-            )
+            best = super().search(x)
             if self.settled(best):
                 break
             x = best.x
         return best
 
-    def sound_jacobian(self, x: np.ndarray, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """With steps that change the run by much more than its jumps do; and which columns differ from
-        those of shorter steps."""
-        usual = self.reach
-        self.step = STEPS[1]
-        short = self.jacobian(x, mask)
+    def jacobian(self, best: OptimizeResult) -> tuple[np.ndarray, np.ndarray]:
+        """With steps that change the run by much more than its jumps do; rough where shorter ones differ."""
+        usual, self.step = self.reach, STEPS[1]
+        short = self.slopes(best.x)
         wanted = CLEAR / np.maximum(np.linalg.norm(short, axis=0), 1e-9) / self.step
         self.reach = np.clip(wanted, usual, LONGEST * usual)
-        long = self.jacobian(x, mask)
+        long = self.slopes(best.x)
         self.reach = usual
         sizes = np.linalg.norm([short, long], axis=1).max(axis=0)
-        return long, np.linalg.norm(long - short, axis=0) > ROUGH * sizes
+        jumps = np.linalg.norm(long - short, axis=0) > ROUGH * sizes
+        self.rough = {name for name, jump in zip(self.names, jumps, strict=True) if jump}
+        return long, np.ones(len(long), dtype=bool)
 
-    def settled(self, best: Any) -> bool:
+    def held(self, best: OptimizeResult) -> np.ndarray:
+        """None: a run at a bound still tells of the others."""
+        return np.zeros(len(self.free), dtype=bool)
+
+    def alike(self, errors: np.ndarray) -> float:
+        """Correlation of neighbouring errors over all channels [-]."""
+        by_channel = errors.reshape(len(self.problem.log.channels), -1)
+        return memory([by_channel], float(np.sum(by_channel**2)))
+
+    def memory(self, best: OptimizeResult) -> float:
+        """Correlation of neighbouring errors [-]."""
+        return self.alike(best.fun)
+
+    def settled(self, best: OptimizeResult) -> bool:
         """True where a further step would explain next to nothing; at a bound there is none to take."""
-        away = np.minimum(best.x - self.lower, self.upper - best.x) > AT_BOUND * (self.upper - self.lower)
+        away = ~super().held(best)
         if not away.any():
             return True
         jacobian = best.jac[:, away]

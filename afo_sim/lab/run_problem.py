@@ -3,7 +3,6 @@
 A log is a CSV of time and of quantities that a run records; each of its titles means columns of a run.
 """
 
-import math
 import pathlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,6 +26,7 @@ from afo_sim.common import (
     unknown,
 )
 from afo_sim.description import Scenario, field_at, load
+from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.model import AirPath, muscle_names, valve_names
 from afo_sim.model import controls as schedule
 from afo_sim.model.build import build
@@ -241,7 +241,6 @@ class RunParameterKind:
     """A dynamic parameter in general. SI; `shown` is the unit for people's eyes."""
 
     name: str
-    meaning: str
     key: str
     each: str
     shown: str
@@ -253,93 +252,35 @@ class RunParameterKind:
 
 
 _CONDUCTANCE = ("chamber", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
-KINDS = {
-    kind.name: kind
-    for kind in (
-        RunParameterKind(
-            "damping",
-            "R of the muscles' damper",
-            "orthosis.muscle.{}.type.damping",
-            *("muscle", "m^2*s", 1e-7, 1e-1, 1e-4, True),
-        ),
-        RunParameterKind(
-            "inlet_conductance", "C of the inlets", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE
-        ),
-        RunParameterKind(
-            "outlet_conductance", "C of the outlets", "orthosis.chamber.{}.outlet.conductance", *_CONDUCTANCE
-        ),
-        RunParameterKind(
-            "wall_conductance",
-            "heat from the air to the wall, hA",
-            "orthosis.chamber.{}.wall_conductance",
-            *("chamber", "W/K", 1e-3, 1e2, 0.3, True),
-        ),
-        RunParameterKind(
-            "tube_volume",
-            "between valves and muscles",
-            "orthosis.chamber.{}.tube_volume",
-            *("chamber", "ml", 1e-8, 1e-3, 4e-6, True),
-        ),
-        RunParameterKind(
-            "friction",
-            "Coulomb friction about the ankle",
-            *("leg.friction", "", "N*m", 0.0, 20.0, 0.1, False),
-        ),
-        RunParameterKind(
-            "inertia",
-            "about the ankle, on top of the model's",
-            *("leg.inertia", "", "kg*m^2", 0.0, 1.0, 5e-3, False),
-        ),
-        RunParameterKind(
-            "time_offset",
-            "what the log's clock reads when the timer starts",
-            *("", "", "ms", -0.5, 0.5, 0.05, False, "s"),
-        ),
-    )
-}
+_ALL: tuple[tuple[Any, ...], ...] = (
+    # R of the muscles' damper
+    ("damping", "orthosis.muscle.{}.type.damping", "muscle", "m^2*s", 1e-7, 1e-1, 1e-4, True),
+    ("inlet_conductance", "orthosis.chamber.{}.inlet.conductance", *_CONDUCTANCE),
+    ("outlet_conductance", "orthosis.chamber.{}.outlet.conductance", *_CONDUCTANCE),
+    # heat from the air to the wall, hA
+    ("wall_conductance", "orthosis.chamber.{}.wall_conductance", "chamber", "W/K", 1e-3, 1e2, 0.3, True),
+    # between valves and muscles
+    ("tube_volume", "orthosis.chamber.{}.tube_volume", "chamber", "ml", 1e-8, 1e-3, 4e-6, True),
+    # Coulomb friction about the ankle; inertia on top of the model's
+    ("friction", "leg.friction", "", "N*m", 0.0, 20.0, 0.1, False),
+    ("inertia", "leg.inertia", "", "kg*m^2", 0.0, 1.0, 5e-3, False),
+    # what the log's clock reads when the timer starts
+    ("time_offset", "", "", "ms", -0.5, 0.5, 0.05, False, "s"),
+)
+KINDS = {name: RunParameterKind(name, *kind) for name, *kind in _ALL}
 
 
-@dataclass(frozen=True)
-class RunParameter:
-    """A dynamic parameter of one scenario: its value there, and the keys that it sets."""
-
-    name: str
-    kind: RunParameterKind
-    start: float
-    keys: dict[str, float]
-
-    @property
-    def size(self) -> float:
-        """Unit of the search's steps and uncertainties [SI]."""
-        return (self.start or self.kind.typical) if self.kind.logarithmic else self.kind.typical
-
-    def search(self, value: float) -> float:
-        """A value [SI] as the number that is searched: a logarithm, or a multiple of the typical size."""
-        return math.log(value / self.size) if self.kind.logarithmic else value / self.size
-
-    def value(self, x: float) -> float:
-        """The value [SI] of a searched number."""
-        if self.kind.logarithmic:  # bounded before the exponential, which an interval's end may overflow
-            x = min(x, self.search(self.kind.upper))
-        inside = self.size * math.exp(x) if self.kind.logarithmic else self.size * x
-        return float(min(max(inside, self.kind.lower), self.kind.upper))
-
-    def sets(self, value: float, source: str) -> dict[str, Any]:
-        """Dotted keys and values that give a scenario this value."""
-        first = next(iter(self.keys), "")
-        found = {}
-        for key, share in self.keys.items():
-            origin = source if share == 1.0 else f"{source}; {share:.4g} times {first}, as before"
-            text = format_quantity(share * value, self.kind.unit)
-            found[key] = {"value": text, "source": origin, "kind": "fitted"}
-        return found
-
-    def shown(self, value: float) -> float:
-        """A value in the unit for people's eyes."""
-        return in_unit(value, self.kind.unit, self.kind.shown)
+def sets_of(parameter: FitParameter, value: float, source: str) -> dict[str, Any]:
+    """Dotted keys and values that give a scenario a value of a parameter."""
+    first, found = next(iter(parameter.keys), ""), {}
+    for key, share in parameter.keys.items():
+        origin = source if share == 1.0 else f"{source}; {share:.4g} times {first}, as before"
+        text = format_quantity(share * value, parameter.unit)
+        found[key] = {"value": text, "source": origin, "kind": "fitted"}
+    return found
 
 
-def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[RunParameter, ...]:
+def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[FitParameter, ...]:
     """The parameters of a scenario by name."""
     found = [_find(name, scenario) for name in names]
     taken: dict[str, str] = {}
@@ -353,7 +294,7 @@ def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[RunParame
     return tuple(found)
 
 
-def _find(name: str, scenario: Scenario) -> RunParameter:
+def _find(name: str, scenario: Scenario) -> FitParameter:
     general, dot, one = name.partition(".")
     kind = KINDS.get(general)
     members = list(getattr(scenario.orthosis, kind.each)) if kind is not None and kind.each else []
@@ -368,7 +309,7 @@ def _find(name: str, scenario: Scenario) -> RunParameter:
             else f"there is no such {kind.each or 'part'}",
         )
     if not kind.key:
-        return RunParameter(name, kind, 0.0, {})
+        return _parameter(name, kind, 0.0, {})
     keys = [kind.key.format(member) for member in ([one] if dot else members)] if members else [kind.key]
     fields = [field_at(key, scenario) for key in keys]
     low, high = fields[0].bounds
@@ -385,7 +326,14 @@ def _find(name: str, scenario: Scenario) -> RunParameter:
             value=format_quantity(start, kind.unit),
             allowed=f"{low:g} to {high:g} {kind.shown}",
         )
-    return RunParameter(name, kind, start, dict(zip(keys, shares, strict=True)))
+    return _parameter(name, kind, start, dict(zip(keys, shares, strict=True)))
+
+
+def _parameter(name: str, kind: RunParameterKind, start: float, keys: dict[str, float]) -> FitParameter:
+    """A search begins at the scenario's own value."""
+    size = (start or kind.typical) if kind.logarithmic else kind.typical
+    ends = kind.lower, kind.upper, start, start
+    return FitParameter(name, kind.unit, kind.shown, *ends, size, logarithmic=kind.logarithmic, keys=keys)
 
 
 Values = Mapping[str, float]
@@ -397,7 +345,7 @@ class RunProblem:
     """A scenario as plain data, its free parameters, and the log that they are fitted to; SI."""
 
     scenario: dict[str, Any]
-    parameters: tuple[RunParameter, ...]
+    free: tuple[FitParameter, ...]
     log: Log
     noise: dict[str, float]
     hold_out: float
@@ -405,7 +353,7 @@ class RunProblem:
     @property
     def starts(self) -> dict[str, float]:
         """Each parameter's value before the fit [SI]."""
-        return {p.name: p.start for p in self.parameters}
+        return {p.name: p.low for p in self.free}
 
     @property
     def seen(self) -> np.ndarray:
@@ -416,7 +364,7 @@ class RunProblem:
     def with_values(self, values: Values) -> dict[str, Any]:
         """Dotted keys that give the scenario other values."""
         source = f"fitted to {self.log.file.name}"
-        return {k: v for p in self.parameters for k, v in p.sets(values[p.name], source).items()}
+        return {k: v for p in self.free for k, v in sets_of(p, values[p.name], source).items()}
 
 
 def pose(
@@ -448,7 +396,7 @@ def pose(
 def run_at(problem: RunProblem, values: Values) -> Recording:
     """The run with other values, at every step, as far as the log goes."""
     scenario = load("scenario", problem.scenario, problem.with_values(values))
-    slack = max([p.kind.upper for p in problem.parameters if not p.keys], default=0.0)
+    slack = max([p.upper for p in problem.free if not p.keys], default=0.0)
     end = problem.log.time[-1] + slack + scenario.timestep
     scenario = scenario.with_values(
         duration=end if slack else min(end, scenario.duration), record_rate=1.0 / scenario.timestep

@@ -22,9 +22,9 @@ def write(fit: FitRun, folder: pathlib.Path) -> None:
 def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
     """The fitted scenario as it stands in a folder; what belongs to the log as a comment."""
     comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
-    for parameter in fit.problem.parameters:
+    for parameter in fit.problem.free:
         if not parameter.keys:
-            value = f"{parameter.shown(fit.values[parameter.name]):.4g} {parameter.kind.shown}"
+            value = f"{parameter.number(fit.values[parameter.name]):.4g} {parameter.shown}"
             comments.append(f"# {parameter.name} = {value}, of the log: {fit.belief(parameter)}")
     scenario = portable(fit.scenario.resolved(), folder)
     return "\n".join(comments) + "\n" + toml_text(scenario)
@@ -39,14 +39,14 @@ def _as_json(fit: FitRun) -> dict[str, Any]:
         "scenario": problem.scenario["name"],
         "parameters": {
             p.name: {
-                "start": p.start,
+                "start": p.low,
                 "value": fit.values[p.name],
                 "interval_95": fit.interval[p.name],
                 "refused": fit.reason(p.name) or None,
-                "unit": p.kind.unit,
+                "unit": p.unit,
                 "sets": {key: share * fit.values[p.name] for key, share in p.keys.items()},
             }
-            for p in problem.parameters
+            for p in problem.free
         },
         "correlation": fit.correlation.tolist(),
         "verdict": list(fit.verdict),
@@ -77,13 +77,13 @@ def _as_json(fit: FitRun) -> dict[str, Any]:
 def tables(fit: FitRun) -> list[tuple[str, list[str], list[list[str]]]]:
     """(title, header, rows) to print: the parameters, then the errors of each channel."""
     rows = []
-    for p in fit.problem.parameters:
+    for p in fit.problem.free:
         interval = fit.interval[p.name]
         belief = f"refused: {fit.reason(p.name)}"
         if interval is not None:
-            belief = " to ".join(f"{p.shown(end):.4g}" for end in interval)
+            belief = " to ".join(f"{p.number(end):.4g}" for end in interval)
         rows.append(
-            [p.name, f"{p.shown(p.start):.4g}", f"{p.shown(fit.values[p.name]):.4g}", p.kind.shown, belief]
+            [p.name, f"{p.number(p.low):.4g}", f"{p.number(fit.values[p.name]):.4g}", p.shown, belief]
         )
     found = [("parameters", ["parameter", "start", "fitted", "unit", "95 % interval"], rows)] if rows else []
     header = ["channel", "unit", "noise", "before", "after"]

@@ -16,15 +16,15 @@ import numpy as np
 from scipy.stats import t
 
 from afo_sim.common import Notice
-from afo_sim.lab.identifiability import Estimate, refused, unidentified, verdict
+from afo_sim.lab.identifiability import refused, unidentified
+from afo_sim.lab.solution import HeldOut, Solution, verdict
 from afo_sim.lab.torque_data import WITHOUT_AIR, Readings
 from afo_sim.lab.torque_device import ANCHORS
 from afo_sim.lab.torque_problem import Group, TorqueProblem, arms_off, errors, predict
-from afo_sim.lab.torque_solution import AT_BOUND, Alternative, Apart, HeldOut, Solution, bounds, levels, solve
+from afo_sim.lab.torque_solution import Alternative, Apart, solve
 
 TIGHT = 0.2  # half an interval, in a parameter's size or as a ratio, that tells even what nothing needs
 CONTRADICT = 0.05  # chance that groups share a value, below which their scatter is the interval
-TOO_FEW = "independent errors"
 ANGLE, TORQUE, PRESSURE = np.radians(1.0), 1.02, 5e3  # a goniometer's zero, a scale, a gauge's zero
 STIFFER = 1.1  # a held stiffness; one of a calf cuff is known far less well
 COARSE = 0.3  # of the mean torque: errors larger than this leave little of the model
@@ -60,47 +60,15 @@ def judged(
 ) -> list[Notice]:
     """A notice for each group of parameters that the readings do not identify."""
     lines = _as_well_without(solution, kind, others, found)
-    lines += linearised(solution)
-    lines += _one_pressure(solution, refused(lines))
-    return lines
-
-
-def interval_of(solution: Solution, k: int) -> tuple[float, float]:
-    """95 % interval of a parameter [SI], within what it can be."""
-    p, x, half = solution.problem.free[k], float(solution.x[k]), float(solution.half[k])
-    return max(p.value(x - half), p.lower), min(p.value(x + half), p.upper)
-
-
-def linearised(solution: Solution) -> list[Notice]:
-    """What the linearised model refuses."""
-    free = solution.problem.free
-    lower, upper = bounds(free)
-    size = [1.0 if p.logarithmic else max(abs(float(x)), 1.0) for p, x in zip(free, solution.x, strict=True)]
-    shown = []
-    for k, p in enumerate(free):
-        low, high = interval_of(solution, k)
-        value = p.text(solution.values[p.name])
-        wide = np.isfinite(solution.half[k])
-        shown.append(
-            f"{value}, and as well {p.text(low)} to {p.text(high)}"
-            if wide
-            else f"{value}, anything else as well"
+    lines += verdict(solution)
+    # at one pressure a law's strength and its dependence on pressure are one, and so is the compliance
+    one = len(np.unique(solution.problem.levels)) == 1 and any(p.of_law for p in solution.problem.free)
+    if one and not set(solution.problem.names) <= refused(lines):
+        why = (
+            "not identifiable one by one: the readings are at one pressure, where the law's strength passes "
+            "for stiffness"
         )
-    found = Estimate(
-        solution.problem.names,
-        solution.x,
-        solution.half,
-        np.array(size),
-        lower,
-        upper,
-        shown,
-        AT_BOUND,
-        TOO_FEW,
-    )
-    lines = list(verdict(found, solution.correlation, int(solution.independent)))
-    if not solution.settled:
-        why = "not identifiable: the search did not settle"
-        lines.insert(0, unidentified("unsettled", solution.problem.names, why))
+        lines.append(unidentified("one-pressure", solution.problem.names, why))
     return lines
 
 
@@ -113,7 +81,10 @@ def _as_well_without(
         if not other.beaten or solution.half[solution.problem.names.index(other.dropped)] <= TIGHT:
             continue
         names = [
-            name for name in solution.problem.names if name == other.dropped or _moved(solution, other, name)
+            p.name
+            for k, p in enumerate(solution.problem.free)
+            if p.name == other.dropped
+            or abs(p.coordinate(other.values[p.name]) - solution.x[k]) > 0.5 * solution.half[k]
         ]
         rest = ", ".join(
             f"{p.name} {p.text(other.values[p.name])}"
@@ -127,29 +98,6 @@ def _as_well_without(
         )
         lines.append(unidentified("as-well-without", names, why))
     return lines
-
-
-def _moved(solution: Solution, other: Alternative, name: str) -> bool:
-    """Whether a parameter moves by over half its interval to one side when another is taken out."""
-    if name == other.dropped:
-        return False
-    k = solution.problem.names.index(name)
-    x = solution.problem.free[k].coordinate(other.values[name])
-    return bool(abs(x - solution.x[k]) > 0.5 * solution.half[k])
-
-
-def _one_pressure(solution: Solution, already: set[str]) -> list[Notice]:
-    """At one pressure a law's strength and its dependence on pressure are one, and so is the compliance."""
-    law = [p.name for p in solution.problem.free if p.of_law]
-    if not law or len(np.unique(levels(solution.problem))) > 1:
-        return []
-    if set(solution.problem.names) <= already:
-        return []
-    why = (
-        "not identifiable one by one: the readings are at one pressure, where the law's strength passes for "
-        "stiffness"
-    )
-    return [unidentified("one-pressure", solution.problem.names, why)]
 
 
 @dataclass(frozen=True)
@@ -188,17 +136,15 @@ def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError
 def _problems(problem: TorqueProblem) -> Iterator[tuple[str, TorqueProblem, str]]:
     yield "all angles 1 deg higher", _reread(problem, lambda r: replace(r, angle=r.angle + ANGLE)), ""
     yield "all torques 2 % larger", _reread(problem, lambda r: replace(r, torque=TORQUE * r.torque)), ""
-    yield "all pressures 0.05 bar higher", _reread(problem, _more_pressure), ""
+    filled = _reread(
+        problem,
+        lambda r: replace(r, pressure=r.pressure + np.where(r.pressure > WITHOUT_AIR, PRESSURE, 0.0)),
+    )
+    yield "all pressures 0.05 bar higher", filled, ""  # without air a gauge is set to zero
     for name, values in _held(problem).items():
         if name not in problem.names and len(values) == 1:
-            stiffer = replace(problem, held={**problem.held, name: STIFFER * min(values)})
+            stiffer = replace(problem, fixed={**problem.fixed, name: STIFFER * min(values)})
             yield f"a {name} 10 % higher", stiffer, name
-
-
-def _more_pressure(readings: Readings) -> Readings:
-    """Without air a gauge is set to zero."""
-    pressure = readings.pressure
-    return replace(readings, pressure=pressure + np.where(pressure > WITHOUT_AIR, PRESSURE, 0.0))
 
 
 def _reread(problem: TorqueProblem, change: Callable[[Readings], Readings]) -> TorqueProblem:
@@ -241,7 +187,7 @@ def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
     yield from beyond_law(solution)
     yield from _slack(solution)
     yield from _held_soft(solution)
-    if len(np.unique(levels(problem))) == 1:
+    if len(np.unique(problem.levels)) == 1:
         yield Notice(
             "one-pressure",
             "the readings are at one pressure: an error of the law's force passes for stiffness or offset; "

@@ -8,18 +8,19 @@ share. Any other name is a parameter of the muscle's law. `fit_torque` says in w
 import os
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from afo_sim.common import InputError, Notice, Shown, nearest_name, parse_quantity, unknown
 from afo_sim.description import Orthosis, reader
-from afo_sim.lab.identifiability import refusal_of, refused
+from afo_sim.lab.fit_parameter import FitParameter
+from afo_sim.lab.identifiability import reason, refused
+from afo_sim.lab.solution import HeldOut, Solution, held_out, unseen
 from afo_sim.lab.torque_belief import (
     SharedError,
     doubts,
-    interval_of,
     judged,
     scattered,
     shared_errors,
@@ -30,7 +31,6 @@ from afo_sim.lab.torque_device import fitted_orthosis
 from afo_sim.lab.torque_laws import OfLaw, moves, of_laws, widened
 from afo_sim.lab.torque_problem import (
     Group,
-    TorqueParameter,
     TorqueProblem,
     choose_chamber,
     errors,
@@ -42,13 +42,9 @@ from afo_sim.lab.torque_solution import (
     KINDS,
     Alternative,
     Apart,
-    HeldOut,
-    Solution,
     alternatives,
     apart,
-    held_out,
-    parts,
-    predicted,
+    from_start,
     root_mean_square,
     solve,
 )
@@ -110,7 +106,7 @@ class TorqueFit(Shown):
         """95 % interval of each [SI], over the laws that fit comparably; None where it is not identified."""
         lacking = refused(self.verdict)
         return {
-            p.name: None if p.name in lacking else widened(interval_of(self.solution, k), self.laws, p.name)
+            p.name: None if p.name in lacking else widened(self.solution.interval(k), self.laws, p.name)
             for k, p in enumerate(self.problem.free)
         }
 
@@ -143,17 +139,13 @@ class TorqueFit(Shown):
             for g in problem.groups
         }
 
-    def parts(self, kind: str) -> dict[str, np.ndarray]:
-        """Which settings were left out together, by the names in `held_out`."""
-        return parts(self.problem, kind)
-
-    def _in_short(self, parameter: TorqueParameter) -> str:
+    def _in_short(self, parameter: FitParameter) -> str:
         interval = self.intervals[parameter.name]
         ends = "" if interval is None else " to ".join(f"{parameter.number(end):.3g}" for end in interval)
         value = parameter.text(self.parameters[parameter.name])
         return f"{parameter.name} = {value} ({ends or 'no interval'})"
 
-    def ends(self, parameter: TorqueParameter) -> str:
+    def ends(self, parameter: FitParameter) -> str:
         """A parameter's interval, or why it has none."""
         interval = self.intervals[parameter.name]
         if interval is None:
@@ -166,10 +158,9 @@ class TorqueFit(Shown):
 
     def reason(self, name: str) -> str:
         """The reason why a parameter's interval is refused; "" where it is not."""
-        notice = refusal_of(self.verdict, name)
-        return "" if notice is None else notice.data["reason"]
+        return reason(self.verdict, name)
 
-    def source(self, parameter: TorqueParameter) -> str:
+    def source(self, parameter: FitParameter) -> str:
         """What stands beside a fitted value in the orthosis' file."""
         files = ", ".join(dict.fromkeys(g.readings.file.name for g in self.problem.groups))
         together = [p.name for p in self.problem.free if p is not parameter]
@@ -264,12 +255,14 @@ def _fitted(
     solution = solve(problem)
     groups = apart(solution, report)
     solution, contradictions = scattered(solution, groups)
-    found = held_out(solution, kinds, report)
+    found = held_out(solution.problem, kinds, from_start(solution.x), report)
     _require_held_out(hold_out, kinds, found)
     kind, alone = alternatives(solution, found, report)
     lines = judged(solution, kind, alone, found)
     if further:
-        found[FILE] = predicted(solution, further)
+        names = [f"{g.readings.file.name} {g.readings.group}" for g in further]
+        each = [replace(problem, groups=(group,)) for group in further]
+        found[FILE] = unseen([(n, e, solution.values) for n, e in zip(names, each, strict=True)])
     laws = of_laws(solution, {k: each for k, each in found.items() if k != FILE}, report)
     shared = shared_errors(solution)
     moved = (each for each in moves(laws, problem.free) if each.severity == "warning")

@@ -21,10 +21,12 @@ import numpy as np
 from scipy.stats import f
 
 from afo_sim.common import Notice
+from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.identifiability import refused
-from afo_sim.lab.torque_belief import beyond_law, interval_of, linearised, scattered
-from afo_sim.lab.torque_problem import Group, TorqueParameter, TorqueProblem
-from afo_sim.lab.torque_solution import HeldOut, Progress, Solution, apart, held_out, mean_square, solve
+from afo_sim.lab.solution import HeldOut, Progress, Solution, held_out, verdict
+from afo_sim.lab.torque_belief import beyond_law, scattered
+from afo_sim.lab.torque_problem import Group, TorqueProblem
+from afo_sim.lab.torque_solution import apart, from_start, mean_square, solve
 
 CHANCE = 0.95  # up to which a ratio of mean squared errors is chance
 
@@ -44,9 +46,9 @@ class OfLaw:
         """95 % interval [SI] about this law, twice the value where it is refused; None if not fitted."""
         if name not in self.solution.problem.names:
             return None
-        if name in refused(linearised(self.solution)):
+        if name in refused(verdict(self.solution)):
             return (self.solution.values[name],) * 2
-        return interval_of(self.solution, self.solution.problem.names.index(name))
+        return self.solution.interval(self.solution.problem.names.index(name))
 
 
 def of_laws(solution: Solution, found: dict[str, HeldOut], report: Progress) -> tuple[OfLaw, ...]:
@@ -60,7 +62,8 @@ def of_laws(solution: Solution, found: dict[str, HeldOut], report: Progress) -> 
     for law in (law for law in shared if law not in fits):
         report(f"fitting with the law {law}")
         fitted = solve(_with(problem, law))
-        fits[law], left[law] = scattered(fitted, apart(fitted))[0], held_out(fitted, [kind] if kind else [])
+        fits[law] = scattered(fitted, apart(fitted))[0]
+        left[law] = held_out(fitted.problem, [kind] if kind else [], from_start(fitted.x))
     least = min(fits.values(), key=mean_square)
     square = mean_square(least)
     return tuple(
@@ -91,7 +94,7 @@ def widened(own: tuple[float, float], laws: Sequence[OfLaw], name: str) -> tuple
     return min(low for low, _ in hull), max(high for _, high in hull)
 
 
-def moves(laws: Sequence[OfLaw], free: Sequence[TorqueParameter]) -> Iterator[Notice]:
+def moves(laws: Sequence[OfLaw], free: Sequence[FitParameter]) -> Iterator[Notice]:
     """A sentence on how far the law moves each parameter; a warning where it is beyond one law's interval."""
     fitting = [each for each in laws if each.comparable]
     if fitting and laws[0] not in fitting:

@@ -1,15 +1,20 @@
 """A torque fit as it is posed: readings, the orthosis of each group, parameters, and its predictions."""
 
-import math
+import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
+from scipy.optimize import OptimizeResult
 
-from afo_sim.common import EXAMPLES, InputError, Notice, in_unit, unknown
+from afo_sim.common import EXAMPLES, InputError, Notice, unknown
 from afo_sim.description import Orthosis
+from afo_sim.lab.fit_parameter import FitParameter
+from afo_sim.lab.identifiability import rms
+from afo_sim.lab.solution import FitProblem
 from afo_sim.lab.torque_data import SAME_ANGLE, Readings
 from afo_sim.lab.torque_device import Change, Path, paths, statics
 from afo_sim.physics import LAWS
@@ -19,65 +24,24 @@ CHANNELS = ("torque", "cuff")
 USUAL_CHAMBER = "dorsiflexor"
 LEFT = 0.9  # contraction ratio to either side that no path leaves
 DISAGREE, APART = 0.05, 1e-3  # of its change, and [m], by which a path's length and moment arm may disagree
+ROUND_OFF = 1e-6  # of its size, below which a value is nothing
+BLOCKS = 5  # of angles
 BEYOND = 1.25  # measured torque over that on rigid anchors, from which no stiffness can be the reason
 
 
-@dataclass(frozen=True)
-class TorqueParameter:
-    """A parameter of a torque fit, SI; `shown` is the unit for people's eyes."""
-
-    name: str
-    meaning: str
-    unit: str
-    shown: str
-    lower: float
-    upper: float
-    low: float
-    high: float
-    size: float
-    neutral: float | None = None
-    logarithmic: bool = False
-    of_law: bool = False
-
-    def coordinate(self, value: float) -> float:
-        """A value [SI] as it is searched: a number of ordinary size."""
-        return math.log(value / self.low) if self.logarithmic else value / self.size
-
-    def value(self, coordinate: float) -> float:
-        """The value [SI] of what is searched."""
-        if self.logarithmic:
-            return self.low * math.exp(min(max(coordinate, -700.0), 700.0))
-        return self.size * coordinate
-
-    def text(self, value: float) -> str:
-        """A value [SI] for people."""
-        return f"{self.number(value):.3g} {self.shown}".strip()
-
-    def number(self, value: float) -> float:
-        """A value in the unit for people's eyes."""
-        return in_unit(value, self.unit, self.shown) if self.shown else value
+def _stiffness(name: str) -> FitParameter:
+    return FitParameter(name, "N/m", "kN/m", 100.0, STIFFEST, 5e3, 5e4, 5e3, STIFFEST, logarithmic=True)
 
 
-def _stiffness(name: str, meaning: str) -> TorqueParameter:
-    return TorqueParameter(
-        name, meaning, "N/m", "kN/m", 100.0, STIFFEST, 5e3, 5e4, 1.0, STIFFEST, logarithmic=True
-    )
-
-
-OWN = {
-    "series_stiffness": _stiffness("series_stiffness", "of each filled muscle's cable and brackets"),
-    "offset": TorqueParameter(
-        *("offset", "length that cable and brackets give before they carry anything", "m", "mm"),
-        *(0.0, 0.1, 1e-3, 1e-2, 5e-3, 0.0),
-    ),
-    "cuff_stiffness": _stiffness("cuff_stiffness", "of the cuff along the pull of all muscles"),
-    "plate_stiffness": _stiffness("plate_stiffness", "of the plate along the pull of all muscles"),
+OWN = {  # of each filled muscle's cable and brackets; of cuff and plate along the pull of all muscles
+    "series_stiffness": _stiffness("series_stiffness"),
+    "offset": FitParameter("offset", "m", "mm", 0.0, 0.1, 1e-3, 1e-2, 5e-3, 0.0),
+    "cuff_stiffness": _stiffness("cuff_stiffness"),
+    "plate_stiffness": _stiffness("plate_stiffness"),
 }
 
 
-def parameters(
-    names: Sequence[str], orthoses: Sequence[Orthosis], chamber: str
-) -> tuple[TorqueParameter, ...]:
+def parameters(names: Sequence[str], orthoses: Sequence[Orthosis], chamber: str) -> tuple[FitParameter, ...]:
     """The parameters of these names, for the muscles on a chamber."""
     known = dict(OWN) | _of_law(orthoses, chamber)
     found = []
@@ -96,7 +60,7 @@ def parameters(
     return tuple(found)
 
 
-def _of_law(orthoses: Sequence[Orthosis], chamber: str) -> dict[str, TorqueParameter]:
+def _of_law(orthoses: Sequence[Orthosis], chamber: str) -> dict[str, FitParameter]:
     """Parameters of the law of the filled muscles; none where several laws are in use."""
     muscles = [group.type for orthosis in orthoses for group in orthosis.muscles_of(chamber).values()]
     if len({muscle.law for muscle in muscles}) != 1:
@@ -108,9 +72,7 @@ def _of_law(orthoses: Sequence[Orthosis], chamber: str) -> dict[str, TorqueParam
         size = abs(start) or max(map(abs, p.start)) or 1.0
         usual = EXAMPLES[p.unit].partition(" ")[2] if p.unit else ""
         low, high = sorted((start, min(max(1.1 * start, p.lower), p.upper)))
-        found[p.name] = TorqueParameter(
-            *(p.name, p.meaning, p.unit, usual, p.lower, p.upper, low, high, size), of_law=True
-        )
+        found[p.name] = FitParameter(p.name, p.unit, usual, p.lower, p.upper, low, high, size, of_law=True)
     return found
 
 
@@ -137,22 +99,113 @@ class Group:
 
 
 @dataclass(frozen=True, eq=False)
-class TorqueProblem:
-    """What is fitted to what. `difference`: the torques are those with air less those without."""
+class TorqueProblem(FitProblem):
+    """What is fitted to what. `difference`: the torques are those with air less those without; `spread` is
+    the size of an error by channel.
+
+    Readings of one setting are one point, of the weight of its readings: ten copies of a reading tell no more
+    than one. Of errors that hang together at least one for each curve over the angle is independent.
+    """
 
     groups: tuple[Group, ...]
-    free: tuple[TorqueParameter, ...]
+    free: tuple[FitParameter, ...]
     chamber: str
     difference: bool = False
-    held: Mapping[str, float] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    spread: Mapping[str, float] = field(default_factory=lambda: dict.fromkeys(CHANNELS, 1.0))
+
+    inside = 1e-6
 
     def __len__(self) -> int:
         return sum(len(group) for group in self.groups)
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Of the free parameters."""
-        return tuple(p.name for p in self.free)
+    def options(self) -> Mapping[str, Any]:
+        """Of scipy's least_squares."""
+        tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-11)
+        return {"jac": "3-point", "x_scale": "jac", "max_nfev": 200, **tight}
+
+    def ended(self, x: np.ndarray) -> dict[str, float]:
+        """The parameters [SI] where a search ended; what is nothing but round-off is 0."""
+        logarithmic = np.array([p.logarithmic for p in self.free])
+        return self.values(np.where((np.abs(x) < ROUND_OFF) & ~logarithmic, 0.0, x))
+
+    def starts(self) -> list[np.ndarray]:
+        """A low and a high usual value of every parameter, in all combinations of up to four of them."""
+        ends = [sorted({p.coordinate(p.low), p.coordinate(p.high)}) for p in self.free]
+        some = [values if k < 4 else values[:1] for k, values in enumerate(ends)]
+        return [np.array(x) for x in itertools.product(*some)]
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Errors of all channels in units of their sizes, each of the weight of its readings."""
+        found, weight = errors(self, self.values(x)), np.sqrt(self.column("weight"))
+        parts = [(weight * found[c] / self.spread[c])[np.isfinite(self.column(c))] for c in CHANNELS]
+        return np.nan_to_num(np.concatenate(parts), nan=1e6, posinf=1e6, neginf=-1e6)
+
+    def scaled(self, errors: Mapping[str, np.ndarray]) -> "TorqueProblem":
+        """With each channel in units of the size of errors."""
+        seen = {c: errors[c][np.isfinite(self.column(c))] for c in CHANNELS}
+        return replace(self, spread={c: max(rms(e), 1e-6 * self.spread[c], 1e-9) for c, e in seen.items()})
+
+    def memory(self, best: OptimizeResult) -> float:
+        """Correlation of the torque errors of neighbouring angles, within a group and a pressure [-]."""
+        found = errors(self, self.values(best.x))["torque"]
+        level, angle, group = self.levels, self.column("angle"), self.of_group
+        order = np.lexsort((angle, level, group))
+        e, same = found[order], np.ones(max(len(order) - 1, 0), dtype=bool)
+        for key in (level, group):
+            same &= key[order][1:] == key[order][:-1]
+        square, pairs = float(np.sum(e**2)), int(same.sum())
+        if square == 0.0 or pairs < 5:
+            return 0.0
+        return min(max(float(np.sum((e[1:] * e[:-1])[same]) / pairs / (square / len(e))), 0.0), 0.95)
+
+    @property
+    def curves(self) -> float:
+        """Over the angle: each is one independent error at least."""
+        return float(len(set(zip(self.of_group.tolist(), self.levels.tolist(), strict=True))))
+
+    @property
+    def levels(self) -> np.ndarray:
+        """The number of each reading's pressure level; pressures nearer than 2 % of their span are one."""
+        pressure = self.column("pressure")
+        ordered = np.sort(pressure)
+        gap = max(0.02 * float(np.ptp(ordered)), 5e3)
+        edges = ordered[np.flatnonzero(np.diff(ordered, prepend=-np.inf) > gap)]
+        if len(edges) > 12 or (
+            len(edges) == 1 and np.ptp(ordered) > 1e5
+        ):  # swept: blocks of as many readings
+            edges = np.unique(ordered[np.linspace(0, len(ordered), 5, endpoint=False).astype(int)])
+        return np.searchsorted(edges, pressure, side="right") - 1
+
+    @property
+    def telling(self) -> int:
+        """The number of settings."""
+        return len(self)
+
+    def parts(self, kind: str) -> dict[str, np.ndarray]:
+        """Which readings are left out together, by a name for people; none where that cannot be done."""
+        found = {name: mask for name, mask in self._parts(kind) if mask.any()}
+        return found if len(found) > 1 else {}
+
+    def _parts(self, kind: str) -> Iterator[tuple[str, np.ndarray]]:
+        if kind == "group":
+            for k, group in enumerate(self.groups):
+                yield group.readings.group, self.of_group == k
+        elif kind == "pressure":
+            level, pressure = self.levels, self.column("pressure") * 1e-5
+            for k in np.unique(level):
+                yield f"{pressure[level == k].mean():.3g} bar", level == k
+        else:
+            degrees = np.round(np.degrees(self.column("angle")), 1)
+            different = np.unique(degrees)
+            for block in np.array_split(different, min(BLOCKS, len(different))):
+                mask = (degrees >= block[0]) & (degrees <= block[-1])
+                yield f"{block[0]:g} to {block[-1]:g} deg" if len(block) > 1 else f"{block[0]:g} deg", mask
+
+    def missed(self, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Torque errors [N·m] of the settings."""
+        return errors(self, values)["torque"], self.column("weight"), self.column("scatter")
 
     def take(self, keep: np.ndarray) -> "TorqueProblem":
         """Some of the readings, over all groups end to end; groups without any are gone."""
@@ -267,7 +320,7 @@ def _statics(
 
 def _change(problem: TorqueProblem, values: Mapping[str, float]) -> Change:
     law = {p.name: values[p.name] for p in problem.free if p.of_law}
-    values = {**problem.held, **values}
+    values = {**problem.fixed, **values}
     return Change(
         values.get("series_stiffness"),
         values.get("offset"),

@@ -351,7 +351,7 @@ def _on_makers_curve(law: str, equation: str, bore: int, bound: float | None) ->
     muscle = reader.load("muscle", FLUIDIC[bore])
     assert data.contraction is not None
     errors = law_force(muscle, law, data.contraction, data.pressure) - data.force
-    unseen = held_out(fit_law(pose(law, [data]), starts=4)).held_out_rms("pressure")
+    unseen = held_out(fit_law(pose(law, [data]), starts=4)).held_out["pressure"].rms
     return curve(
         f"S2 {equation}",
         f"`{law}` on the {bore} mm curve, RMS",

@@ -130,8 +130,8 @@ def _bench() -> list[Row]:
 def _held_out(tables: dict[int, Measured]) -> dict[str, float]:
     problem = pose("tondu_lopez_2000_bladder", [tables[1], tables[2]])
     result = held_out(fit_law(problem, starts=4))
-    found = {kind: CM * result.held_out_rms(kind) for kind in ("load", "pressure")}
-    for left_out, errors in result.held_out["muscle"].items():
+    found = {kind: CM * result.held_out[kind].rms for kind in ("load", "pressure")}
+    for left_out, errors in result.held_out["muscle"].errors.items():
         length = "12 cm" if "120" in left_out else "21.5 cm"
         found[f"the {length} muscle"] = CM * rms(errors)
     return found

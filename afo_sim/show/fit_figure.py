@@ -100,7 +100,8 @@ def _draw_residuals(axis: Any, fit: LawFit) -> None:
     pressure = np.concatenate([d.pressure for d in fit.problem.data]) * 1e-5
     axis.axhline(0.0, color="0.6", lw=0.8)
     axis.plot(pressure - 0.04, factor * fit.residuals, "o", ms=3, color=COLOURS[1], label="fitted")
-    for k, (label, errors) in enumerate(fit.held_out.get("pressure", {}).items()):
+    left = fit.held_out["pressure"].errors if "pressure" in fit.held_out else {}
+    for k, (label, errors) in enumerate(left.items()):
         at = np.full(len(errors), float(label.split()[0]) + 0.04)
         axis.plot(at, factor * errors, "x", ms=4, color=COLOURS[0], label="left out" if k == 0 else None)
     axis.margins(x=0.08)
@@ -115,7 +116,7 @@ def _draw_ranking(axis: Any, fits: Sequence[LawFit]) -> None:
     places = np.arange(len(fits))[::-1]
     axis.barh(places + 0.2, [factor * f.rms for f in fits], 0.38, color=COLOURS[1], label="fitted")
     for kind, colour in zip(kinds(fits)[:1], COLOURS, strict=False):
-        values = [factor * f.held_out_rms(kind) if kind in f.held_out else np.nan for f in fits]
+        values = [factor * f.held_out[kind].rms if kind in f.held_out else np.nan for f in fits]
         axis.barh(places - 0.2, values, 0.38, color=colour, label=f"{kind} left out")
     axis.set_yticks(places, [f.problem.law.name for f in fits])
     axis.set_xscale("log")

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.lab import Group, Profile, Readings, TorqueFit, levels, profile, refused
-from afo_sim.lab.torque_problem import TorqueParameter, predict
+from afo_sim.lab import Group, Profile, Readings, TorqueFit, profile, refused
+from afo_sim.lab.fit_parameter import FitParameter
+from afo_sim.lab.torque_problem import predict
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_pair
 
 _MOST_GROUPS = 6  # panels of measured torque
@@ -29,7 +30,7 @@ def write_torque_figure(found: TorqueFit, folder: pathlib.Path) -> list[pathlib.
 def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int, rows: int) -> None:
     axes = list(np.ravel(figure.subplots(rows, columns)))
     groups = found.problem.groups[:_MOST_GROUPS]
-    level, of_group = levels(found.problem), found.problem.of_group
+    level, of_group = found.problem.levels, found.problem.of_group
     for k, group in enumerate(groups):
         _draw_torque(axes[k], found, group, level[of_group == k])
     _draw_residuals(axes[len(groups)], found, level)
@@ -111,7 +112,7 @@ def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
     if kind:
         missed = found.held_out[kind]
         for k, name in enumerate(missed.errors):
-            mask = found.parts(kind)[name]
+            mask = found.problem.parts(kind)[name]
             axis.plot(
                 angle[mask],
                 missed.errors[name],
@@ -128,7 +129,7 @@ def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
     axis.legend()
 
 
-def _scale(parameter: TorqueParameter, scale: Any, side: Any) -> None:
+def _scale(parameter: FitParameter, scale: Any, side: Any) -> None:
     """A logarithmic axis where the parameter is searched so."""
     from matplotlib.ticker import LogFormatter
 

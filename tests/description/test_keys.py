@@ -270,5 +270,5 @@ def test_what_a_fit_searches_lies_within_what_its_field_allows() -> None:
             field = field_at(key, SCENARIO)
             low, high = field.bounds
             assert low <= kind.lower < kind.upper <= high, name
-            assert parameter.kind.unit == field.unit
-        assert parameter.start == field_at(next(iter(parameter.keys)), SCENARIO).value
+            assert parameter.unit == field.unit
+        assert parameter.low == field_at(next(iter(parameter.keys)), SCENARIO).value

@@ -31,7 +31,8 @@ from afo_sim.lab import (
 from afo_sim.lab.law_fit import held_out
 from afo_sim.lab.law_muscle import doubts, rank
 from afo_sim.lab.law_problem import errors
-from afo_sim.lab.law_result import remarks, tables, write
+from afo_sim.lab.law_result import _problems, remarks, tables, write
+from afo_sim.lab.solution import HeldOut
 from afo_sim.physics import LAWS, Braid, contractions, forces
 from afo_sim.show import write_fit_figure
 
@@ -123,7 +124,7 @@ def test_21_coefficients_are_not_told_by_33_points(characteristic: dict[int, Mea
     # the fit looks better than the exponential's, on points it has not seen it is worse
     exponential = held_out(fit_law(pose("sarosi_2012", [characteristic[20]])))
     assert found.rms < exponential.rms
-    assert found.held_out_rms("pressure") > 2.0 * exponential.held_out_rms("pressure")
+    assert found.held_out["pressure"].rms > 2.0 * exponential.held_out["pressure"].rms
 
 
 @pytest.fixture(scope="module")
@@ -149,14 +150,14 @@ def test_s1_does_not_tell_the_braid_angle_from_the_bladder(s1_fit: LawFit) -> No
     [("load", [0.19, 0.15, 0.17, 0.14]), ("pressure", [0.22, 0.09, 0.23]), ("muscle", [0.25, 0.46])],
 )
 def test_s1_held_out_errors(s1_fit: LawFit, kind: str, expected: list[float]) -> None:
-    found = [100 * rms(e) for e in s1_fit.held_out[kind].values()]
+    found = [100 * s1_fit.held_out[kind].of(name) for name in s1_fit.held_out[kind].errors]
     assert found == pytest.approx(expected, abs=0.01)
 
 
 def test_leaving_a_muscle_out_is_a_fit_to_the_other(s1: list[Measured], s1_fit: LawFit) -> None:
     alone = fit_law(pose("tondu_lopez_2000_bladder", [s1[0]]))
     predicted = rms(errors(alone.problem, alone.values, [s1[1]]))
-    assert rms(s1_fit.held_out["muscle"][s1[1].name]) == pytest.approx(predicted, rel=1e-3)
+    assert s1_fit.held_out["muscle"].of(s1[1].name) == pytest.approx(predicted, rel=1e-3)
 
 
 def test_s1_tables_iii_and_iv_are_one_braid() -> None:
@@ -250,9 +251,9 @@ def test_what_the_header_states_is_held(characteristic: dict[int, Measured]) -> 
         characteristic[20], facts=characteristic[20].facts | {"braid_angle": math.radians(24.0)}
     )
     problem = pose("tondu_lopez_2000", [stated])
-    assert problem.free == ("k",)
+    assert problem.names == ("k",)
     assert problem.fixed["braid_angle"] == math.radians(24.0)
-    assert pose("tondu_lopez_2000", [stated], free=["braid_angle"]).free == ("braid_angle", "k")
+    assert pose("tondu_lopez_2000", [stated], free=["braid_angle"]).names == ("braid_angle", "k")
     with pytest.raises(InputError, match="stated differently"):
         other = dataclasses.replace(stated, facts=stated.facts | {"braid_angle": 0.5})
         pose("tondu_lopez_2000", [stated, other])
@@ -311,7 +312,7 @@ def test_laws_are_ranked_by_what_was_left_out(s1: list[Measured]) -> None:
     fits = [held_out(fit_law(pose(law, [s1[0]]))) for law in ("tondu_lopez_2000_bladder", "maximum_force")]
     by_load = [dataclasses.replace(f, held_out={"load": f.held_out["load"]}) for f in fits]
     ranked = rank(by_load)
-    assert [f.held_out_rms("load") for f in ranked] == sorted(f.held_out_rms("load") for f in fits)
+    assert [f.held_out["load"].rms for f in ranked] == sorted(f.held_out["load"].rms for f in fits)
 
 
 def test_an_outlier_matters_less_to_a_robust_loss(characteristic: dict[int, Measured]) -> None:
@@ -320,6 +321,15 @@ def test_an_outlier_matters_less_to_a_robust_loss(characteristic: dict[int, Meas
     plain, robust = (fit_law(pose("sarosi_2012", [data], loss=loss)) for loss in ("linear", "soft_l1"))  # type: ignore[arg-type]
     off = [sum(abs(f.values[n] / planted[n] - 1.0) for n in planted) for f in (plain, robust)]
     assert off[1] < 0.3 * off[0]
+
+
+def test_laws_without_a_free_parameter_are_skipped_among_all(characteristic: dict[int, Measured]) -> None:
+    data = characteristic[20]
+    stated = dataclasses.replace(data, facts=data.facts | {"braid_angle": math.radians(25.0)})
+    posed, skipped = _problems("all", [stated], (), {}, "linear")
+    assert [*skipped] == ["chou_hannaford_1996"] and len(posed) == len(LAWS) - 1
+    with pytest.raises(InputError, match="nothing left to fit"):
+        fit(data.file, law="chou_hannaford_1996", facts={"braid_angle": "25 deg"})
 
 
 def test_what_cannot_be_fitted_is_refused(characteristic: dict[int, Measured]) -> None:
@@ -418,9 +428,10 @@ def test_two_pressures_do_not_rank_laws_and_that_is_said() -> None:
 
 def test_orders_that_contradict_each_other_are_told(characteristic: dict[int, Measured]) -> None:
     near, far = (fit_law(pose(law, [characteristic[20]])) for law in ("sarosi_2012", "tondu_lopez_2000"))
-    errors_of = {f"{bar} bar": np.ones(5) for bar in (1, 2, 3)}
-    near = dataclasses.replace(near, held_out={"pressure": {k: 9.0 * v for k, v in errors_of.items()}})
-    far = dataclasses.replace(far, held_out={"pressure": errors_of})
+    one, none = (dict.fromkeys(("1 bar", "2 bar", "3 bar"), value * np.ones(5)) for value in (1.0, 0.0))
+    nine = {name: 9.0 * each for name, each in one.items()}
+    near = dataclasses.replace(near, held_out={"pressure": HeldOut(nine, one, none)})
+    far = dataclasses.replace(far, held_out={"pressure": HeldOut(one, one, none)})
     ranked = rank([near, far])
     assert [f.problem.law.name for f in ranked] == ["tondu_lopez_2000", "sarosi_2012"]
     assert "contradict" in doubts(ranked)[0]

@@ -12,7 +12,7 @@ from scipy.stats import t
 from afo_sim.common import assets
 from afo_sim.description import load
 from afo_sim.lab import LawFit, Measured, fit, fit_law, pose, read_measured, select
-from afo_sim.lab.law_fit import memory
+from afo_sim.lab.law_fit import alike
 from afo_sim.lab.law_muscle import muscle
 from afo_sim.lab.law_problem import errors, predict
 from afo_sim.lab.law_result import remarks, write
@@ -87,7 +87,7 @@ def by_hand(problem_law: str, data: list[Measured], values: dict[str, float]) ->
     """s² (JᵀJ)⁻¹ by central differences and a plain inverse [SI]."""
     problem = pose(problem_law, data)
     columns = []
-    for name in problem.free:
+    for name in problem.names:
         step = 1e-6 * values[name]
         up, down = (errors(problem, values | {name: values[name] + way * step}, data) for way in (1, -1))
         columns.append((up - down) / (2.0 * step))
@@ -194,9 +194,9 @@ def test_errors_that_hang_together_are_told() -> None:
     assert bent.covariance is not None
     assert "are alike" in bent.covariance.provenance["standard_errors"].source
     noisy = trials()[0]
-    assert abs(memory(noisy.problem, noisy.residuals)) < 3.0 / np.sqrt(32.0)
+    assert abs(alike(noisy.problem, noisy.residuals)) < 3.0 / np.sqrt(32.0)
     data = noisy.problem.data[0]
-    assert memory(noisy.problem, np.ones(len(data))) == pytest.approx((32 - 4) / 32)  # four curves
+    assert alike(noisy.problem, np.ones(len(data))) == pytest.approx((32 - 4) / 32)  # four curves
 
 
 def test_fitted_muscle_draws_about_its_own_values() -> None:
