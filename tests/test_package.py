@@ -1,5 +1,6 @@
 """README, scripts and the wheel do what they say."""
 
+import itertools
 import os
 import pathlib
 import re
@@ -81,13 +82,26 @@ def test_files_stay_small() -> None:
     assert not {path: lines for path, lines in long.items() if lines > 520}
 
 
-def test_documents_name_every_command_and_law() -> None:
-    from afo_sim.cli import app
+def test_the_version_is_the_same_everywhere() -> None:
+    import tomllib
+
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\n## {version} " in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_help_and_documents_have_every_command_in_its_group() -> None:
+    from typer.main import get_command
+
+    from afo_sim.cli.commands import GROUPS, app
     from afo_sim.physics import LAWS
 
-    for command in app.registered_commands:
-        name = command.name or command.callback.__name__  # type: ignore[union-attr]
-        assert f"`afo-sim {name}" in PAGES["commands"]
+    grouped = list(itertools.chain(*GROUPS.values()))
+    assert sorted(grouped) == sorted(get_command(app).commands)  # type: ignore[attr-defined]
+    listed = re.findall(r"^\*\*(.+)\*\*$|^- `afo-sim ([a-z-]+)", PAGES["commands"], flags=re.M)
+    assert list(dict.fromkeys(title or name for title, name in listed)) == list(
+        itertools.chain(*([title, *names] for title, names in GROUPS.items()))
+    )
     for law in LAWS:
         assert f"`{law}`" in PAGES["physics"]
 
