@@ -11,7 +11,7 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,23 @@ class Commands(TyperGroup):
             raise with_options(error, self.get_command(ctx, ctx.invoked_subcommand or "")) from error
         except (KeyboardInterrupt, BrokenPipeError) as error:
             raise _Stopped from error
+
+
+def grouped(groups: Mapping[str, Sequence[str]]) -> type[Commands]:
+    """Commands that `--help` shows in groups."""
+
+    class Grouped(Commands):
+        def format_commands(self, ctx: Any, formatter: Any) -> None:
+            width = max(map(len, self.commands))
+            for title, names in groups.items():
+                with formatter.section(title):
+                    room = formatter.width - width - 6
+                    rows = [
+                        (f"{name:{width}}", self.commands[name].get_short_help_str(room)) for name in names
+                    ]
+                    formatter.write_dl(rows)
+
+    return Grouped
 
 
 def with_options(error: InputError, command: Any) -> InputError:
