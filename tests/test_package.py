@@ -93,7 +93,8 @@ def test_the_version_is_the_same_everywhere() -> None:
 def test_help_and_documents_have_every_command_in_its_group() -> None:
     from typer.main import get_command
 
-    from afo_sim.cli.commands import GROUPS, app
+    from afo_sim.cli import app
+    from afo_sim.cli.commands import GROUPS
     from afo_sim.physics import LAWS
 
     grouped = list(itertools.chain(*GROUPS.values()))
