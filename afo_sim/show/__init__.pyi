@@ -1,7 +1,6 @@
 from .air_drawing import scheme_of as scheme_of
 from .air_drawing import ways as ways
 from .air_drawing import write_air as write_air
-from .analysis_figures import draw_size as draw_size
 from .compared_figures import draw_both as draw_both
 from .compared_figures import write as write
 from .drawing import AIR as AIR
@@ -28,6 +27,7 @@ from .rerun.viewer import live_viewer as live_viewer
 from .run_figure import draw_run as draw_run
 from .run_view import RunView as RunView
 from .search_figure import draw_search as draw_search
+from .size_figure import draw_size as draw_size
 from .stand_figure import draw_trials as draw_trials
 from .stand_files import target as target
 from .stand_files import write_replays as write_replays

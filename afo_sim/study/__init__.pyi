@@ -54,8 +54,8 @@ from .search.runner import Opened as Opened
 from .search.runner import open_search as open_search
 from .search.store import FIGURE as FIGURE
 from .search.store import read_designs as read_designs
-from .sizing.requirement import Requirement as Requirement
-from .sizing.requirement import Tried as Tried
+from .sizing.candidates import Candidate as Candidate
+from .sizing.limits import Requirement as Requirement
 from .sizing.result import Sizing as Sizing
 from .sizing.sizes import requested as requested
 from .store import SWEEP as SWEEP

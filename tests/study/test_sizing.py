@@ -12,10 +12,10 @@ from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.model import fits
 from afo_sim.study import Requirement
-from afo_sim.study.sizing.air_parts import one_coil, times_for, two_coils, why_not, within
-from afo_sim.study.sizing.muscles import link_for
-from afo_sim.study.sizing.requirement import read_requirements, usual
+from afo_sim.study.sizing.candidates import link_for, why_not
+from afo_sim.study.sizing.limits import read_requirements, usual
 from afo_sim.study.sizing.sizes import size
+from afo_sim.study.sizing.three_way import one_coil, times_for, two_coils, within
 
 SHORT = {"duration": "2 s"}
 ANGLE = "peak_dorsiflexion_angle"
@@ -32,10 +32,10 @@ def test_the_least_pressure_holds_and_just_below_it_does_not() -> None:
     found = size("pressure", "seated", SHORT, limits=[f"{ANGLE} >= 2 deg"])
     assert found.holds and found.best is not None and found.interval is not None
     low, high = found.interval
-    assert 0.0 < high - low <= 5.01e3 and found.best.candidate.size == high
+    assert 0.0 < high - low <= 5.01e3 and found.best.size == high
     for pressure, holds in ((low, False), (high, True)):
         assert kept(found.requirements, "seated", SHORT | {"supply.pressure": f"{pressure} Pa"}) is holds
-    assert f"{1e-5 * high:.4g} bar is the least that suffices" in found.answer
+    assert found.answer.startswith(found.best.name)
 
 
 def test_whether_a_pressure_suffices_is_one_sentence() -> None:
@@ -52,9 +52,9 @@ def test_more_pressure_is_told_to_be_worse_where_it_holds_push_off_back() -> Non
     assert found.best is not None
     meets = [each.meets for each in found.tried]
     assert meets.index(True) > 0 and not meets[-1]
-    assert any("more is not better" in note for note in found.notes)
-    last = max(each.candidate.size for each in found.tried if each.meets)
-    next_one = min(each.candidate.size for each in found.tried if each.candidate.size > last)
+    assert found.worse()
+    last = max(each.size for each in found.tried if each.meets)
+    next_one = min(each.size for each in found.tried if each.size > last)
     assert next_one - last <= 5.01e3  # the upper end is found as closely
 
 
@@ -62,8 +62,8 @@ def test_a_window_between_two_pressures_of_the_scan_is_found() -> None:
     # 3.25 bar lifts too little, 3.7 bar holds push-off back too much
     limits = ["toe_clearance >= 10 mm", f"{PUSH_OFF} <= 0.0725 N*m/kg"]
     found = size("pressure", "walk-dropfoot-afo", limits=limits)
-    assert found.best is not None and 3.25e5 < found.best.candidate.size < 3.7e5
-    sets = {"supply.pressure": f"{found.best.candidate.size} Pa"}
+    assert found.best is not None and 3.25e5 < found.best.size < 3.7e5
+    sets = {"supply.pressure": f"{found.best.size} Pa"}
     assert kept(found.requirements, "walk-dropfoot-afo", sets)
 
 
@@ -80,10 +80,14 @@ def test_a_wish_beyond_all_is_answered_by_the_best_found(tmp_path: pathlib.Path)
 
 
 def test_one_case_that_is_refused_does_not_end_the_others() -> None:
-    sets = SHORT | {"supply.source": "bottle_0_5l_10bar"}
-    found = size("pressure", "seated", sets, limits=[f"{ANGLE} >= 1 deg"], between=("1 bar", "12 bar"))
+    sets = SHORT | {
+        "supply.source": "bottle_0_5l_10bar",
+        "supply.source.filling_pressure": "3.6 bar",
+        "supply.pressure": "2 bar",
+    }
+    found = size("pressure", "seated", sets, limits=[f"{ANGLE} >= 1 deg"], between=("1 bar", "4 bar"))
     refused = [each for each in found.tried if each.status == "refused"]
-    assert found.best is not None and refused and all(each.candidate.size >= 1e6 for each in refused)
+    assert found.best is not None and refused and all(each.size >= 3.6e5 for each in refused)
     assert all("its source has when full" in each.reason for each in refused)
 
 
@@ -92,7 +96,7 @@ def test_the_next_smaller_valve_fails() -> None:
     found = size("valve", "seated", sets, limits=["fill_time <= 2.5 s"], side="inlet")
     assert found.best is not None and found.best.name == "mh1"
     ran = [each for each in found.tried if each.status == "run"]
-    assert [each.candidate.size for each in ran] == sorted(each.candidate.size for each in ran)
+    assert [each.size for each in ran] == sorted(each.size for each in ran)
     key = "orthosis.chamber.dorsiflexor.inlet"
     assert kept(found.requirements, "seated", sets | {key: "mh1"})
     tight = size("valve", "seated", sets, limits=["fill_time <= 2 s"], side="inlet")
@@ -101,7 +105,7 @@ def test_the_next_smaller_valve_fails() -> None:
     assert kept(tight.requirements, "seated", sets | {key: "matrix_821"})
     reasons = {each.name: each.reason for each in found.tried if each.status == "excluded"}
     assert "--proportional" in reasons["mpye_m5"] and "--side both" in reasons["mha2"]
-    assert dict(next(each for each in ran if each.name == "mh1").candidate.facts)["b"] == "0.3 (assumed)"
+    assert next(each for each in ran if each.name == "mh1").facts["b"] == "0.3 *"
 
 
 def test_a_valve_is_kept_within_its_working_pressure_and_its_time_step() -> None:
@@ -123,7 +127,7 @@ def test_a_wider_tube_takes_more_air() -> None:
     found = size("tube", "seated", SHORT, limits=["peak_pressure_dorsiflexor >= 3 bar"], length="2 m")
     air = [each.values[found.air] for each in found.tried]
     assert air == sorted(air) and found.best == found.tried[0]
-    chamber = found.tried[-1].candidate.sets
+    chamber = found.tried[-1].sets
     run = afo.run("seated", SHORT | dict(chamber))
     assert float(run.metrics[found.air]) == pytest.approx(air[-1], rel=1e-9)
     assert any("sound takes 5.8 ms" in note for note in found.notes)  # 2 m at 343 m/s
@@ -167,7 +171,7 @@ def test_another_muscle_is_taut_at_the_same_angle() -> None:
     walk = load("scenario", "walk-dropfoot-afo")
     before = fits(walk.orthosis)["dorsiflexor"].taut
     for name in ("3 × dmsp_10", "3 × s1_120mm"):
-        after = fits(walk.set(each[name].candidate.sets).orthosis)["dorsiflexor"].taut
+        after = fits(walk.set(each[name].sets).orthosis)["dorsiflexor"].taut
         assert after == pytest.approx(before, abs=1e-6)
     assert "too long for the path" in each["3 × dmsp_20_400n"].reason
     link = link_for(walk.orthosis.muscle["dorsiflexor"], load("muscle", "dmsp_20_400n"))
@@ -220,7 +224,7 @@ def test_limits_by_default_and_as_they_are_written() -> None:
         ("supply", "walk-dropfoot-afo", {"hours": 0}, "is out of range"),
         ("muscle", "walk-dropfoot-afo", {"group": "calf"}, "is not a group of muscles"),
         ("muscle", "walk-dropfoot-afo", {"count": (3, 2)}, "1 to 8"),
-        ("pressure", "walk-dropfoot-afo", {"cadence": 1000}, "30 to 240 steps/min"),
+        ("pressure", "walk-dropfoot-afo", {"cadence": 1000}, "30 to 240"),
         ("pressure", "walk-healthy", {}, "nothing to size"),
         ("pressure", "walk-dropfoot-afo", {"colour": 1}, "is not a valid option"),
     ],
@@ -236,7 +240,7 @@ def test_the_answer_as_a_table_a_frame_and_html() -> None:
     assert header[0] == "pressure" and len(rows) == len(found.tried) and "margins" in title
     assert sum(row[0].startswith("▶") for row in rows) == 1
     frame = found.to_pandas()
-    assert list(frame.columns) == found.columns and frame["meets"].sum() == sum(e.meets for e in found.tried)
+    assert len(frame) == len(rows) and frame["meets"].sum() == sum(e.meets for e in found.tried)
     assert found.answer.split(":")[0] in repr(found) and "<table" in found._repr_html_()
 
 

@@ -1,44 +1,27 @@
-"""The smallest component that meets stated limits: `afo_sim.size`."""
+"""The smallest component, or the least pressure, that meets stated limits: `afo_sim.size`."""
 
-import dataclasses
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from afo_sim.common import InputError, parse_quantity, unknown
+from afo_sim.common import InputError, unknown
 from afo_sim.description import Pressure, Quantity, Scenario, TubeLength, load
 from afo_sim.study.pool import pool
-from afo_sim.study.sizing.air_parts import SIDES, size_supply, size_tube, size_valve
-from afo_sim.study.sizing.muscles import size_muscle
-from afo_sim.study.sizing.pressures import size_pressure
-from afo_sim.study.sizing.requirement import EXAMPLES, Requirement, read_requirements, usual
-from afo_sim.study.sizing.result import Sizing
-from afo_sim.study.sizing.trial import Report, Trials
+from afo_sim.study.sizing.limits import EXAMPLES, Requirement, read_requirements, usual
+from afo_sim.study.sizing.result import KINDS, Sizing
+from afo_sim.study.sizing.trials import Report, Trials
 
-_SIZED_BY: dict[str, Callable[..., Sizing]] = {
-    "pressure": size_pressure,
-    "valve": size_valve,
-    "tube": size_tube,
-    "supply": size_supply,
-    "muscle": size_muscle,
+SIDES = ("both", "inlet", "outlet")
+_QUANTITIES: dict[str, Quantity] = {
+    "at": get_args(Pressure)[1],
+    "lowest": Quantity("Pa", at_least=0.0),
+    "length": get_args(TubeLength)[1],
+    "hours": Quantity("", above=0.0),
+    "strides": Quantity("", above=0.0),
+    "cadence": Quantity("", at_least=30.0, at_most=240.0),  # [steps/min]
 }
-_PLURALS = {each: f"{each}s" for each in _SIZED_BY} | {"supply": "sources"}
-# {option: the kind that has it}
-_OWN = {
-    "at": "pressure",
-    "between": "pressure",
-    "chamber": "valve",
-    "side": "valve",
-    "proportional": "valve",
-    "length": "tube",
-    "hours": "supply",
-    "strides": "supply",
-    "group": "muscle",
-    "count": "muscle",
-}
-_CADENCES = (30.0, 240.0)  # [steps/min]
 _MOST = 8  # parallel muscles that are tried
 
 
@@ -115,12 +98,10 @@ class Request:
     def run(self, threads: int = 0, report: Report | None = None) -> Sizing:
         """Run what it takes."""
         scenario = _at_cadence(self.scenario, self.options.get("cadence"))
-        own = {name: value for name, value in self.options.items() if name != "cadence"}
-        own |= {"chamber": self.chamber} if self.kind == "valve" else {}
         with pool(threads) as who:
-            trials = Trials(scenario, self.requirements, who, report, f"trying {_PLURALS[self.kind]}")
-            found = _SIZED_BY[self.kind](trials, **own)
-        return dataclasses.replace(found, request=self.to_json())
+            asked = (self.kind, scenario, self.requirements, self.chamber, self.options, self.to_json())
+            found: Sizing = getattr(Trials(*asked, who, report), self.kind)()
+        return found
 
 
 def requested(
@@ -132,28 +113,31 @@ def requested(
     **options: Any,
 ) -> Request:
     """What `size` is asked for, checked before anything is run; arguments and errors as its own."""
-    if kind not in _SIZED_BY:
-        raise unknown(kind, _SIZED_BY, field="kind")
+    if kind not in KINDS:
+        raise unknown(kind, KINDS, field="kind")
     given = {name: value for name, value in options.items() if value is not None and value is not False}
+    own = {name: other for other, each in KINDS.items() for name in each.options}
     for name, value in given.items():
-        if name != "cadence" and name not in _OWN:
-            raise unknown(name, [*_OWN, "cadence"], field="options", problem="is not a valid option")
-        if name in _OWN and _OWN[name] != kind:
-            raise InputError(f"is an option of {_OWN[name]}, not of {kind}", field=name, value=value)
+        if name != "cadence" and name not in own:
+            raise unknown(name, [*own, "cadence"], field="options", problem="is not a valid option")
+        if own.get(name, kind) != kind:
+            raise InputError(f"is an option of {own[name]}, not of {kind}", field=name, value=value)
     description = scenario if isinstance(scenario, Scenario) else load("scenario", scenario)
     description = description.set(sets) if sets else description
-    if not description.orthosis.chamber:
-        raise InputError(
-            "has no chambers: there is nothing to size", field="scenario", value=description.name
-        )
+    orthosis = description.orthosis
+    if not orthosis.chamber:
+        problem = "has no chambers: there is nothing to size"
+        raise InputError(problem, field="scenario", value=description.name)
     chamber = _chamber_of(description, given.pop("chamber", None), given.get("group"))
     read = {name: _read(name, value, description) for name, value in given.items()}
     if kind == "tube" and "length" not in read:
-        raise InputError(
-            "is needed: nothing states how long the tubes are", field="length", allowed='as "0.8 m"'
-        )
+        problem = "is needed: nothing states how long the tubes are"
+        raise InputError(problem, field="length", allowed='as "0.8 m"')
+    if kind == "valve" and orthosis.chamber[chamber].three_way and read.get("side", "both") != "both":
+        problem = f"is of two valves, and chamber {chamber!r} has one 3/2 valve"
+        raise InputError(problem, field="side", value=read["side"], allowed="both")
     _at_cadence(description, read.get("cadence"))
-    orthosis, texts = description.orthosis, [limits] if isinstance(limits, str) else limits or ()
+    texts = [limits] if isinstance(limits, str) else limits or ()
     requirements = read_requirements(texts, chamber, [*orthosis.chamber], [*orthosis.volume])
     requirements = requirements or usual(description)
     if not requirements and not read.keys() & {"hours", "strides"}:
@@ -181,52 +165,37 @@ def _chamber_of(scenario: Scenario, name: str | None, group: str | None = None) 
         raise unknown(group, scenario.orthosis.muscle, field="group", problem="is not a group of muscles")
     if name is None and group is not None:
         return scenario.orthosis.muscle[group].chamber or group
-    if name is not None:
-        if name not in chambers:
-            raise unknown(name, chambers, field="chamber", problem="is not a chamber of this orthosis")
-        return name
+    if name is not None and name not in chambers:
+        raise unknown(name, chambers, field="chamber", problem="is not a chamber of this orthosis")
     times = [each.chambers for each in (scenario.phases, scenario.timer) if each is not None]
     filled = [c for c in chambers if any(c in table and table[c].inlet for table in times)]
-    return (filled or chambers)[0]
+    return name or (filled or chambers)[0]
 
 
 def _read(name: str, value: Any, scenario: Scenario) -> Any:
     """An option's value, checked, SI."""
-    if name == "at":
-        return _within(name, _quantity(name, value, "Pa"), value, Pressure)
     if name == "between":
-        ends = list(value) if isinstance(value, tuple | list) else [value]
-        problem, allowed = "is not a valid range", 'two rising pressures, as "1 bar" "4 bar"'
-        if len(ends) != 2:
-            raise InputError(problem, field=name, value=value, allowed=allowed)
-        low, high = (_quantity(name, each, "Pa") for each in ends)
-        if not 0.0 <= low < high:
-            raise InputError(problem, field=name, value=value, allowed=allowed)
-        return low, _within(name, high, ends[1], Pressure)
-    if name == "length":
-        return _within(name, _quantity(name, value, "m"), value, TubeLength)
-    if name == "side":
-        if value not in SIDES:
-            raise unknown(value, SIDES, field=name)
-        return value
-    if name in ("hours", "strides", "cadence"):
-        number = _positive(name, _quantity(name, value, ""), value)
-        if name == "cadence" and not _CADENCES[0] <= number <= _CADENCES[1]:
-            allowed = "{:g} to {:g} steps/min".format(*_CADENCES)
-            raise InputError("is out of range", field=name, value=value, allowed=allowed)
-        if name == "strides" and not scenario.walking:
-            raise InputError("are of walking", field=name, value=value, allowed="hours")
-        return number
+        ends = value if isinstance(value, tuple | list) else [value]
+        low, high = (_quantity(name, each, "lowest") for each in ends) if len(ends) == 2 else (0.0, 0.0)
+        if not low < high:
+            allowed = 'two rising pressures, as "1 bar" "4 bar"'
+            raise InputError("is not a valid range", field=name, value=value, allowed=allowed)
+        return low, _quantity(name, ends[1], "at")
+    if name == "side" and value not in SIDES:
+        raise unknown(value, SIDES, field=name)
+    if name == "strides" and not scenario.walking:
+        raise InputError("are of walking", field=name, value=value, allowed="hours")
     if name == "count":
         return _read_count(value)
-    return value
+    return _quantity(name, value, name) if name in _QUANTITIES else value
 
 
-def _quantity(field: str, value: float | str | None, unit: str) -> float:
+def _quantity(field: str, value: Any, which: str) -> float:
+    """A number [SI] within its bounds."""
     try:
-        return parse_quantity(value, unit)  # type: ignore[arg-type]
+        return _QUANTITIES[which].read(value)
     except ValueError as error:
-        raise InputError(str(error), field=field, value=value) from None
+        raise InputError(str(error), field=field, value=value, allowed=_QUANTITIES[which].span) from None
 
 
 def _read_count(value: Any) -> tuple[int, int]:
@@ -234,28 +203,11 @@ def _read_count(value: Any) -> tuple[int, int]:
     ends = list(value) if isinstance(value, tuple | list) else [value, value]
     if isinstance(value, str):
         low, _, high = value.partition("-")
-        try:
-            ends = [int(low), int(high or low)]
-        except ValueError:
-            raise InputError(
-                "is not a whole number", field="count", value=value, allowed='as "3" or "1-4"'
-            ) from None
+        if not (low.isdecimal() and (high or low).isdecimal()):
+            problem = "is not a whole number"
+            raise InputError(problem, field="count", value=value, allowed='as "3" or "1-4"')
+        ends = [int(low), int(high or low)]
     whole = len(ends) == 2 and all(isinstance(n, int) and not isinstance(n, bool) for n in ends)
     if not (whole and 1 <= ends[0] <= ends[1] <= _MOST):
         raise InputError("is out of range", field="count", value=value, allowed=f"1 to {_MOST}, as 1-4")
     return ends[0], ends[1]
-
-
-def _within(field: str, number: float, value: Any, kind: Any) -> float:
-    """A number [SI] within the bounds of a described quantity, or an error with the value as it was given."""
-    bounds: Quantity = get_args(kind)[1]
-    assert bounds.above is not None and bounds.at_most is not None
-    if not bounds.above < number <= bounds.at_most:
-        raise InputError("is out of range", field=field, value=value, allowed=bounds.span)
-    return number
-
-
-def _positive(field: str, number: float, value: Any) -> float:
-    if not 0.0 < number < float("inf"):
-        raise InputError("is out of range", field=field, value=value, allowed="more than 0")
-    return number

@@ -1,12 +1,11 @@
-"""What a component is to meet, the components that are tried, and what came of each."""
+"""The limits that a size is to meet, as people write and read them."""
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-from afo_sim.common import InputError, Notice, parse_quantity, unknown
+from afo_sim.common import InputError, parse_quantity, unknown
 from afo_sim.description import USUAL_LIMITS, Scenario, load
 from afo_sim.metrics import FILL, OTHER, UNITS, VENT, WORDS, instead, is_filling, number, told, words
 from afo_sim.metrics.metric_words import METRICS
@@ -18,9 +17,7 @@ _DIRECTIONS = ("dorsiflexion", "plantarflexion")
 _OF_CHAMBER = {"fill_time": FILL, "vent_time": VENT}
 _BY_CHAMBER = (FILL, VENT, "peak_pressure_{}", "lowest_pressure_{}", "air_per_cycle_{}", "air_per_stride_{}")
 _SMALLER = {"s": (10.0, 1e3, "ms"), "h": (1.0, 60.0, "min")}  # {unit: (below, factor, unit)}
-_TIMES = ("ms", "min", "h")
 _SIGNS = {">=": True, "≥": True, "<=": False, "≤": False}
-Status = Literal["run", "excluded", "refused", "failed"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +40,13 @@ class Requirement:
         """What the metric is called."""
         return self.called or words(self.metric).label
 
+    @property
+    def wanted(self) -> str:
+        """The bound as people read it: "≥ 10 mm"."""
+        unit = UNITS.get(self.unit, self.unit)
+        bound = shown(self.bound, self.unit) if self.unit in _SMALLER else _joined(f"{self.bound:g}", unit)
+        return f"{'≥' if self.at_least else '≤'} {bound.replace('-', '−')}"
+
     def margin(self, value: float) -> float:
         """By how much a value is on the good side of the bound [unit]; NaN of NaN."""
         return value - self.bound if self.at_least else self.bound - value
@@ -51,32 +55,43 @@ class Requirement:
         """Whether a value is on the good side of the bound; one that is undefined is not."""
         return self.margin(value) >= 0.0
 
+    def reached(self, value: float) -> str:
+        """A value beside its bound: "toe clearance 5.8 mm (wanted ≥ 10 mm)"."""
+        text = self._undefined if math.isnan(value) else shown(value, self.unit)
+        return f"{self._name} {text} (wanted {self.wanted})"
+
+    def shortfall(self, value: float) -> str:
+        """Why a value does not meet it, in words."""
+        if math.isnan(value):
+            return f"{self._name} is {self._undefined}"
+        way = "short of" if self.at_least else "beyond"
+        return f"{self._name} {shown(abs(self.margin(value)), self.unit)} {way} {self.wanted[2:]}"
+
     @property
-    def wanted(self) -> str:
-        """The bound as people read it: "≥ 10 mm"."""
-        unit = UNITS.get(self.unit, self.unit)
-        bound = shown(self.bound, self.unit) if self.unit in _SMALLER else _joined(f"{self.bound:g}", unit)
-        return f"{'≥' if self.at_least else '≤'} {bound.replace('-', '−')}"
+    def _name(self) -> str:
+        return self.label[0].lower() + self.label[1:]
+
+    @property
+    def _undefined(self) -> str:
+        return "not reached" if is_filling(self.metric) else "not defined"
 
     def __str__(self) -> str:
         return f"{self.metric} {'>=' if self.at_least else '<='} {self.bound:g} {self.unit}".rstrip()
 
 
-def shown(value: float, unit: str, *, signed: bool = False) -> str:
+def shown(value: float, unit: str) -> str:
     """A value with its unit, for people: short times in the next smaller unit."""
+    if math.isinf(value):
+        return "endless"
     if unit in _SMALLER and abs(value) < _SMALLER[unit][0]:
         _, factor, unit = _SMALLER[unit]
         value *= factor
-    if math.isinf(value):
-        return "endless"
-    digits = "+.0f" if abs(value) >= 100.0 else "+.3g"
-    text = as_number(value, unit) if unit not in _TIMES else f"{value:{digits}}".replace("-", "−")
-    if not math.isfinite(value):
-        return "–"
-    return _joined(text if signed else text.removeprefix("+"), UNITS.get(unit, unit))
+    if unit in ("ms", "min", "h"):
+        return _joined(f"{value:{'.0f' if abs(value) >= 100.0 else '.3g'}}".replace("-", "−"), unit)
+    return _joined(signed(value, unit).removeprefix("+"), UNITS.get(unit, unit))
 
 
-def as_number(value: float, unit: str) -> str:
+def signed(value: float, unit: str) -> str:
     """A signed value with the digits that its unit deserves; more where nothing but zeros would be left."""
     text = number(value, unit, True)
     if value != 0.0 and math.isfinite(value) and not text.strip("+−0."):
@@ -91,22 +106,14 @@ def _joined(text: str, unit: str) -> str:
 def read_requirements(
     texts: Sequence[str], chamber: str, chambers: Sequence[str] = (), volumes: Sequence[str] = ()
 ) -> tuple[Requirement, ...]:
-    """Limits as they are written."""
+    """Limits as they are written; of no chamber that the orthosis does not have."""
     found = tuple(_read(text, chamber) for text in texts)
-    if chambers:
-        for each in found:
-            _check_chamber(each.metric, chambers, volumes)
+    for metric in (each.metric for each in found if chambers and each.metric not in METRICS):
+        for form in (form for form in _BY_CHAMBER if metric.startswith(form.removesuffix("{}"))):
+            names = [form.format(each) for each in (*chambers, *(() if is_filling(metric) else volumes))]
+            if metric not in names:
+                raise unknown(metric, names, field="limit", problem="is not of a chamber of this orthosis")
     return found
-
-
-def _check_chamber(metric: str, chambers: Sequence[str], volumes: Sequence[str]) -> None:
-    """Refuse the metric of a chamber that the orthosis does not have."""
-    for form in () if metric in METRICS else _BY_CHAMBER:
-        if not metric.startswith(form.removesuffix("{}")):
-            continue
-        names = [form.format(each) for each in (*chambers, *(() if is_filling(metric) else volumes))]
-        if metric not in names:
-            raise unknown(metric, names, field="limit", problem="is not of a chamber of this orthosis")
 
 
 def _read(text: str, chamber: str) -> Requirement:
@@ -116,10 +123,7 @@ def _read(text: str, chamber: str) -> Requirement:
             "is not a valid limit", field="limit", value=text, allowed=f'a metric and a bound: "{_EXAMPLE}"'
         )
     metric, sign, bound = found.groups()
-    if metric in _OF_CHAMBER:
-        if not chamber:
-            raise InputError("is of a chamber, and the orthosis has none", field="limit", value=text)
-        metric = _OF_CHAMBER[metric].format(chamber)
+    metric = _OF_CHAMBER[metric].format(chamber) if metric in _OF_CHAMBER else metric
     row = words(metric)
     if row.group == OTHER:
         filled = [name.format(each) for name in METRICS if "{}" in name for each in (chamber, *_DIRECTIONS)]
@@ -141,63 +145,3 @@ def usual(scenario: Scenario) -> tuple[Requirement, ...]:
     wanted = round(1e3 * limits.toe_clearance[0], 9) + 0.0  # [mm]
     names = ["toe_clearance"] + ([_FIRST_STRIDE] if scenario.gait.start_phase == 0.0 else [])
     return tuple(Requirement(name, True, wanted) for name in names)
-
-
-def doubted(value: str, doubt: str) -> Notice:
-    """A fact of a candidate that is not sure."""
-    return Notice("doubted-fact", "{value} ({doubt})", severity="note", value=value, doubt=doubt)
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A component, or a pressure, that a scenario is tried with."""
-
-    name: str
-    size: float
-    sets: Mapping[str, Any] = field(default_factory=dict)
-    facts: Mapping[str, str] = field(default_factory=dict)
-    excluded: str = ""
-    notes: tuple[str, ...] = ()
-    doubt: str = ""
-
-
-@dataclass(frozen=True)
-class Tried:
-    """A candidate, and what the run with it gave."""
-
-    candidate: Candidate
-    status: Status
-    reason: str = ""
-    values: Mapping[str, float] = field(default_factory=dict)
-    short: Mapping[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """Of the candidate."""
-        return self.candidate.name
-
-    @property
-    def meets(self) -> bool:
-        """Whether it was run and meets all limits."""
-        return self.status == "run" and not self.short
-
-    @property
-    def why(self) -> str:
-        """Why it does not meet what is wanted, in words."""
-        return ", ".join(self.short.values()) if self.status == "run" else f"{self.status}: {self.reason}"
-
-    def margin(self, requirement: Requirement) -> float:
-        """By how much it keeps a limit [the metric's unit]; NaN where that is not known."""
-        return requirement.margin(self.values.get(requirement.metric, math.nan))
-
-
-def closeness(tried: Tried, requirements: Sequence[Requirement]) -> float:
-    """How far a run is from what is wanted: its largest shortfall as a share of the bound; inf if untold."""
-    if tried.status != "run":
-        return math.inf
-    found = [0.0]
-    for each in requirements:
-        margin = tried.margin(each)
-        found.append(math.inf if math.isnan(margin) else max(-margin, 0.0) / (abs(each.bound) or 1.0))
-    return max(found)

@@ -1,0 +1,220 @@
+"""Runs of candidates side by side, as the cases of a sweep are run."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from afo_sim.common import InputError, with_code
+from afo_sim.description import USUAL_LIMITS, Scenario, Source, load
+from afo_sim.metrics import is_filling
+from afo_sim.model import check_air
+from afo_sim.physics import AIR
+from afo_sim.simulation import Asked
+from afo_sim.study.effects import SHARES, beyond_limit
+from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome
+from afo_sim.study.pool import Pool
+from afo_sim.study.sizing import candidates as tries
+from afo_sim.study.sizing.candidates import Candidate, bar
+from afo_sim.study.sizing.limits import Requirement, shown
+from afo_sim.study.sizing.result import ALLOWED, KINDS, Sizing
+
+Report = Callable[[int, int, str], None]
+HOURS, STRIDES = "hours_of_source", "strides_of_source"
+_SUPPLY = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
+_SAGS = 2.0  # share of the set pressure from which on a sag is reported [percent]
+_FULL = 100.5  # share of a limit from which on it is reported as beyond it [percent]
+_HALVINGS = 4  # of the scenario's time step, at most
+_STRETCHED = 1.001  # a step is adjusted to a stride by less
+
+
+@dataclass(frozen=True)
+class Trials:
+    """Runs of candidates side by side, and the answer that they give; a method for each kind."""
+
+    kind: str
+    scenario: Scenario
+    requirements: tuple[Requirement, ...]
+    chamber: str
+    options: Mapping[str, Any]
+    asked_for: dict[str, Any]
+    who: Pool
+    report: Report | None
+
+    @property
+    def air(self) -> str:
+        """The metric of the air that it takes."""
+        return "air_per_stride" if self.scenario.walking else "air_per_cycle"
+
+    def pressure(self) -> Sizing:
+        """A scan of the allowed range, then every step between two of it where what is met may change."""
+        at = self.options.get("at")
+        scan = tries.scanned(self.scenario, self.options.get("between"))
+        tried = self._pressures(scan if at is None else sorted({*scan, at}))
+        inner = [
+            p
+            for a, b in itertools.pairwise(tried)
+            if b.size <= scan[-1]
+            and (a.meets != b.meets or not _lacks(a) & _lacks(b))
+            and not a.meets & b.meets
+            for p in tries.steps_between(a.size, b.size)
+        ]
+        tried = sorted(tried + self._pressures(inner, beyond=len(tried)), key=lambda each: each.size)
+        first = next((k for k, each in enumerate(tried) if each.meets), None)
+        interval = None
+        if first is not None:
+            interval = (tried[first - 1].size if first else math.nan, tried[first].size)
+        asked = next((each for each in tried if each.size == at), None)
+        return self._sizing(tried, asked=asked, interval=interval)
+
+    def _pressures(self, pressures: Sequence[float], beyond: int = 0) -> list[Candidate]:
+        """One that is not allowed does not meet what is wanted."""
+        found = self._run([tries.pressure(p) for p in pressures], beyond)
+        for k, each in enumerate(found):
+            if limit := tries.exceeded(self.scenario, each.size):
+                words = f"beyond what {limit[1]} allowed ({bar(limit[0])})"
+                found[k] = dataclasses.replace(each, short={ALLOWED: words, **each.short})
+        return found
+
+    def valve(self) -> Sizing:
+        """Every valve on one chamber."""
+        options = {k: v for k, v in self.options.items() if k in ("side", "proportional")}
+        return self._sizing(self._run(tries.valves(self.scenario, self.chamber, **options)))
+
+    def tube(self) -> Sizing:
+        """Every tube at every chamber."""
+        length = self.options["length"]
+        tried = self._run(tries.tubes(self.scenario, length))
+        return self._sizing(tried, notes=tries.tube_notes(self.scenario, length))
+
+    def supply(self) -> Sizing:
+        """Every source, with how long it lasts."""
+        hours, strides = (self.options.get(name) for name in ("hours", "strides"))
+        if self.scenario.walking and hours is None and strides is None:
+            strides = (self.scenario.limits or load("limits", USUAL_LIMITS)).strides_per_bottle[0]
+        lasting = [
+            (STRIDES, strides, "Strides without a pause", ""),
+            (HOURS, hours, "Hours without a pause", "h"),
+        ]
+        more = tuple(Requirement(name, True, n, *label) for name, n, *label in lasting if n is not None)
+        tried = [self._lasting(each, more) for each in self._run(tries.sources(self.scenario), asked=_SUPPLY)]
+        return self._sizing(tried, more)
+
+    def _lasting(self, each: Candidate, lasting: tuple[Requirement, ...]) -> Candidate:
+        """A source that was run, with how long it lasts, and whether that is long enough."""
+        if each.status != "run":
+            return each
+        source, pressure = load("source", each.name), self.scenario.supply.pressure
+        flow = each.values["mean_flow"]
+        hours = _hours_of(source, flow, pressure)
+        values = {**each.values, HOURS: hours, STRIDES: 3600.0 * hours / each.values["stride_time"]}
+        short = {r.label: r.shortfall(values[r.metric]) for r in lasting if not r.met(values[r.metric])}
+        facts = {**each.facts, "mean": f"{flow:.3g}", "peak": f"{values['peak_flow']:.3g}"}
+        notes = list(each.notes)
+        if values["supply_sag"] > _SAGS:
+            notes.append(f"its pressure sags by {values['supply_sag']:.0f} %")
+        if math.isfinite(values["source_empty_after"]):
+            notes.append(f"below the set pressure after {shown(values['source_empty_after'], 's')}")
+        if source.kind == "compressor":
+            delivery = _delivery_of(source, pressure)
+            kept = "keeps up" if flow <= delivery else "cannot keep up"
+            notes.append(f"the compressor {kept}: it delivers {delivery:.3g} l/min at {bar(pressure)}")
+        short = {**each.short, **short}
+        return dataclasses.replace(each, facts=facts, values=values, short=short, notes=tuple(notes))
+
+    def muscle(self) -> Sizing:
+        """Every muscle for one group."""
+        group = self.options.get("group") or next(iter(self.scenario.orthosis.muscle))
+        return self._sizing(self._run(tries.muscles(self.scenario, group, self.options.get("count"))))
+
+    def _run(
+        self, candidates: Sequence[Candidate], beyond: int = 0, asked: frozenset[str] = frozenset()
+    ) -> list[Candidate]:
+        """Run candidates that are not excluded."""
+        tried = [each if each.reason else self._with_fine_step(each) for each in candidates]
+        metrics = {self.air, *SHARES, *asked, *(each.metric for each in self.requirements)}
+        cases = [dict(each.sets) for each in tried if not each.reason]
+
+        def progress(done: int, count: int) -> None:
+            if self.report is not None:
+                self.report(beyond + done, beyond + count, f"trying a {self.kind}")
+
+        wanted = Asked(frozenset(metrics), doubts=False)
+        outcomes = iter(self.who.in_order(self.scenario, cases, wanted, progress))
+        tried = [each if each.reason else self._judged(each, next(outcomes), metrics) for each in tried]
+        self._check_told([each for each in tried if each.status == "run"])
+        return tried
+
+    def _with_fine_step(self, candidate: Candidate) -> Candidate:
+        """The candidate with half the time step, or half of that, where its air is coarse; else as it is."""
+        try:
+            orthosis = self.scenario.set(candidate.sets).orthosis
+        except InputError:  # the case's own trouble, which its run reports
+            return candidate
+        steps = [self.scenario.timestep / 2**halving for halving in range(_HALVINGS + 1)]
+        step = next((s for s in steps if not check_air(orthosis, _STRETCHED * s)[1]), steps[-1])
+        if step == steps[0]:
+            return candidate
+        sets = {**candidate.sets, "timestep": f"{step!r} s"}
+        notes = (*candidate.notes, f"run with a time step of {1e3 * step:.3g} ms")
+        return dataclasses.replace(candidate, sets=sets, notes=notes)
+
+    def _judged(self, candidate: Candidate, outcome: Outcome, metrics: set[str]) -> Candidate:
+        """What an outcome means for its candidate."""
+        if outcome.status != OK:
+            status: tries.Status = "refused" if outcome.status == INFEASIBLE else "failed"
+            return dataclasses.replace(candidate, status=status, reason=outcome.reason)
+        values = {name: float(outcome.metrics.get(name, math.nan)) for name in metrics}
+        short = {
+            each.label: each.shortfall(values[each.metric])
+            for each in self.requirements
+            if not each.met(values[each.metric])
+        }
+        beyond = {name: beyond_limit(name, values[name]) for name in SHARES if values[name] > _FULL}
+        if self.kind == "muscle":  # one that leaves its own limits does not do
+            own = [name for name in beyond if name.startswith("muscle_")]
+            short |= {SHARES[name]: beyond.pop(name) for name in own}
+        notes = (*candidate.notes, *beyond.values(), *with_code(outcome.warnings, UNSETTLED))
+        return dataclasses.replace(candidate, values=values, short=short, notes=notes)
+
+    def _check_told(self, ran: Sequence[Candidate]) -> None:
+        """Refuse a metric that no run has; a time to fill may simply not be reached."""
+        for requirement in self.requirements:
+            name = requirement.metric
+            if ran and not is_filling(name) and all(math.isnan(each.values[name]) for each in ran):
+                problem = "is reported by no run of this scenario"
+                allowed = "a metric that `afo-sim run --numbers` of it prints"
+                raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
+
+    def _sizing(
+        self,
+        tried: Sequence[Candidate],
+        more: tuple[Requirement, ...] = (),
+        notes: Sequence[str] = (),
+        **found: Any,
+    ) -> Sizing:
+        requirements = (*self.requirements, *more)
+        told = {"air": self.air, "request": self.asked_for} | found
+        answer = Sizing(self.kind, self.scenario.name, requirements, tuple(tried), **told)
+        return dataclasses.replace(answer, notes=(*KINDS[self.kind].notes, *notes, *answer.worse()))
+
+
+def _lacks(each: Candidate) -> set[str]:
+    """What a pressure does not meet."""
+    return set(each.short) if each.status == "run" else {each.status}
+
+
+def _hours_of(source: Source, flow: float, pressure: float) -> float:
+    """How long a full source lasts at a mean flow [l/min ANR] down to a gauge pressure [Pa]; inf: endless."""
+    lost = flow - _delivery_of(source, pressure)
+    if lost <= 0.0:
+        return math.inf
+    taken = lost / 6e4 / source.real_gas.litres_per_gram  # [kg/s]: a gram's litres are a kilogram's m³
+    return source.given_at(pressure, taken) / taken / 3600.0
+
+
+def _delivery_of(source: Source, pressure: float) -> float:
+    """Flow of a running compressor against a gauge pressure [Pa], as free air [l/min]; 0 of others."""
+    return 6e4 * source.delivery(pressure) * AIR.litres_per_gram
