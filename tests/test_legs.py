@@ -36,14 +36,17 @@ def shipped(table: types.ModuleType, tmp_path_factory: pytest.TempPathFactory) -
     return table.worn("shipped", "adult_75kg", table.shipped(), tmp_path_factory.mktemp("shipped"))
 
 
-@pytest.fixture(params=["out to URDF and in again", "dm_control's humanoid", "musculoskeletal (MuscleMimic)",
-                        "a robot's, URDF"])  # fmt: skip
-def row(request: pytest.FixtureRequest, table: types.ModuleType, tmp_path: pathlib.Path) -> Any:
-    imported = table.LEGS[request.param](tmp_path)
+@pytest.fixture(scope="module", params=["out to URDF and in again", "dm_control's humanoid", "musculoskeletal (MuscleMimic)",
+                                        "a robot's, URDF"])  # fmt: skip
+def row(
+    request: pytest.FixtureRequest, table: types.ModuleType, tmp_path_factory: pytest.TempPathFactory
+) -> Any:
+    folder = tmp_path_factory.mktemp("leg")
+    imported = table.LEGS[request.param](folder)
     if imported is None:
         pytest.skip(f"the package of {request.param} is not installed")
     table.with_same_tissue(imported.folder / "leg.xml")
-    return table.worn(request.param, imported.folder, imported.numbers, tmp_path)
+    return table.worn(request.param, imported.folder, imported.numbers, folder)
 
 
 def test_anchors_are_the_same_on_every_leg(row: Any, shipped: Any) -> None:

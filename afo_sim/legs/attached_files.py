@@ -66,9 +66,9 @@ def write_attached(
                 "is there already", field="out", value=str(path.parent / name), allowed="--force"
             )
     with together(path.parent) as scratch:
-        text = _with_head(
-            attached, path, _with_files(attached.spec, _exact(attached.spec), path.stem, scratch)
-        )
+        with _lock, _digits(DIGITS):
+            text = str(attached.spec.to_xml())
+        text = _with_head(attached, path, _with_files(attached.spec, text, path.stem, scratch))
         write_text(scratch / path.name, text)
         table = {"version": VERSION, "model": path.name, "leg": _legs(attached, path, scratch)}
         write_sealed(scratch / names[1], toml_text(table), "worn model", scratch)
@@ -177,13 +177,8 @@ def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list
                 "orthosis": device,
             }
         )
-    return [_plain(row) for row in rows]
-
-
-def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Without None, which TOML lacks, tuples as lists, and sources beside their values."""
-    found: dict[str, Any] = tomllib.loads(toml_text(table))
-    return found
+    # without None, which TOML lacks, tuples as lists, and sources beside their values
+    return [tomllib.loads(toml_text(row)) for row in rows]
 
 
 def _with_head(attached: Attached, path: pathlib.Path, text: str) -> str:
@@ -219,12 +214,6 @@ def _with_files(spec: mujoco.MjSpec, text: str, stem: str, scratch: pathlib.Path
         for side in ("right", "left", "up", "down", "front", "back"):
             text = text.replace(f"file{side}={quoteattr(file)}", f"file{side}={quoteattr(name)}")
     return text
-
-
-def _exact(spec: mujoco.MjSpec) -> str:
-    """A spec as MJCF with all digits; MuJoCo keeps six by default."""
-    with _lock, _digits(DIGITS):
-        return str(spec.to_xml())
 
 
 @contextmanager

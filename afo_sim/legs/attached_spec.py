@@ -83,17 +83,13 @@ def set_options(spec: mujoco.MjSpec, step: float | None) -> list[str]:
 
 def grow_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjModel) -> None:
     """Lengthen the model's keyframes by the inputs and states of the actuators that were added."""
-    added = len(spec.actuators) - bare.nu
+    added = list(spec.actuators)[bare.nu :]
+    states = sum(max(actuator.actdim, 0) for actuator in added)  # of each its own number
     for key in spec.keys:
         if len(key.ctrl):
-            key.ctrl = [*key.ctrl, *[0.0] * added]
+            key.ctrl = [*key.ctrl, *[0.0] * len(added)]
         if len(key.act):
-            key.act = [*key.act, *[0.0] * _states(spec, bare.nu)]
-
-
-def _states(spec: mujoco.MjSpec, first: int) -> int:
-    """States of the actuators from a number on, each of which has its own number of them."""
-    return sum(max(actuator.actdim, 0) for actuator in list(spec.actuators)[first:])
+            key.act = [*key.act, *[0.0] * states]
 
 
 @dataclass(frozen=True, eq=False)

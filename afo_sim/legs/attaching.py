@@ -133,7 +133,8 @@ def attach(
     device = orthosis if isinstance(orthosis, Orthosis) else load("orthosis", orthosis)
     spec, read, before = own_spec(model, packages)
     file = read.file
-    step = None if timestep is None else _seconds(timestep)
+    allowed = 'more than 0 and at most "100 ms"'
+    step = None if timestep is None else number_of(timestep, "timestep", "s", (0.0, 0.1), allowed)
     pressure = pressure_of(supply, "supply")
     _check_spec(spec, file, device, prefix, before)
     bare = compiled(spec, file)
@@ -143,7 +144,9 @@ def attach(
     found = find_worn(tree, device, joint, proximal, distal, side=side, zero=zero, sign=sign, forward=forward)
     if device.joint == "ankle":
         check_masses(read if read.parts else tree, found)
-    carrier = distal or (_heaviest(tree, found.foot) if device.joint == "ankle" else found.foot)
+    # of the bodies that an ankle moves the talus carries no shoe, the heaviest one, the calcaneus, does
+    heaviest = max(tree.below(found.foot), key=lambda part: part.mass).name
+    carrier = distal or (heaviest if device.joint == "ankle" else found.foot)
     bodies = dict(zip(device.words.segments, (found.shank, carrier), strict=True))
     if _named(spec, tree, bodies, found):
         bare = compiled(spec, file)
@@ -159,7 +162,12 @@ def attach(
     except ValueError as error:
         problem = f"MuJoCo cannot put cuff and plate on it: {one_line(error)}"
         raise InputError(problem, file=file, field="prefix", value=prefix, allowed="another prefix") from None
-    _add_muscles(spec, device, circuit, anchors, default, prefix=prefix, first=first, mirrored=mirrored)
+    add_tendons(spec, anchors, device, prefix=prefix, default=default)
+    for body in anchors.values() if mirrored else ():
+        mirror_shapes(body)
+    longest = max((len(actuator.userdata) for actuator in spec.actuators), default=0)
+    spec.nuser_actuator = max(native.N_USER, spec.nuser_actuator, longest)
+    native.add_circuit(spec, circuit, prefix=prefix, userdata=first, default=default)
     grow_keyframes(spec, bare)
     whole = compiled(spec, file)
     ids = native.circuit_ids(whole, circuit, prefix)
@@ -168,27 +176,6 @@ def attach(
     )
     legs = [] if before is None else before.legs.values()
     return _checked(attached, legs, bare, tree, [*read.notes, *changed])
-
-
-def _add_muscles(
-    spec: mujoco.MjSpec,
-    device: Orthosis,
-    circuit: native.Circuit,
-    anchors: dict[str, mujoco.MjsBody],
-    default: mujoco.MjsDefault,
-    *,
-    prefix: str,
-    first: int,
-    mirrored: bool,
-) -> None:
-    """Tendons between the anchors, and the air circuit; its userdata begins at the place `first`."""
-    add_tendons(spec, anchors, device, prefix=prefix, default=default)
-    for body in anchors.values() if mirrored else ():
-        mirror_shapes(body)
-    spec.nuser_actuator = max(
-        [native.N_USER, spec.nuser_actuator, *(len(a.userdata) for a in spec.actuators)]
-    )
-    native.add_circuit(spec, circuit, prefix=prefix, userdata=first, default=default)
 
 
 def _checked(
@@ -214,16 +201,6 @@ def completed(legs: Sequence[Attached]) -> list[Attached]:
     _check_live(by_prefix.values())
     _fill_keyframes(legs[-1].model, by_prefix[legs[-1].prefix])
     return list(by_prefix.values())
-
-
-def _seconds(value: str | float) -> float:
-    """A time step given as text with a unit or as [s]."""
-    return number_of(value, "timestep", "s", (0.0, 0.1), 'more than 0 and at most "100 ms"')
-
-
-def _heaviest(tree: Tree, foot: str) -> str:
-    """The heaviest of the bodies that the ankle moves: the talus carries no shoe, the calcaneus does."""
-    return max(tree.below(foot), key=lambda part: part.mass).name
 
 
 def _crossed(tree: Tree, found: Found, carrier: str) -> tuple[str, ...]:

@@ -27,7 +27,6 @@ SIDES: dict[Side, re.Pattern[str]] = {
 }
 LONG_CHAIN = 5  # hinges of a leg that has an ankle: hip, knee and ankle; an animal's robot has three
 TOGETHER = 0.06  # [m] within which the hinges of one ankle lie
-MOST_NAMES = 24  # that an error lists
 LATERAL_COSINE = 0.5  # cosine; a hinge that is called an ankle is one if its axis is this near to lateral
 
 
@@ -55,7 +54,8 @@ def candidates(tree: Tree, shank: str | None, foot: str | None, ankle: str | Non
         return [_above(tree, foot)]
     shanks = [shank] if shank is not None else named_shanks(tree)
     said = "given" if shank is not None else "by its name"
-    found = _lowest(tree, [leg for name in shanks if (leg := _below(tree, name, said))])
+    legs = [leg for name in shanks if (leg := _below(tree, name, said))]
+    found = [leg for leg in legs if not any(o != leg and way(tree, leg.shank, o.shank) for o in legs)]
     if shank is not None and not found:
         problem = f"no hinge hangs below the body {shank!r}"
         raise InputError(problem, field="foot", allowed=listed(_names(tree.below(shank)[1:])))
@@ -176,7 +176,8 @@ def _above(tree: Tree, foot: str) -> Candidate:
     """The leg of a foot: the ankle is the hinge that it hangs on, or one above it."""
     part = next((part for part in upward(tree, foot) if _hinges([part])), None)
     if part is None or part.parent is None:
-        raise InputError("is attached to no hinge", field="foot", value=foot, allowed=listed(_feet(tree)))
+        feet = listed([name for name in tree.parts if has(FOOT_WORDS, name)])
+        raise InputError("is attached to no hinge", field="foot", value=foot, allowed=feet)
     shank = _shank_over(tree, part)
     said = "by its name" if has(SHANK_WORDS, shank) else f"the body above {part.name!r}"
     return _between(tree, shank, foot, {"shank": said, "foot": "given"})
@@ -193,18 +194,9 @@ def _shank_over(tree: Tree, part: Part) -> str:
     return part.parent
 
 
-def _feet(tree: Tree) -> list[str]:
-    return [name for name in tree.parts if has(FOOT_WORDS, name)]
-
-
 def named_shanks(tree: Tree) -> list[str]:
     """Bodies called a shank."""
     return [name for name in tree.parts if has(SHANK_WORDS, name) and not has(FOOT_WORDS, name)]
-
-
-def _lowest(tree: Tree, legs: list[Candidate]) -> list[Candidate]:
-    """Of legs whose shanks hang on each other the lowest one."""
-    return [leg for leg in legs if not any(o != leg and way(tree, leg.shank, o.shank) for o in legs)]
 
 
 def _without_a_hinge(tree: Tree, shanks: list[str]) -> list[Candidate]:
@@ -282,13 +274,8 @@ def upward(tree: Tree, name: str | None) -> Iterator[Part]:
 
 def _no_such(kind: str, field: str, name: str, names: list[str], file: object) -> InputError:
     """An error for a name that a file lacks: the names that it has, and the nearest one."""
-    return InputError(
-        f"there is no such {kind} in {file or 'the model'}",
-        field=field,
-        value=name,
-        allowed=listed(sorted(names), MOST_NAMES),
-        nearest=nearest_name(name, names),
-    )
+    problem, near = f"there is no such {kind} in {file or 'the model'}", nearest_name(name, names)
+    return InputError(problem, field=field, value=name, allowed=listed(sorted(names), 24), nearest=near)
 
 
 def has(words: re.Pattern[str], name: str) -> bool:

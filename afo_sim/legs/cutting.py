@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from afo_sim.common import InputError
 from afo_sim.legs.extent import lower_edge, moved, outline
 from afo_sim.legs.finding import KNEE, STEEPEST, Found, knee_of
 from afo_sim.legs.massless import LEAST_INERTIA
-from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, listed, shift, turned_about
+from afo_sim.legs.tree import Joint, Part, Tree, free_name, listed, shift, turned_about
 from afo_sim.model import OLD_TOE, POINTS
 
 SHANK, FOOT, ANKLE = "shank", "foot", "ankle"
@@ -42,9 +43,13 @@ def cut(
     turn = turned_about(*_line(tree, found.ankle), found.zero - tree.joints()[found.ankle][1].zero)
     of_foot = {part.name for part in tree.below(found.foot)}
     names = _names(tree, found)
+
+    def placed(old: str, into: np.ndarray, *more: Any) -> Part:
+        return _moved_part(tree.parts[old], into @ tree.world_pose(old), *more)
+
     parts = {
-        SHANK: _segment(tree, found.shank, into, SHANK, None, shift(np.array([0.0, 0.0, HEIGHT]))),
-        FOOT: _segment(tree, found.foot, into @ turn, FOOT, SHANK, np.eye(4), (ankle,)),
+        SHANK: placed(found.shank, into, SHANK, None, shift(np.array([0.0, 0.0, HEIGHT]))),
+        FOOT: placed(found.foot, into @ turn, FOOT, SHANK, np.eye(4), (ankle,)),
     }
     for part in tree.below(found.shank):
         if part.name in (found.shank, found.foot):
@@ -146,28 +151,15 @@ def _with_points(parts: dict[str, Part]) -> dict[str, Part]:
     return found
 
 
-def _segment(
-    tree: Tree,
-    old: str,
-    into: np.ndarray,
-    name: str,
-    parent: str | None,
-    pose: np.ndarray,
-    joints: tuple[Joint, ...] = (),
-) -> Part:
-    """A part in other axes, which have another origin."""
-    part = tree.parts[old]
-    return _moved_part(part, into @ tree.world_pose(old), name, parent, pose, joints)
-
-
 def _moved_part(
     part: Part,
     by: np.ndarray,
     name: str,
     parent: str | None,
     pose: np.ndarray,
-    joints: tuple[Joint, ...],
+    joints: tuple[Joint, ...] = (),
 ) -> Part:
+    """A part in other axes, which have another origin."""
     inertia = by[:3, :3] @ part.inertia @ by[:3, :3].T
     return Part(
         name=name,
@@ -177,13 +169,9 @@ def _moved_part(
         centre=moved(by, part.centre[None])[0],
         inertia=0.5 * (inertia + inertia.T),
         joints=joints,
-        shapes=tuple(_moved_shape(shape, by) for shape in part.shapes),
+        shapes=tuple(dataclasses.replace(shape, pose=by @ shape.pose) for shape in part.shapes),
         points={point: moved(by, at[None])[0] for point, at in part.points.items()},
     )
-
-
-def _moved_shape(shape: Shape, by: np.ndarray) -> Shape:
-    return dataclasses.replace(shape, pose=by @ shape.pose)
 
 
 def _ankle(tree: Tree, found: Found, given: tuple[float, float] | None) -> Joint:
@@ -285,12 +273,17 @@ def _with_toes(
         problem = "its axis is more than 35 deg from the ankle's: no hinge of the toes"
         raise InputError(problem, field="toes", value=hinge)
     sign = float(np.sign(-axis[1]))
+    try:
+        stops = _stops(joint, sign, joint.zero, None, hinge, tree.file)
+    except InputError:
+        problem = f"has no stops in {tree.file or 'the model'}"
+        raise InputError(problem, field="toes", value=hinge, allowed="a hinge with a range") from None
     toe = dataclasses.replace(
         joint,
         name=TOE,
         axis=RIGHTWARD,
         position=np.zeros(3),
-        range=_toe_stops(joint, sign, hinge, tree.file),
+        range=stops,
         spring_reference=sign * (joint.spring_reference - joint.zero),
         zero=0.0,
     )
@@ -313,17 +306,14 @@ def _with_toes(
     return dataclasses.replace(leg, parts=found_parts)
 
 
-def _toe_stops(joint: Joint, sign: float, name: str, file: object) -> tuple[float, float]:
-    try:
-        return _stops(joint, sign, joint.zero, None, name, file)
-    except InputError:
-        problem = f"has no stops in {file or 'the model'}"
-        raise InputError(problem, field="toes", value=name, allowed="a hinge with a range") from None
-
-
 def with_sole(leg: Tree) -> tuple[Tree, str]:
     """A leg with the sole's points on foot and toes, and where they come from, in words."""
-    own = _own(leg)
+    own = {  # from the ankle [m]
+        name: moved(from_ankle(leg, part), at[None])[0]
+        for part in leg.below(FOOT)
+        for name, at in part.points.items()
+        if name in (*POINTS, OLD_TOE)
+    }
     if all(name in own or (OLD_TOE in own and name in POINTS[2:]) for name in POINTS):
         return _placed(leg, own), "the file's own points"
     derived = _derived(leg)
@@ -343,18 +333,8 @@ def from_ankle(leg: Tree, part: Part) -> np.ndarray:
     return found
 
 
-def _own(leg: Tree) -> dict[str, np.ndarray]:
-    """The file's points of these names, from the ankle [m]."""
-    return {
-        name: moved(from_ankle(leg, part), at[None])[0]
-        for part in _below_foot(leg)
-        for name, at in part.points.items()
-        if name in (*POINTS, OLD_TOE)
-    }
-
-
 def _derived(leg: Tree) -> dict[str, np.ndarray]:
-    points = outline(leg, _below_foot(leg), points=False) - leg.parts[SHANK].pose[:3, 3]
+    points = outline(leg, leg.below(FOOT), points=False) - leg.parts[SHANK].pose[:3, 3]
     if len(points) < 3 or np.ptp(points[:, 0]) < 0.02:
         return {}
     ahead, above = lower_edge(points[:, 0], points[:, 2])
@@ -370,7 +350,7 @@ def _placed(leg: Tree, points: dict[str, np.ndarray]) -> Tree:
         kept = {
             f"file_{point}" if point in (*POINTS, OLD_TOE) else point: at
             for point, at in part.points.items()
-            if not (point in points and part in _below_foot(leg))
+            if not (point in points and part in leg.below(FOOT))
         }
         parts[name] = dataclasses.replace(part, points=kept)
     for point, at in points.items():

@@ -12,8 +12,7 @@ from afo_sim.common import InputError, Notice, Shown, assets, nearest_name
 from afo_sim.description import Scenario, load
 from afo_sim.legs.leg_numbers import Segment
 from afo_sim.legs.mjcf import tree_of
-from afo_sim.legs.tree import Part, Tree, reading_note
-from afo_sim.legs.urdf_out import write_urdf
+from afo_sim.legs.tree import Tree, reading_note
 from afo_sim.model import ANKLE, Size, leg_spec
 from afo_sim.model.build import build
 
@@ -50,6 +49,8 @@ def export_leg(
     >>> export_leg("adult_75kg", "worn.urdf", orthosis="s1").files[0].name
     'worn.urdf'
     """
+    from afo_sim.legs.urdf_out import write_urdf  # its libraries take half a second
+
     to = pathlib.Path(to)
     if to.suffix.lower() != ".urdf":
         raise InputError("is not a URDF file", field="to", value=str(to), allowed="a name that ends in .urdf")
@@ -69,19 +70,14 @@ def _leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
     """Shank and all that hangs on it, of the compiled model of a scenario."""
     model = build(scenario).full_model if worn else leg_spec(scenario, Size.of(scenario)).compile()
     whole, shank = tree_of(model), scenario.leg.shank
-    parts = {part.name: _twice_damped(part) for part in whole.below(shank)}
+    parts = {part.name: part for part in whole.below(shank)}
+    hinged, ankle = whole.joints()[ANKLE]
+    # whole damping: in the compiled model the passive ankle adds the half
+    twice = [dataclasses.replace(j, damping=2.0 * j.damping) if j is ankle else j for j in hinged.joints]
+    parts[hinged.name] = dataclasses.replace(hinged, joints=tuple(twice))
     # the shank stands in the world's origin, without what drives it in walking
     parts[shank] = dataclasses.replace(parts[shank], parent=None, pose=np.eye(4), joints=())
     return Tree(file=None, parts=parts)
-
-
-def _twice_damped(part: Part) -> Part:
-    """A part whose ankle has its whole damping: in the compiled model the passive ankle adds the half."""
-    joints = tuple(
-        dataclasses.replace(joint, damping=2.0 * joint.damping) if joint.name == ANKLE else joint
-        for joint in part.joints
-    )
-    return dataclasses.replace(part, joints=joints)
 
 
 def _scenario(source: str, orthosis: str | None) -> tuple[Scenario, bool]:

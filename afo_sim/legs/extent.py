@@ -60,18 +60,16 @@ def lower_edge(ahead: np.ndarray, above: np.ndarray) -> tuple[np.ndarray, np.nda
     """The lower convex hull of points, from behind to ahead [m]."""
     hull: list[tuple[float, float]] = []
     for x, z in sorted(zip(ahead.tolist(), above.tolist(), strict=True)):
-        while len(hull) > 1 and _turn(hull[-2], hull[-1], (x, z)) <= 0.0:
+        while len(hull) > 1:
+            (x_0, z_0), (x_1, z_1) = hull[-2:]
+            if (x_1 - x_0) * (z - z_0) - (z_1 - z_0) * (x - x_0) > 0.0:  # the way turns to the left
+                break
             hull.pop()
         hull.append((x, z))
     while len(hull) > 2 and hull[-1][0] - hull[-2][0] < 1e-9:  # a front that stands upright
         hull.pop()
     corners = np.array(hull)
     return corners[:, 0], corners[:, 1]
-
-
-def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    """Positive where the way from a over b to c turns to the left."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def sole_slope(ahead: np.ndarray, above: np.ndarray) -> float | None:

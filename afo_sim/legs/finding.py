@@ -8,7 +8,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.description import Side
 from afo_sim.legs.ankles import check_foot, check_name
-from afo_sim.legs.candidates import Candidate, candidates, named_shanks, side_of, upward, way
+from afo_sim.legs.candidates import Candidate, candidates, named_shanks, side_of, upward
 from afo_sim.legs.extent import moved, outline, sole_slope
 from afo_sim.legs.tree import Part, Tree, listed, turned_about
 
@@ -75,8 +75,11 @@ def find(
             field="shank",
             allowed=f"name shank and foot; its bodies are {listed(tree.parts, 40)}",
         )
-    if side is not None and shank is foot is ankle is None:
-        _check_side(legs[0], side)
+    named = side_of(legs[0].shank, legs[0].foot, legs[0].ankle)
+    if side is not None and shank is foot is ankle is None and named not in (None, side):
+        problem = f"the one leg found, {legs[0].shank} and {legs[0].foot}, is the {named} one by its name"
+        allowed = f"{named}, or name the shank of the {side} one"
+        raise InputError(problem, field="side", value=side, allowed=allowed)
     check_name(legs[0], tree.file)
     found = _measured(tree, legs[0], side, _zero(tree, legs[0].ankle, zero), given)
     _check_lengths(tree, found)
@@ -140,20 +143,14 @@ def _why_none(tree: Tree) -> str:
     return f"an ankle is a hinge, and its joints are {listed([f'{n} ({k})' for n, k in kinds.items()])}"
 
 
-def _check_side(leg: Candidate, side: Side) -> None:
-    """Refuse the one leg that there is where its names tell that it is the other one."""
-    named = side_of(leg.shank, leg.foot, leg.ankle)
-    if named is not None and named != side:
-        problem = f"the one leg found, {leg.shank} and {leg.foot}, is the {named} one by its name"
-        allowed = f"{named}, or name the shank of the {side} one"
-        raise InputError(problem, field="side", value=side, allowed=allowed)
-
-
 def _of_side(
     tree: Tree, legs: list[Candidate], side: Side | None, forward: np.ndarray | None
 ) -> list[Candidate]:
     """The one leg of a side, out of several."""
-    sides = _other_side([_side(tree, leg, forward=forward)[0] for leg in legs])
+    other: dict[Side | None, Side | None] = {"right": "left", "left": "right", None: None}
+    sides = [_side(tree, leg, forward=forward)[0] for leg in legs]
+    if len(legs) == 2 and sides.count(None) == 1:
+        sides = [known or other[sides[1 - k]] for k, known in enumerate(sides)]
     if len(legs) == 2 and sides[0] == sides[1]:  # as of leg_r0 and leg_r1
         sides = [_side(tree, leg, forward=forward, named=False)[0] for leg in legs]
     both = "; ".join(
@@ -170,14 +167,6 @@ def _of_side(
     raise InputError(problem, field=field, value=value, allowed="name the shank, or the foot")
 
 
-def _other_side(sides: list[Side | None]) -> list[Side | None]:
-    """Sides of legs; of two legs, of which one has a side, the other is the other one."""
-    other: dict[Side | None, Side | None] = {"right": "left", "left": "right", None: None}
-    if len(sides) == 2 and sides.count(None) == 1:
-        return [other[sides[1 - k]] if known is None else known for k, known in enumerate(sides)]
-    return sides
-
-
 def _measured(
     tree: Tree, leg: Candidate, side: Side | None, zero: float, forward: np.ndarray | None
 ) -> Found:
@@ -186,7 +175,9 @@ def _measured(
     pose = tree.world_pose(part.name)
     centre, axis = pose[:3, :3] @ joint.position + pose[:3, 3], pose[:3, :3] @ joint.axis
     turn = turned_about(axis, centre, zero - joint.zero)
-    points = moved(turn, _shapes_or_points(tree, leg.foot))
+    foot = tree.below(leg.foot)
+    surface = outline(tree, foot, points=False)
+    points = moved(turn, surface if len(surface) > 1 else outline(tree, foot))
     along, length, how_up = _along_shank(tree, leg, centre, axis)
     tilt = float(np.arcsin(np.clip(abs(axis @ along), 0.0, 1.0)))
     if tilt > STEEPEST:
@@ -197,7 +188,7 @@ def _measured(
         )
     up = along - (along @ axis) * axis
     up /= np.linalg.norm(up)
-    weight = _centre_of_mass(tree, leg.foot)
+    weight = centre_of(tree, foot)
     weight = None if weight is None else moved(turn, weight[None])[0]
     bends = _knee_bends(tree, leg.shank, centre)
     ahead, how_forward, notes = _forward(np.cross(axis, up), centre, points, weight, bends, forward)
@@ -259,8 +250,9 @@ def _along_shank(
         along = knee[0] - centre
         length = float(np.linalg.norm(along))
         return along / length, length, f"from the ankle to {knee[1]}"
-    stiff = [part for part in tree.below(leg.shank) if not _hangs_on(tree, part, leg.foot)]
-    weight = _centre_of(tree, stiff)
+    foot = tree.below(leg.foot)
+    stiff = [part for part in tree.below(leg.shank) if part not in foot]
+    weight = centre_of(tree, stiff)
     if weight is not None:
         along = weight - centre
         if np.linalg.norm(along) > 1e-3 and abs(axis @ along) < 0.9 * np.linalg.norm(along):
@@ -288,10 +280,6 @@ def _own_axis(turn: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, None, st
     sense = np.sign(towards[k])
     name = f"{'−' if sense < 0.0 else ''}{'xyz'[k]}"
     return sense * turn[:, k], None, f"the shank's own {name} axis, on which its centre of mass about lies"
-
-
-def _hangs_on(tree: Tree, part: Part, above: str) -> bool:
-    return part.name == above or bool(way(tree, above, part.name))
 
 
 def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
@@ -325,17 +313,7 @@ def _joint_above(tree: Tree, shank: str) -> tuple[np.ndarray, str] | None:
     return place, f"the joint {turning[0].name!r}"
 
 
-def _shapes_or_points(tree: Tree, foot: str) -> np.ndarray:
-    """Surface of a foot in the world [m] (n, 3); its named points where it has no shapes."""
-    found = outline(tree, tree.below(foot), points=False)
-    return found if len(found) > 1 else outline(tree, tree.below(foot))
-
-
-def _centre_of_mass(tree: Tree, name: str) -> np.ndarray | None:
-    return _centre_of(tree, tree.below(name))
-
-
-def _centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
+def centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
     """Centre of mass of several parts in the world [m] (3,); None without mass."""
     mass = sum(part.mass for part in parts)
     if not mass > 0.0:
@@ -422,7 +400,7 @@ def _side(
             axes = _measured(tree, leg, "right", 0.0, forward).axes
         except InputError:
             return None, ""
-    middle = _centre_of(tree, list(tree.parts.values()))
+    middle = centre_of(tree, list(tree.parts.values()))
     if middle is None:
         return None, ""
     part, joint = tree.joints()[leg.ankle]  # a body's own origin may be anywhere

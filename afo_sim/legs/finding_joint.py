@@ -1,7 +1,7 @@
 """Another joint than the ankle in a tree: segments from the hinge itself, axes, and which way it flexes."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from afo_sim.description import JOINTS, JointName, Orthosis, Side, a_joint
 from afo_sim.legs.attached import number_of
 from afo_sim.legs.candidates import side_of
 from afo_sim.legs.extent import moved
-from afo_sim.legs.finding import ASIDE, STEEPEST, Direction, Found, find, turned_about
+from afo_sim.legs.finding import ASIDE, STEEPEST, Direction, Found, centre_of, find, turned_about
 from afo_sim.legs.tree import Joint, Part, Tree, listed
 
 NAMED: Mapping[JointName, re.Pattern[str]] = {
@@ -166,7 +166,7 @@ def _measured(
 def _below(tree: Tree, part: Part, centre: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, str]:
     """The next joint below, off the hinge's axis, in the world [m] (3,); else the centre of mass below."""
     below = tree.below(part.name)
-    places = [
+    places: list[tuple[np.ndarray | None, str]] = [
         (
             moved(tree.world_pose(each.name), joint.position[None])[0],
             f"from the joint {joint.name!r} up to it",
@@ -175,26 +175,21 @@ def _below(tree: Tree, part: Part, centre: np.ndarray, axis: np.ndarray) -> tupl
         for joint in each.joints
         if joint.kind in ("hinge", "ball")
     ]
-    for place, how in [*places, (_middle(tree, below), f"from the centre of mass of {part.name!r} up to it")]:
-        if np.linalg.norm(np.cross(place - centre, axis)) > NEAR:
+    places.append((centre_of(tree, below), f"from the centre of mass of {part.name!r} up to it"))
+    for place, how in places:
+        if place is not None and np.linalg.norm(np.cross(place - centre, axis)) > NEAR:
             return place, how
     problem = "nothing shows which way it points: no joint and no mass lies off the hinge's axis"
     raise InputError(problem, field="distal", value=part.name, allowed="a body with mass")
-
-
-def _middle(tree: Tree, parts: Iterable[Part]) -> np.ndarray:
-    """Centre of mass of some parts in the world [m] (3,); NaN without mass."""
-    weighed = [(part.mass, moved(tree.world_pose(part.name), part.centre[None])[0]) for part in parts]
-    total = sum(mass for mass, _ in weighed) or np.nan
-    return np.asarray(sum(mass * place for mass, place in weighed) / total)
 
 
 def _side(
     tree: Tree, part: Part, hinge: Joint, above: str, frame: tuple[np.ndarray, np.ndarray], given: Side | None
 ) -> tuple[Side, str, tuple[str, ...]]:
     """Side by names, else by the place beside the body's centre of mass, else right; notices."""
-    aside = float((frame[0] - _middle(tree, tree.parts.values())) @ frame[1])
-    stands: Side | None = None if not abs(aside) >= ASIDE else "left" if aside > 0.0 else "right"
+    middle = centre_of(tree, list(tree.parts.values()))
+    aside = 0.0 if middle is None else float((frame[0] - middle) @ frame[1])
+    stands: Side | None = None if abs(aside) < ASIDE else "left" if aside > 0.0 else "right"
     named = given or side_of(hinge.name, part.name, above)
     if named is None and stands is None:
         return "right", "assumed", (Notice("side-assumed", "nothing shows the side: right is assumed"),)

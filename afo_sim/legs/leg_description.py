@@ -7,7 +7,7 @@ import numpy as np
 
 from afo_sim.common import Notice, format_quantity
 from afo_sim.description import toml_text
-from afo_sim.legs.cutting import ANKLE, FOOT, SHANK, TOE, TOES
+from afo_sim.legs.cutting import ANKLE, FOOT, SHANK, SOLE_SHARES, TOE, TOES
 from afo_sim.legs.finding import Found
 from afo_sim.legs.leg_numbers import LegNumbers, Segment
 from afo_sim.legs.tree import Joint, Tree, listed
@@ -49,9 +49,13 @@ def table(
             "with all that hangs on it",
         ),
         *_ankle(leg, found, numbers),
-        *_lengths(found),
-        ("points of the sole", ", ".join(_points(leg)) or "none", sole),
     ]
+    if found.shank_length is not None:
+        rows.append(("length of the shank", f"{found.shank_length:.4g} m", "from the ankle to the knee"))
+    if found.foot_length is not None:
+        rows.append(("length of the foot", f"{found.foot_length:.4g} m", "of its shapes, along forward"))
+    points = [name for part in leg.parts.values() for name in part.points if name in SOLE_SHARES]
+    rows.append(("points of the sole", ", ".join(points) or "none", sole))
     kept = [name for name in found.welded if name != toes]
     if kept:
         rows.append(("welded", listed(kept, 6), "joints beside the ankle"))
@@ -108,21 +112,6 @@ def _ankle(leg: Tree, found: Found, numbers: LegNumbers) -> list[Row]:
     return rows
 
 
-def _lengths(found: Found) -> list[Row]:
-    rows = []
-    if found.shank_length is not None:
-        rows.append(("length of the shank", f"{found.shank_length:.4g} m", "from the ankle to the knee"))
-    if found.foot_length is not None:
-        rows.append(("length of the foot", f"{found.foot_length:.4g} m", "of its shapes, along forward"))
-    return rows
-
-
-def _points(leg: Tree) -> list[str]:
-    return [
-        name for part in leg.parts.values() for name in part.points if name in ("heel", "ball", "pulp", "tip")
-    ]
-
-
 def _vector(vector: np.ndarray, digits: int = 3) -> str:
     return "(" + ", ".join(f"{value + 0.0:.{digits}f}" for value in np.round(vector, digits)) + ")"
 
@@ -131,7 +120,12 @@ def leg_toml(
     name: str, leg: Tree, found: Found, source: str, body_mass: float | None, body_height: float | None
 ) -> str:
     """A leg's description as TOML, each number with its source."""
-    ankle = leg.joints()[ANKLE][1]
+    ankle, unit = leg.joints()[ANKLE][1], "N*m*s/rad"
+    if ankle.damping > 0.0:
+        damping = _number(ankle.damping, unit, "user", f"the ankle's damping in {source}")
+    else:
+        why = f"relaxed ankle 0.2 to 1.0; middle of that range; {source} has none"
+        damping = _number(DAMPING, unit, "assumed", why)
     table: dict[str, Any] = {
         "name": name,
         "description": f"{found.side} leg of {source}",
@@ -140,7 +134,7 @@ def leg_toml(
         "foot": FOOT,
         "ankle": ANKLE,
         "side": found.side,
-        "damping": _damping(ankle, source),
+        "damping": damping,
         "body_mass": _person(body_mass, BODY_MASS, "kg"),
         "body_height": _person(body_height, BODY_HEIGHT, "m"),
     }
@@ -173,14 +167,6 @@ def _text(value: str | float) -> str:
 def _number(value: float, unit: str, kind: str, source: str) -> dict[str, Any]:
     text = format_quantity(value, unit) if unit else value
     return {"value": text, "kind": kind, "source": source}
-
-
-def _damping(ankle: Joint, source: str) -> dict[str, Any]:
-    unit = "N*m*s/rad"
-    if ankle.damping > 0.0:
-        return _number(ankle.damping, unit, "user", f"the ankle's damping in {source}")
-    why = f"relaxed ankle 0.2 to 1.0; middle of that range; {source} has none"
-    return _number(DAMPING, unit, "assumed", why)
 
 
 def _person(given: float | None, default: float, unit: str) -> dict[str, Any]:

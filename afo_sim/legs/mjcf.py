@@ -165,28 +165,22 @@ def tree_of(model: mujoco.MjModel) -> Tree:
     given = [model.body(body).name for body in bodies]
     parts = dict(zip(bodies, own_names(given, [f"body_{body}" for body in bodies]), strict=True))
     joints, shapes, points = _joints(model, parts), _shapes(model, parts), _points(model, parts)
-    found = {
-        name: Part(
+    found = {}
+    for body, name in parts.items():
+        turn = turn_of(model.body_iquat[body])
+        inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
+        found[name] = Part(
             name=name,
             parent=parts.get(int(model.body_parentid[body])),
             pose=pose_of(model.body_pos[body], model.body_quat[body]),
             mass=float(model.body_mass[body]),
             centre=model.body_ipos[body].copy(),
-            inertia=_inertia(model, body),
+            inertia=(inertia + inertia.T) / 2,
             joints=tuple(joints[body]),
             shapes=tuple(shapes[body]),
             points=points[body],
         )
-        for body, name in parts.items()
-    }
     return Tree(file=None, parts=found, beside=_beside(model), notes=tuple(_notes(model, parts)))
-
-
-def _inertia(model: mujoco.MjModel, body: int) -> np.ndarray:
-    """R diag(I) Rᵀ: principal moments of inertia turned into the body's axes [kg·m²] (3, 3)."""
-    turn = turn_of(model.body_iquat[body])
-    found = turn @ np.diag(model.body_inertia[body]) @ turn.T
-    return (found + found.T) / 2
 
 
 def _joints(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Joint]]:
@@ -235,7 +229,9 @@ def _shape(
 ) -> Shape:
     kind = SHAPE_KINDS[int(model.geom_type[geom])]
     pose = pose_of(model.geom_pos[geom], model.geom_quat[geom])
-    red, green, blue, opacity = (float(part) for part in _rgba(model, geom))
+    material, own = int(model.geom_matid[geom]), model.geom_rgba[geom]
+    shown = model.mat_rgba[material] if material >= 0 and np.allclose(own, DEFAULT_RGBA) else own
+    red, green, blue, opacity = (float(part) for part in shown)
     plain = Shape(
         name=name,
         kind=kind,
@@ -246,25 +242,13 @@ def _shape(
     if kind != "mesh":
         return plain
     mesh = int(model.geom_dataid[geom])
-    if mesh not in meshes:
-        meshes[mesh] = _mesh(model, mesh)
+    if mesh not in meshes:  # about the mesh's own centre, as MuJoCo moves its vertices
+        vertex, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        face, many = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+        vertices = model.mesh_vert[vertex : vertex + count].astype(float)
+        meshes[mesh] = vertices, model.mesh_face[face : face + many].astype(int)
     vertices, faces = meshes[mesh]
     return dataclasses.replace(plain, vertices=vertices, faces=faces)
-
-
-def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices [m] (n, 3), about the mesh's own centre as MuJoCo moves them, and faces (m, 3)."""
-    vertex, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    face, many = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-    vertices = model.mesh_vert[vertex : vertex + count].astype(float)
-    return vertices, model.mesh_face[face : face + many].astype(int)
-
-
-def _rgba(model: mujoco.MjModel, geom: int) -> np.ndarray:
-    material = int(model.geom_matid[geom])
-    own = model.geom_rgba[geom]
-    plain = np.allclose(own, DEFAULT_RGBA)
-    return model.mat_rgba[material] if material >= 0 and plain else own
 
 
 def _points(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, dict[str, np.ndarray]]:

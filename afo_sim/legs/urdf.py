@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import pathlib
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -27,6 +28,19 @@ from afo_sim.legs.urdf_files import (
 LARGE_MESH = 5.0  # [m] no link of a body or a device is that long …
 NEAR_JOINTS = 2.0  # [m] … whose joints lie that near
 WORLD = "world"  # root link that stands for what nothing moves
+# {code: what a user would not expect of the parts}
+REMARKS = {
+    "massless-links": "links without mass: {names}",
+    "point-masses": "links whose inertia is zero are point masses: {names}",
+    "meshes-missing": "meshes that are not found, and not shown: {names}; give their folder as `packages`, "
+    "or in ROS_PACKAGE_PATH",
+    "meshes-broken": "meshes that cannot be read, and are not shown: {names}",
+    "joints-endless": "joints whose range is not given are without stops: {names}",
+    "roots-several": "links that no joint reaches stand by themselves: {names}",
+    "joints-planar": "a planar joint is read as two slides and a hinge: {names}",
+    "meshes-large": 'meshes look like millimetres: {names}; give them scale="0.001 0.001 0.001"',
+}
+MIMICS = "joint {subject} follows another, {rule}; in a leg alone it moves by itself"
 
 
 def read_urdf(file: str | pathlib.Path, *, packages: Packages = (), contact: bool = False) -> Tree:
@@ -39,17 +53,23 @@ def read_urdf(file: str | pathlib.Path, *, packages: Packages = (), contact: boo
     split_commas(root)
     capsules = take_capsules(root)
     robot = _parsed(root, file)
-    refuse(_problems(robot, file))
+    if not robot.links:
+        raise InputError("has no <link>", file=file)
+    refuse((*_joint_problems(robot, file), *_tree_problems(robot, file)))
     reading = _Reading(file, packages, robot, capsules, contact)
     parts = reading.parts()
     rules = [(joint.name, joint.mimic) for joint in robot.joints if joint.mimic is not None]
     couplings = tuple((name, rule.joint, rule.offset, rule.multiplier) for name, rule in rules)
     notes = [reading_note("shapes-left-out", "left out: {why} ({names})", odd[why], why=why) for why in odd]
+    remarks = [(code, text, dict.fromkeys(reading.seen[code])) for code, text in REMARKS.items()]
+    notes += [reading_note(*remark) for remark in remarks if remark[2]]
+    for name, other, offset, by in couplings:
+        notes.append(Notice("joint-mimics", MIMICS, subject=name, rule=f"{by:g} × {other} + {offset:g}"))
     return Tree(
         file=file,
         parts=parts,
         beside=_beside(root, [name for name, _ in rules]),
-        notes=(*notes, *reading.remarks(), *map(_following, couplings)),
+        notes=tuple(notes),
         couplings=couplings,
     )
 
@@ -70,27 +90,22 @@ def _parsed(root: Any, file: pathlib.Path) -> Any:
 # ------------------------------------------------------------------------------------------- what is refused
 
 
-def _problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
+def _joint_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
     """What makes a robot's joints impossible, with the way to mend it."""
-    if not robot.links:
-        yield InputError("has no <link>", file=file)
     for joint in robot.joints:
-        for problem in _joint_problems(joint):
-            yield InputError(problem, file=file, field=f"joint {joint.name!r}")
-    yield from _tree_problems(robot, file)
-
-
-def _joint_problems(joint: Any) -> Iterator[str]:
-    if joint.type not in ("fixed", "floating") and not joint.axis.any():
-        yield 'its axis has no length; give for example <axis xyz="0 -1 0"/>'
-    limit = joint.limit
-    if limit is not None and joint.type in ("revolute", "prismatic"):
-        lower, upper = limit.lower or 0.0, limit.upper or 0.0
-        if lower > upper:
-            yield f"its range runs from {lower:g} to {upper:g}: exchange lower and upper"
-    for name, value in _dynamics(joint).items():
-        if value < 0:
-            yield f"its {name} of {value:g} is negative: it would drive the joint"
+        place, limit = f"joint {joint.name!r}", joint.limit
+        if joint.type not in ("fixed", "floating") and not joint.axis.any():
+            problem = 'its axis has no length; give for example <axis xyz="0 -1 0"/>'
+            yield InputError(problem, file=file, field=place)
+        if limit is not None and joint.type in ("revolute", "prismatic"):
+            lower, upper = limit.lower or 0.0, limit.upper or 0.0
+            if lower > upper:
+                problem = f"its range runs from {lower:g} to {upper:g}: exchange lower and upper"
+                yield InputError(problem, file=file, field=place)
+        for name, value in _dynamics(joint).items():
+            if value < 0:
+                problem = f"its {name} of {value:g} is negative: it would drive the joint"
+                yield InputError(problem, file=file, field=place)
 
 
 def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
@@ -135,14 +150,7 @@ class _Reading:
     contact: bool = False
     world: str | None = None
     loaded: dict[tuple[pathlib.Path, str], tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
-    massless: list[str] = field(default_factory=list)
-    points: list[str] = field(default_factory=list)
-    missing: list[str] = field(default_factory=list)
-    broken: list[str] = field(default_factory=list)
-    endless: list[str] = field(default_factory=list)
-    large: list[str] = field(default_factory=list)
-    planar: list[str] = field(default_factory=list)
-    alone: list[str] = field(default_factory=list)
+    seen: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
 
     def parts(self) -> dict[str, Part]:
         """Parents before children, in the order of the file."""
@@ -154,21 +162,17 @@ class _Reading:
         roots = [name for name in links if name not in children]
         found, todo = {}, list(roots)
         for root in roots:
-            if self._is_world(links[root]):
-                self.world = root
+            inertial = links[root].inertial
+            if root == WORLD and len(links) > 1 and not (inertial and inertial.mass):
+                self.world = root  # by the convention of ROS and Gazebo
             else:
                 found[root] = self._part(links[root], None, joints.get(root, []))
-        self.alone = roots if len(roots) > 1 else []
+        self.seen["roots-several"] = roots if len(roots) > 1 else []
         while todo:
             for joint in joints.get(todo.pop(0), []):
                 found[joint.child] = self._part(links[joint.child], joint, joints.get(joint.child, []))
                 todo.append(joint.child)
         return found
-
-    def _is_world(self, root: Any) -> bool:
-        """Whether the root stands for the world, by the convention of ROS and Gazebo."""
-        light = root.inertial is None or not root.inertial.mass
-        return root.name == WORLD and light and len(self.robot.links) > 1
 
     def _part(self, link: Any, joint: Any, below: list[Any]) -> Part:
         mass, centre, inertia = self._inertial(link)
@@ -187,9 +191,9 @@ class _Reading:
         """Mass, centre and R I Rᵀ, R the turn of the inertial frame against the link's."""
         inertial = link.inertial
         if inertial is None or not inertial.mass:
-            self.massless.append(link.name)
+            self.seen["massless-links"].append(link.name)
         elif inertial.inertia is None or np.abs(inertial.inertia).max() < LEAST_INERTIA:
-            self.points.append(link.name)
+            self.seen["point-masses"].append(link.name)
         if inertial is None:
             return 0.0, np.zeros(3), np.zeros((3, 3))
         origin = _origin(inertial.origin)
@@ -198,12 +202,7 @@ class _Reading:
         return float(inertial.mass or 0.0), origin[:3, 3].copy(), (inertia + inertia.T) / 2
 
     def _joints(self, joint: Any) -> tuple[Joint, ...]:
-        dynamics = _dynamics(joint)
-        same: dict[str, Any] = {
-            "position": np.zeros(3),
-            "damping": dynamics["damping"],
-            "friction": dynamics["friction"],
-        }
+        same: dict[str, Any] = {"position": np.zeros(3), **_dynamics(joint)}
         if joint.type == "fixed":
             return ()
         if joint.type == "floating":
@@ -211,7 +210,7 @@ class _Reading:
         axis = joint.axis / np.abs(joint.axis).max()  # whose square is a number, however long it was
         axis = axis / np.linalg.norm(axis)
         if joint.type == "planar":
-            self.planar.append(joint.name)
+            self.seen["joints-planar"].append(joint.name)
             return _planar(joint.name, axis, same, {other.name for other in self.robot.joints})
         kind: Any = "slide" if joint.type == "prismatic" else "hinge"
         return (Joint(name=joint.name, kind=kind, axis=axis, range=self._range(joint), **same),)
@@ -222,7 +221,7 @@ class _Reading:
         lower = (joint.limit and joint.limit.lower) or 0.0
         upper = (joint.limit and joint.limit.upper) or 0.0
         if lower == upper:  # CAD exporters leave zeros where no range was set
-            self.endless.append(joint.name)
+            self.seen["joints-endless"].append(joint.name)
             return None
         return float(lower), float(upper)
 
@@ -257,17 +256,17 @@ class _Reading:
     def _surface(self, mesh: Any, reach: float) -> tuple[np.ndarray, np.ndarray] | None:
         path = find_mesh(mesh.filename, self.file, self.packages)
         if path is None:
-            self.missing.append(mesh.filename)
+            self.seen["meshes-missing"].append(mesh.filename)
             return None
         key = path, str(mesh.scale)
         try:
             vertices, faces = self.loaded[key] = self.loaded.get(key) or load_mesh(path, mesh.scale)
         except ValueError as error:
-            self.broken.append(f"{mesh.filename} ({' '.join(str(error).split())})")
+            self.seen["meshes-broken"].append(f"{mesh.filename} ({' '.join(str(error).split())})")
             return None
         length = float(np.max(np.ptp(vertices, axis=0)))
         if length > LARGE_MESH and reach < NEAR_JOINTS:
-            self.large.append(f"{mesh.filename}, {length:.3g} m long")
+            self.seen["meshes-large"].append(f"{mesh.filename}, {length:.3g} m long")
         return vertices, faces
 
     def _rgba(self, shape: Any) -> tuple[float, float, float, float]:
@@ -280,30 +279,6 @@ class _Reading:
         colour = [float(part) for part in material.color.rgba]
         red, green, blue, opacity = (*colour, 1.0)[:4]
         return red, green, blue, opacity
-
-    def remarks(self) -> Iterator[Notice]:
-        """What a user would not expect of the parts."""
-        for code, text, names in (
-            ("massless-links", "links without mass: {names}", self.massless),
-            ("point-masses", "links whose inertia is zero are point masses: {names}", self.points),
-            (
-                "meshes-missing",
-                "meshes that are not found, and not shown: {names}; give their folder as `packages`, or in "
-                "ROS_PACKAGE_PATH",
-                self.missing,
-            ),
-            ("meshes-broken", "meshes that cannot be read, and are not shown: {names}", self.broken),
-            ("joints-endless", "joints whose range is not given are without stops: {names}", self.endless),
-            ("roots-several", "links that no joint reaches stand by themselves: {names}", self.alone),
-            ("joints-planar", "a planar joint is read as two slides and a hinge: {names}", self.planar),
-            (
-                "meshes-large",
-                'meshes look like millimetres: {names}; give them scale="0.001 0.001 0.001"',
-                self.large,
-            ),
-        ):
-            if names:
-                yield reading_note(code, text, dict.fromkeys(names))
 
 
 def _planar(name: str, axis: np.ndarray, same: dict[str, Any], taken: set[str]) -> tuple[Joint, ...]:
@@ -328,12 +303,6 @@ def _dynamics(joint: Any) -> dict[str, float]:
     given = joint.dynamics
     damping, friction = (given.damping, given.friction) if given is not None else (None, None)
     return {"damping": float(damping or 0.0), "friction": float(friction or 0.0)}
-
-
-def _following(coupling: tuple[str, str, float, float]) -> Notice:
-    name, other, offset, multiplier = coupling
-    words = "joint {subject} follows another, {rule}; in a leg alone it moves by itself"
-    return Notice("joint-mimics", words, subject=name, rule=f"{multiplier:g} × {other} + {offset:g}")
 
 
 def _beside(root: Any, mimics: list[str]) -> dict[str, tuple[str, ...]]:

@@ -61,7 +61,8 @@ def robot_element(file: pathlib.Path) -> Any:
             file=file,
             allowed="<robot> as the root element",
         )
-    if any("xacro" in str(element.tag) for element in root.iter()) or _unexpanded(root):
+    unexpanded = any("${" in value for element in root.iter() for value in element.attrib.values())
+    if unexpanded or any("xacro" in str(element.tag) for element in root.iter()):
         raise InputError("holds xacro macros", file=file, allowed=XACRO)
     for element in list(root.iter()):
         if ":" in str(element.tag) or element.tag in UNUSED:  # a prefix is a simulator's
@@ -74,7 +75,8 @@ def _root_element(file: pathlib.Path) -> Any:
     root, faults = _parsed(file)
     if root is not None and not faults:
         return root
-    if not _looks_like_xml(content_of(file)):
+    content = content_of(file)
+    if b"\0" in content or not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
         raise InputError("is not XML", file=file)
     reason = f": {faults[0]}" if faults else ""
     raise InputError(f"is not whole XML, perhaps it is cut off{reason}", file=file)
@@ -101,20 +103,12 @@ def _parsed(file: pathlib.Path) -> tuple[Any, list[str]]:
     return root, [f"{fault.message.strip()}, line {fault.line}" for fault in faults]
 
 
-def _looks_like_xml(content: bytes) -> bool:
-    return b"\0" not in content and content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
-
-
 def content_of(file: pathlib.Path) -> bytes:
     """The bytes of a file."""
     content = read_bytes(file)
     if not content.strip():
         raise InputError("is empty", file=file)
     return content
-
-
-def _unexpanded(root: Any) -> bool:
-    return any("${" in value for element in root.iter() for value in element.attrib.values())
 
 
 def text_problems(root: Any, file: pathlib.Path) -> Iterator[InputError]:

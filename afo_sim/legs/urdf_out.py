@@ -8,9 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, together, write_bytes
+from afo_sim.common import InputError, Notice, missing_extra, together, write_bytes
 from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, reading_note, shift
 from afo_sim.legs.urdf_files import quiet
+
+try:
+    import yourdfpy as urdf
+    from lxml import etree
+except ImportError as error:
+    raise missing_extra(error) or error from None
 
 UNLIMITED = 1e9  # URDF wants a largest effort and velocity of each joint; a tree knows none
 FAR = 1e3  # [m] where a slide without stops ends, since URDF's slides have ends
@@ -20,6 +26,15 @@ MUJOCO = {"fusestatic": "false", "discardvisual": "false", "strippath": "false"}
 JOINT_TYPE_OF = {"hinge": "revolute", "slide": "prismatic", "free": "floating"}
 CAPSULES = ("capsules are", "a cylinder with two spheres")
 ELLIPSOIDS = ("ellipsoids are", "meshes")
+REMARKS = {
+    "massless-links-between": "URDF has one joint between two links, so that massless links stand between: "
+    "{names}; MuJoCo's own importer does not move links without mass",
+    "coordinates-shifted": "URDF's coordinates count from the posture of the tree: {names} begin elsewhere",
+    "springs-left-out": "URDF has no springs: that of {names} is left out",
+    "rotors-left-out": "URDF has no rotor inertia: that of {names} is left out",
+    "slides-end": f"URDF's slides have ends: {{names}} without stops end {FAR:g} m away",
+    "root-moves": "URDF leaves it to the program that reads it how the root {names} moves",
+}
 ROUNDNESS = 3  # subdivisions of an icosahedron: 1280 faces, whose volume is 0.9 % below the ellipsoid's
 
 
@@ -28,7 +43,14 @@ def write_urdf(
 ) -> tuple[str, ...]:
     """Write a tree as a URDF file, with its meshes in `<stem>_meshes/` beside it."""
     path = pathlib.Path(path)
-    _check(tree, path)
+    if path.suffix.lower() != ".urdf":
+        allowed = "a name that ends with .urdf"
+        raise InputError("is not a valid name of a URDF file", file=path, allowed=allowed)
+    if not tree.parts:
+        raise InputError("there is no part to write", file=tree.file)
+    if balls := [name for name, (_, joint) in tree.joints().items() if joint.kind == "ball"]:
+        problem = f"URDF has no ball joint: {listed(balls)}"
+        raise InputError(problem, file=tree.file, allowed="three hinges in its place")
     check_finite(tree)
     shapes = Shapes(f"{path.stem}_meshes")
     robot = _Robot(tree, name or path.stem, shapes, points)
@@ -36,34 +58,12 @@ def write_urdf(
     with together(path.parent) as folder:
         for place, content in shapes.files.items():
             write_bytes(folder / place, content)
-        _write(made, folder / path.name)
+        with quiet():
+            plain = {"build_scene_graph": False, "load_meshes": False}
+            document = urdf.URDF(robot=made, filename_handler=lambda name: name, **plain).write_xml()
+        etree.SubElement(etree.SubElement(document.getroot(), "mujoco"), "compiler", attrib=MUJOCO)
+        document.write(str(folder / path.name), xml_declaration=True, pretty_print=True, encoding="utf-8")
     return tuple(robot.remarks())
-
-
-def _check(tree: Tree, path: pathlib.Path) -> None:
-    if path.suffix.lower() != ".urdf":
-        raise InputError(
-            "is not a valid name of a URDF file", file=path, allowed="a name that ends with .urdf"
-        )
-    if not tree.parts:
-        raise InputError("there is no part to write", file=tree.file)
-    if balls := [name for name, (_, joint) in tree.joints().items() if joint.kind == "ball"]:
-        raise InputError(
-            f"URDF has no ball joint: {listed(balls)}", file=tree.file, allowed="three hinges in its place"
-        )
-
-
-def _write(robot: Any, path: pathlib.Path) -> None:
-    import yourdfpy
-    from lxml import etree
-
-    with quiet():
-        made = yourdfpy.URDF(
-            robot=robot, build_scene_graph=False, load_meshes=False, filename_handler=lambda fname: fname
-        )
-        document = made.write_xml()
-    etree.SubElement(etree.SubElement(document.getroot(), "mujoco"), "compiler", attrib=MUJOCO)
-    document.write(str(path), xml_declaration=True, pretty_print=True, encoding="utf-8")
 
 
 @dataclass
@@ -78,45 +78,39 @@ class Shapes:
 
     def of(self, part: Part, frame: np.ndarray) -> tuple[list[Any], list[Any]]:
         """Visuals and collisions of a part, the same shapes twice."""
-        from yourdfpy import Collision, Material, Visual
-
         visuals, collisions = [], []
         for shape in part.shapes:
             material = self.colours.setdefault(shape.rgba, f"colour_{len(self.colours) + 1}")
             for name, origin, geometry in self._geometries(shape):
                 place = frame @ shape.pose @ origin
                 visuals.append(
-                    Visual(name=name, origin=place, geometry=geometry, material=Material(material))
+                    urdf.Visual(name=name, origin=place, geometry=geometry, material=urdf.Material(material))
                 )
-                collisions.append(Collision(name=f"{name}_collision", origin=place, geometry=geometry))
+                collisions.append(urdf.Collision(name=f"{name}_collision", origin=place, geometry=geometry))
         return visuals, collisions
 
     def materials(self) -> list[Any]:
         """The colours of all shapes."""
-        from yourdfpy import Color, Material
-
-        return [Material(name=name, color=Color(np.array(rgba))) for rgba, name in self.colours.items()]
+        return [
+            urdf.Material(name=name, color=urdf.Color(np.array(rgba))) for rgba, name in self.colours.items()
+        ]
 
     def _geometries(self, shape: Shape) -> list[tuple[str, np.ndarray, Any]]:
         """(name, pose in the shape's axes, geometry) for each piece of a shape."""
-        from yourdfpy import Box, Cylinder, Geometry, Sphere
-
         size = [float(number) for number in shape.size]
         if shape.kind == "box":
-            return [(shape.name, np.eye(4), Geometry(box=Box(2 * np.asarray(shape.size))))]
+            return [(shape.name, np.eye(4), urdf.Geometry(box=urdf.Box(2 * np.asarray(shape.size))))]
         if shape.kind == "sphere":
-            return [(shape.name, np.eye(4), Geometry(sphere=Sphere(size[0])))]
+            return [(shape.name, np.eye(4), urdf.Geometry(sphere=urdf.Sphere(size[0])))]
         if shape.kind in ("cylinder", "capsule"):
-            found = [(shape.name, np.eye(4), Geometry(cylinder=Cylinder(size[0], 2 * size[1])))]
+            found = [(shape.name, np.eye(4), urdf.Geometry(cylinder=urdf.Cylinder(size[0], 2 * size[1])))]
             if shape.kind == "capsule":
                 self.otherwise.setdefault(CAPSULES, []).append(shape.name)
-                ball = Geometry(sphere=Sphere(size[0]))
+                ball = urdf.Geometry(sphere=urdf.Sphere(size[0]))
                 for end, height in (("top", size[1]), ("bottom", -size[1])):
                     found.append((f"{shape.name}_{end}", shift(np.array([0.0, 0.0, height])), ball))
             return found
-        from yourdfpy import Mesh
-
-        return [(shape.name, np.eye(4), Geometry(mesh=Mesh(filename=self._mesh_file(shape))))]
+        return [(shape.name, np.eye(4), urdf.Geometry(mesh=urdf.Mesh(filename=self._mesh_file(shape))))]
 
     def _mesh_file(self, shape: Shape) -> str:
         """Name of the STL file of a mesh or an ellipsoid; shapes of the same mesh share theirs."""
@@ -155,24 +149,27 @@ class _Robot:
 
     def made(self) -> Any:
         """The robot, complete."""
-        from yourdfpy import Link, Robot
-
         roots = [part for part in self.tree.parts.values() if part.parent is None]
         world = None
         if not _is_root(roots):
             world = self._new_link("world")
-            self.links.append(Link(name=world))
+            self.links.append(urdf.Link(name=world))
         for part in self.tree.parts.values():
             self._add(part, part.parent or world)
-        return Robot(name=self.name, links=self.links, joints=self.joints, materials=self.shapes.materials())
+        return urdf.Robot(
+            name=self.name, links=self.links, joints=self.joints, materials=self.shapes.materials()
+        )
 
     def _add(self, part: Part, parent: str | None) -> None:
         frame = np.zeros(3)
         if parent is not None:
             steps = list(_steps(part, self.frames.get(part.parent or "", frame)))
             for number, (joint, origin, place) in enumerate(steps):
-                last = number == len(steps) - 1
-                child = part.name if last else self._between(part, joint)
+                child = part.name
+                if number < len(steps) - 1:
+                    child = self._new_link(f"{part.name}_{joint.name if joint else ''}")
+                    self.links.append(urdf.Link(name=child))
+                    self.between.append(child)
                 self.joints.append(self._joint(joint, part, parent, child, origin))
                 parent, frame = child, place
         self.frames[part.name] = frame
@@ -180,42 +177,30 @@ class _Robot:
         if self.points:
             self._add_points(part)
 
-    def _between(self, part: Part, joint: Joint | None) -> str:
-        from yourdfpy import Link
-
-        name = self._new_link(f"{part.name}_{joint.name if joint else ''}")
-        self.links.append(Link(name=name))
-        self.between.append(name)
-        return name
-
     def _joint(self, joint: Joint | None, part: Part, parent: str, child: str, origin: np.ndarray) -> Any:
-        import yourdfpy
-
         if joint is None:
             name = free_name(f"{part.name}_fixed", self._taken_joints())
-            return yourdfpy.Joint(name=name, type="fixed", parent=parent, child=child, origin=origin)
+            return urdf.Joint(name=name, type="fixed", parent=parent, child=child, origin=origin)
         moving = bool(joint.damping or joint.friction)
-        return yourdfpy.Joint(
+        return urdf.Joint(
             name=joint.name,
             type="continuous" if joint.kind == "hinge" and joint.range is None else JOINT_TYPE_OF[joint.kind],
             parent=parent,
             child=child,
             origin=origin,
             axis=None if joint.kind == "free" else joint.axis / np.linalg.norm(joint.axis),
-            dynamics=yourdfpy.Dynamics(damping=joint.damping, friction=joint.friction) if moving else None,
+            dynamics=urdf.Dynamics(damping=joint.damping, friction=joint.friction) if moving else None,
             limit=_limit(joint),
         )
 
     def _link(self, part: Part) -> Any:
-        import yourdfpy
-
         frame = shift(-self.frames[part.name])
         massless = not part.mass and not part.inertia.any()
-        inertial = yourdfpy.Inertial(
+        inertial = urdf.Inertial(
             origin=frame @ shift(part.centre), mass=float(part.mass), inertia=part.inertia
         )
         visuals, collisions = self.shapes.of(part, frame)
-        return yourdfpy.Link(
+        return urdf.Link(
             name=part.name,
             inertial=None if massless else inertial,
             visuals=visuals,
@@ -223,15 +208,13 @@ class _Robot:
         )
 
     def _add_points(self, part: Part) -> None:
-        import yourdfpy
-
         for name, place in part.points.items():
             link = self._new_link(f"{name}_point")
-            self.links.append(yourdfpy.Link(name=link))
+            self.links.append(urdf.Link(name=link))
             origin = shift(place - self.frames[part.name])
             joint = free_name(f"{link}_fixed", self._taken_joints())
             self.joints.append(
-                yourdfpy.Joint(name=joint, type="fixed", parent=part.name, child=link, origin=origin)
+                urdf.Joint(name=joint, type="fixed", parent=part.name, child=link, origin=origin)
             )
 
     def _new_link(self, wanted: str) -> str:
@@ -244,48 +227,21 @@ class _Robot:
         """What URDF does not hold, or holds otherwise."""
         joints = [joint for _, joint in self.tree.joints().values()]
         roots = [part for part in self.tree.parts.values() if part.parent is None]
-        for code, text, names in (
-            (
-                "massless-links-between",
-                "URDF has one joint between two links, so that massless links stand between: {names}; "
-                "MuJoCo's own importer does not move links without mass",
-                self.between,
-            ),
-            (
-                "coordinates-shifted",
-                "URDF's coordinates count from the posture of the tree: {names} begin elsewhere",
-                [joint.name for joint in joints if joint.zero],
-            ),
-            (
-                "springs-left-out",
-                "URDF has no springs: that of {names} is left out",
-                [joint.name for joint in joints if joint.stiffness],
-            ),
-            (
-                "rotors-left-out",
-                "URDF has no rotor inertia: that of {names} is left out",
-                [joint.name for joint in joints if joint.armature],
-            ),
-            (
-                "slides-end",
-                f"URDF's slides have ends: {{names}} without stops end {FAR:g} m away",
-                [joint.name for joint in joints if joint.kind == "slide" and joint.range is None],
-            ),
-            (
-                "root-moves",
-                "URDF leaves it to the program that reads it how the root {names} moves",
-                [roots[0].name] if _is_root(roots) and roots[0].joints else [],
-            ),
-        ):
-            if names:
-                yield reading_note(code, text, names)
+        found = {
+            "massless-links-between": self.between,
+            "coordinates-shifted": [joint.name for joint in joints if joint.zero],
+            "springs-left-out": [joint.name for joint in joints if joint.stiffness],
+            "rotors-left-out": [joint.name for joint in joints if joint.armature],
+            "slides-end": [joint.name for joint in joints if joint.kind == "slide" and joint.range is None],
+            "root-moves": [roots[0].name] if _is_root(roots) and roots[0].joints else [],
+        }
+        yield from (reading_note(code, REMARKS[code], names) for code, names in found.items() if names)
         if self.tree.beside:
             kinds = listed(self.tree.beside, len(self.tree.beside))
             yield Notice("kinds-left-out", "left out: {subject}", subject=kinds, severity="note")
         for (what, how), names in self.shapes.otherwise.items():
-            yield reading_note(
-                "shapes-replaced", "{what} written as {how}: {names}", names, what=what, how=how
-            )
+            text = "{what} written as {how}: {names}"
+            yield reading_note("shapes-replaced", text, names, what=what, how=how)
 
 
 def _is_root(roots: list[Part]) -> bool:
@@ -310,11 +266,9 @@ def _steps(part: Part, above: np.ndarray) -> Iterator[tuple[Joint | None, np.nda
 
 def _limit(joint: Joint) -> Any:
     """Stops, counted from the posture of the tree; None for a hinge without stops, and a free joint."""
-    import yourdfpy
-
     if joint.kind == "free" or (joint.kind == "hinge" and joint.range is None):
         return None
     lower, upper = joint.range or (joint.zero - FAR, joint.zero + FAR)
-    return yourdfpy.Limit(
+    return urdf.Limit(
         effort=UNLIMITED, velocity=UNLIMITED, lower=float(lower - joint.zero), upper=float(upper - joint.zero)
     )
