@@ -19,7 +19,7 @@ def stepped_on(made: Setting, n: int) -> tuple[Sample, dict[str, np.ndarray]]:
     frame, columns = frame_of(made.built, fields, inputs, 0), formulas(made.built)
     times = np.arange(n) * made.built.scenario.timestep
     script = made.task.script(made.built, times)(np.random.default_rng(0)).T
-    found = readers(made.built) | made.task.readers(made.built)
+    found = {**readers(made.built), **made.task.readers(made.built)}
     many = Sample(found, {name: v.T for name, v in fields.items()}, script)
     return many, {name: columns[name](frame) for name in columns if name in found or "height" in name}
 

@@ -132,7 +132,7 @@ class Sight:
 
     def __init__(self, setting: Setting, count: int):
         built = setting.built
-        self.setting, self.readers = setting, readers(built) | setting.task.readers(built)
+        self.setting, self.readers = setting, {**readers(built), **setting.task.readers(built)}
         self.masses = [f"chamber/{name}/mass" for name in setting.chambers]
         self.taken = np.zeros(count, int)  # periods of the episode
         self.scripts = np.zeros((count, *setting.draw(np.random.default_rng(0)).shape))

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -63,7 +64,7 @@ def readers(built: Built) -> Mapping[str, Reader]:
     def pitch(s: Sample) -> np.ndarray:
         return s.rows["qpos"][index.ankle_qpos] - s.rows["qpos"][shank]
 
-    def raised(point: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    def raised(point: Any, angle: np.ndarray) -> np.ndarray:
         return point[0] * np.sin(angle) + point[1] * np.cos(angle)
 
     def lowest(s: Sample) -> np.ndarray:
