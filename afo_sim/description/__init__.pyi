@@ -33,7 +33,6 @@ from .control.controller import Emg as Emg
 from .control.controller import ToeLoad as ToeLoad
 from .control.drive import Drive as Drive
 from .control.feedback import QUANTITIES as QUANTITIES
-from .control.feedback import Impedance as Impedance
 from .control.feedback import MomentReference as MomentReference
 from .control.feedback import Pid as Pid
 from .control.feedback import PressureReference as PressureReference
@@ -65,7 +64,6 @@ from .keys import holder as holder
 from .leg import Leg as Leg
 from .leg import Outsole as Outsole
 from .leg import Shoe as Shoe
-from .leg import Subtalar as Subtalar
 from .leg import Toes as Toes
 from .muscle import Muscle as Muscle
 from .new import base_of as base_of

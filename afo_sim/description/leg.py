@@ -1,4 +1,4 @@
-"""A leg and what it wears, as they are described: relaxed ankle, toes, subtalar hinge, outsole, shoe."""
+"""A leg and what it wears, as they are described: relaxed ankle, toes, outsole, shoe."""
 
 import pathlib
 from typing import Annotated, Any, Self
@@ -39,39 +39,6 @@ class Toes(Described):
         low, high = self.swing_extension_range
         if not low <= high:
             raise refusal("the first angle is above the second", "", "swing_extension_range")
-        return self
-
-
-_Tilt = Annotated[float, Quantity("rad", at_least=0.0, at_most=1.4)]
-
-
-class Subtalar(Described):
-    """The subtalar hinge: its oblique axis through the foot, its stops, spring and damping.
-
-    Source: inclination 42° (20 to 68), deviation 23° (4 to 47): Inman 1976, The joints of the ankle, from
-    memory. OpenSim's Gait2392 has 37° and 9°. below_ankle and range are assumed.
-    """
-
-    inclination: _Tilt = 0.733
-    """Angle of the axis above the sole."""
-    deviation: _Tilt = 0.401
-    """Angle of the axis to the inside of the foot's long axis, seen from above."""
-    below_ankle: Annotated[float, Quantity("m", at_least=0.0, at_most=0.1)] = 0.012
-    """Distance of the axis below the ankle joint."""
-    range: tuple[
-        Annotated[float, Quantity("rad", at_least=-1.0, at_most=0.0)],
-        Annotated[float, Quantity("rad", at_least=0.0, at_most=1.0)],
-    ] = (-0.175, 0.349)
-    """Stops in eversion (negative) and inversion."""
-    stiffness: Annotated[float, Quantity("N*m/rad", at_least=0.0, at_most=1e3)]
-    """Stiffness about the neutral position."""
-    damping: Annotated[float, Quantity("N*m*s/rad", at_least=0.0, at_most=100.0)]
-    """Viscous damping."""
-
-    @model_validator(mode="after")
-    def _turns(self) -> Self:
-        if not self.range[0] < self.range[1]:
-            raise refusal("leaves no angle to turn", 'such as ["-10 deg", "20 deg"]', "range")
         return self
 
 
@@ -139,8 +106,6 @@ class Leg(Described):
     """Moment of the relaxed ankle's tissue; none about another joint."""
     toes: Toes | None = None
     """Hinge of the toes; a rigid foot without it."""
-    subtalar: Subtalar | None = None
-    """Hinge for inversion and eversion under the ankle; none without it."""
 
     @model_validator(mode="after")
     def _has_an_ankle(self) -> Self:
@@ -151,11 +116,9 @@ class Leg(Described):
             raise refusal(
                 f"is the tissue of an ankle, and this is {a_joint(self.joint)}", allowed, "passive.scale"
             )
-        for key in ("toes", "subtalar"):
-            if getattr(self, key) is not None:
-                raise refusal(
-                    f"belongs under an ankle, and this is {a_joint(self.joint)}", "no such table", key
-                )
+        if self.toes is not None:
+            problem = f"belongs under an ankle, and this is {a_joint(self.joint)}"
+            raise refusal(problem, "no such table", "toes")
         return self
 
 

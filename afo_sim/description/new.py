@@ -108,7 +108,6 @@ _EXAMPLES: dict[str, dict[str, Any]] = {
         "body_height": "1.75 m",
         "shank_length": "43 cm",
         "foot_length": "26 cm",
-        "subtalar": {"stiffness": "10 N*m/rad", "damping": "0.2 N*m*s/rad"},
     },
     "patient": {"body_mass": "75 kg", "body_height": "1.75 m"},
     "source": {

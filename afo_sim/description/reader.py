@@ -19,6 +19,7 @@ from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
+from afo_sim.description.retired import leave_out
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.schema import (
     ALSO_OF_LEG,
@@ -155,6 +156,7 @@ def read(kind: str, source: _Source, sets: _Sets = None) -> Reading[Any]:
             changed[key] = value
         tree.set(key, value)
     tree.follow_all()
+    leave_out(tree)
     for key, value in changed.items():
         _say_what_is_set(tree.root, key, value)
     try:
@@ -252,16 +254,6 @@ def _path(entry: Any) -> Path:
     return path
 
 
-def _place(tree: Tree, path: Path) -> dict[str, Any]:
-    """File, field and value of a path; no file where `--set` wrote it; that of a name that it set."""
-    file, inner = tree.file_of(path)
-    depth = len(path) - len(inner)  # of the file
-    if any(len(k) > depth and (path[: len(k)] == k or k[: len(path)] == path) for k in tree.set_keys):
-        file, inner = None, path
-    value = value_at(tree.root, path)
-    return {"file": file, "field": ".".join(inner), "value": None if isinstance(value, dict) else value}
-
-
 def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     facts = entry.get("ctx", {})
     name = next((part for part in reversed(path) if not part.isdigit()), "")
@@ -271,7 +263,7 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     if not expected and not (leaf and tables(leaf.annotation)[1] == "one"):  # a chamber's inlet is no list
         expected = _FORMS.get(name, "")
     if entry["type"] == "dict_type":
-        expected = f"tables of their own, [{_place(tree, path)['field']}.NAME]"
+        expected = f"tables of their own, [{tree.place(path)['field']}.NAME]"
     if not expected and "min_length" in facts:
         expected = f"at least {facts['min_length']}"
     if not expected and leaf and PROBLEMS.get(entry["type"]) == "is out of range":
@@ -282,7 +274,7 @@ def _problem(tree: Tree, entry: Any, path: Path) -> InputError:
     if entry["type"] == "literal_error" and isinstance(entry["input"], str):
         nearest = nearest_name(entry["input"], re.findall("'([^']+)'", expected))
     problem = PROBLEMS.get(entry["type"], entry["msg"])
-    return InputError(problem, **_place(tree, path), allowed=str(expected), nearest=nearest)
+    return InputError(problem, **tree.place(path), allowed=str(expected), nearest=nearest)
 
 
 def _unknown_key(tree: Tree, path: Path) -> InputError:
@@ -290,7 +282,7 @@ def _unknown_key(tree: Tree, path: Path) -> InputError:
     spec = SPECS[tree.kind]
     table = table_at(spec, path[:-1])
     names = list(fields_of(table)) if table else []
-    place = _place(tree, path)
+    place = tree.place(path)
     word = ALSO_OF_LEG.get(path[-1])
     if word in names and value_at(tree.root, (*path[:-1], word)) is not None:  # both are left by `plain_keys`
         return InputError(f"is another word for {word}, which is there too", **place, allowed=f"{word} alone")

@@ -43,6 +43,15 @@ class Tree:
                 return self.files[path[:length]], path[length:]
         return None, path
 
+    def place(self, path: Path) -> dict[str, Any]:
+        """File, field and value of a path; no file where `--set` wrote it; that of a name that it set."""
+        file, inner = self.file_of(path)
+        depth = len(path) - len(inner)  # of the file
+        if any(len(k) > depth and (path[: len(k)] == k or k[: len(path)] == path) for k in self.set_keys):
+            file, inner = None, path
+        value = value_at(self.root, path)
+        return {"file": file, "field": ".".join(inner), "value": None if isinstance(value, dict) else value}
+
     def follow(self, path: Path) -> None:
         """Replace the name at `path`, if it is a reference, by what it names."""
         kind = _references(self.kind, path).get(())

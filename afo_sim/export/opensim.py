@@ -3,8 +3,6 @@
 OpenSim's axes are x forward, y up, z to the right; this project's z, which is up, is its y. In Gait2392
 ankle_angle_r turns the foot about (-0.105, -0.174, 0.979) of the tibia and mtp_angle_r the toes about
 (-0.581, 0, 0.814) of the foot: from forward to up, so that dorsiflexion and extension are positive, as here.
-subtalar_angle_r turns the foot about (0.787, 0.605, -0.121) of the talus, subtalar_angle_l about
-(-0.787, -0.605, -0.121): inversion is positive on both sides, as here.
 (Gait2392_Simbody/gait2392_simbody.osim of opensim-org/opensim-models.) In the Rajagopal models the toes' axis
 points to the left, and their mtp_angle_r is positive in flexion.
 """
@@ -23,11 +21,11 @@ from afo_sim.export.rows import TIME, Report, Rows, write_numbers
 from afo_sim.model import persons_stride
 from afo_sim.simulation import Recording
 
-ANKLE_ANGLE, TOES, SUBTALAR = "ankle/angle", "toe/extension", "subtalar/angle"
+ANKLE_ANGLE, TOES = "ankle/angle", "toe/extension"
 FORWARD, UP, PLACE = "ground/force/x", "ground/force/z", "ground/position/x"
 ALONG, HEIGHT, MOMENT = "ankle/position/x", "ankle/position/z", "ankle/moment/ground"
 _LOADS = (FORWARD, UP, PLACE, ALONG, HEIGHT, MOMENT)
-NEEDED = (ANKLE_ANGLE, TOES, SUBTALAR, *_LOADS)
+NEEDED = (ANKLE_ANGLE, TOES, *_LOADS)
 FORCE, POINT, TORQUE = "ground_force_v", "ground_force_p", "ground_torque_"
 _AXES = "xyz"
 _UNITS = (
@@ -39,9 +37,9 @@ _ANKLE = ["dorsiflexion", "plantarflexion"]  # directions of a leg's joint that 
 
 
 def coordinates(rows: Rows, side: str) -> dict[str, np.ndarray]:
-    """{coordinate of OpenSim: values [deg]}: `time` [s], ankle_angle_r, subtalar_angle_r, mtp_angle_r."""
+    """{coordinate of OpenSim: values [deg]}: `time` [s], ankle_angle_r, mtp_angle_r."""
     found = {TIME: rows.columns[TIME]}
-    for column, name in ((ANKLE_ANGLE, "ankle_angle"), (SUBTALAR, "subtalar_angle"), (TOES, "mtp_angle")):
+    for column, name in ((ANKLE_ANGLE, "ankle_angle"), (TOES, "mtp_angle")):
         if column in rows.columns:
             found[f"{name}_{side[0]}"] = np.degrees(rows.columns[column])
     return found

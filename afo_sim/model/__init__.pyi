@@ -22,7 +22,6 @@ from .foot import TOE_POINTS as TOE_POINTS
 from .foot import Foot as Foot
 from .foot import Turn as Turn
 from .foot import foot_of as foot_of
-from .inversion import free as free
 from .leg import attach_parts as attach_parts
 from .leg import leg_spec as leg_spec
 from .leg import rigid_part as rigid_part
@@ -32,7 +31,6 @@ from .leg_shapes import support as support
 from .mirror import mirror_shapes as mirror_shapes
 from .model_file import examine as examine
 from .mounting import ANKLE as ANKLE
-from .mounting import SUBTALAR as SUBTALAR
 from .mounting import add_motor as add_motor
 from .mounting import chamber_of as chamber_of
 from .mounting import muscle_names as muscle_names

@@ -264,5 +264,5 @@ def _made(seen: _Seen) -> Geometry:
         lengths=sweep_lengths(model, list(ids.muscles.values()), int(joint.qposadr[0]), angles),
         load=Load.of(model, bodies, [*joints, *([SINK] if seen.own and in_contact(scenario) else [])]),
         bare_load=Load.of(bare, bodies, joints),
-        side_arms=SideArms.of(spec, scenario, ids.muscles, seen.size.taller),
+        side_arms=SideArms.of(spec, scenario, ids.muscles),
     )

@@ -21,7 +21,7 @@ from afo_sim.model.air_checks import check_air_path
 from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, fill_hinge, foot_of
-from afo_sim.model.inversion import SideArms, check_stiffness, check_subtalar, free
+from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
 from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
@@ -131,14 +131,12 @@ def build(
 
 def _build(scenario: Scenario) -> Built:
     """Compile, fill in the parameters, and check what only the compiled model can tell."""
-    check_subtalar(scenario)
     circuit, size = _circuit(scenario), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index
     foot = foot_of(model, scenario.leg, ANKLE) if scenario.walking else None
     _fill_parameters(model, geometry, circuit, scenario, foot)
     fill_hinge(model, scenario, size)
-    check_stiffness(model, scenario)
     stretch = _stretched(geometry, circuit, scenario.orthosis)
     numbers, coarse = stability.check_stability(model, index, circuit, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
@@ -187,7 +185,7 @@ def _stretched(geometry: Geometry, circuit: native.Circuit, orthosis: Orthosis) 
 
 def _circuit(scenario: Scenario) -> native.Circuit:
     drives = tuple(scenario.drive.items())
-    return circuit_of(scenario.orthosis, inverts=free(scenario), drives=drives, supply=own_supply(scenario))
+    return circuit_of(scenario.orthosis, drives=drives, supply=own_supply(scenario))
 
 
 def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:

@@ -14,10 +14,9 @@ from afo_sim import native
 from afo_sim.common import InputError, unknown
 from afo_sim.description import JOINTS, WORN, Leg, Scenario
 from afo_sim.model.foot import hinge_toes, spring_toes
-from afo_sim.model.inversion import add_subtalar, free
 from afo_sim.model.mirror import leg_mirrored, mirror, orthosis_mirrored
 from afo_sim.model.model_file import examine
-from afo_sim.model.mounting import ANKLE, SUBTALAR
+from afo_sim.model.mounting import ANKLE
 from afo_sim.model.outsole import add_outsole, add_shoe
 from afo_sim.model.person import Size
 
@@ -62,9 +61,7 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     if size.taller != 1.0:
         lengthen(spec, size.taller)
     hinge_toes(spec, scenario, Size(taller=size.taller))
-    if free(scenario):
-        add_subtalar(spec, scenario, size.taller)
-    _check_joints([joint.name for joint in spec.joints], leg, free(scenario))
+    _check_joints([joint.name for joint in spec.joints], leg)
     if scenario.walking:
         add_outsole(spec, scenario, size.taller)
         add_shoe(spec, scenario, size.taller)
@@ -129,11 +126,9 @@ def _weigh(spec: mujoco.MjSpec, heavier: float) -> None:
             joint.armature *= heavier
 
 
-def _check_joints(names: Sequence[str], leg: Leg, subtalar: bool) -> None:
+def _check_joints(names: Sequence[str], leg: Leg) -> None:
     """Refuse a leg that has joints beside the ankle and the toes' hinge."""
-    own = (
-        {ANKLE} | ({SUBTALAR} if subtalar else set()) | ({leg.toes.joint} if leg.toes is not None else set())
-    )
+    own = {ANKLE} if leg.toes is None else {ANKLE, leg.toes.joint}
     found = [name or "one without a name" for name in names if name not in own]
     if not found:
         return

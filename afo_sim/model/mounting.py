@@ -8,7 +8,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.description import MuscleGroup, Orthosis
 
-ANKLE, SUBTALAR = "ankle", "subtalar"
+ANKLE = "ankle"
 
 
 @dataclass(frozen=True)

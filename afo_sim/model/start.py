@@ -10,7 +10,6 @@ from afo_sim.common import AMBIENT_PRESSURE, InputError
 from afo_sim.description import Scenario
 from afo_sim.model.build import Built
 from afo_sim.model.controls import controls
-from afo_sim.model.inversion import find_rest, free
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import SINK
@@ -22,18 +21,11 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     model, index = built.model, built.index
     data = native.scratch(model)
     data.ctrl[:] = control
-    turns = free(built.scenario)
-
-    def forward() -> None:
-        native.fill_chambers(model, data, 0.0)
-        mujoco.mj_forward(model, data)
 
     def imbalance(angle: float) -> float:
         data.qpos[index.ankle_qpos] = angle
-        if turns:  # at each angle of the ankle where the subtalar hinge rests, maybe on a stop of its own
-            find_rest(model, data, forward)
-            return float((data.qfrc_smooth + data.qfrc_constraint)[index.ankle_dof])
-        forward()
+        native.fill_chambers(model, data, 0.0)
+        mujoco.mj_forward(model, data)
         return float(data.qacc[index.ankle_dof])
 
     if imbalance(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
@@ -43,8 +35,6 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     if imbalance(lower) * imbalance(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
     data.qpos[index.ankle_qpos] = root(imbalance, lower, upper, 1e-14)
-    if turns:
-        find_rest(model, data, forward)
     native.fill_chambers(model, data, 0.0)
     _take_from_source(built, data)
     return get_state(model, data)

@@ -113,12 +113,6 @@ def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
         words = "the {subject} leg is simulated: {what} of the {other} one {verb} mirrored"
         what = " and ".join(mirrored)
         found.append(Notice("mirrored", words, subject=side, what=what, other=other, verb=verb))
-    if scenario["leg"].get("subtalar") and scenario.get("gait"):
-        words = (
-            "recorded walking says nothing of the subtalar joint: it does not turn here, and the moment "
-            "about it is reported (subtalar/moment/orthosis)"
-        )
-        found.append(Notice("subtalar-still", words))
     return [*found, *_of_own_leg(scenario)]
 
 

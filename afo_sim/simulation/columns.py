@@ -11,7 +11,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, unknown
 from afo_sim.control import TOLD
 from afo_sim.metrics import SOLVED, LazyColumns
-from afo_sim.model import JOINTS, SINK, SUBTALAR, free
+from afo_sim.model import JOINTS, SINK
 from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
 from afo_sim.simulation.rollout import Rollout
 from afo_sim.simulation.supply_columns import SUPPLY_COLUMNS
@@ -140,19 +140,13 @@ def _switches(f: Frame, valve: int) -> np.ndarray:
     return native.read_switches(f.built.model, f.rows["act"], index.drives[chamber], side == "outlet")
 
 
-def _side_moment(f: Frame, axis: int) -> np.ndarray:
-    """Moment of all muscles on the foot about an axis of the model's side arms, Σ T (−dL/dφ)."""
+def _inversion(f: Frame) -> np.ndarray:
+    """Moment of all muscles on the foot about the talus' forward axis, Σ T (−dL/dφ)."""
     arms = f.built.side_arms
     assert arms is not None
-    qpos = f.rows["qpos"]
-    ankle, subtalar = qpos[:, f.built.index.ankle_qpos], _subtalar_angle(f) if arms.free else None
+    ankle = f.rows["qpos"][:, f.built.index.ankle_qpos]
     tension = 0.0 - f.rows["actuator_force"][:, [f.built.index.muscles[name] for name in arms.names]]
-    found: np.ndarray = np.einsum("nm,nm->n", tension, arms.at(ankle, subtalar)[axis])
-    return found
-
-
-def _subtalar_angle(f: Frame) -> np.ndarray:
-    found: np.ndarray = f.rows["qpos"][:, int(f.built.model.joint(SUBTALAR).qposadr[0])]
+    found: np.ndarray = np.einsum("nm,nm->n", tension, arms.at(ankle))
     return found
 
 
@@ -194,22 +188,8 @@ COLUMNS = (
         "N*m",
         "internal, inversion positive; all muscles of the orthosis on the foot, about the talus' forward "
         "axis through the ankle joint, instantaneous",
-        lambda f: _side_moment(f, 0),
+        _inversion,
         where=lambda built: built.side_arms is not None,
-    ),
-    Column(
-        "subtalar/angle",
-        "rad",
-        "inversion positive",
-        _subtalar_angle,
-        where=lambda built: free(built.scenario),
-    ),
-    Column(
-        "subtalar/moment/orthosis",
-        "N*m",
-        "internal, inversion positive; all muscles of the orthosis about the subtalar axis, instantaneous",
-        lambda f: _side_moment(f, 1),
-        where=lambda built: built.side_arms is not None and built.scenario.leg.subtalar is not None,
     ),
     Column(
         "ankle/moment/load",

@@ -20,7 +20,7 @@ from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.description import Mounting, Muscle, MuscleGroup, Orthosis, at_rest
 from afo_sim.metrics import Metric, Window, cut, energy_metrics, increments, settled, whole_cycles
 from afo_sim.metrics.strides import strides
-from afo_sim.model import Built, chamber_of, free, muscle_names
+from afo_sim.model import Built, chamber_of, muscle_names
 from afo_sim.physics import SLACK_BLEND, anchor_energy, three_element_damping
 from afo_sim.simulation.rollout import Rollout
 
@@ -89,8 +89,8 @@ def _chambers(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
 def _muscles(orthosis: Orthosis, columns: Columns, known: Columns) -> Iterator[Energy]:
     for name, group in orthosis.muscle.items():
         pressure = columns[f"chamber/{group.chamber or name}/pressure"]
-        # of alike muscles the first tells of all; where the foot inverts, none are alike
-        alike = 1 if group.alike and "subtalar/angle" not in columns else group.count
+        # of alike muscles the first tells of all
+        alike = 1 if group.alike else group.count
         for k in range(1, alike + 1):
             own = {
                 column: columns[f"muscle/{name}_{k}/{column}"]
@@ -189,9 +189,9 @@ SHORT, LOCKED = 0.89, 0.99  # contraction, and share of the lock, beyond which t
 def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tuple[Columns, Columns]:
     """Rows of a run for its balance: (columns, signed static force of each leading muscle [N])."""
     rows = cut(columns, lambda values: values[:-1])
-    found, inverts = {}, free(built.scenario)
+    found = {}
     for name, group in muscle_names(built.scenario.orthosis).items():
-        if group.alike and not inverts and not name.endswith("_1"):
+        if group.alike and not name.endswith("_1"):
             continue
         muscle = built.index.muscles[name]
         carried = native.read_carried(built.model, rollout.rows["act"][1:], muscle)

@@ -13,7 +13,7 @@ import numpy as np
 from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import WORN, Described, Muscle, MuscleGroup, Scenario, provenance_note
 from afo_sim.metrics import Facts, Metric, Window, cut, pressure_without_slap, skin_metrics, stance
-from afo_sim.model import ANKLE, SOURCE, SUBTALAR, Built, chamber_of, muscle_names
+from afo_sim.model import ANKLE, SOURCE, Built, chamber_of, muscle_names
 from afo_sim.physics import BRAID_BLEND, LAWS, TRIPLE_TEMPERATURE
 from afo_sim.physics.static_force import static_force
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
@@ -226,11 +226,6 @@ def limit_warnings(
         where = _where_stopped(built, columns, lower, upper)
         text = f"the {built.scenario.leg.joint} reaches a stop of the joint{{where}}"
         yield Notice("stop-reached", text, subject=ANKLE, where=where)
-    if (turned := columns.get("subtalar/angle")) is not None:
-        lower, upper = built.model.joint(SUBTALAR).range
-        if turned.min() <= lower or turned.max() >= upper:
-            text = "the foot reaches a stop of the subtalar joint (leg.subtalar.range)"
-            yield Notice("stop-reached", text, subject=SUBTALAR)
     yield from _skin_warnings(built, columns)
     yield from _source_warnings(built, columns)
 

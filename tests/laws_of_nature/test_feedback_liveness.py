@@ -1,4 +1,4 @@
-"""Every field of PID, impedance and references is live: changed, a named column of a run moves."""
+"""Every field of PID and references is live: changed, a named column of a run moves."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import afo_sim
-from afo_sim.description import Impedance, MomentReference, Pid, PressureReference, Reference, fields_of
+from afo_sim.description import MomentReference, Pid, PressureReference, Reference, fields_of
 from afo_sim.description.control.feedback import AngleLoop, MomentLoop, PairPressures, PressureLoop
 
 SINE = {"mean": "1 deg", "amplitude": "4 deg", "frequency": "1 Hz"}
@@ -36,18 +36,6 @@ MOMENT = {
 }
 PAIR = {"mean": "1.5 bar", "half_range": "1.5 bar"}
 DRIVES = {name: {"kind": "bang_bang"} for name in ("dorsiflexor", "plantarflexor")}
-MAP = [["0 deg", "-2 bar", "-3 N*m"], ["0 deg", "2 bar", "3 N*m"]]
-SOFTER = [["0 deg", "-2 bar", "-2 N*m"], ["0 deg", "2 bar", "2 N*m"]]
-IMPEDANCE = {
-    "lowers": "plantarflexor",
-    "stiffness": "20 N*m/rad",
-    "damping": "0.3 N*m*s/rad",
-    "feed_forward": "0.5 N*m",
-    "mean_pressure": "1.5 bar",
-    "half_range": "1.5 bar",
-    "torque_map": MAP,
-    "reference": SINE,
-}
 SENSOR = {"late": {"column": "ankle/angle", "gain": 0.5}, "rate": {"column": "ankle/velocity", "gain": 0.5}}
 BASES: dict[str, dict[str, Any]] = {
     "pid": {"pid": PID},
@@ -55,7 +43,6 @@ BASES: dict[str, dict[str, Any]] = {
     "moment": {"pid": PID | {"angle": None, "moment": MOMENT}},
     "pressure": {"pid": PID | {"angle": None, "lowers": None, "pressure": PRESSURE}},
     "pair": {"pid": PID | {"least_output": 0.0, "pressures": PAIR}},
-    "impedance": {"impedance": IMPEDANCE},
 }
 OUTPUT, MOVED = "controller/output", "chamber/dorsiflexor/pressure"
 # (base, key below the controller, changed value, column that must move)
@@ -92,17 +79,6 @@ CHANGES = [
     ("pressure", "pid.pressure.reference", {"table": [["0 s", "1 bar"]]}, OUTPUT),
     ("pair", "pid.pressures.mean", "1.2 bar", MOVED),
     ("pair", "pid.pressures.half_range", "1 bar", MOVED),
-    ("impedance", "impedance.angle", "sensor/late", OUTPUT),
-    ("impedance", "impedance.velocity", "sensor/rate", OUTPUT),
-    ("impedance", "impedance.raises", None, MOVED),
-    ("impedance", "impedance.lowers", None, "chamber/plantarflexor/pressure"),
-    ("impedance", "impedance.stiffness", "25 N*m/rad", OUTPUT),
-    ("impedance", "impedance.damping", "0.6 N*m*s/rad", OUTPUT),
-    ("impedance", "impedance.feed_forward", "0.8 N*m", OUTPUT),
-    ("impedance", "impedance.reference.amplitude", "3 deg", OUTPUT),
-    ("impedance", "impedance.mean_pressure", "1.2 bar", MOVED),
-    ("impedance", "impedance.half_range", "0.2 bar", MOVED),
-    ("impedance", "impedance.torque_map", SOFTER, OUTPUT),
 ]
 TABLES = {
     "pid": Pid,
@@ -113,7 +89,6 @@ TABLES = {
     "pid.angle.reference": Reference,
     "pid.moment.reference": MomentReference,
     "pid.pressure.reference": PressureReference,
-    "impedance": Impedance,
 }
 # These are moved in the angle's reference: they are one class's.
 SHARED = ("frequency", "end_frequency", "sweep_time", "between", "column")
@@ -130,7 +105,7 @@ def sets(base: str) -> dict[str, Any]:
         "sensor": sensor,
         "controller": {"rate": "100 Hz"} | BASES[base],
     }
-    return found | ({"drive": DRIVES} if base in ("pair", "impedance") else {})
+    return found | ({"drive": DRIVES} if base == "pair" else {})
 
 
 @pytest.fixture(scope="module")
@@ -154,8 +129,7 @@ def test_a_field_moves_its_output(
 ) -> None:
     more: dict[str, Any] = {f"controller.{key}": changed}
     if key.endswith("raises"):
-        owner = key.split(".")[0]
-        more = {f"controller.{owner}.raises": "plantarflexor", f"controller.{owner}.lowers": "dorsiflexor"}
+        more = {"controller.pid.raises": "plantarflexor", "controller.pid.lowers": "dorsiflexor"}
     before, after = bases[base], afo_sim.run("seated", sets(base) | more)
     assert before.ok and after.ok, (before.status, after.status)
     scale = np.abs(before[column]).max()

@@ -123,7 +123,6 @@ NOT_PHYSICAL = (
     "*.open",  # of valves between other nodes, and there are none
     "*.range_of_motion",
     "*side",  # test_liveness.py moves the sides
-    "leg.subtalar",  # welded in walking
     "leg.*_length",  # of a refit, not of a run
     "leg.shank",
     "leg.foot",

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sideways import Talus, moments
+from sideways import Talus, inversion_moment
 
 import afo_sim
 from afo_sim.description import Scenario, load
@@ -28,7 +28,7 @@ def by_cross_products(scenario: Scenario, run: Recording, rows: range) -> np.nda
     names = list(muscle_names(scenario.orthosis))
     return np.array(
         [
-            moments(scenario, {n: run[f"muscle/{n}/force"][k] for n in names}, run["ankle/angle"][k])[0]
+            inversion_moment(scenario, {n: run[f"muscle/{n}/force"][k] for n in names}, run["ankle/angle"][k])
             for k in rows
         ]
     )

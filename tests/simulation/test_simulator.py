@@ -191,11 +191,6 @@ def test_what_simulators_cannot_do_is_a_sentence() -> None:
             several.step(5)  # type: ignore[arg-type]
 
 
-def test_a_pressure_as_text_is_no_pressure_of_a_map() -> None:
-    with pytest.raises(InputError, match=r"mean.*is not a valid pressure"):
-        afo_sim.pressure_map("seated", mean="2 bar", half_range=1e5)  # type: ignore[arg-type]
-
-
 def test_one_that_fails_stands_still_while_the_others_go_on_and_begins_anew() -> None:
     sets = {"duration": "1 s"}
     with afo_sim.Simulators("seated", sets, count=3) as many, afo_sim.Simulator("seated", sets) as one:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import model_validator
 
 from afo_sim.common import nearest_name
-from afo_sim.description.control.feedback import Impedance, Pid
+from afo_sim.description.control.feedback import Pid
 from afo_sim.description.control.switching import ClockTimer, GaitPhase, StateMachine, Threshold, in_si
 from afo_sim.description.muscle import Pressure
 from afo_sim.description.quantity import Described, Quantity, refusal
@@ -137,8 +137,6 @@ class ControllerDescription(Described):
     """Valves by a state machine."""
     pid: Pid | None = None
     """PID on an angle, a torque or a pressure."""
-    impedance: Impedance | None = None
-    """A spring and a damper about a reference angle."""
     toe_load: ToeLoad | None = None
     """Pressure by the load under the toes."""
     emg: Emg | None = None

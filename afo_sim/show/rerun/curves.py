@@ -8,7 +8,7 @@ import rerun as rr
 
 import afo_sim.show.rerun.colours as colours
 from afo_sim.description import WORN, MuscleGroup
-from afo_sim.model import OUTLET, SOURCE, TUBE_END, VALVE_END, free, muscle_names
+from afo_sim.model import OUTLET, SOURCE, TUBE_END, VALVE_END, muscle_names
 from afo_sim.physics import AIR, Gas
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
@@ -113,13 +113,12 @@ def curves(source: Source) -> list[Curve]:
 
 def _drawn_muscles(source: Source) -> list[tuple[str, str, MuscleGroup]]:
     """(muscle, its name in a plot, its group): of a group whose muscles are alike the first, for all."""
-    found, inverts = [], free(source.scenario)
+    found = []
     for muscle, group in muscle_names(source.scenario.orthosis).items():
         name, number = muscle.rsplit("_", 1)
-        alike = group.alike and not inverts
-        if alike and number == "1":
+        if group.alike and number == "1":
             found.append((muscle, name if group.count == 1 else f"{name} 1–{group.count}", group))
-        elif not alike:
+        elif not group.alike:
             found.append((muscle, f"{name} {number}", group))
     return found
 
@@ -128,7 +127,7 @@ def _lengths(source: Source) -> list[Curve]:
     """Own length and that of the path, of one muscle of a group whose muscles are alike [mm]."""
     found: list[Curve] = []
     for muscle, label, group in _drawn_muscles(source):
-        label = muscle.rsplit("_", 1)[0] if group.alike and not free(source.scenario) else label
+        label = muscle.rsplit("_", 1)[0] if group.alike else label
         shade, path = colours.of_muscle(muscle), f"muscle/{muscle}/path_length"
         found.append(Curve("length/muscles", label, shade, f"muscle/{muscle}/length", 1e3))
         shade = colours.of_path(muscle, group.alike)
