@@ -12,7 +12,6 @@ import afo_sim
 from afo_sim.cli import app
 from afo_sim.description import SETS, fields_of, of_chambers, schema, tables
 from afo_sim.description.schema import KINDS
-from afo_sim.description.template import shown_default
 from afo_sim.lab import validation
 from afo_sim.metrics import GROUPS, UNITS
 from afo_sim.metrics.metric import METRICS, RENAMED, MetricEntry, load_all
@@ -152,11 +151,18 @@ def _key(key: str, leaf: schema.Leaf) -> tuple[str, ...]:
     """A row of a table of keys."""
     below, many = tables(leaf.annotation)
     kind = KINDS.get(below)
-    default = "needed" if leaf.required else plain(shown_default(leaf))
+    default = "needed" if leaf.required else plain(_default(leaf))
     if many in TABLES:
         return code(key), "", TABLES[many], "needed" if leaf.required else "none", plain(leaf.meaning)
     may = f"a [{kind}](#{kind}-file), by name or path" if kind else plain(schema.allowed(leaf.annotation))
     return code(key), plain(schema.unit_of(leaf.annotation)), may, default, plain(leaf.meaning)
+
+
+def _default(leaf: schema.Leaf) -> str:
+    if leaf.default is None or leaf.default in ("", ()):
+        return "none"
+    text = schema.shown(leaf.default, leaf.annotation)
+    return f'"{text}"' if isinstance(leaf.default, str) or schema.unit_of(leaf.annotation) else text
 
 
 def metrics() -> str:

@@ -91,6 +91,13 @@ def find(kind: str, name: str, beside: pathlib.Path | None = None) -> pathlib.Pa
     )
 
 
+def template(kind: str) -> pathlib.Path:
+    """The commented file that a new product of a kind starts from."""
+    path = folder("models") / "templates" / f"{kind}.toml"
+    _warn_of_change(path)
+    return path
+
+
 @functools.cache  # each file is checked once
 def _warn_of_change(file: pathlib.Path) -> None:
     """Warn of a file that is not as the installed wheel brought it; a checkout's files are its owner's."""

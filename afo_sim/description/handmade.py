@@ -1,7 +1,9 @@
 """Hand-made braids: a muscle's numbers from bore, braid angle and length, and what the ideal braid does."""
 
+import functools
 import math
-from collections.abc import Iterator, Mapping
+import operator
+from collections.abc import Iterator, Mapping, MutableMapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,96 +36,44 @@ _S1_BLADDER = (
     136.0,
     153.0,
 )  # its F0 and K_b [N], fitted to its tables I and II, see models/muscles/s1_215mm
-_YOURS = ("user", "given to afo-sim new")
+# Where a given quantity stands in a muscle's file.
+_PLACE = {
+    "length": "total_length",
+    "end_length": "end_length",
+    "bore": "bore",
+    "braid_angle": "braid_angle",
+    "wall_thickness": "laws.chou_hannaford_1996.wall_thickness",
+}
 
 
-def muscle_values(
-    given: Mapping[str, str], base: Mapping[str, Any], *, told: tuple[str, str] = _YOURS
-) -> dict[str, Any]:
-    """Table of a hand-made muscle, as a TOML file holds it; each number says where it comes from."""
+def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> None:
+    """Put a braid's numbers in place of those of a hand-made muscle, whose file names their sources."""
     q = _read(given)
     bore, end, total = q["bore"], q["end_length"], q["length"]
     braid = Braid(total - end, bore / 2.0, q["braid_angle"])
     area = (bore / 2.0 / _S1.nominal_radius) ** 2  # relative to S1's muscle
-    most = maximum_contraction(braid.braid_angle)
-    scaled = "s1_215mm's, fitted to S1's tables I and II, scaled by"
-
-    def own(key: str, unit: str, otherwise: str) -> dict[str, str]:
-        if key in given:
-            return _marked(given[key], *told)
-        return _marked(f"{_number(q[key], unit)}", "assumed", otherwise)
-
-    pressure_range = ["1 bar", f"{_PRESSURE * 1e-5:g} bar"]
-    ranges = {"contraction_range": [0.0, round(most, 4)]}
-    straight = {"pressure_range": pressure_range, **ranges}
-    cylinder = _marked(1.0, "assumed", "cylinder; tapered ends 1.25 to 1.35, from memory, not verified")
-    return {
-        "grade": "D",
-        "law": "chou_hannaford_1996",
-        "total_length": own("length", "m", ""),
-        "end_length": own("end_length", "mm", "one bore of clamp and taper at each end"),
-        "bore": own("bore", "mm", ""),
-        "braid_angle": own("braid_angle", "deg", ""),
-        "damping": _marked(
-            f"{2e-4 * area:.3g} m^2*s", "assumed", "s1_215mm's assumed value, by the area of the bore"
-        ),
-        "braid_stiffness": _marked(
-            f"{20.0 * bore / 11.5e-3:.3g} kN",
-            "assumed",
-            "s1_215mm's assumed 20 kN, by the bore: as many more threads",
-        ),
-        "return_stiffness": _marked(
-            "20 N", "assumed", "assumed: brings a muscle without air back to its nominal length"
-        ),
-        "dead_volume": _marked(
-            f"{max(1e6 * math.pi * bore**2 / 4.0 * end, 0.1):.3g} ml", "derived", "bore of the end length"
-        ),
-        "mass": _marked(
-            f"{7.5e3 * bore * total + 4e5 * bore**2:.3g} g",
-            "assumed",
-            "tube and braid of 75 g/m and two clamps of 20 g at a bore of 10 mm; weigh your own",
-        ),
-        "laws": {
-            "chou_hannaford_1996": {
-                "wall_thickness": own("wall_thickness", "mm", "a thin wall; measure braid and bladder"),
-                **straight,
-            },
-            "tondu_lopez_2000": {"k": cylinder, **straight},
-            "tondu_lopez_2000_bladder": {
-                "k": cylinder,
-                "bladder_force": _marked(
-                    f"{_S1_BLADDER[0] * blocked_force(braid, 1.0) / blocked_force(_S1, 1.0):.4g} N",
-                    "assumed",
-                    f"{scaled} the braid's force: about 1.2 bar",
-                ),
-                "bladder_stiffness": _marked(
-                    f"{_S1_BLADDER[1] * area:.4g} N", "assumed", f"{scaled} the area of the bore"
-                ),
-                "pressure_range": ["1.2 bar", pressure_range[1]],
-                **ranges,
-            },
-        },
-        "frictions": {
-            name: {key: {**entry, "kind": "assumed"} for key, entry in table.items()}
-            for name, table in base["frictions"].items()
-        },
-        "limits": {
-            "pressure": _marked(pressure_range[1], "assumed", "clamped silicone tube, as S1's"),
-            "force": _marked(
-                f"{blocked_force(braid, _PRESSURE):.4g} N",
-                "derived",
-                "the ideal braid's at the highest pressure and no contraction; clamps may bear less",
-            ),
-            "contraction_min": _marked(
-                -min(0.03, math.floor(-500.0 * braid.lock) * 1e-3),
-                "assumed",
-                "3 %, or half way to the lock",
-            ),
-            "contraction_max": _marked(
-                round(most, 4), "derived", "1 − 1/(√3 cos α0), where the ideal braid's force ends"
-            ),
-        },
+    most = round(maximum_contraction(braid.braid_angle), 4)
+    bladder = _S1_BLADDER[0] * blocked_force(braid, 1.0) / blocked_force(_S1, 1.0)
+    rubber = "laws.tondu_lopez_2000_bladder.bladder"
+    numbers: dict[str, str | float] = {
+        **{place: given.get(key, f"{1e3 * q[key]:.6g} mm") for key, place in _PLACE.items()},
+        "damping": f"{2e-4 * area:.3g} m^2*s",
+        "braid_stiffness": f"{20.0 * bore / 11.5e-3:.3g} kN",
+        "dead_volume": f"{max(1e6 * math.pi * bore**2 / 4.0 * end, 0.1):.3g} ml",
+        "mass": f"{7.5e3 * bore * total + 4e5 * bore**2:.3g} g",
+        f"{rubber}_force": f"{bladder:.4g} N",
+        f"{rubber}_stiffness": f"{_S1_BLADDER[1] * area:.4g} N",
+        "limits.force": f"{blocked_force(braid, _PRESSURE):.4g} N",
+        "limits.contraction_min": -min(0.03, math.floor(-500.0 * braid.lock) * 1e-3),
+        "limits.contraction_max": most,
     }
+    for place, number in numbers.items():
+        functools.reduce(operator.getitem, place.split("."), muscle)["value"] = number
+    for key in given:
+        entry = functools.reduce(operator.getitem, _PLACE[key].split("."), muscle)
+        entry.update(kind="user", source="given to afo-sim new")
+    for law in muscle["laws"].values():
+        law["contraction_range"] = [0.0, most]
 
 
 def maximum_contraction(braid_angle: float) -> float:
@@ -242,12 +192,3 @@ def _quantity(name: str, text: str) -> float:
     if not (low <= number if closed else low < number) or not number <= high:
         raise InputError("is out of range", field=name, value=text, allowed=allowed)
     return number
-
-
-def _marked(value: Any, kind: str, source: str) -> dict[str, Any]:
-    return {"value": value, "kind": kind, "source": source}
-
-
-def _number(value: float, unit: str) -> str:
-    """An SI length in m or mm."""
-    return f"{value * (1e3 if unit == 'mm' else 1.0):.6g} {unit}"

@@ -10,12 +10,12 @@ from command import call
 
 import afo_sim
 from afo_sim.cli.doctor.kinds import check_file
-from afo_sim.common import InputError
+from afo_sim.common import InputError, assets
 from afo_sim.description import fields_of, load, of_chambers, tables
 from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
 from afo_sim.description.new import new, reference
 from afo_sim.description.reader import SPECS
-from afo_sim.description.schema import KINDS, is_table
+from afo_sim.description.schema import KINDS, Leaf, allowed, is_table, unit_of
 from afo_sim.study import new_study
 from afo_sim.study import sweep_plan as sweeps
 from afo_sim.study.parameter_table import ParameterTable
@@ -23,25 +23,36 @@ from afo_sim.study.search import plan as searches
 from afo_sim.study.template import SEARCH, SWEEP
 
 
-def every_field(kind: Any) -> set[str]:
-    """Names of all fields of a description, also of its tables, not of what it refers to by name."""
-    found = set()
+def every_field(kind: Any) -> dict[str, list[Leaf]]:
+    """All fields of a description by name, also of its tables, not of what it refers to by name."""
+    found: dict[str, list[Leaf]] = {}
+    below = [of_chambers(kind)] if is_table(of_chambers(kind)) else []
     for name, leaf in fields_of(kind).items():
         inner, many = tables(leaf.annotation)
-        found.add(name)
+        found.setdefault(name, []).append(leaf)
         if many in ("one", "named") and inner not in KINDS:
-            found |= every_field(inner)
-    return found | (every_field(of_chambers(kind)) if is_table(of_chambers(kind)) else set())
+            below.append(inner)
+    for table in below:
+        for name, several in every_field(table).items():
+            found.setdefault(name, []).extend(several)
+    return found
 
 
 @pytest.mark.parametrize("kind", SPECS)
-def test_template_holds_every_field_and_is_good(kind: str, tmp_path: pathlib.Path) -> None:
+def test_template_holds_every_field_as_it_is_allowed_and_is_good(kind: str, tmp_path: pathlib.Path) -> None:
     file = new(kind, "mine", tmp_path)
     text = file.read_text()
     written = set(re.findall(r"^(?:# )?\[?([\w.]+)(?:\]| = )", text, re.MULTILINE))
     parts = {part for key in written for part in key.split(".")}
-    assert every_field(SPECS[kind]) - parts == set()
-    assert load(kind, file).description == load(kind, file).description
+    fields = every_field(SPECS[kind])
+    assert fields.keys() - parts == set()
+    told = " ".join(text.replace("\n# ", " ").split())
+    for leaf in (leaf for several in fields.values() for leaf in several if not tables(leaf.annotation)[1]):
+        unit = f"[{unit_of(leaf.annotation)}] " if unit_of(leaf.annotation) else ""
+        end = "needed" if leaf.required else "default"
+        assert f"{' '.join(leaf.meaning.split())} {unit}{allowed(leaf.annotation)}; {end}" in told, leaf.key
+    assert load(kind, assets.template(kind)).description
+    assert load(kind, file).description.startswith("mine, begun from ")
     assert check_file(file)[0] == ("kind", kind)
 
 
