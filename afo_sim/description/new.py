@@ -49,6 +49,8 @@ def new(
     base = base_of(kind, like or _BRAID) if like or braid else assets.template(kind)
     before = assets.read_toml(base)
     text = without_digests(base.read_text(encoding="utf-8"))
+    if like or braid:
+        text = f"# Every key of a {kind}, and what it means: afo-sim new {kind} NAME.\n{text}"
     if kind == "scenario":
         text = _prepared(text, assets.find("orthosis", before["orthosis"], base), uses)
     values = tomlkit.parse(text)

@@ -261,7 +261,8 @@ def nearest_key(
     """The key that an unknown one most likely means, on whatever level."""
 
     def likeness(name: str) -> float:
-        return difflib.SequenceMatcher(None, path[-1], name).ratio()
+        match = difflib.SequenceMatcher(None, path[-1], name)
+        return match.ratio() if match.real_quick_ratio() > 0.5 * _MISSPELT else 0.0  # a long key takes long
 
     found = [(likeness(name) + 0.05, True, 0, name) for name in beside]
     for leaf in known:

@@ -2,6 +2,7 @@
 
 import math
 import pathlib
+import time
 
 import pytest
 from command import call
@@ -124,6 +125,14 @@ def test_unknown_key_in_a_file_suggests_one_of_that_file(tmp_path: pathlib.Path)
     (tmp_path / "mine.toml").write_text('presure = "3 bar"\n' + text)
     with pytest.raises(InputError, match=r"presure.*did you mean 'supply\.pressure'"):
         load("scenario", tmp_path / "mine.toml")
+
+
+def test_a_very_long_key_is_refused_at_once() -> None:
+    begun = time.process_time()
+    with pytest.raises(InputError) as refused:
+        load("scenario", "seated", {"supply." + "pressure" * 8000: "3 bar"})
+    assert refused.value.nearest is None
+    assert time.process_time() - begun < 2.0  # 12 s when every name was compared in full
 
 
 def test_nothing_is_suggested_for_what_is_like_nothing() -> None:
