@@ -133,7 +133,7 @@ def _each_once(cases: list[Case]) -> list[Case]:
 
 QUICK = _each_once(PAIRS)
 OTHERS = [case for case in PAIRS if case not in QUICK]
-SLICE = sorted(np.random.default_rng(7).choice(len(OTHERS), size(10, len(OTHERS)), replace=False))
+SLICE = sorted(np.random.default_rng(7).choice(len(OTHERS), size(4, len(OTHERS)), replace=False))
 # This walker's pitch falls and ankle rises evenly while the foot is flat, so that noise chooses which 20 % of
 # it are the flat part; a pitch anywhere within 1 deg of another is off by 1/√3 on average (derived) [deg].
 OPEN_ZERO = 1.0 / np.sqrt(3.0)

@@ -5,6 +5,7 @@ import pathlib
 
 import numpy as np
 import pytest
+from campaign import size as cases
 from gait_lab.known_walker import Walker
 from gait_lab.laboratory import Laboratory, Recorded
 
@@ -12,7 +13,7 @@ from afo_sim.gait_lab import Choices, Imported, Markers, WalkingTrial, cut_cycle
 from afo_sim.gait_lab.readers.plates import plate
 
 SET, FILE = "opensim c3d", pathlib.Path("walk.trc")
-SEEDS = range(7000, 7010)
+SEEDS = range(7000, 7000 + cases(3, 10))
 CODES = {
     "ahead": {"pressure-shifted"},
     "across": {"pressure-aside"},

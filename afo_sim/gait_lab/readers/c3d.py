@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, parse_quantity, plausible
+from afo_sim.common import InputError, Notice, plausible
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, offset_note, place_of, plate
 from afo_sim.gait_lab.readers.stated import read_stated
-from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres
+from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres_of
 
 # Results of a model that Vicon stores as points; each of these parameters lists their names.
 _RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
@@ -43,29 +43,24 @@ class _NoPlateError(Exception):
 def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     """Read markers and force plates from a C3D file."""
     file = read_c3d_file(path)
-    rate = _rate(path, file)
+    rates = [*file.numbers("POINT", "RATE")[:1], file.frame_rate]
+    rate = next((float(rate) for rate in rates if np.isfinite(rate) and rate > 0.0), 0.0)
+    if not 1.0 <= rate <= 1e5:
+        raise InputError("is not a valid frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
     names = (file.texts("POINT", "LABELS") + [""] * file.points.shape[1])[: file.points.shape[1]]
     points = lost_as_nan(np.where(file.residuals[..., None] < 0.0, np.nan, file.points))
     kept, results = _markers(file, names)
     time = (file.first_frame + np.arange(file.frames)) / rate
     stated, said = read_stated(file, time[: len(points)], names, points)
     names, points = [names[k] for k in kept], points[:, kept]
-    metre, unit = _metre(path, file, points)
+    stated_unit = length_name((file.texts("POINT", "UNITS") or [""])[0]) or "mm"  # C3D's own habit
+    metre, unit = metres_of(path, "POINT:UNITS", stated_unit, points)
     samples = file.analogs.shape[1]
     ratio = max(round(samples / file.frames), 1) if file.frames else 1
     analog_time = file.first_frame / rate + np.arange(samples) / (rate * ratio)
     plates, left_out = _plates_of_c3d(path, file, analog_time, metre)
     notices = [*results, *said, *unit, *left_out]
     return replace(marker_set(path, time, names, points * metre, notices), stated=stated), plates
-
-
-def _rate(path: pathlib.Path, file: C3dFile) -> float:
-    """Frames a second."""
-    rates = [*file.numbers("POINT", "RATE")[:1], file.frame_rate]
-    rate = next((float(rate) for rate in rates if np.isfinite(rate) and rate > 0.0), 0.0)
-    if not 1.0 <= rate <= 1e5:
-        raise InputError("is not a valid frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
-    return rate
 
 
 def _markers(file: C3dFile, names: Sequence[str]) -> tuple[list[int], list[Notice]]:
@@ -75,20 +70,6 @@ def _markers(file: C3dFile, names: Sequence[str]) -> tuple[list[int], list[Notic
     text = "{count} of its points are a model's results, no markers"
     none = len(names) - len(kept)
     return kept, [note("points-are-results", text, count=none)] if none else []
-
-
-def _metre(path: pathlib.Path, file: C3dFile, points: np.ndarray) -> tuple[float, list[Notice]]:
-    """Metres in the file's unit of length, and warnings."""
-    stated = length_name((file.texts("POINT", "UNITS") or [""])[0]) or "mm"  # C3D's own habit
-    try:
-        factor = parse_quantity(f"1 {stated}", "m")
-    except ValueError:
-        raise InputError(
-            "is not a valid length", file=path, field="POINT:UNITS", value=stated, allowed="mm, m"
-        ) from None
-    found, warnings = metres(points, factor, stated)
-    assert found is not None
-    return found, warnings
 
 
 def _plates_of_c3d(

@@ -12,7 +12,7 @@ from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slo
 from afo_sim.gait_lab.readers.text import (
     cells_of,
     measured,
-    miscount,
+    miscounts,
     parse_row,
     read_lines,
     require_size,
@@ -39,7 +39,7 @@ class OpenSimTable(Noted):
 def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     """Read a .mot or .sto file."""
     lines, ended = read_lines(path)
-    end = next((k for k, line in enumerate(lines) if _word(line) == "endheader"), None)
+    end = next((k for k, line in enumerate(lines) if line.strip(" \t;,").lower() == "endheader"), None)
     if end is None:
         raise InputError(
             "has no header that ends in 'endheader'", file=path, allowed="an OpenSim .mot or .sto"
@@ -53,9 +53,9 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     names = without_empty_end(cells_of(body[0], separator))
     _refuse_vectors(path, header, names, body[1], separator)
     table, notices = _table(path, body[1:], names, separator, ended)
-    notices += _counts(header, ("nrows", "datarows"), len(table), "rows")
+    notices += miscounts(header, dict.fromkeys(("nrows", "datarows"), ("rows", len(table))))[:1]
     # each row has its columns: no harm
-    wide = _counts(header, ("ncolumns", "datacolumns"), table.shape[1], "columns")
+    wide = miscounts(header, dict.fromkeys(("ncolumns", "datacolumns"), ("columns", table.shape[1])))[:1]
     place, factor, clock = _clock_column(path, names, table)
     time, rounded = even_clock(table[:, place] * factor)
     check_clock(path, time)
@@ -73,10 +73,6 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
         degrees,
         (*clock, *notices, *rounded, *(each.with_severity("note") for each in wide), *doubles),
     )
-
-
-def _word(line: str) -> str:
-    return line.strip(" \t;,").lower()
 
 
 def _header(lines: list[str]) -> dict[str, str]:
@@ -115,7 +111,12 @@ def _table(
     require_size(path, len(lines), width)
     for k, line in enumerate(lines):
         try:
-            rows.append(parse_row(_cells(line, width, separator)))
+            cells = cells_of(line, separator)
+            if len(cells) != width and separator is not None:
+                cells = without_empty_end(cells) if len(cells) > width else cells_of(line, None)
+            if len(cells) != width:
+                raise ValueError
+            rows.append(parse_row(cells))
         except ValueError:
             if k == len(lines) - 1 and k >= 2:
                 text = "its last row, the {row}th, is cut short and was left out"
@@ -127,23 +128,6 @@ def _table(
         text = "its last row ends with the file and may be cut: left out"
         return measured(path, names, rows[:-1]), [Notice("last-row-cut", text)]
     return measured(path, names, rows), []
-
-
-def _cells(line: str, width: int, separator: str | None) -> list[str]:
-    """As many cells as there are names; ValueError where there are not."""
-    cells = cells_of(line, separator)
-    if len(cells) != width and separator is not None:
-        cells = without_empty_end(cells) if len(cells) > width else cells_of(line, None)
-    if len(cells) != width:
-        raise ValueError
-    return cells
-
-
-def _counts(header: dict[str, str], keys: tuple[str, str], count: int, what: str) -> list[Notice]:
-    """A warning where the header counts otherwise."""
-    stated = [int(header[key]) for key in keys if re.fullmatch("[0-9]{1,9}", header.get(key, ""))]
-    wrong = [number for number in stated if number != count]
-    return [miscount(what, count, number, may_be_cut=what == "rows") for number in wrong[:1]]
 
 
 def _clock_column(path: pathlib.Path, names: list[str], table: np.ndarray) -> tuple[int, float, list[Notice]]:

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError
 from afo_sim.gait_lab.readers.csv_trial import Column, CsvTrial, numbers, trial_of
 from afo_sim.gait_lab.readers.text import (
     cells_of,
-    miscount,
+    miscounts,
     parse_row,
     rate_of,
     read_lines,
@@ -44,7 +44,11 @@ def read_qualisys(path: pathlib.Path) -> CsvTrial:
         if title:
             unit = "N" if re.search(" f[xyz]$", title) else "m"
             columns.append(Column(title, unit, scale[unit], table[:, k]))
-    trial = trial_of(path, np.arange(len(table)) / rate, columns, [*notices, *_counts(stated, len(table))])
+    said = {key: cells[0] for key, cells in stated.items() if cells}
+    notices += miscounts(
+        said, {"NO_OF_FRAMES": ("frames", len(table)), "NO_OF_SAMPLES": ("rows", len(table))}
+    )
+    trial = trial_of(path, np.arange(len(table)) / rate, columns, notices)
     corners = _corners(stated)
     return replace(trial, plates=tuple(replace(plate, corners=corners) for plate in trial.plates))
 
@@ -79,15 +83,6 @@ def _plate_titles(path: pathlib.Path, stated: dict[str, list[str]], last: list[s
         allowed = "Force_X, Force_Y, Force_Z, COP_X, COP_Y, COP_Z above the rows"
         raise InputError("has neither markers nor a whole force plate", file=path, allowed=allowed)
     return [name and f"{plate} {name}" for name in found]
-
-
-def _counts(stated: dict[str, list[str]], rows: int) -> list[Notice]:
-    said = [(stated.get(key) or [""])[0] for key in ("NO_OF_FRAMES", "NO_OF_SAMPLES")]
-    return [
-        miscount(what, rows, int(text), may_be_cut=True)
-        for what, text in zip(("frames", "rows"), said, strict=True)
-        if re.fullmatch("[0-9]{1,9}", text) and int(text) != rows
-    ]
 
 
 def _corners(stated: dict[str, list[str]]) -> np.ndarray | None:

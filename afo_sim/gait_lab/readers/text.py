@@ -3,7 +3,7 @@
 import math
 import pathlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -134,8 +134,12 @@ def unique_names(names: list[str], what: str) -> tuple[list[str], list[Notice]]:
     return found, [Notice("names-doubled", text, subject=what, renamed=shown)]
 
 
-def miscount(what: str, count: int, stated: int, *, may_be_cut: bool) -> Notice:
-    """A warning where a header counts rows, columns, frames or markers otherwise than its file has them."""
-    text = "has {count} {subject}, its header says {stated}"
-    text += ": cut short?" if may_be_cut and stated > count else ""
-    return Notice("header-miscounts", text, subject=what, count=count, stated=stated)
+def miscounts(header: Mapping[str, str], counts: Mapping[str, tuple[str, int]]) -> list[Notice]:
+    """Warnings where a header's keys count rows, columns, frames or markers otherwise than the file has."""
+    found = []
+    for key, (what, count) in counts.items():
+        if re.fullmatch("[0-9]{1,9}", header.get(key, "")) and (stated := int(header[key])) != count:
+            text = "has {count} {subject}, its header says {stated}"
+            text += ": cut short?" if what in ("rows", "frames") and stated > count else ""
+            found.append(Notice("header-miscounts", text, subject=what, count=count, stated=stated))
+    return found

@@ -6,20 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, parse_quantity
+from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
     CUT_SHORT,
     cells_of,
     measured,
-    miscount,
+    miscounts,
     parse_row,
     read_lines,
     require_size,
     without_empty_end,
 )
-from afo_sim.gait_lab.readers.unit_checks import length_name, metres
+from afo_sim.gait_lab.readers.unit_checks import length_name, metres_of
 
 _LAYOUT = "'PathFileType' on line 1, 'Frame#<tab>Time<tab>names' on line 4"
 _AXIS = re.compile(r"[xyz]\d+$", re.IGNORECASE)
@@ -42,12 +42,15 @@ def read_trc(path: pathlib.Path) -> Markers:
     header = _header(path, lines)
     table, warnings = _table(path, header, ended)
     names = [*header.names, *[""] * ((table.shape[1] - header.lead) // 3 - len(header.names))]
-    warnings += _counts(header.stated, len(table), len(names))
+    counts = {"numframes": ("frames", len(table)), "nummarkers": ("markers", len(names))}
+    warnings += miscounts(header.stated, counts)
     time, clock = _clock(path, header, table)
     check_clock(path, time, "Time")
     points = lost_as_nan(table[:, header.lead :].reshape(len(table), len(names), 3))
-    factor, unit = _metres(path, header.stated.get("units", ""), points)
-    return marker_set(path, time, names, points * factor, [*clock, *warnings, *unit])
+    unit = length_name(header.stated.get("units", ""))
+    unit = "" if re.fullmatch(r"[-+0-9.,e]*", unit) else unit
+    factor, doubts = metres_of(path, "Units", unit, points)
+    return marker_set(path, time, names, points * factor, [*clock, *warnings, *doubts])
 
 
 def _header(path: pathlib.Path, lines: list[str]) -> _Header:
@@ -117,15 +120,6 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
     return table, warnings
 
 
-def _counts(stated: dict[str, str], frames: int, markers: int) -> list[Notice]:
-    found = []
-    for key, count, what in (("numframes", frames, "frames"), ("nummarkers", markers, "markers")):
-        number = stated.get(key, "")
-        if re.fullmatch("[0-9]{1,9}", number) and int(number) != count:
-            found.append(miscount(what, count, int(number), may_be_cut=what == "frames"))
-    return found
-
-
 def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[Notice]]:
     rate = _rate(header.stated.get("datarate", ""))
     time = np.full(len(table), np.nan)
@@ -146,20 +140,3 @@ def _rate(text: str) -> float | None:
     except ValueError:
         return None
     return rate if 1.0 <= rate <= 1e5 else None
-
-
-def _metres(path: pathlib.Path, unit: str, points: np.ndarray) -> tuple[float, list[Notice]]:
-    """Metres in the file's unit of length, and warnings."""
-    name = length_name(unit)
-    stated = None
-    if name and not re.fullmatch(r"[-+0-9.,e]*", name):
-        try:
-            stated = parse_quantity(f"1 {name}", "m")
-        except ValueError:
-            raise InputError(
-                "is not a valid length", file=path, field="Units", value=unit, allowed="m, mm, cm"
-            ) from None
-    factor, notices = metres(points, stated, name)
-    if factor is None:
-        raise InputError("is not stated", file=path, field="Units", allowed="m, mm, cm")
-    return factor, notices

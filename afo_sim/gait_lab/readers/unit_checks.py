@@ -1,11 +1,12 @@
 """Units of length and angle: as the file states, unless no person has that size or bends a knee that far."""
 
+import pathlib
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice
+from afo_sim.common import InputError, Notice, parse_quantity
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
 
 _PERSON = (0.5, 2.5)  # largest extent of a person's markers [m]; assumed: a leg alone to arms stretched up
@@ -70,6 +71,20 @@ def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float |
     name, factor = fits[0]
     text = "its unit of length is not stated; read as {unit}, a person of {size:.2f} m"
     return factor, [Notice("length-unit-guessed", text, unit=name, size=size * factor)]
+
+
+def metres_of(path: pathlib.Path, field: str, unit: str, points: np.ndarray) -> tuple[float, list[Notice]]:
+    """As `metres` of a unit as a file's field has it; InputError where it is no length, or unknown."""
+    try:
+        stated = parse_quantity(f"1 {unit}", "m") if unit else None
+    except ValueError:
+        raise InputError(
+            "is not a valid length", file=path, field=field, value=unit, allowed="m, mm, cm"
+        ) from None
+    factor, notices = metres(points, stated, unit)
+    if factor is None:
+        raise InputError("is not stated", file=path, field=field, allowed="m, mm, cm")
+    return factor, notices
 
 
 def angle_unit(

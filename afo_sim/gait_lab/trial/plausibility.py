@@ -78,7 +78,7 @@ def doubts(
         found += _against_reference(cycle, reference)
     found += _clocks(points, motion, ground)
     if points is not None:
-        found += _marker_doubts(points)
+        found += _lengths(points) + _proportion(points) + _leaps(points)
     return tuple(found)
 
 
@@ -300,11 +300,6 @@ def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | N
     for name, (time, _) in ({} if ground is None else ground.plates).items():
         found += _steps_of_time(f"plate {name}", time, _FORCE_RATE)
     return found
-
-
-def _marker_doubts(points: LegPoints) -> list[Notice]:
-    """Segments that change by more than 10 %, and points that leap by more than 10 cm, one sentence each."""
-    return _lengths(points) + _proportion(points) + _leaps(points)
 
 
 def _proportion(points: LegPoints) -> list[Notice]:
