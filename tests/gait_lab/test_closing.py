@@ -1,5 +1,8 @@
 """A recording of hardly a period, closed to a stride: a known walk comes back from any beginning."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from campaign import size
@@ -7,9 +10,10 @@ from recorded_leg import ANGLES, leg, plate, toe_off
 from walking import Walk, known_walk
 
 from afo_sim.common import GRAVITY, InputError
+from afo_sim.gait_lab.trial.events import period_by_force
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride, sample
-from afo_sim.gait_lab.trial.strides import find_strides
+from afo_sim.gait_lab.trial.strides import _toe_off, find_strides
 
 FAST = np.arange(0.0, 6.0, 0.001)
 PHASE = np.linspace(0.0, 1.0, 201)
@@ -57,6 +61,38 @@ def test_a_period_by_force_brings_the_walk_back(walk: Walk, start: float, share:
     assert angle < 0.3
     assert abs(way) < 0.01
     assert all(abs(np.degrees(stride.closed.residual[name])) < 0.5 for name in ANGLES)
+
+
+def test_periods_by_force_count_by_how_much_of_each_was_recorded(walk: Walk) -> None:
+    """A third of one period, the whole next, a sixth of a third; a pause between plates is none."""
+    period = walk.cycle.stride_time
+    motion = leg(walk, walk.start + period * np.arange(0.0, 1.5, 0.005))
+    first, last = motion.time[0], motion.time[-1]
+    lasts = np.array([0.98, 1.0, 1.03]) * period
+    starts = first + np.array([lasts[0] / -1.5, lasts[0] / 3.0, lasts[0] / 3.0 + lasts[1], 0.0])
+    starts[3] = starts[2] + lasts[2]
+    covered = np.array([lasts[0] / 3.0, lasts[1], last - starts[2]])
+    expected = float(covered @ lasts / covered.sum())
+    assert period_by_force([*starts, starts[3] + 9.0], motion) == pytest.approx(expected, rel=1e-12)
+    assert period_by_force(starts[:2], motion) is None  # of less than half of the recording
+
+
+@pytest.mark.parametrize(
+    ("moved", "by_force", "share"),
+    [
+        ((), (), 0.6),  # Perry 1992, where nothing was seen
+        ((), (5.9, 6.6), 0.25),
+        ((2.66,), (), 0.55),
+        ((2.66,), (4.3, 3.94, 3.9), 7 / 12),  # the nearest within 15 % of a stride
+        ((2.66,), (4.2,), 0.55),
+    ],
+)
+def test_toe_off_is_the_forces_where_it_is_near_the_kinematics(
+    moved: tuple[float, ...], by_force: tuple[float, ...], share: float
+) -> None:
+    """Strides of 1.2 s from 2 s on, in share of one; a stride later is the same event."""
+    events: Any = SimpleNamespace(toe_offs=moved)
+    assert _toe_off(events, by_force, 2.0, 1.2) == pytest.approx(2.0 + 1.2 * share)
 
 
 @pytest.mark.parametrize("start", [0.15, 0.3, 0.5])

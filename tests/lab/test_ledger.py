@@ -143,6 +143,17 @@ def test_relaxed_ankles_again() -> None:
     assert (found.measured, found.verdict) == (6.21, "cannot tell")
 
 
+def test_stiffness_of_relaxed_ankles_again() -> None:
+    """The slope of Riener & Edrich's formula, by hand; the largest angle drawn is 16.5°, below its 20°."""
+    angle, knee, scale, zero = drawn("angle", "knee", "scale", "zero")
+    a, k = 11.5 * angle - (-5.0 + 10.0 * zero), 30.0 * knee
+    dorsal, plantar = np.exp(-7.9763 - 0.1949 * a + 0.0008 * k), np.exp(2.1016 + 0.0843 * a - 0.0176 * k)
+    expected = np.quantile((0.1949 * dorsal + 0.0843 * plantar) * (0.7 + 0.6 * scale), (0.05, 0.5, 0.95))
+    found = row("rao_2006", "stiffness in dorsiflexion")
+    assert found.band == pytest.approx(expected, rel=0.01)
+    assert found.unit == "N*m/deg" and found.measured == 0.6
+
+
 def test_a_braid_without_load_again() -> None:
     """Tondu & Lopez 2000: 3 (1 − κ)²/tan²α = 1/sin²α, so κ = 1 − 1/(√3 cos α)."""
     (share,) = drawn("braid_angle")
