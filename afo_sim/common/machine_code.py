@@ -86,7 +86,8 @@ def fingerprint(*follows: Any) -> str | None:
 def _stored(kind: str, key: str | None) -> list[Code]:
     """Code that is shipped or in the cache; none where it is missing, or cannot run in this process."""
     for read in (user_cache.shipped, user_cache.read):
-        codes = _unpacked(read(kind, key) if key else None)
+        texts = json.loads((read(kind, key) if key else None) or b"[]")
+        codes = [Code(symbol, base64.b64decode(text), tuple(needs)) for symbol, text, needs in texts]
         names = {name for code in codes for name in code.needs}
         if not all(map(_find, names)):
             start_numba()  # it brings symbols with it, such as those of Intel's mathematics
@@ -99,11 +100,6 @@ def _packed(codes: Sequence[Code]) -> bytes:
     """JSON of code."""
     texts = [(code.symbol, base64.b64encode(code.binary).decode(), code.needs) for code in codes]
     return json.dumps(texts).encode()
-
-
-def _unpacked(stored: bytes | None) -> list[Code]:
-    texts = json.loads(stored or b"[]")
-    return [Code(symbol, base64.b64decode(text), tuple(needs)) for symbol, text, needs in texts]
 
 
 def _find(name: str) -> bool:

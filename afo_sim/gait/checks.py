@@ -61,7 +61,10 @@ class _Examination:
     def run(self) -> None:
         self._header()
         self._phase()
-        self._gaps()
+        for column, (name, _) in COLUMNS.items():
+            bad = ~np.isfinite(getattr(self.cycle, name))
+            if column != "cop_x_m" and np.any(bad):
+                self._refuse(column, self._empty(bad), "a number in each row")
         self._radians()
         self._axes()
         self._limits()
@@ -71,7 +74,12 @@ class _Examination:
         self._period()
         self._angle_signs()
         self._height()
-        self._force_signs()
+        phase, force = self.cycle.phase, self.cycle.grf_x
+        end = stance(self.cycle)
+        early, late = (force[(phase >= a * end) & (phase <= b * end)].mean() for a, b in ((0, 0.5), (0.5, 1)))
+        if early > 0.02 and late < -0.02:
+            seen = f"is {early:+.2g} in early and {late:+.2g} in late stance: wrong sign?"
+            self._refuse("grf_x_bw", seen, "forward positive: braking (negative) first, then pushing off")
         self._moment()
 
     def _usual(self) -> np.ndarray:
@@ -123,12 +131,6 @@ class _Examination:
             seen = f"runs from {phase[0]:g} to {phase[-1]:g}"
             seen += " (percent?)" if 50.0 < phase[-1] <= 100.5 else ""
             self._refuse("phase", seen, "0 at heel strike to 1 at the next heel strike, both with a row")
-
-    def _gaps(self) -> None:
-        for column, (name, _) in COLUMNS.items():
-            bad = ~np.isfinite(getattr(self.cycle, name))
-            if column != "cop_x_m" and np.any(bad):
-                self._refuse(column, self._empty(bad), "a number in each row")
 
     def _pressure_gaps(self) -> None:
         bad = ~np.isfinite(self.cycle.cop_x) & (self.cycle.grf_z > COP_FORCE)
@@ -255,14 +257,6 @@ class _Examination:
                 f"the stated ankle_height_m = {self.cycle.ankle_height:.3g} there (floor at 0)",
             )
 
-    def _force_signs(self) -> None:
-        phase, force = self.cycle.phase, self.cycle.grf_x
-        end = stance(self.cycle)
-        early, late = (force[(phase >= a * end) & (phase <= b * end)].mean() for a, b in ((0, 0.5), (0.5, 1)))
-        if early > 0.02 and late < -0.02:
-            seen = f"is {early:+.2g} in early and {late:+.2g} in late stance: wrong sign?"
-            self._refuse("grf_x_bw", seen, "forward positive: braking (negative) first, then pushing off")
-
     def _moment(self) -> None:
         moment = self._column("ankle_moment_nm_per_kg")
         demand = -self.cycle.ground_moment()
@@ -318,11 +312,17 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
     closing = closing_errors(cycle)
     residual = {n: np.degrees(s.residual) for n, s in cycle.series.items() if n.endswith("_angle")}
     cop = cycle.cop_x[np.isfinite(cycle.cop_x)]
+    # What is known of the walker: whose walk it is, size and shoe
+    found: list[tuple[str, str]] = [("walker", cycle.walker or "not stated: a run asks for it")]
+    if cycle.body_height is not None:
+        found.append(("body height", f"{cycle.body_height:.2f} m"))
+    if cycle.sole_thickness is not None:
+        found.append(("sole worn", f"{1e3 * cycle.sole_thickness:.0f} mm under the ankle"))
     return [
         ("source", cycle.source),
         ("licence", cycle.licence),
         ("leg", f"{cycle.side}, of {cycle.body_mass:g} kg"),
-        *_optional(cycle),
+        *found,
         ("stride", f"{cycle.stride_time:.3f} s, {length:.3f} m, {cycle.walking_speed:.3f} m/s"),
         ("stance", f"{100 * stance(cycle):.0f} % of the stride"),
         ("peak dorsiflexion", f"{ankle[top]:.1f} deg at {100 * cycle.phase[top]:.0f} %"),
@@ -350,16 +350,6 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
             ", ".join(f"{n.split('_')[0]} {value:.2f}" for n, value in residual.items()) + " deg RMS",
         ),
     ] + [(key.replace("_", " "), text) for key, text in cycle.notes.items()]
-
-
-def _optional(cycle: GaitCycle) -> list[tuple[str, str]]:
-    """What is known of the walker: whose walk it is, size and shoe."""
-    found: list[tuple[str, str]] = [("walker", cycle.walker or "not stated: a run asks for it")]
-    if cycle.body_height is not None:
-        found.append(("body height", f"{cycle.body_height:.2f} m"))
-    if cycle.sole_thickness is not None:
-        found.append(("sole worn", f"{1e3 * cycle.sole_thickness:.0f} mm under the ankle"))
-    return found
 
 
 def _signless(value: float) -> str:

@@ -170,20 +170,14 @@ def resampled(phase: np.ndarray, curves: Mapping[str, np.ndarray]) -> dict[str, 
     return columns | {name: PchipInterpolator(phase, curves[name])(fine) for name in _FORCES}
 
 
-def _centre_of_pressure(
-    moment: np.ndarray, force_x: np.ndarray, force_z: np.ndarray, height: np.ndarray
-) -> np.ndarray:
-    """Where the ground presses, ahead of the ankle, so that its force has the ankle's moment [m] (n,)."""
-    pressing = force_z > COP_FORCE
-    ahead = -moment / GRAVITY - height * force_x
-    return np.where(pressing, ahead / np.where(pressing, force_z, 1.0), np.nan)
-
-
 def with_derived_path(cycle: GaitCycle, foot: FootShape, chain: Chain) -> GaitCycle:
     """The same stride with its ankle's path and centre of pressure derived from its other columns."""
     length = cycle.walking_speed * cycle.stride_time
     angles = cycle.shank_angle, cycle.knee_angle, cycle.ankle_angle
     path = ankle_path(cycle.phase, angles, cycle.grf_z, length, foot, chain)
-    place = _centre_of_pressure(cycle.ankle_moment, cycle.grf_x, cycle.grf_z, path.up)
+    # Where the ground presses, ahead of the ankle, so that its force has the ankle's moment [m] (n,)
+    pressing = cycle.grf_z > COP_FORCE
+    ahead = -cycle.ankle_moment / GRAVITY - path.up * cycle.grf_x
+    place = np.where(pressing, ahead / np.where(pressing, cycle.grf_z, 1.0), np.nan)
     place = np.where(cycle.phase < LATE_SWING, place, np.nan)
     return dataclasses.replace(cycle, ankle_x=path.forward, ankle_z=path.up, cop_x=place)

@@ -79,7 +79,10 @@ def walk_metrics(
     counted = whole[-1:] if solved else settled(columns, whole)
     each_of = None if wanted is None else frozenset(map(_each, wanted)) - {"strides_counted"}
     all_of = {stride.number: stride_metrics(stride, each_of) for stride in (whole if transient else counted)}
-    each = {number: _finite(metrics) for number, metrics in all_of.items()}
+    each = {
+        number: {name: metric for name, metric in metrics.items() if math.isfinite(metric.value)}
+        for number, metrics in all_of.items()
+    }
     if not counted:
         missing = Notice(
             "no-stride-counts",
@@ -107,10 +110,6 @@ def walk_metrics(
         warnings += [*_too_few(columns, whole), *_unsettled(counted, totals)]
     warnings += _without_event(totals)
     return WalkMetrics(totals, each, tuple(warnings))
-
-
-def _finite(metrics: dict[str, Metric]) -> dict[str, Metric]:
-    return {name: metric for name, metric in metrics.items() if math.isfinite(metric.value)}
 
 
 def _without_event(totals: dict[str, Metric]) -> Iterator[Notice]:

@@ -14,7 +14,6 @@ from afo_sim.description import (
     Chamber,
     Orthosis,
     Regulator,
-    Source,
     Supply,
     quick_exhaust_edges,
     regulator_edges,
@@ -62,14 +61,29 @@ class AirPath:
         ]
         stores = []
         if source is not None and source.kind == "compressor":
-            volumes.append(_tank(source))
-            restrictions.append(_compressor(source))
+            volumes.append(
+                native.CircuitVolume(SOURCE, source.volume, source.wall_conductance, source.switch_off or 0.0)
+            )
+            stall, starts, stops = source.stall_pressure, source.switch_on, source.switch_off
+            assert stall is not None and starts is not None and stops is not None
+            free = source.delivery(0.0) / STANDARD_DENSITY
+            restrictions.append(
+                flow_edge.compressor(
+                    "compressor", SOURCE, free_air=free, stall=stall, starts=starts, stops=stops
+                )
+            )
         elif source is not None:
-            stores.append(_store(source))
+            row = {
+                "volume": source.volume,
+                "shell": source.shell,
+                "wall_conductance": source.wall_conductance,
+                "real_gas": source.real_gas.row,
+            }
+            stores.append(native.CircuitStore(SOURCE, row, source.full_mass))
         if regulator is not None:
             volumes.append(native.CircuitVolume(OUTLET, outlet_room(orthosis, regulator), 0.0, pressure))
             restrictions += regulator_edges(OUTLET, regulator, pressure, before, OUTLET)
-        scaled = tuple(_in_gas(each, gas) for each in restrictions)
+        scaled = tuple((each if gas is AIR else each.times(gas.flow_factor)) for each in restrictions)
         upstream = SOURCE if source is not None and regulator is None else ""
         return cls(tuple(volumes), tuple(stores), scaled, gas, feed, upstream)
 
@@ -82,10 +96,6 @@ def valve_row(valve: native.ValveParameters, gas: Gas) -> dict[str, float]:
     """A valve's parameters for another gas, which chokes at another flow through the same hole."""
     row = dict(valve.row)
     return row | {"conductance": row["conductance"] * gas.flow_factor}
-
-
-def _in_gas(each: FlowEdge, gas: Gas) -> FlowEdge:
-    return each if gas is AIR else each.times(gas.flow_factor)
 
 
 def _volumes(orthosis: Orthosis, pressure: float) -> Iterator[native.CircuitVolume]:
@@ -168,24 +178,3 @@ def _fed(each: FlowEdge, feed: str) -> FlowEdge:
     """An edge whose "supply" is the node that stands for it."""
     a, b, pilot = (feed if node == SUPPLY else node for node in (each.origin, each.end, each.pilot))
     return replace(each, origin=a, end=b, pilot=pilot)
-
-
-def _tank(source: Source) -> native.CircuitVolume:
-    return native.CircuitVolume(SOURCE, source.volume, source.wall_conductance, source.switch_off or 0.0)
-
-
-def _compressor(source: Source) -> FlowEdge:
-    stall, starts, stops = source.stall_pressure, source.switch_on, source.switch_off
-    assert stall is not None and starts is not None and stops is not None
-    free = source.delivery(0.0) / STANDARD_DENSITY
-    return flow_edge.compressor("compressor", SOURCE, free_air=free, stall=stall, starts=starts, stops=stops)
-
-
-def _store(source: Source) -> native.CircuitStore:
-    row = {
-        "volume": source.volume,
-        "shell": source.shell,
-        "wall_conductance": source.wall_conductance,
-        "real_gas": source.real_gas.row,
-    }
-    return native.CircuitStore(SOURCE, row, source.full_mass)

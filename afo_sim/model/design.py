@@ -93,18 +93,14 @@ def scenario_of(source: Source, leg: str | None = None) -> Scenario:
         names = [*assets.names("orthosis"), *assets.names("scenario")]
         raise unknown(text, names, field="orthosis", problem="there is no such orthosis, scenario or file")
     if path.is_dir():
-        path = _described_in(path)
+        found = [path / name for name in ("orthosis.toml", "scenario.toml") if (path / name).is_file()]
+        if not found:
+            raise InputError("the folder holds no orthosis", file=path, allowed="one with orthosis.toml")
+        path = found[0]
     table = assets.read_toml(path)
     if "orthosis" in table or "duration" in table:
         return load("scenario", str(path), sets)
     return _around(str(path.resolve()), load("orthosis", str(path)), sets, _home(_shipped_as(path)))
-
-
-def _described_in(folder: pathlib.Path) -> pathlib.Path:
-    found = [folder / name for name in ("orthosis.toml", "scenario.toml") if (folder / name).is_file()]
-    if not found:
-        raise InputError("the folder holds no orthosis", file=folder, allowed="one with orthosis.toml")
-    return found[0]
 
 
 def _around(

@@ -236,7 +236,11 @@ def hinge_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
         return
     rest = [0.0, 0.0]  # of MuJoCo's polynomials
     joint.damping = [size.damped * toes.damping, *rest]
-    joint.armature += _armature(spec, toes, _toe_spring(scenario, size)[0], scenario.timestep)
+    stiffness = _toe_spring(scenario, size)[0]
+    # Inertia that a stiff hinge needs so as not to ring at the time step [kg·m²]; 0 for soft ones
+    body = spec.body(toes.body)
+    inertia = float(np.max(body.inertia)) + body.mass * float(np.sum(np.square(body.ipos)))
+    joint.armature += max(stiffness * scenario.timestep**2 / HINGE_LIMIT - inertia, 0.0)
 
 
 def spring_toes(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
@@ -251,13 +255,6 @@ def fill_hinge(model: mujoco.MjModel, scenario: Scenario, size: Size) -> None:
     if scenario.leg.toes is not None and scenario.walking:
         joint = model.joint(scenario.leg.toes.joint).id
         model.jnt_stiffness[joint] = _toe_spring(scenario, size)[0]
-
-
-def _armature(spec: mujoco.MjSpec, toes: Toes, stiffness: float, timestep: float) -> float:
-    """Inertia that a stiff hinge needs so as not to ring at the time step [kg·m²]; 0 for soft ones."""
-    body = spec.body(toes.body)
-    inertia = float(np.max(body.inertia)) + body.mass * float(np.sum(np.square(body.ipos)))
-    return max(stiffness * timestep**2 / HINGE_LIMIT - inertia, 0.0)
 
 
 def add_rest(spec: mujoco.MjSpec, scenario: Scenario) -> None:

@@ -57,7 +57,10 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     ankle.damping = half if np.isscalar(ankle.damping) else [half, 0.0, 0.0]
     ankle.armature += leg.inertia
     if leg.friction:
-        _rub(ankle, leg.friction, scenario.timestep)
+        # Coulomb friction [N·m] that holds: MuJoCo's own, by default, creeps at degrees a second
+        ankle.frictionloss += leg.friction
+        ankle.solimp_friction = [IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0]
+        ankle.solref_friction = [2.0 * scenario.timestep, 1.0]  # stopped within a step
     if size.taller != 1.0:
         lengthen(spec, size.taller)
     hinge_toes(spec, scenario, Size(taller=size.taller))
@@ -82,13 +85,6 @@ def _keep_inertia_to_itself(spec: mujoco.MjSpec) -> None:
             if body.geoms:
                 body.explicitinertial, body.ipos = False, np.full(3, np.nan)  # as of a body that states none
     spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
-
-
-def _rub(ankle: mujoco.MjsJoint, friction: float, timestep: float) -> None:
-    """Coulomb friction [N·m] that holds: MuJoCo's own, by default, creeps at degrees a second."""
-    ankle.frictionloss += friction
-    ankle.solimp_friction = [IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0]
-    ankle.solref_friction = [2.0 * timestep, 1.0]  # stopped within a step
 
 
 def lengthen(spec: mujoco.MjSpec, taller: float) -> None:

@@ -66,7 +66,12 @@ class LegShapes:
         turn = self.data.geom_xmat[geom].reshape(3, 3)
         local = (points - self.data.geom_xpos[geom]) @ turn
         if geom not in self.meshes:
-            self.meshes[geom] = _triangles(self.model, geom)
+            # Corners of a mesh's triangles in the shape's own axes [m] (n, 3, 3)
+            mesh = self.model.geom_dataid[geom]
+            vertices = self.model.mesh_vert[self.model.mesh_vertadr[mesh] :][: self.model.mesh_vertnum[mesh]]
+            faces = self.model.mesh_face[self.model.mesh_faceadr[mesh] :][: self.model.mesh_facenum[mesh]]
+            corners: np.ndarray = vertices[faces].astype(float)
+            self.meshes[geom] = corners
         triangles = self.meshes[geom]
         low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
         found = np.full(len(points), -REACH)
@@ -128,15 +133,6 @@ def winding_number(triangles: np.ndarray, point: np.ndarray) -> float:
     top = np.einsum("ij,ij->i", a, np.cross(b, c))
     pairs = [np.einsum("ij,ij->i", *pair) * size for *pair, size in ((a, b, lc), (b, c, la), (c, a, lb))]
     return float(np.arctan2(top, la * lb * lc + sum(pairs)).sum() / (2.0 * np.pi))
-
-
-def _triangles(model: mujoco.MjModel, geom: int) -> np.ndarray:
-    """Corners of a mesh's triangles in the shape's own axes [m] (n, 3, 3)."""
-    mesh = model.geom_dataid[geom]
-    vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
-    faces = model.mesh_face[model.mesh_faceadr[mesh] :][: model.mesh_facenum[mesh]]
-    corners: np.ndarray = vertices[faces].astype(float)
-    return corners
 
 
 def support(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: np.ndarray) -> np.ndarray:

@@ -55,7 +55,13 @@ def mirror(spec: mujoco.MjSpec) -> None:
             joint.pos = _flipped(joint.pos, PLACE)
             slides = joint.type == mujoco.mjtJoint.mjJNT_SLIDE
             joint.axis = _flipped(joint.axis, PLACE if slides else AXIS)
-        _mirror_lookout(body)
+        for camera in body.cameras:
+            _mirror_pose(camera)
+            turned = np.empty(4)
+            mujoco.mju_mulQuat(turned, np.array(camera.quat), CAMERA)
+            camera.quat = turned
+        for light in body.lights:
+            light.pos, light.dir = _flipped(light.pos, PLACE), _flipped(light.dir, PLACE)
 
 
 _BETWEEN_BODIES = (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD)
@@ -67,16 +73,6 @@ def mirror_shapes(body: mujoco.MjsBody) -> None:
     for element in (*body.geoms, *body.sites):
         _mirror_pose(element)
         element.fromto = _flipped(element.fromto, np.tile(PLACE, 2))
-
-
-def _mirror_lookout(body: mujoco.MjsBody) -> None:
-    for camera in body.cameras:
-        _mirror_pose(camera)
-        turned = np.empty(4)
-        mujoco.mju_mulQuat(turned, np.array(camera.quat), CAMERA)
-        camera.quat = turned
-    for light in body.lights:
-        light.pos, light.dir = _flipped(light.pos, PLACE), _flipped(light.dir, PLACE)
 
 
 def _mirror_pose(element: Any) -> None:

@@ -105,7 +105,11 @@ def path_facts(built: Built, pressure: float | None = None) -> list[PathFacts]:
     if not 0.0 < full <= 2e6:
         shown = f"{full * 1e-5:g} bar"
         raise InputError("is out of range", field="pressure", value=shown, allowed="above 0 bar, to 20 bar")
-    angles = _sweep_angles(built)
+    # Angles over the ankle's stops, with the ends of the range of motion and those named in words [rad]
+    lower, upper = map(float, built.model.joint("ankle").range)
+    named = np.r_[NAMED, built.scenario.orthosis.range_of_motion]
+    within = named[(named >= lower) & (named <= upper)]
+    angles = np.unique(np.r_[np.linspace(lower, upper, ANGLE_COUNT), within])
     contraction, arm, _ = sweep_ankle(built.model, index, angles)
     pressures = full * np.array(PRESSURE_SHARES)
     own, force = _at_pressures(built, angles, pressures)
@@ -166,14 +170,6 @@ def _facts(
 def _natural(kind: Muscle, pressure: float) -> float:
     """Contraction ratio at which a muscle hangs freely at a gauge pressure [Pa]; without air it is 0."""
     return float(kind.contraction(pressure, force=0.0)) if pressure > 0.0 else 0.0
-
-
-def _sweep_angles(built: Built) -> np.ndarray:
-    """Angles over the ankle's stops, with the ends of the range of motion and those named in words [rad]."""
-    lower, upper = map(float, built.model.joint("ankle").range)
-    named = np.r_[NAMED, built.scenario.orthosis.range_of_motion]
-    within = named[(named >= lower) & (named <= upper)]
-    return np.unique(np.r_[np.linspace(lower, upper, ANGLE_COUNT), within])
 
 
 def _path_of(built: Built, muscle: str) -> Callable[[float], float]:

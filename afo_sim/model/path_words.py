@@ -1,6 +1,5 @@
 """The facts of a muscle's mounting as text: for the design picture's table and for `afo-sim check`."""
 
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -58,14 +57,12 @@ def pressure(facts: PathFacts) -> str:
 def taut(facts: PathFacts, which: int) -> str:
     """The angles at which the muscle is taut: 0 without air, 1 at full pressure."""
     first, last = float(facts.angles[0]), float(facts.angles[-1])
-    return in_words(_others(facts.slack[which], (first, last)), facts.angles)
-
-
-def _others(spans: Sequence[Span], whole: Span) -> tuple[Span, ...]:
-    """What ranges leave of a whole one."""
+    spans = facts.slack[which]
+    whole = (first, last)
+    # What ranges leave of a whole one
     edges = [whole[0], *(edge for span in spans for edge in span), whole[1]]
     pairs = zip(edges[::2], edges[1::2], strict=True)
-    return tuple((low, high) for low, high in pairs if high > low)
+    return in_words(tuple((low, high) for low, high in pairs if high > low), facts.angles)
 
 
 def own(facts: PathFacts, which: int) -> str:

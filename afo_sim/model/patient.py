@@ -16,7 +16,7 @@ import numpy as np
 from afo_sim.common import GRAVITY
 from afo_sim.description import Patient, Scenario
 from afo_sim.gait import GaitCycle, Wave
-from afo_sim.model.foot import Foot, ToeSegment, turned
+from afo_sim.model.foot import Foot, turned
 from afo_sim.model.person import Size, Tissue, healthy_tissue, own_tissue, reflex_gain
 from afo_sim.model.walk import Walk, bent
 from afo_sim.physics import passive_moments
@@ -54,20 +54,16 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
     a = walk.acceleration
     inertial = foot.inertia * walk.ankle_acceleration - foot.frame_moment(walk.turn, a[:, :2], a[:, 2])
     if foot.toes is not None:
-        inertial = inertial + _bending_moment(walk, foot.toes)
+        # Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes
+        assert walk.toe is not None
+        own = foot.toes.inertia - foot.toes.mass * (foot.toes.centre[0] ** 2 + foot.toes.centre[1] ** 2)
+        square = walk.timestep**2
+        turning, moved = _carried(walk, foot.toes.hinge, foot.toes.centre)
+        straight, still = _carried(walk.bent_from or walk, foot.toes.hinge, foot.toes.centre)
+        moment: np.ndarray = own * turning / square + foot.toes.mass * moved
+        moment -= own * straight / square + foot.toes.mass * still
+        inertial = inertial + moment
     return inertial - foot.gravity_moment(walk.turn) - ground_moment(walk, body_mass)
-
-
-def _bending_moment(walk: Walk, toes: ToeSegment) -> np.ndarray:
-    """Ankle moment that the recorded motion needs since the toes are bent, beyond that of straight toes."""
-    assert walk.toe is not None
-    own = toes.inertia - toes.mass * (toes.centre[0] ** 2 + toes.centre[1] ** 2)
-    square = walk.timestep**2
-    turning, moved = _carried(walk, toes.hinge, toes.centre)
-    straight, still = _carried(walk.bent_from or walk, toes.hinge, toes.centre)
-    moment: np.ndarray = own * turning / square + toes.mass * moved
-    moment -= own * straight / square + toes.mass * still
-    return moment
 
 
 @functools.lru_cache(maxsize=8)  # walkers of any mass share that of straight toes
@@ -156,7 +152,15 @@ def _strength(
     stride = _one_stride(walk.cycle, stride_time, walk.offset)
     stride = stride if walk.resting is None else bent(stride, walk.resting)
     moment = _actively(stride, needed_moment(stride, foot, body_mass), tissue)
-    switches, dorsal = _switching(walk, moment)
+    # Instants of a walk at which the active side changes, and the side that it starts with
+    edges = crossings(moment)
+    start, end = walk.phase[1], walk.phase[-1]
+    strides = np.arange(math.floor(start), math.ceil(end) + 1)
+    every = (strides[:, np.newaxis] + edges).ravel()
+    passed = int(np.searchsorted(edges, start % 1.0, side="right"))
+    dorsal = bool(moment[0] > 0.0) != bool(passed % 2)
+    ahead = every[(every > start) & (every <= end)]
+    switches, dorsal = np.interp(ahead, walk.phase, walk.time), dorsal
     return activated(time, switches, sides[(np.arange(len(switches) + 1) + dorsal) % 2])
 
 
@@ -189,18 +193,6 @@ def crossings(moment: np.ndarray) -> np.ndarray:
     before = np.flatnonzero((moment > 0.0) != (following > 0.0))
     share = moment[before] / (moment[before] - following[before])
     return (before + share) / len(moment)
-
-
-def _switching(walk: Walk, moment: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Instants of a walk at which the active side changes, and the side that it starts with."""
-    edges = crossings(moment)
-    start, end = walk.phase[1], walk.phase[-1]
-    strides = np.arange(math.floor(start), math.ceil(end) + 1)
-    every = (strides[:, np.newaxis] + edges).ravel()
-    passed = int(np.searchsorted(edges, start % 1.0, side="right"))
-    dorsal = bool(moment[0] > 0.0) != bool(passed % 2)
-    ahead = every[(every > start) & (every <= end)]
-    return np.interp(ahead, walk.phase, walk.time), dorsal
 
 
 def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.ndarray:

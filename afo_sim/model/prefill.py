@@ -193,7 +193,10 @@ def filled(chamber: Chamber, supply: float, time: float, volume: Volume, step: f
         held = guess
         if begun and abs(guess.pressure / known.pressure - 1.0) < CLOSE:
             continue
-        begun, held = True, _at_rest(guess, volume, gives)
+        # The air at the pressure at which its volume at rest holds its σ
+        sigma = guess.sigma
+        pressure = _pressure_at_rest(volume, sigma, HEAT_CAPACITY_RATIO, guess.pressure, gives)
+        begun, held = True, Held(guess.mass, pressure, (sigma / pressure) ** (1.0 / HEAT_CAPACITY_RATIO))
         pressed = math.log(held.pressure / known.pressure)
         if abs(pressed) > FLAT:
             gives = max(math.log(held.volume / known.volume) / pressed, 0.0)
@@ -205,13 +208,6 @@ def _given_way(held: Held, sigma: float, mass: float, gives: float) -> Held:
     """The air with another σ and mass, where its volume gives way as before."""
     ratio = (sigma / held.sigma) ** (1.0 / (1.0 + HEAT_CAPACITY_RATIO * gives))
     return Held(mass, held.pressure * ratio, held.volume * ratio**gives)
-
-
-def _at_rest(guess: Held, volume: Volume, gives: float) -> Held:
-    """The air at the pressure at which its volume at rest holds its σ."""
-    sigma = guess.sigma
-    pressure = _pressure_at_rest(volume, sigma, HEAT_CAPACITY_RATIO, guess.pressure, gives)
-    return Held(guess.mass, pressure, (sigma / pressure) ** (1.0 / HEAT_CAPACITY_RATIO))
 
 
 def _pressure_at_rest(volume: Volume, held: float, power: float, guess: float, gives: float = 0.0) -> float:

@@ -31,7 +31,7 @@ def equilibrium(built: Built, control: np.ndarray) -> np.ndarray:
     if imbalance(0.0) == 0.0:  # also of muscles that all hang through: nothing moves them
         _take_from_source(built, data)
         return get_state(model, data)
-    lower, upper = model.joint(_index_joint(model, index.ankle_qpos)).range
+    lower, upper = model.joint(int(np.flatnonzero(model.jnt_qposadr == index.ankle_qpos)[0])).range
     if imbalance(lower) * imbalance(upper) > 0.0:
         raise InputError("the ankle has no rest position between its stops", field="orthosis")
     data.qpos[index.ankle_qpos] = root(imbalance, lower, upper, 1e-14)
@@ -121,8 +121,3 @@ def get_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     row = np.empty(mujoco.mj_stateSize(model, spec))
     mujoco.mj_getState(model, data, row, spec)
     return row
-
-
-def _index_joint(model: mujoco.MjModel, qpos_address: int) -> int:
-    """The joint whose coordinate stands at an address of qpos."""
-    return int(np.flatnonzero(model.jnt_qposadr == qpos_address)[0])

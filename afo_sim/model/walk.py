@@ -46,7 +46,14 @@ class Clock:
 
     def share(self, intervals: Intervals) -> np.ndarray:
         """The share of each step for which a valve is switched on."""
-        merged = _merged(intervals)
+        # Overlapping events as one
+        merged: list[tuple[float, float]] = []
+        for start, end in sorted(intervals):
+            if merged and start <= merged[-1][1]:
+                merged[-1] = (merged[-1][0], max(end, merged[-1][1]))
+            else:
+                merged.append((start, end))
+        merged = merged
         if not merged:
             return np.zeros(len(self.start[0]))
         moved = np.asarray(self.step) > LEAST_STEP
@@ -69,17 +76,6 @@ def _until(merged: list[tuple[float, float]], periods: np.ndarray, beyond: np.nd
     inside = [np.minimum(np.maximum(beyond - start, 0.0), end - start) for start, end in merged]
     total = sum(end - start for start, end in merged)
     return periods * total + (inside[0] if len(inside) == 1 else np.sum(inside, axis=0))
-
-
-def _merged(intervals: Intervals) -> list[tuple[float, float]]:
-    """Overlapping events as one."""
-    merged: list[tuple[float, float]] = []
-    for start, end in sorted(intervals):
-        if merged and start <= merged[-1][1]:
-            merged[-1] = (merged[-1][0], max(end, merged[-1][1]))
-        else:
-            merged.append((start, end))
-    return merged
 
 
 @dataclass(frozen=True)

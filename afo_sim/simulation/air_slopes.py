@@ -62,21 +62,18 @@ def air_slopes(rows: AirRows, giving: np.ndarray) -> np.ndarray:
     rates = _rates(rows, giving)
     half = 0.5 * rows.step * rates
     one = np.eye(2)
-    steps = _inverse(one - half) @ (one + half)  # stable however fast a chamber fills
+    matrices = one - half
+    # Inverses of matrices (…, 2, 2)
+    a, b, c, d = (matrices[..., i, j] for i in (0, 1) for j in (0, 1))
+    found = np.empty_like(matrices)
+    found[..., 0, 0], found[..., 0, 1], found[..., 1, 0], found[..., 1, 1] = d, -b, -c, a
+    found /= (a * d - b * c)[..., np.newaxis, np.newaxis]
+    steps = found @ (one + half)  # stable however fast a chamber fills
     while steps.shape[1] > 1:
         if steps.shape[1] % 2:
             steps = np.concatenate([steps, np.broadcast_to(one, (len(steps), 1, 2, 2))], axis=1)
         steps = steps[:, 1::2] @ steps[:, 0::2]
     return steps[:, 0]
-
-
-def _inverse(matrices: np.ndarray) -> np.ndarray:
-    """Inverses of matrices (…, 2, 2)."""
-    a, b, c, d = (matrices[..., i, j] for i in (0, 1) for j in (0, 1))
-    found = np.empty_like(matrices)
-    found[..., 0, 0], found[..., 0, 1], found[..., 1, 0], found[..., 1, 1] = d, -b, -c, a
-    found /= (a * d - b * c)[..., np.newaxis, np.newaxis]
-    return found
 
 
 def _rates(rows: AirRows, giving: np.ndarray) -> np.ndarray:

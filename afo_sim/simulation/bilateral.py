@@ -259,7 +259,12 @@ def laid_together(
         warnings += tuple(one.after("both legs together: ") for one in of_both)
         verdict = worse_of(right, left, numbers) if affected is None else _alone(affected, legs[affected])
         asymmetry = sides_of(cycles, pair) if pair[0].walking else {}
-    notes = (_sharing(pair[0]), FIRST if pair[0].walking else LAST, *paced(pair))
+    supply = pair[0].supply
+    notes = (
+        (IDEAL if supply.source is None and supply.regulator is None else APART_ON_IT),
+        FIRST if pair[0].walking else LAST,
+        *paced(pair),
+    )
     period = _period(pair[0])
     return Both(
         right, left, apart, period, phase, flow, numbers, verdict, warnings, notes, affected, asymmetry
@@ -269,12 +274,6 @@ def laid_together(
 def _alone(side: Side, leg: Recording) -> tuple[Worse, ...]:
     """The verdict of the affected side."""
     return tuple(Worse(each.name, each.question, each.status, side, {side: each}) for each in leg.verdict)
-
-
-def _sharing(right: Scenario) -> str:
-    """What one supply does to two legs."""
-    supply = right.supply
-    return IDEAL if supply.source is None and supply.regulator is None else APART_ON_IT
 
 
 def _named(legs: Mapping[Side, Recording]) -> list[str]:

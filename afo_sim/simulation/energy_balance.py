@@ -115,7 +115,17 @@ def _muscle(group: MuscleGroup, own: Columns, count: int) -> Energy:
     """Terms of `count` muscles that are alike."""
     muscle, contraction, tension, static = group.type, own["contraction"], own["force"], own["static"]
     nominal = muscle.nominal_length
-    stored = nominal * _stored(muscle, float(contraction[0]), float(contraction[-1]))
+    first = float(contraction[0])
+    last = float(contraction[-1])
+    # ∫ F(κ, p = 0) dκ from the first to the last contraction [N], whatever lies between
+    low, high = min(first, last), max(first, last)
+    ends = [low, *(kink for kink in (-SLACK_BLEND, 0.0) if low < kink < high), high]
+    law, total = at_rest(muscle), 0.0
+    for start, end in itertools.pairwise(ends):
+        half, middle = 0.5 * (end - start), 0.5 * (end + start)
+        forces = [law.signed(kappa, 0.0) for kappa in (middle + half * NODES).tolist()]
+        total += half * float(WEIGHTS @ forces)
+    stored = nominal * (total if first < last else -total)
     damper = nominal * _damped(muscle, own["time"], own["pressure"], contraction)
     rubbed = 0.0
     if muscle.friction != "none":
@@ -148,18 +158,6 @@ def _damped(muscle: Muscle, time: np.ndarray, pressure: np.ndarray, contraction:
         ]
         coefficient = coefficient + muscle.nominal_length * np.array(further)
     return float(np.sum(coefficient * rate * moved))
-
-
-def _stored(muscle: Muscle, first: float, last: float) -> float:
-    """∫ F(κ, p = 0) dκ from the first to the last contraction [N], whatever lies between."""
-    low, high = min(first, last), max(first, last)
-    ends = [low, *(kink for kink in (-SLACK_BLEND, 0.0) if low < kink < high), high]
-    law, total = at_rest(muscle), 0.0
-    for start, end in itertools.pairwise(ends):
-        half, middle = 0.5 * (end - start), 0.5 * (end + start)
-        forces = [law.signed(kappa, 0.0) for kappa in (middle + half * NODES).tolist()]
-        total += half * float(WEIGHTS @ forces)
-    return total if first < last else -total
 
 
 def _anchors(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:

@@ -96,7 +96,10 @@ def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recordin
     """Name the rows of a roll-out, and compute metrics and warnings."""
     examined, stride = name_rows(built, rollout), built.scenario.record_stride
     n = len(examined.columns["time"])
-    columns = examined.columns | _sensed(built, rollout, examined.columns, seed)
+    whole = rollout.first_step == 0 and (bool(rollout.final) or rollout.failure is not None)
+    columns = examined.columns | (
+        sensor_columns(built, examined.columns, seed) if whole and len(examined.columns["time"]) else {}
+    )
     return recording_of(
         built,
         built.scenario,
@@ -107,14 +110,6 @@ def make_recording(built: Built, rollout: Rollout, *, seed: int = 0) -> Recordin
         status="ok" if rollout.failure is None else f"failed: {rollout.failure}",
         timing=timing_of(n, rollout.wall_seconds),
     )
-
-
-def _sensed(
-    built: Built, rollout: Rollout, columns: dict[str, np.ndarray], seed: int
-) -> dict[str, np.ndarray]:
-    """Readings of a whole run's sensors; a stretch that somebody watches has none."""
-    whole = rollout.first_step == 0 and (bool(rollout.final) or rollout.failure is not None)
-    return sensor_columns(built, columns, seed) if whole and len(columns["time"]) else {}
 
 
 def recording_of(

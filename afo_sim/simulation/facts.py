@@ -30,21 +30,27 @@ def facts_of(built: Built) -> Facts:
     walks = built.walk is not None
     mass = built.body_mass if walks else 0.0
     supply = _supply(built)
-    return Facts(scenario.timestep, mass, walks, supply, scenario.limits, _skins(orthosis), muscles, rated)
+    return Facts(
+        scenario.timestep,
+        mass,
+        walks,
+        supply,
+        scenario.limits,
+        {
+            WORN[segment]: Skin(
+                interface.area, interface.friction, functools.partial(pull_on, orthosis, segment)
+            )
+            for segment, interface in orthosis.interface.items()
+            if orthosis.anchored
+        },
+        muscles,
+        rated,
+    )
 
 
 def _limits(group: MuscleGroup) -> tuple[float, float, float, float]:
     limits = group.type.limits
     return limits.pressure, limits.force, limits.contraction_max, limits.contraction_min
-
-
-def _skins(orthosis: Orthosis) -> dict[str, Skin]:
-    """Skin under cuff and plate, of those that `orthosis.interface` describes."""
-    return {
-        WORN[segment]: Skin(interface.area, interface.friction, functools.partial(pull_on, orthosis, segment))
-        for segment, interface in orthosis.interface.items()
-        if orthosis.anchored
-    }
 
 
 def _supply(built: Built) -> Supply:

@@ -8,7 +8,7 @@ import os
 import pathlib
 import warnings
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, Protocol
 
@@ -132,6 +132,8 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         run = json.loads(file.schema_arrow.metadata[RUN_KEY.encode()])
         model = (file.metadata.metadata or {}).get(MODEL_KEY.encode(), b"")
+        texts = run["warnings"]
+        known = {one["text"]: Notice.from_json(one) for one in run.get("notices", ())}
         return {
             "metrics": _metrics(run["metrics"]),
             "strides": {row["stride"]: _metrics(row["metrics"]) for row in run.get("strides", ())},
@@ -139,7 +141,7 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             "model_xml": run["model_xml"],
             "model_binary": unpacked(model.decode()),
             "status": run["status"],
-            "warnings": _warnings(run["warnings"], run.get("notices", ())),
+            "warnings": tuple(known.get(text, text) for text in texts),
             "timing": run["timing"],
             "versions": run["versions"],
             "parameters": run["parameters"],
@@ -156,12 +158,6 @@ def _unreadable(run: Any, error: Exception) -> str:
         return f"is not a recording of this program: {type(error).__name__} {error}"
     by = run["versions"].get("afo-sim", "unknown") if isinstance(run.get("versions"), dict) else "unknown"
     return f"was written by afo-sim {by} in format {stated}, and this program reads up to {FORMAT}"
-
-
-def _warnings(texts: list[str], notices: Iterable[dict[str, Any]]) -> tuple[str, ...]:
-    """Warnings with their codes; those of an older recording are texts."""
-    known = {one["text"]: Notice.from_json(one) for one in notices}
-    return tuple(known.get(text, text) for text in texts)
 
 
 def _metrics(table: dict[str, Any]) -> dict[str, Metric]:

@@ -23,7 +23,6 @@ from afo_sim.simulation.stepping import (
     PolicyFault,
     Rows,
     Stepper,
-    Stop,
     StopEarly,
 )
 
@@ -239,7 +238,13 @@ class _Run:
         for place, k in enumerate(alive):
             done = len(steps)
             if k in stopped:
-                done = self._steps_done(k, out["time"][place, :, 0], steps.start, stopped[k])
+                stamps = out["time"][place, :, 0]
+                stop = stopped[k]
+                # Steps before a failure: rows that no step has written are NaN, those repeated do not move
+                # on
+                due = (steps.start + np.arange(len(stamps)) + 0.5) * self.cases[k].model.opt.timestep
+                due += self.start["time"][k]
+                done = max(int(np.sum(stamps > due)) - stop.spoilt, 0)
                 self.stops[k] = steps.start + done, stopped[k].reason
             if not self.in_place:
                 self._keep(k, {name: values[place] for name, values in out.items()}, steps, done)
@@ -289,12 +294,6 @@ class _Run:
             if name in STATE:
                 values = np.concatenate([self.now[name][k][None], values[:-1]])
             self.rows[name][k, into] = values[offset::stride]
-
-    def _steps_done(self, k: int, stamps: np.ndarray, first: int, stop: Stop) -> int:
-        """Steps before a failure: rows that no step has written are NaN, those repeated do not move on."""
-        due = (first + np.arange(len(stamps)) + 0.5) * self.cases[k].model.opt.timestep
-        due += self.start["time"][k]
-        return max(int(np.sum(stamps > due)) - stop.spoilt, 0)
 
     def aligned(self, k: int, first: int, stop: int) -> Rows:
         """Rows of the steps first…stop of a simulation."""

@@ -63,7 +63,11 @@ class SensorBank:
             self._make_room(n)
         for k, values in enumerate(true.values()):
             self._values[k, :n] = values
-        self._sense(n, first)
+        counts = (len(self.sensors), n, self._width, first, self.built.scenario.timestep)
+        if self.built.scenario.callback == "native":
+            compiled_sense()(*self._at, *counts)
+        else:
+            sensing.sense(*self._flat, *counts)
         self.outputs = {name: self._out[k, :n].copy() for name, k in self._calibrated.items()}
         return {name: self._readings[k, :n].copy() for k, name in enumerate(self.sensors)}
 
@@ -94,13 +98,6 @@ class SensorBank:
         arrays = (self._p, self._memory, self._lines, self._values, self._readings, self._out)
         self._flat = [array.reshape(-1) for array in arrays]
         self._at = [array.ctypes.data for array in arrays]
-
-    def _sense(self, n: int, first: int) -> None:
-        counts = (len(self.sensors), n, self._width, first, self.built.scenario.timestep)
-        if self.built.scenario.callback == "native":
-            compiled_sense()(*self._at, *counts)
-        else:
-            sensing.sense(*self._flat, *counts)
 
 
 def checked_seed(seed: int | None, plus: int = 0) -> int:

@@ -179,7 +179,8 @@ class Simulator(Forkable, native.Closing):
         SimulationError
             The simulation or the controller has failed; `recording` gives what came before.
         """
-        self._refuse_end()
+        if (failure := self._stepped.failures.get(0)) is not None:
+            raise SimulationError(f"{failure.reason}; reset() begins again", time=failure.time)
         if self._loop is None:
             return self._step(command, steps_in(dt, self.scenario.timestep))
         period, taken = self._loop.period, int(self._stepped.taken[0])
@@ -245,10 +246,6 @@ class Simulator(Forkable, native.Closing):
     def _sight(self, sight: tuple[Any, ...]) -> None:
         rows, control, first, readings, time, period = sight
         self._seen = Seen(frame_of(self.built, rows, control, first), readings, time, period, self._columns)
-
-    def _refuse_end(self) -> None:
-        if (failure := self._stepped.failures.get(0)) is not None:
-            raise SimulationError(f"{failure.reason}; reset() begins again", time=failure.time)
 
     def close(self) -> None:
         """Give the muscle callbacks back; a second call does nothing."""

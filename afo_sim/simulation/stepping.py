@@ -5,7 +5,7 @@ Blocks go through `mujoco.batch`, or through a plain loop where the callbacks ar
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -121,7 +121,10 @@ class BatchStepper:
     def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
         batch = self.batch
         everyone = len(alive) == batch.nsim
-        recorded = {_recorded(name): values for name, values in out.items()}
+        recorded = {
+            (int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name): values
+            for name, values in out.items()
+        }
         stopped: dict[int, Stop] = {}
         try:
             batch.rollout(
@@ -185,11 +188,6 @@ class LoopStepper:
             for name, values in out.items():
                 values[step] = np.reshape(getattr(data, name), -1)
         return None
-
-
-def _recorded(name: str) -> Any:
-    """The name of a field for Batch: `time` is a scalar of MjData, which it records as a state only."""
-    return int(mujoco.mjtState.mjSTATE_TIME) if name == "time" else name
 
 
 BAD = {

@@ -57,10 +57,6 @@ def _vented(f: Frame) -> np.ndarray:
     return total
 
 
-def _gas(built: Built) -> native.GasOf:
-    return native.gas_of(built.model, next(iter(built.index.chambers.values())))
-
-
 def _exergy_taken(f: Frame) -> np.ndarray:
     """ṁ R T0 ln(p/p0): of gas at ambient temperature the enthalpy is that of the ambient air."""
     return _taken(f) * _specific_of_supply(f)
@@ -69,7 +65,11 @@ def _exergy_taken(f: Frame) -> np.ndarray:
 def _specific_of_supply(f: Frame) -> np.ndarray:
     """Flow exergy of what stands at the supply's pressure and ambient temperature [J/kg]."""
     ratio = (_pressure(f) + AMBIENT_PRESSURE) / AMBIENT_PRESSURE
-    found: np.ndarray = _gas(f.built).constant * AMBIENT_TEMPERATURE * np.log(ratio)
+    found: np.ndarray = (
+        native.gas_of(f.built.model, next(iter(f.built.index.chambers.values()))).constant
+        * AMBIENT_TEMPERATURE
+        * np.log(ratio)
+    )
     return found
 
 

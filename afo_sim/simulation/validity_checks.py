@@ -144,7 +144,11 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
         ("torque", "N·m", torque, KINKED, LEAST_TORQUE, cuff),
     ):
         for signed in (values, -values):
-            peak, kink = _bend(signed)
+            # Row of the largest value, and how much the slope changes in a step there, before it or behind
+            # it
+            peak = int(np.argmax(signed))
+            near = signed.take(range(peak - 2, peak + 3), mode="clip")
+            peak, kink = peak, float(np.abs(np.diff(near, 2)).max())
             height = float(signed[peak])
             if height > least and kink > most * height:
                 data: dict[str, Any] = {"kink": kink, "height": height, "beyond": kink / height, "unit": unit}
@@ -160,13 +164,6 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
         share = 1.0 - float(beside / flow[peak])
         data = {"percent": 100.0 * share, "beyond": share, "at": float(time[peak])}
         yield Notice("flow-jumps", text, subject="supply", step=step, **data)
-
-
-def _bend(values: np.ndarray) -> tuple[int, float]:
-    """Row of the largest value, and how much the slope changes in a step there, before it or behind it."""
-    peak = int(np.argmax(values))
-    near = values.take(range(peak - 2, peak + 3), mode="clip")
-    return peak, float(np.abs(np.diff(near, 2)).max())
 
 
 def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:
