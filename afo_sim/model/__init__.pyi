@@ -4,6 +4,9 @@ from .air_path import SOURCE as SOURCE
 from .air_path import TUBE_END as TUBE_END
 from .air_path import VALVE_END as VALVE_END
 from .air_path import AirPath as AirPath
+from .air_path import circuit_of as circuit_of
+from .air_path import endless as endless
+from .air_path import own_supply as own_supply
 from .air_scheme import AirEdge as AirEdge
 from .air_scheme import AirScheme as AirScheme
 from .air_scheme import AirWay as AirWay
@@ -23,13 +26,13 @@ from .foot import Foot as Foot
 from .foot import Turn as Turn
 from .foot import foot_of as foot_of
 from .leg import attach_parts as attach_parts
+from .leg import examine as examine
 from .leg import leg_spec as leg_spec
 from .leg import rigid_part as rigid_part
 from .leg_shapes import FLAT as FLAT
 from .leg_shapes import leg_geoms as leg_geoms
 from .leg_shapes import support as support
 from .mirror import mirror_shapes as mirror_shapes
-from .model_file import examine as examine
 from .mounting import ANKLE as ANKLE
 from .mounting import add_motor as add_motor
 from .mounting import chamber_of as chamber_of
@@ -82,9 +85,6 @@ from .person import recorded_stride as recorded_stride
 from .person import reflex_gain as reflex_gain
 from .person import walker_of as walker_of
 from .person import with_person as with_person
-from .pneumatic_circuit import circuit_of as circuit_of
-from .pneumatic_circuit import endless as endless
-from .pneumatic_circuit import own_supply as own_supply
 from .prefill import cooled as cooled
 from .rescale import Fit as Fit
 from .rescale import Ratio as Ratio

@@ -18,6 +18,7 @@ from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.gait import STANCE_FORCE
 from afo_sim.model import stability
 from afo_sim.model.air_checks import check_air_path
+from afo_sim.model.air_path import circuit_of, own_supply
 from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
 from afo_sim.model.contact import Contact, check_sole, register
 from afo_sim.model.foot import Foot, fill_hinge, foot_of
@@ -28,7 +29,6 @@ from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
 from afo_sim.model.patient import Active, active, own_active
 from afo_sim.model.periodic import unseen_drift, why_walked
 from afo_sim.model.person import Person, Size, as_recorded, in_contact, own_tissue, person_of, walker_of
-from afo_sim.model.pneumatic_circuit import circuit_of, own_supply
 from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
 from afo_sim.physics import KNEE_LIMIT

@@ -1,6 +1,5 @@
 """The facts of a muscle's mounting as text: for the design picture's table and for `afo-sim check`."""
 
-
 import numpy as np
 
 from afo_sim.common import Notice

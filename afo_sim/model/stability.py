@@ -14,8 +14,8 @@ from afo_sim.common import (
     in_unit,
 )
 from afo_sim.description import Muscle, Orthosis, Scenario
-from afo_sim.model.chamber_volume import least_volume
-from afo_sim.model.drive_checks import check_drives
+from afo_sim.model.air_checks import check_drives
+from afo_sim.model.air_path import least_volume
 from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
 from afo_sim.physics import FRICTIONS, laminar_slope
 

@@ -9,8 +9,7 @@ from scipy.integrate import solve_ivp
 import afo_sim as afo
 from afo_sim.description import load
 from afo_sim.model import circuit_of
-from afo_sim.model.air_checks import check_air_path, too_short
-from afo_sim.model.drive_checks import check_drives
+from afo_sim.model.air_checks import check_air_path, check_drives, too_short
 
 BAR, AMBIENT, SUPPLY = 1e5, 101_325.0, 7e5  # Pa, absolute
 VOLUME, RATIO, WARM = 30e-6, 0.3, 293.15

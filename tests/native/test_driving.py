@@ -13,7 +13,7 @@ from rig import charged, hanging_mass
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, STANDARD_DENSITY
 from afo_sim.description import Drive
-from afo_sim.model.pneumatic_circuit import drive_of
+from afo_sim.model.air_path import drive_of
 from afo_sim.native import slots
 
 STEP = 1e-3

@@ -9,8 +9,8 @@ import pytest
 import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import Drive, load
+from afo_sim.model.air_checks import fastest_rise
 from afo_sim.model.build import build
-from afo_sim.model.drive_checks import fastest_rise
 from afo_sim.physics.pneumatics import iso_6358_flow
 
 FAST = {
