@@ -36,8 +36,15 @@ def shipped(table: types.ModuleType, tmp_path_factory: pytest.TempPathFactory) -
     return table.worn("shipped", "adult_75kg", table.shipped(), tmp_path_factory.mktemp("shipped"))
 
 
-@pytest.fixture(scope="module", params=["out to URDF and in again", "dm_control's humanoid", "musculoskeletal (MuscleMimic)",
-                                        "a robot's, URDF"])  # fmt: skip
+OTHERS = (
+    "out to URDF and in again",
+    "dm_control's humanoid",
+    "musculoskeletal (MuscleMimic)",
+    "a robot's, URDF",
+)
+
+
+@pytest.fixture(scope="module", params=OTHERS)
 def row(
     request: pytest.FixtureRequest, table: types.ModuleType, tmp_path_factory: pytest.TempPathFactory
 ) -> Any:
