@@ -138,7 +138,7 @@ def test_a_map_of_markers_is_written_edited_and_read(
     code, _, complaint = call(capsys, *arguments, "--write-map", str(map_))
     assert code == 2
     assert "exists already" in complaint
-    text = map_.read_text(encoding="utf-8")
+    text = map_.read_text(encoding="utf-8").partition("\n")[2]
     line = next(line for line in text.splitlines() if line.startswith("# knee_lateral"))
     map_.write_text(text.replace(line, 'knee_lateral = ["R.Q7"]', 1), encoding="utf-8")
     code, printed, complaint = call(capsys, *arguments, *out, "--map", str(map_))

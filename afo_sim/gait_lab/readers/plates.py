@@ -9,6 +9,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
+from afo_sim.gait_lab.readers.signals import stretches
 
 _COMPONENT = re.compile(r"(?P<plate>.*?)_?(?P<kind>[vp])(?P<axis>[xyz])$")
 _BAND = 10.0  # about the constant, within which a plate is unloaded [N]; assumed: twice a plate's noise
@@ -135,9 +136,9 @@ def _unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:
         rest = float(np.median(load[near]))
     near = np.abs(load - rest) < _BAND
     greatest = float(np.abs(load - rest).max())
-    edges = np.flatnonzero(np.diff(np.r_[False, near, False].astype(int)))
+    still = stretches(near)
     step = float(time[-1] - time[0]) / (len(time) - 1)
-    longest = float((edges[1::2] - edges[::2]).max()) * step
+    longest = max(stop - first for first, stop in still) * step
     largest = (
         _LARGEST * greatest if greatest >= _STEPPED else _STEPPED
     )  # somebody who stands still is heavier
@@ -145,7 +146,7 @@ def _unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:
         return None
     # by chance in the band while a foot comes or goes: the long stretches alone
     kept = np.zeros(len(load), dtype=bool)
-    for first, stop in zip(edges[::2], edges[1::2], strict=True):
+    for first, stop in still:
         kept[first:stop] = (stop - first) * step >= 0.5 * _REST
     return kept
 

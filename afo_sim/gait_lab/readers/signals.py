@@ -112,6 +112,12 @@ def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> No
         raise InputError(seen, file=file, field=field, allowed=f"even steps from {_SHORTEST_STEP:g} s")
 
 
+def stretches(where: np.ndarray) -> list[tuple[int, int]]:
+    """The first sample of each stretch in which something is true, and the one after its last."""
+    edges = np.flatnonzero(np.diff(np.r_[False, where, False].astype(int))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
 def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tuple[float, float]]]:
     """Interpolate missing samples (NaN), and say where too many were missing."""
     from scipy.interpolate import PchipInterpolator
@@ -123,9 +129,8 @@ def fill_gaps(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[tu
         return np.zeros_like(values), [(float(time[0]), float(time[-1]))]
     inside = np.clip(time, time[known][0], time[known][-1])
     filled = np.where(known, values, PchipInterpolator(time[known], values[known])(inside))
-    edges = np.flatnonzero(np.diff(np.r_[False, ~known, False].astype(int)))
     hidden = []
-    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+    for start, stop in stretches(~known):
         span = float(time[max(start - 1, 0)]), float(time[min(stop, len(time) - 1)])
         if span[1] - span[0] > _LONGEST_GAP or start == 0 or stop == len(time):
             hidden.append(span)

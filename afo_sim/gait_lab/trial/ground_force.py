@@ -8,7 +8,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice, unknown
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.plates import PRESSED, Plate
-from afo_sim.gait_lab.readers.signals import evenly, low_pass
+from afo_sim.gait_lab.readers.signals import evenly, low_pass, stretches
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 from afo_sim.gait_lab.trial.leg_points import LegPoints
@@ -53,10 +53,8 @@ class GroundForce(Noted):
 
 def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[PlateContact]:
     """Contacts in a plate's upward force [N]: above 20 N, reaching 50 N, for 0.1 s unless cut short."""
-    above = force > EDGE
-    edges = np.flatnonzero(np.diff(np.r_[False, above, False].astype(int)))
     found = []
-    for first, stop in zip(edges[::2], edges[1::2], strict=True):
+    for first, stop in stretches(force > EDGE):
         whole = bool((first > 0 or force[first] < _SURE) and (stop < len(time) or force[stop - 1] < _SURE))
         start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
         end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])

@@ -127,7 +127,8 @@ def _legs_from_chain(
     found = {}
     for side in ("right", "left"):
         complete = all(name in table.columns for name in _names(side))
-        if side == choices.side or (complete and _placed(table, side, choices, bodies, seen)):
+        placed = _has_talus(bodies, side) or bool(seen and side in seen) or not _missing(table, choices)
+        if side == choices.side or (complete and placed):
             found[side] = _leg(table, side, choices, bodies, seen or {})
     return found
 
@@ -136,17 +137,8 @@ def _names(side: str) -> list[str]:
     return [_ANGLES[0], *(f"{name}_{side[0]}" for name in _ANGLES[1:])]
 
 
-def _placed(
-    table: OpenSimTable,
-    side: str,
-    choices: Choices,
-    bodies: OpenSimTable | None,
-    seen: dict[str, LegPoints] | None,
-) -> bool:
-    """Whether the ankle's place is known."""
-    if bodies is not None and f"talus_{side[0]}_X" in bodies.columns:
-        return True
-    return bool(seen and side in seen) or not _missing(table, choices)
+def _has_talus(bodies: OpenSimTable | None, side: str) -> bool:
+    return bodies is not None and f"talus_{side[0]}_X" in bodies.columns
 
 
 def _missing(table: OpenSimTable, choices: Choices) -> list[str]:
@@ -268,7 +260,7 @@ def _ankle(
     heading: np.ndarray,
 ) -> tuple[np.ndarray, LegPoint]:
     """Times [s] (n,) and the ankle."""
-    if bodies is not None and f"talus_{side[0]}_X" in bodies.columns:
+    if bodies is not None and _has_talus(bodies, side):
         zero = np.zeros_like(bodies.time)
         path = np.column_stack([bodies.columns.get(f"talus_{side[0]}_{axis}", zero) for axis in "XYZ"])
         time, path = _common(table, bodies.time, path)

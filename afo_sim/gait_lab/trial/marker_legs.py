@@ -8,6 +8,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers
+from afo_sim.gait_lab.readers.signals import stretches
 from afo_sim.gait_lab.trial.choices import ROLES, SIDES, Choices
 from afo_sim.gait_lab.trial.clusters import FEWEST, Cluster, Clusters, find_clusters
 from afo_sim.gait_lab.trial.landmarks import NEEDED, Landmarks, find_landmarks, first
@@ -179,12 +180,10 @@ def quiet_part(markers: Markers, names: Collection[str] | None = None) -> slice 
     moving = _speeds(markers, names)
     seen = np.isfinite(moving).sum(axis=1)
     still = (seen >= 3) & ((moving > _QUIET).sum(axis=1) <= _FEW * seen)
-    edges = np.flatnonzero(np.diff(np.r_[False, still, False].astype(int)))
-    runs = list(zip(edges[::2], edges[1::2], strict=True))
-    if not runs:
+    if not still.any():
         return None
-    start, stop = max(runs, key=lambda run: run[1] - run[0])
-    return slice(int(start), int(stop)) if markers.time[stop - 1] - markers.time[start] >= _LONG else None
+    start, stop = max(stretches(still), key=lambda run: run[1] - run[0])
+    return slice(start, stop) if markers.time[stop - 1] - markers.time[start] >= _LONG else None
 
 
 def standing_posture(markers: Markers) -> Markers:

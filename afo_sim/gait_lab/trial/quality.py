@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.gait import GaitCycle
-from afo_sim.gait_lab.readers.signals import low_pass
+from afo_sim.gait_lab.readers.signals import low_pass, stretches
 from afo_sim.gait_lab.trial.body_mass import BodyMass
 from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.files import WalkingTrial
@@ -235,8 +235,7 @@ def _clipped(done: Evidence) -> Iterator[Check]:
     for name in sorted(used):
         time, force = plates[name]
         top = force >= (1.0 - _FLAT) * force.max()
-        edges = np.flatnonzero(np.diff(np.r_[False, top, False].astype(int)))
-        most = int(max(edges[1::2] - edges[::2]))
+        most = max(stop - first for first, stop in stretches(top))
         lasts = (most - 1) * float(time[1] - time[0])
         found, limit = 1e3 * lasts, 1e3 * _FLAT_TIME
         check = Check(f"clipped (plate {name})", f"{found:.0f} ms at the peak", f"{limit:.0f} ms")

@@ -9,7 +9,7 @@ import numpy as np
 
 from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
-from afo_sim.gait_lab.readers.signals import low_pass
+from afo_sim.gait_lab.readers.signals import low_pass, stretches
 from afo_sim.gait_lab.trial.choices import AXES, Choices
 from afo_sim.gait_lab.trial.leg_points import LegPoints, unit_doubt
 from afo_sim.gait_lab.trial.travel import SMOOTH, Heading, body_path, heading, seen, stride_period
@@ -265,8 +265,7 @@ def _standing_foot(leg: LegPoints, up: np.ndarray, level: list[int], period: flo
     reach = period or math.inf
     walks = (time >= time[swing[0]] - reach) & (time <= time[swing[-1]] + reach)
     low = walks & (raised <= np.quantile(raised[walks], _LOWEST) + _RIPPLE)
-    edges = np.flatnonzero(np.diff(np.r_[False, low, False].astype(int)))
-    runs = list(zip(edges[::2], edges[1::2], strict=True))
+    runs = stretches(low)
     # before the first and after the last swing the walker may stand on a belt that stands
     between = [run for run in runs if swing[0] < run[0] and run[1] <= swing[-1]]
     middle = 0.5 * (ends[:, level] + ends[:, [3 + k for k in level]])
