@@ -10,7 +10,7 @@ import mujoco
 
 from afo_sim.common import CallbackError, machine_code
 from afo_sim.native.error_codes import MJU_ERROR
-from afo_sim.native.struct_layout import LAYOUT
+from afo_sim.native.struct_layout import PLACES, kinds, places
 
 KIND = "callbacks"
 _MJF_ACT = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
@@ -21,13 +21,14 @@ def callbacks() -> tuple[Any, Any]:
     machine_code.start()
     mju_error = machine_code.address(ctypes.CDLL(str(mujoco_library())), "mju_error")
     llvm.add_symbol(MJU_ERROR, mju_error)
+    llvm.add_symbol(PLACES, ctypes.addressof(places()))
     bias, dyn = machine_code.functions(KIND, _MJF_ACT, follows(), _compile)
     return bias, dyn
 
 
 def follows() -> tuple[Any, ...]:
     """What the callbacks' code follows from beside sources, compilers and processor."""
-    return mujoco.__version__, LAYOUT
+    return tuple(kinds())
 
 
 def _compile() -> machine_code.Compiled:

@@ -18,7 +18,7 @@ from afo_sim.native.air_block import BLOCK, block
 from afo_sim.native.callbacks import define
 from afo_sim.native.error_codes import COMPLAINTS, MJU_ERROR, RAISED
 from afo_sim.native.refuse import marked_only
-from afo_sim.native.struct_layout import c_struct, c_type, declarations, layout_hash
+from afo_sim.native.struct_layout import PLACES, READ, c_type, declarations
 from afo_sim.physics import register_all
 
 _NUMBA_TYPES = {
@@ -39,28 +39,26 @@ class StructPointer(types.Opaque):
 
     def __init__(self, name: str):
         self.struct = name
-        super().__init__(name=f"{name}*[{layout_hash(name)}]")
+        super().__init__(name=f"{name}*")
 
 
 register_default(StructPointer)(models.OpaqueModel)
 
 
 def _field(struct: str, name: str) -> tuple[int, bool, Any] | None:
-    """(offset, whether to load rather than take the address, numba type) of a field."""
-    declaration = declarations(struct).get(name)
-    if declaration is None:
+    """(number in READ, whether to load rather than take the address, numba type) of a field."""
+    if (struct, name) not in READ:
         return None
-    offset = getattr(c_struct(struct), name).offset
-    declared = declaration.type
+    number, declared = READ.index((struct, name)), declarations(struct)[name].type
     if isinstance(declared, PointerType | ArrayType):
         element = _NUMBA_TYPES.get(c_type(declared.inner_type))
         load = isinstance(declared, PointerType)
-        return (offset, load, types.CPointer(element)) if element is not None else None
+        return (number, load, types.CPointer(element)) if element is not None else None
     if isinstance(declared, ValueType):
         scalar = _NUMBA_TYPES.get(c_type(declared))
         if scalar is not None:
-            return offset, True, scalar
-        return offset, False, StructPointer(declared.name.rstrip("_"))
+            return number, True, scalar
+        return number, False, StructPointer(declared.name.rstrip("_"))
     return None
 
 
@@ -77,7 +75,12 @@ class _StructAttributes(AttributeTemplate):
 def _lower_getattr(context: Any, builder: Any, typ: Any, value: Any, attr: str) -> Any:
     field = _field(typ.struct, attr)
     assert field is not None
-    offset, load, result = field
+    number, load, result = field
+    table = builder.module.globals.get(PLACES)
+    if table is None:
+        table = ir.GlobalVariable(builder.module, ir.ArrayType(ir.IntType(64), len(READ)), PLACES)
+    offset = builder.load(cgutils.gep_inbounds(builder, table, 0, number))
+    offset.set_metadata("invariant.load", builder.module.add_metadata([]))
     pointer = cgutils.pointer_add(builder, value, offset)
     llvm_type = context.get_value_type(result)
     if load:

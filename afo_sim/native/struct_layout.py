@@ -6,7 +6,6 @@ hand-counted. `verify` compares the result with the bindings' own pointers.
 
 import ctypes
 import functools
-import hashlib
 from typing import Any
 
 import mujoco
@@ -76,14 +75,27 @@ def declarations(name: str) -> dict[str, Any]:
     return {field.name: field for field in structs.STRUCTS[name].fields}
 
 
-def layout_hash(name: str) -> str:
-    """Checksum of the places and types of a struct's fields."""
-    layout = c_struct(name)
-    text = ";".join(f"{n}:{getattr(layout, n).offset}:{t}" for n, t in layout._fields_)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+# What compiled code reads. It finds the places in a table, and so serves every layout with these types.
+_READ = {
+    "mjModel": "actuator_actadr actuator_trnid actuator_user geom_bodyid nuser_actuator opt signature "
+    "site_bodyid tendon_adr wrap_objid wrap_type",
+    "mjData": "act act_dot actuator_length actuator_velocity ctrl qpos qvel ten_velocity ten_wrapadr "
+    "ten_wrapnum time userdata wrap_obj wrap_xpos xipos",
+    "mjOption": "timestep",
+}
+READ = [(struct, name) for struct, names in _READ.items() for name in names.split()]
+PLACES = "afo_sim_places"  # symbol of the table, by which compiled code finds it
 
 
-LAYOUT = tuple(f"{name}:{layout_hash(name)}" for name in ("mjModel", "mjData"))  # what compiled code holds
+@functools.cache
+def places() -> Any:
+    """The table: the offset of each field of READ."""
+    return (ctypes.c_int64 * len(READ))(*(getattr(c_struct(struct), name).offset for struct, name in READ))
+
+
+def kinds() -> list[str]:
+    """The declared type of each field of READ."""
+    return [f"{struct}.{name}: {declarations(struct)[name].type}" for struct, name in READ]
 
 
 @functools.cache

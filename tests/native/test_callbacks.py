@@ -36,7 +36,7 @@ def test_wrong_layout_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         "mjModel", (ctypes.Structure,), {"_fields_": [*members[:at], ("pad", ctypes.c_int64), *members[at:]]}
     )
     monkeypatch.setattr(struct_layout, "c_struct", lambda name: shifted if name == "mjModel" else real)
-    with pytest.raises(CallbackError, match=r"MuJoCo 3\.\d+.*mjModel"):
+    with pytest.raises(CallbackError, match=r"MuJoCo \d+\.\d+.*mjModel"):
         struct_layout.verify.__wrapped__()
 
 
