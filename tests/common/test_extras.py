@@ -22,12 +22,13 @@ def named(requirements: list[str]) -> set[str]:
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_each_extra_brings_what_the_project_declares(extra: str) -> None:
     declared = named(PROJECT["optional-dependencies"][extra])
-    assert {DISTRIBUTION.get(package, package) for package in EXTRAS[extra]} == declared
+    brought = {DISTRIBUTION.get(package, package) for package in EXTRAS[extra]}
+    assert brought == declared - named(PROJECT["dependencies"])
 
 
 def test_the_core_requires_no_library_of_an_extra() -> None:
     optional_ones = set().union(*(named(PROJECT["optional-dependencies"][extra]) for extra in EXTRAS))
-    assert not named(PROJECT["dependencies"]) & optional_ones
+    assert named(PROJECT["dependencies"]) & optional_ones <= {"mujoco"}  # bounded for dm-control
 
 
 def test_all_means_every_extra() -> None:
