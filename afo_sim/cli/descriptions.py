@@ -150,7 +150,7 @@ def new(new_one: _New) -> None:
             print(f"{fact}: {value}")
     if new_one.kind == "orthosis" and "muscle" in uses:
         _print_links(file)
-    print(f"next: {_next(new_one.kind, new_one.name, file)}")
+    print(f"next: {_NEXT[new_one.kind].format(file=file)}")
 
 
 def _print_links(file: Path) -> None:
@@ -190,27 +190,19 @@ def keys(
     print_table(f"{scenario}: {len(rows)} key{'s' if len(rows) > 1 else ''}", header, rows, droppable=5)
 
 
-def _next(kind: str, name: str, file: Path) -> str:
-    """The command to go on with."""
-    if kind == "scenario":
-        return f"afo-sim run {file}"
-    if kind == "sweep":
-        return f"afo-sim sweep {file}"
-    if kind == "search":
-        return f"afo-sim optimise {file}"
-    if kind == "orthosis":
-        return f"afo-sim new scenario NAME --orthosis {file.parent}"
-    if kind == "leg":
-        return f"afo-sim new scenario NAME --leg {file.parent}"
-    if kind in ("patient", "shoe", "limits"):
-        return f"afo-sim new scenario NAME --like walk-dropfoot-afo --{kind} {file.parent}"
-    if kind == "sensor":
-        return f'[sensor.NAME] with column = "…" and type = "{file.parent}" in a scenario'
-    if kind == "tube":
-        return f'tube = "{file.parent}" and tube_length = "…" in a [chamber.NAME] of an orthosis'
-    if kind in ("source", "regulator"):
-        return f'{kind} = "{file.parent}" in the [supply] of a scenario'
-    return f"afo-sim new orthosis NAME --{kind} {file.parent}"
+_WALK = "afo-sim new scenario NAME --like walk-dropfoot-afo"
+_NEXT = {  # the command to go on with, or where the new one goes
+    "scenario": "afo-sim run {file}",
+    "sweep": "afo-sim sweep {file}",
+    "search": "afo-sim optimise {file}",
+    "orthosis": "afo-sim new scenario NAME --orthosis {file.parent}",
+    "leg": "afo-sim new scenario NAME --leg {file.parent}",
+    **{kind: f"{_WALK} --{kind} {{file.parent}}" for kind in ("patient", "shoe", "limits")},
+    "sensor": '[sensor.NAME] with column = "…" and type = "{file.parent}" in a scenario',
+    "tube": 'tube = "{file.parent}" and tube_length = "…" in a [chamber.NAME] of an orthosis',
+    **{kind: f'{kind} = "{{file.parent}}" in the [supply] of a scenario' for kind in ("source", "regulator")},
+    **{kind: f"afo-sim new orthosis NAME --{kind} {{file.parent}}" for kind in ("muscle", "valve")},
+}
 
 
 @app.command("refit")

@@ -35,7 +35,10 @@ class EmgController:
     def __call__(self, seen: Observation) -> Mapping[str, Command]:
         """The command at the present activation."""
         described = self.description
-        excitation = self._delayed(self.sign * seen[described.column] / self.full, seen.period)
+        # of a delay ago, from 0 to 1; 0 before the first
+        self.excitations.append(min(max(self.sign * seen[described.column] / self.full, 0.0), 1.0))
+        waiting = round(described.delay / seen.period)
+        excitation = self.excitations.popleft() if len(self.excitations) > waiting else 0.0
         times = described.activation_time, described.deactivation_time
         self.activation = activated(self.activation, excitation, seen.period, *times)
         if described.pressure is not None:
@@ -44,12 +47,6 @@ class EmgController:
         if self.filling:
             return {described.chamber: "inlet"}
         return {described.chamber: "outlet" if self.activation < described.vent_below else "shut"}
-
-    def _delayed(self, share: float, period: float) -> float:
-        """The excitation of a delay ago, from 0 to 1; 0 before the first."""
-        self.excitations.append(min(max(share, 0.0), 1.0))
-        waiting = round(self.description.delay / period)
-        return self.excitations.popleft() if len(self.excitations) > waiting else 0.0
 
     def tell(self) -> dict[str, float]:
         """The activation, and the pressure that is asked for where there is a drive."""

@@ -60,7 +60,10 @@ def machine_of(description: StateMachine, scenario: Scenario) -> Machine:
         states=tuple(names),
         start=names.index(description.start),
         commands=tuple(
-            {chamber: _command(described) for chamber, described in state.chambers.items()}
+            {
+                chamber: (COILS[described] if isinstance(described, str) else described)
+                for chamber, described in state.chambers.items()
+            }
             for state in description.state.values()
         ),
         transitions=tuple(
@@ -75,10 +78,6 @@ def machine_of(description: StateMachine, scenario: Scenario) -> Machine:
             for described in description.transition
         ),
     )
-
-
-def _command(described: str | tuple[float, float] | float) -> tuple[float, float] | float:
-    return COILS[described] if isinstance(described, str) else described
 
 
 class StateMachineController:

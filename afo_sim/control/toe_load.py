@@ -29,24 +29,16 @@ class ToeLoadController:
         self.pushing = switched(self.pushing, share, described.vent_below, described.fill_above)
         commands: dict[str, Command] = {}
         if described.lifts is not None:
-            commands[described.lifts] = self._lift()
+            pressure = described.lift_pressure
+            full: Command = "inlet" if pressure is None else pressure
+            empty: Command = "outlet" if pressure is None else 0.0
+            commands[described.lifts] = empty if self.loaded else full
         if described.pushes is not None:
-            commands[described.pushes] = self._push(share)
+            shut = "outlet" if share < described.vent_below else "shut"
+            commands[described.pushes] = "inlet" if self.pushing else shut
+            if described.push_pressure is not None:
+                commands[described.pushes] = described.push_pressure * min(max(share, 0.0), 1.0)
         return commands
-
-    def _lift(self) -> Command:
-        pressure = self.description.lift_pressure
-        if pressure is None:
-            return "outlet" if self.loaded else "inlet"
-        return 0.0 if self.loaded else pressure
-
-    def _push(self, share: float) -> Command:
-        described = self.description
-        if described.push_pressure is not None:
-            return described.push_pressure * min(max(share, 0.0), 1.0)
-        if self.pushing:
-            return "inlet"
-        return "outlet" if share < described.vent_below else "shut"
 
     def tell(self) -> dict[str, float]:
         """The load, and whether the toes bear much."""

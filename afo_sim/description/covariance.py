@@ -46,7 +46,7 @@ class FitCovariance(Described):
         if "law" not in info.data:
             return names
         law = info.data["law"]
-        known = _keys_of(law)
+        known = (*_GEOMETRY, *(f"laws.{law}.{parameter.name}" for parameter in LAWS[law].parameters))
         problems = [
             refusal(f"{name!r} is not a number that a fit of {law} gives", ", ".join(known), nearest=near)
             for name in names
@@ -72,7 +72,7 @@ class FitCovariance(Described):
         read, problems = [], []
         for k, (name, text) in enumerate(zip(names, texts, strict=True)):
             try:
-                read.append(_standard_error(text, _unit(name), info))
+                read.append(Quantity(_unit(name), above=0.0, exact=True).read(text, info))
             except PydanticCustomError as problem:
                 facts = problem.context or {}
                 problems.append(refusal(facts["problem"], facts["allowed"], str(k)))
@@ -226,11 +226,6 @@ class Draws:
         return np.all(masks, axis=0)
 
 
-def _keys_of(law: str) -> tuple[str, ...]:
-    """Dotted keys, below a muscle, of the numbers that a law's fit can give."""
-    return (*_GEOMETRY, *(f"laws.{law}.{parameter.name}" for parameter in LAWS[law].parameters))
-
-
 def key_of(law: str, name: str) -> str:
     """Dotted key, below a muscle, of a law's parameter or of the braid's geometry."""
     return name if name in _GEOMETRY else f"laws.{law}.{name}"
@@ -264,10 +259,6 @@ def _split(key: str) -> tuple[str, str, str]:
 def _unit(key: str) -> str:
     _, law, name = _split(key)
     return LAWS[law].parameter(name).unit if law else _GEOMETRY[name]
-
-
-def _standard_error(text: Any, unit: str, info: ValidationInfo) -> float:
-    return Quantity(unit, above=0.0, exact=True).read(text, info)
 
 
 def _nearest(name: str, known: Sequence[str]) -> str:

@@ -132,13 +132,10 @@ def _source(reading: Reading[Any], leaf: Leaf, written: Any) -> tuple[str, Prove
         return "set", provenance
     if written is None and provenance is None:  # one that another of the table gives has a provenance
         return "default", provenance
-    return ("" if file is None else _short(file)), provenance
-
-
-def _short(file: pathlib.Path) -> str:
-    """A shipped file from models/ on, another as it is."""
     models = assets.folder("models")
-    return str(file.relative_to(models.parent)) if file.is_relative_to(models) else str(file)
+    if file is not None and file.is_relative_to(models):
+        file = file.relative_to(models.parent)
+    return ("" if file is None else str(file)), provenance
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,12 @@ def new(
     uses = uses or {}
     target = target_of(kind, name, pathlib.Path(out))
     if braid:
-        _check_braid(kind, like, braid)
+        # its numbers are of no other kind, and not beside those of another muscle
+        first = next(iter(braid))
+        if kind != "muscle":
+            raise InputError(f"does not go with a new {kind}", field=first, allowed="a new muscle")
+        if like:
+            raise InputError("does not go with `like`, whose braid it would have", field=first)
     base = base_of(kind, like or _BRAID) if like or braid else assets.template(kind)
     before = assets.read_toml(base)
     text = without_digests(base.read_text(encoding="utf-8"))
@@ -68,15 +73,6 @@ def new(
     check_writable(target.parent)
     _write(target, tomlkit.dumps(values), kind, files)
     return target
-
-
-def _check_braid(kind: str, like: str, braid: Mapping[str, str]) -> None:
-    """Refuse a braid's numbers for what is no muscle, or beside another one's."""
-    first = next(iter(braid))
-    if kind != "muscle":
-        raise InputError(f"does not go with a new {kind}", field=first, allowed="a new muscle")
-    if like:
-        raise InputError("does not go with `like`, whose braid it would have", field=first)
 
 
 def _beside(kind: str, values: dict[str, Any], base: pathlib.Path) -> dict[str, pathlib.Path]:

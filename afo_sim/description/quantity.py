@@ -61,7 +61,11 @@ class Quantity:
 
     def read(self, value: object, info: ValidationInfo | None = None) -> float:
         """Text to SI, or SI itself from `with_values`; raises what pydantic reports as the field's error."""
-        plain = f"{float(value)!r} {self.unit}" if isinstance(value, Real) and _is_si(info) else value
+        plain = (
+            f"{float(value)!r} {self.unit}"
+            if isinstance(value, Real) and bool(info and info.context and info.context.get("si"))
+            else value
+        )
         try:
             number = parse_quantity(plain, self.unit)
         except ValueError as error:
@@ -95,11 +99,6 @@ class Quantity:
 @dataclass(frozen=True)
 class Whole:
     """Marks a list that is written only as a whole: neither it nor its items are keys of `--set`."""
-
-
-def _is_si(info: ValidationInfo | None) -> bool:
-    """Whether values come in SI, as `with_values` takes them, rather than as text."""
-    return bool(info and info.context and info.context.get("si"))
 
 
 def amount(value: float, unit: str, digits: int = 12) -> str:

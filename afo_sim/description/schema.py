@@ -75,12 +75,10 @@ class Leaf:
     @property
     def meaning(self) -> str:
         """What it means."""
-        return self.about if isinstance(self.about, str) else _meaning(self.about, self.path[-1])
-
-
-def _meaning(kind: type, name: str) -> str:
-    """The text below a field of a class, or of the class that has the field first; "" where there is none."""
-    return next((texts[name] for base in kind.__mro__ if name in (texts := _texts(base))), "")
+        if isinstance(self.about, str):
+            return self.about
+        name = self.path[-1]  # the text below the field, in the class that has it first
+        return next((texts[name] for base in self.about.__mro__ if name in (texts := _texts(base))), "")
 
 
 @functools.cache

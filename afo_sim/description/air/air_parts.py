@@ -214,10 +214,6 @@ def _check_valve(name: str, each: Restriction) -> Iterator[FlowEdge]:
     yield flow_edge.check_valve(name, each.upstream, each.downstream, c, each.ratio, cracking=cracking)
 
 
-def _quick_exhaust(name: str, each: Restriction) -> Iterator[FlowEdge]:
-    yield from quick_exhaust_edges(name, each.upstream, each.downstream, each)
-
-
 def _regulator(name: str, each: Restriction) -> Iterator[FlowEdge]:
     assert each.regulator is not None and each.pressure is not None
     yield from regulator_edges(name, each.regulator, each.pressure, each.upstream, each.downstream)
@@ -255,10 +251,6 @@ def _valve_lines(each: Restriction) -> tuple[str, ...]:
     return (f"valve {each.valve.name}".strip(),)
 
 
-def _throttle_lines(each: Restriction) -> tuple[str, ...]:
-    return ("throttle, check", f"check C {1e8 * (each.check_conductance or 0.0):.3g}", *opening_lines(each))
-
-
 def _regulator_lines(each: Restriction) -> tuple[str, ...]:
     assert each.regulator is not None and each.pressure is not None
     named = f"regulator {each.regulator.name}".strip()
@@ -270,7 +262,14 @@ PARTS: dict[str, AirPart] = {
     "tube": AirPart(("tube", "length"), _tube, lines=_tube_lines, to_ambient=False),
     "orifice": AirPart(FLOW, _plain),
     "throttle": AirPart(
-        (*FLOW, "check_conductance"), _throttle, may_have=("cracking_pressure",), lines=_throttle_lines
+        (*FLOW, "check_conductance"),
+        _throttle,
+        may_have=("cracking_pressure",),
+        lines=lambda each: (
+            "throttle, check",
+            f"check C {1e8 * (each.check_conductance or 0.0):.3g}",
+            *opening_lines(each),
+        ),
     ),
     "check_valve": AirPart(
         FLOW,
@@ -281,7 +280,7 @@ PARTS: dict[str, AirPart] = {
     ),
     "quick_exhaust": AirPart(
         (*FLOW, "exhaust_conductance"),
-        _quick_exhaust,
+        lambda name, each: quick_exhaust_edges(name, each.upstream, each.downstream, each),
         may_have=("cracking_pressure",),
         lines=lambda each: ("quick exhaust", *opening_lines(each)),
         both_ways=False,

@@ -178,9 +178,7 @@ def _check_touched(orthosis: HasAir, found: list[Way]) -> None:
     """Volumes that no chamber hangs on."""
     near = {name: {name} for name in (*orthosis.chamber, *orthosis.volume)}
     for way in found:
-        if way.origin in near and way.end in near and near[way.origin] is not near[way.end]:
-            merged = near[way.origin] | near[way.end]
-            near |= dict.fromkeys(merged, merged)
+        _merge(near, way.origin, way.end)
     touched = {node for way in found for node in (way.origin, way.end)}
     for name in orthosis.volume:
         if name not in touched:

@@ -53,7 +53,7 @@ class Rated(Described):
     @classmethod
     def _from_its_rating(cls, value: Any, info: ValidationInfo) -> Any:
         if value is not None:
-            if _is_flow(value):
+            if isinstance(value, str) and not _is_in(value, UNIT) and _is_in(value, "m^3/s"):
                 raise refusal("is a volume flow: without norm and pressures it is not a conductance", HOW)
             return value
         data = info.data
@@ -123,11 +123,6 @@ def _conductance(rated: str, value: Any, critical_ratio: float) -> float:
     if isinstance(value, NominalFlow):
         return value.conductance(critical_ratio)
     return SIMPLE[rated][0](value)
-
-
-def _is_flow(value: Any) -> bool:
-    """Whether a text is not a conductance but a volume flow, such as "100 l/min"."""
-    return isinstance(value, str) and not _is_in(value, UNIT) and _is_in(value, "m^3/s")
 
 
 def _is_in(text: str, unit: str) -> bool:

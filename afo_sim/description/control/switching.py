@@ -67,7 +67,10 @@ class _Command:
         if isinstance(value, str) and value in _COIL_WORDS:
             return value
         if isinstance(value, Sequence) and not isinstance(value, str):
-            return _coils(value)
+            numbers = [float(x) for x in value if isinstance(x, Real) and not isinstance(x, bool)]
+            if not len(value) == len(numbers) == 2 or not all(0.0 <= x <= 1.0 for x in numbers):
+                raise refusal("is not a valid command", _COMMANDS)
+            return numbers[0], numbers[1]
         plain = (
             f"{float(value)!r} Pa" if isinstance(value, Real) and (info.context or {}).get("si") else value
         )
@@ -88,13 +91,6 @@ class _Command:
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
         writer = core_schema.plain_serializer_function_ser_schema(self.write)
         return core_schema.with_info_plain_validator_function(self.read, serialization=writer)
-
-
-def _coils(value: Sequence[object]) -> tuple[float, float]:
-    numbers = [float(x) for x in value if isinstance(x, Real) and not isinstance(x, bool)]
-    if not len(value) == len(numbers) == 2 or not all(0.0 <= x <= 1.0 for x in numbers):
-        raise refusal("is not a valid command", _COMMANDS)
-    return numbers[0], numbers[1]
 
 
 _ChamberCommand = Annotated[str | tuple[float, float] | float, _Command()]
