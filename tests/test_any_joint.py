@@ -209,7 +209,8 @@ def test_a_wrong_joint_is_refused_by_name(orthosis: str, how: dict, field: str, 
 def test_a_side_finds_the_one_knee_and_a_sign_against_the_body_is_noticed() -> None:
     assert afo.attach(spec(), worn("knee"), side="left").found.ankle == "knee_left"
     notices = afo.attach(spec(), worn("knee"), joint="knee_left", sign=-1).notices
-    assert any("lies on the right if it flexes as `sign` says" in notice for notice in notices)
+    (against,) = [notice for notice in notices if notice.code == "side-contradicted"]
+    assert (against.data["named"], against.data["stands"]) == ("left", "right")
 
 
 def hip(folder: pathlib.Path, **sets: Any) -> Any:

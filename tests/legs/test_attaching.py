@@ -634,9 +634,10 @@ def test_changes_are_told() -> None:
     leg = afo.attach(
         leg_with(head='<option integrator="RK4"><flag limit="disable"/></option>')(), "s1", side="right"
     )
-    told = " ".join(leg.told)
-    for words in ("was rk4", "automatic reset is off", "stops off", "adds 1.2 kg", "no stops"):
-        assert words in told
+    told = {note.code: note for note in leg.notices}
+    assert told["integrator-changed"].data["before"] == "rk4" and "autoreset-off" in told
+    assert told["switched-off"].subject == "mjDSBL_LIMIT" and "ankle-without-stops" in told
+    assert told["mass-added"].data["mass"] == pytest.approx(1.2)
     assert leg.model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     assert leg.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
     assert sum(masses(leg.model, "afo_").values()) == pytest.approx(0.25 + 0.55 + 5 * 0.08)

@@ -195,11 +195,14 @@ def test_the_shipped_leg_is_not_doubted() -> None:
 @pytest.mark.parametrize("factor", [1e6, 1e3, 1e-3, 1e-6])
 def test_an_inertia_in_another_unit_is_told(factor: float) -> None:
     """The radius of gyration grows with the root of the unit's factor, and that of the foot is told."""
-    assert any("the foot's inertia gives a radius of gyration" in note for note in doubts(foot_times(factor)))
+    assert [(note.code, note.subject) for note in doubts(foot_times(factor))] == [
+        ("inertia-doubtful", "foot")
+    ]
 
 
 def test_without_shapes_a_huge_inertia_is_told() -> None:
-    assert any("no shank or foot has that" in note for note in doubts(foot_times(1e6, shapes=False)))
+    doubt = {note.subject: note for note in doubts(foot_times(1e6, shapes=False))}["foot"]
+    assert doubt.code == "inertia-doubtful" and doubt.data["gyration"] > doubt.data["reach"] == 0.3
 
 
 def test_degrees_that_were_read_as_radians_are_refused() -> None:
@@ -209,4 +212,5 @@ def test_degrees_that_were_read_as_radians_are_refused() -> None:
 
 def test_stops_that_leave_no_motion_are_told() -> None:
     stops = float(np.radians(-2.0)), float(np.radians(1.2))
-    assert any("moves by 3.2 deg only" in note for note in doubts(with_ankle(shipped(), {"range": stops})))
+    (doubt,) = doubts(with_ankle(shipped(), {"range": stops}))
+    assert (doubt.code, doubt.data["low"], doubt.data["high"]) == ("range-narrow", *stops)
