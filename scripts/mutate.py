@@ -1,46 +1,52 @@
-"""Mutants: one fault each, set into the rooms that compute, and whether the tests notice it.
+"""Mutants: one fault each, set into every room, and whether the quick tests near it notice.
 
-    python scripts/mutate.py OUT.jsonl [--mutants 150] [--seed 0] [--rooms physics native …] [--again]
+    python scripts/mutate.py OUT.jsonl [--mutants 8] [--seed 0] [--rooms physics …] [--against BEFORE.jsonl]
 
-A mutant is one changed expression: another operator, boundary, sign, constant, function or branch. Each room
-has its share, and in it each kind of fault. All tests of `TESTS` run once, traced, so that each mutant gets
-those that run its line, fastest first. Who steps a model runs the compiled rooms too. Mutants are set into a
-copy of the tree. What a survivor changed is then replaced by a name that nothing has: where tests pass that
-as well, its code is not run or not compiled anew, and it is "unreached". Rows are written as they are found,
-so that a campaign goes on where it was stopped.
+A mutant is one changed expression, set into a copy of the tree. A digest of what it changes draws it, each
+kind of fault in turn, so that the sample stays where other lines change or move. Tests near a room run once,
+traced, and each mutant gets those that run its line, fastest first, and in the compiled rooms whoever steps a
+model. It is "unreached" where none does: there a name that nothing has, in its place, passes as well. Rows
+are written as they are found, so that a campaign goes on where it was stopped.
 """
 
 import argparse
 import ast
 import collections
-import contextlib
 import hashlib
 import itertools
 import json
+import math
 import os
 import pathlib
-import random
+import resource
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import asdict, dataclass
-from types import CodeType, FrameType
 from typing import Any
 
+os.environ["NUMBA_NUM_THREADS"] = "1"
+
+import coverage
+import mujoco  # noqa: F401  # what each test imports: each process forked from this one has it
+import numba  # noqa: F401
+import pydantic  # noqa: F401
 import pytest
+import scipy.optimize
+import scipy.signal  # noqa: F401
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-ROOMS = ("physics", "native", "metrics", "model", "control")
+ROOMS = tuple(sorted(file.parent.name for file in ROOT.glob("afo_sim/*/__init__.py")))
+CORE = ("physics", "native", "metrics", "model", "control", "simulation", "description", "gait")
+NEAR = {room: (*CORE, "air", "laws_of_nature") if room in CORE else (room,) for room in ROOMS}
 COMPILED, STEPPED = ("physics", "native"), "native/install.py"  # who runs this file runs compiled code
-TESTS = (*ROOMS, "air", "description", "laws_of_nature")
-FILES, SECONDS, LIMIT = 6, 20.0, 90.0  # of a mutant's tests: files, traced seconds; and when they are stopped
-TRACED = 2000  # lines of a function in a test that are looked at, before it goes on untraced
-TRACE = "import sys; sys.path.append('scripts'); import mutate; mutate.trace(sys.argv[1])"
-OUTCOMES = {0: "survived", 5: "unreached", 124: "timeout", 137: "timeout"}  # exit codes of pytest, timeout
+FILES, SECONDS, LIMIT = 6, 12.0, 90  # of a mutant's tests: files, traced seconds; and when they are stopped
 COMPILE = "from afo_sim.native import compiled_sense, installed\nwith installed():\n    compiled_sense()"
+QUICK = ("-q", "-m", "not slow", "-p", "no:cacheprovider")
+OUTCOMES = {0: "survived", 5: "unreached", -signal.SIGXCPU: "timeout", -signal.SIGALRM: "timeout"}
 OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 BOUNDARIES = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
 OPPOSITES = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq}
@@ -55,7 +61,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Mutant:
-    """One fault: `after` instead of the bytes from `start` to `end` of a file, in a line."""
+    """One fault: `after` instead of the bytes from `start` to `end` of a file, and what its line becomes."""
 
     room: str
     path: str
@@ -64,10 +70,10 @@ class Mutant:
     start: int
     end: int
     after: str
-
-    def written(self, source: bytes, after: str) -> bytes:
-        """The file with a fault."""
-        return source[: self.start] + after.encode() + source[self.end :]
+    was: str
+    now: str
+    within: str  # the function, "" outside of any
+    key: str  # a digest of the change, of the function it stands in, and of the seed
 
 
 def faults(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
@@ -101,146 +107,155 @@ def faults(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
                 yield "branch", ast.Constant(answer)
 
 
-def places(node: ast.AST, top: bool = True) -> Iterator[tuple[str, ast.AST, ast.AST]]:
-    """Expressions and what each may be replaced by, without annotations, texts and tables of data."""
+def places(node: ast.AST, within: str = "") -> Iterator[tuple[str, str, ast.AST, ast.AST]]:
+    """Functions, expressions and what each may be replaced by, without annotations, texts, tables of data."""
     texts = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in WORDS
-    if texts or isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr) or (top and isinstance(node, DATA)):
+    table = not within and isinstance(node, DATA)
+    if texts or table or isinstance(node, ast.Raise | ast.Assert | ast.JoinedStr):
         return
-    yield from ((kind, getattr(node, "test", node), new) for kind, new in faults(node))
-    top = top and not isinstance(node, ast.FunctionDef | ast.Lambda)
+    yield from ((within, kind, getattr(node, "test", node), new) for kind, new in faults(node))
+    if isinstance(node, ast.FunctionDef | ast.Lambda):
+        within = getattr(node, "name", "lambda")
     for name, value in ast.iter_fields(node):
         for child in value if isinstance(value, list) else [value]:
             if isinstance(child, ast.AST) and name not in ("annotation", "returns", "decorator_list"):
-                yield from places(child, top)
+                yield from places(child, within)
 
 
-def mutants(room: str) -> Iterator[Mutant]:
+def mutants(room: str, seed: int) -> Iterator[Mutant]:
     """All of a room."""
+    alike: collections.Counter[str] = collections.Counter()
     for file in sorted((ROOT / "afo_sim" / room).rglob("*.py")):
         source, path = file.read_bytes(), file.relative_to(ROOT).as_posix()
-        begins = [0, *itertools.accumulate(map(len, source.splitlines(keepends=True)))]
-        for kind, old, new in places(ast.parse(source)):
+        lines = source.splitlines(keepends=True)
+        begins = [0, *itertools.accumulate(map(len, lines))]
+        for within, kind, old, new in places(ast.parse(source)):
             assert isinstance(old, ast.expr | ast.stmt) and old.end_lineno and old.end_col_offset
             start = begins[old.lineno - 1] + old.col_offset
             end = begins[old.end_lineno - 1] + old.end_col_offset
             text = ast.unparse(ast.fix_missing_locations(new))
             after = text if isinstance(new, ast.stmt) else f"({text})"
-            yield Mutant(room, path, old.lineno, kind, start, end, after)
+            was = lines[old.lineno - 1].decode().strip()
+            rest = source[end : begins[old.end_lineno]]
+            now = (source[begins[old.lineno - 1] : start] + after.encode() + rest).decode().strip()
+            told = f"{seed}\n{within}\n{kind}\n{was}\n{now}"
+            alike[told] += 1
+            key = hashlib.sha256(f"{told}\n{alike[told]}".encode()).hexdigest()[:16]
+            yield Mutant(room, path, old.lineno, kind, start, end, after, was, now, within, key)
 
 
-def drawn(rooms: list[str], number: int, seed: int) -> list[Mutant]:
-    """A sample: rooms in turn, in each a kind at random, then a mutant of that kind."""
-    draw, found = random.Random(seed), []
-    left = {room: sorted(mutants(room), key=lambda mutant: mutant.kind) for room in rooms}
-    for k in range(number):
-        own = left[rooms[k % len(rooms)]]
-        kind = draw.choice(sorted({mutant.kind for mutant in own}))
-        found.append(own.pop(draw.choice([i for i, mutant in enumerate(own) if mutant.kind == kind])))
-    return found
+def drawn(room: str, number: int, seed: int) -> list[Mutant]:
+    """A sample of a room: of each kind its first, then of each its second, by their digests."""
+    rank: collections.Counter[str] = collections.Counter()
+    found = []
+    for mutant in sorted(mutants(room, seed), key=lambda mutant: mutant.key):
+        rank[mutant.kind] += 1
+        found.append((rank[mutant.kind], mutant.key, mutant))
+    return [mutant for *_, mutant in sorted(found)[:number]]
 
 
 class Tracer:
-    """A pytest plugin: seconds and lines of the rooms that each test runs."""
+    """A pytest plugin: CPU seconds and lines of some rooms that each test runs."""
 
-    def __init__(self, package: pathlib.Path):
-        self.package = f"{package}{os.sep}"
-        self.rooms = tuple(f"{self.package}{room}{os.sep}" for room in ROOMS)
-        self.tests: Traced = {}
-        self.failed: set[str] = set()
-        self._lines: dict[int, collections.Counter[int]] = {}  # by the code's id
-        self._known: dict[int, CodeType] = {}  # also keeps an id from being another's
-
-    def _traced(self, frame: FrameType, event: str, argument: Any) -> Any:
-        code = frame.f_code
-        lines = self._lines.get(id(code))
-        if lines is None:
-            self._known[id(code)] = code
-            own = code.co_filename.startswith(self.rooms)
-            lines = self._lines[id(code)] = collections.Counter({0: 0 if own else TRACED})
-        if lines[0] >= TRACED:
-            return None
-        lines.update((0, frame.f_lineno))
-        return self._traced
+    def __init__(self, package: pathlib.Path, rooms: list[str]):
+        self.package = package
+        self.seconds: collections.Counter[str] = collections.Counter()
+        files = [f"{package}/{room}/*" for room in rooms]
+        self.coverage = coverage.Coverage(data_file=None, config_file=False, include=files)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Any:
-        """Trace a test with its fixtures."""
-        self._lines, begun = {}, time.perf_counter()
-        sys.settrace(self._traced)
+        """Trace a test with its fixtures; one that fails without a mutant counts for ever."""
+        begun, name, failed = sum(os.times()[:4]), item.nodeid.split("[")[0], item.session.testsfailed
+        self.coverage.start()
+        self.coverage.switch_context(name)
         try:
             return (yield)
         finally:
-            sys.settrace(None)
-            name = item.nodeid.split("[")[0]
-            seconds, found = self.tests.get(name, (0.0, {}))
-            for code, lines in self._lines.items():
-                file = self._known[code].co_filename.removeprefix(self.package)
-                if self._known[code].co_filename.startswith(self.rooms):
-                    found[file] = sorted(lines.keys() | found.get(file, []))
-            self.tests[name] = seconds + time.perf_counter() - begun, found
+            self.coverage.stop()
+            spent = sum(os.times()[:4]) - begun
+            self.seconds[name] += spent if item.session.testsfailed == failed else math.inf
 
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note what fails without a mutant."""
-        if report.failed:
-            self.failed.add(report.nodeid.split("[")[0])
-
-
-def trace(folder: str) -> None:
-    """Run tests of this tree, and print what `Tracer` has seen."""
-    tracer = Tracer(ROOT / "afo_sim")
-    with contextlib.redirect_stdout(sys.stderr):
-        pytest.main(["-q", "-p", "no:cacheprovider", folder], [tracer])
-    print(json.dumps({name: seen for name, seen in tracer.tests.items() if name not in tracer.failed}))
+    def tests(self) -> Traced:
+        """What was seen of the tests that pass."""
+        found: Traced = {name: (spent, {}) for name, spent in self.seconds.items() if spent < math.inf}
+        data = self.coverage.get_data()
+        for file in data.measured_files():
+            at = pathlib.Path(file).relative_to(self.package).as_posix()
+            for line, names in data.contexts_by_lineno(file).items():
+                for name in found.keys() & set(names):
+                    found[name][1].setdefault(at, []).append(line)
+        return found
 
 
 class Copy:
     """A copy of the tree, in which tests run with a fault."""
 
     def __init__(self, folder: pathlib.Path):
-        self.root, self.writes = folder / "tree", 0
+        self.root, self.cache, self.writes = folder / "tree", folder / "cache", 0
         shutil.copytree(ROOT, self.root, ignore=shutil.ignore_patterns(".*", "__pycache__", "runs"))
-        own = {"PYTHONPATH": str(self.root), "AFO_SIM_CACHE": str(folder / "cache"), "NUMBA_NUM_THREADS": "1"}
-        self.environment = os.environ | own
-        self.call("-c", COMPILE)  # to trace the compiler takes minutes
+        self.code(lambda: exec(COMPILE))  # to trace the compiler takes minutes
 
-    def call(self, *words: str | float, limit: float = 0.0) -> subprocess.CompletedProcess[str]:
-        """Python, stopped with its children after a limit [s]; 0: never."""
-        line = map(str, ("timeout", "--kill-after=1", limit, sys.executable, *words))
-        return subprocess.run([*line], cwd=self.root, env=self.environment, capture_output=True, text=True)
+    def code(self, call: Callable[[], object], limit: int = 0) -> int:
+        """Exit code of a call in a process of its own, which is stopped after CPU seconds; minus a signal."""
+        child = os.fork()
+        if not child:
+            os.setpgid(0, 0)
+            os.chdir(self.root)
+            sys.path.insert(0, str(self.root))
+            os.environ.update(PYTHONPATH=str(self.root), AFO_SIM_CACHE=str(self.cache))
+            for stream in range(3):
+                os.dup2(os.open(os.devnull, os.O_RDWR), stream)
+            if limit:
+                resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+                signal.alarm(10 * limit)
+            with suppress(BaseException):
+                os._exit(int(call() or 0))  # type: ignore[call-overload]
+            os._exit(1)
+        _, status = os.waitpid(child, 0)
+        with suppress(ProcessLookupError):
+            os.killpg(child, signal.SIGKILL)
+        return os.waitstatus_to_exitcode(status)
 
     def outcome(self, mutant: Mutant, after: str, tests: list[str]) -> str:
         """What tests make of a fault."""
         source, place = (ROOT / mutant.path).read_bytes(), self.root / mutant.path
-        self._write(place, mutant.written(source, after))
-        code = self.call("-m", "pytest", "-qx", "-p", "no:cacheprovider", *tests, limit=LIMIT).returncode
-        self._write(place, source)
+        place.write_bytes(source[: mutant.start] + after.encode() + source[mutant.end :])
+        self.writes += 1
+        os.utime(place, (1e9 + self.writes,) * 2)  # by which Python knows that its bytecode is stale
+        code = self.code(lambda: pytest.main([*QUICK, "-x", *tests]), LIMIT)
+        place.write_bytes(source)
         return OUTCOMES.get(code, "killed")
 
-    def _write(self, place: pathlib.Path, content: bytes) -> None:
-        """A source with a time of its own, by which Python knows that its bytecode is stale."""
-        self.writes += 1
-        place.write_bytes(content)
-        os.utime(place, (1e9 + self.writes,) * 2)
+    def traced(self, folder: str) -> Traced:
+        """What each quick test of a folder runs of the rooms that it is near to."""
+        rooms, out = [room for room in ROOMS if folder in NEAR[room]], self.root / "traced.json"
+
+        def trace() -> None:
+            tracer = Tracer(self.root / "afo_sim", rooms)
+            pytest.main([*QUICK, f"tests/{folder}"], [tracer])
+            out.write_text(json.dumps(tracer.tests()), encoding="utf-8")
+
+        self.code(trace)
+        return json.loads(out.read_text(encoding="utf-8"))
 
 
-def traced(copy: Copy, file: pathlib.Path) -> Traced:
-    """What each test of `TESTS` runs; of a room in which no file of tests is new it is read from a file."""
+def near_tests(folders: tuple[str, ...], copy: Copy, file: pathlib.Path) -> Traced:
+    """What tests of folders run; if neither they nor the rooms near them changed, it is read from a file."""
     known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-    for room in TESTS:
-        files = sorted((copy.root / "tests" / room).rglob("*.py"))
+    for folder in folders:
+        parts = [f"tests/{folder}", *(f"afo_sim/{room}" for room in ROOMS if folder in NEAR[room])]
+        files = sorted(path for part in parts for path in (ROOT / part).rglob("*.py"))
         digest = hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
-        if known.get(room, [""])[0] != digest:
-            print(f"tracing tests/{room}", file=sys.stderr, flush=True)
-            known[room] = digest, json.loads(copy.call("-c", TRACE, f"tests/{room}").stdout)
+        if known.get(folder, [""])[0] != digest:
+            print(f"tracing tests/{folder}", file=sys.stderr, flush=True)
+            known[folder] = digest, copy.traced(folder)
             file.write_text(json.dumps(known), encoding="utf-8")
-    return {test: seen for _, tests in known.values() for test, seen in tests.items()}
+    return {test: seen for folder in folders for test, seen in known[folder][1].items()}
 
 
 def near(mutant: Mutant, tests: Traced) -> list[str]:
-    """Tests that run a mutant's line, or its room compiled; the nearest first, of these the fastest.
-
-    Of a line that none runs, such as a constant's, those that run its file or are named like it.
-    """
+    """Tests that run a line, a constant's file, its room compiled; the nearest first, then the fastest."""
     at = mutant.path.removeprefix("afo_sim/")
     own, stem = f"tests/{mutant.room}/", pathlib.Path(at).stem
 
@@ -250,9 +265,10 @@ def near(mutant: Mutant, tests: Traced) -> list[str]:
         return not here, at not in lines, stem not in test, own not in test, seconds
 
     found: list[str] = []
-    spent, run = 0.0, any(not away(test)[0] for test in tests)
+    spent = 0.0
     for test in sorted(tests, key=away):
-        if run and away(test)[0] and not (mutant.room in COMPILED and STEPPED in tests[test][1]):
+        compiled = mutant.room in COMPILED and STEPPED in tests[test][1]
+        if mutant.within and away(test)[0] and not compiled:
             continue
         files = {name.split("::")[0] for name in (*found, test)}
         if len(files) <= FILES and (not found or spent + tests[test][0] < SECONDS):
@@ -262,32 +278,33 @@ def near(mutant: Mutant, tests: Traced) -> list[str]:
 
 
 def tried(mutant: Mutant, tests: Traced, copy: Copy) -> Row:
-    """What becomes of a mutant, and its line before and after."""
-    chosen, begun = near(mutant, tests), time.perf_counter()
-    outcome = copy.outcome(mutant, mutant.after, chosen)
-    if outcome == "survived" == copy.outcome(mutant, "nowhere", chosen):
+    """What becomes of a mutant."""
+    chosen = near(mutant, tests)
+    outcome = copy.outcome(mutant, mutant.after, chosen) if chosen else "unreached"
+    unknown = mutant.room in COMPILED or not mutant.within  # whether a test has run it
+    if unknown and outcome == "survived" == copy.outcome(mutant, "nowhere", chosen):
         outcome = "unreached"
-    source = (ROOT / mutant.path).read_bytes()
-    texts = (text.decode().split("\n") for text in (source, mutant.written(source, mutant.after)))
-    was, now = (lines[mutant.line - 1].strip() for lines in texts)
-    seconds = round(time.perf_counter() - begun, 1)
-    return asdict(mutant) | {"outcome": outcome, "was": was, "now": now, "tests": chosen, "seconds": seconds}
+    return asdict(mutant) | {"outcome": outcome, "tests": chosen}
 
 
-def campaign(out: pathlib.Path, sample: list[Mutant], again: bool) -> list[Row]:
+def rows_of(file: pathlib.Path | None) -> dict[str, Row]:
+    """The last row of each mutant in a file."""
+    lines = file.read_text(encoding="utf-8").splitlines() if file and file.exists() else []
+    return {row["key"]: row for row in map(json.loads, lines)}
+
+
+def campaign(out: pathlib.Path, sample: list[Mutant]) -> list[Row]:
     """Try mutants, and write each as it is found; those that a file holds already are read from it."""
-    rows = [json.loads(line) for line in out.read_text("utf-8").splitlines()] if out.exists() else []
-    known = {row["key"]: row for row in rows if row["outcome"] == "killed" or not again}
+    known = rows_of(out)
     with tempfile.TemporaryDirectory() as folder, out.open("a", encoding="utf-8") as file:
         copy = Copy(pathlib.Path(folder))
-        tests = traced(copy, out.with_suffix(".traced.json"))
-        for k, mutant in enumerate(sample):
-            if str(mutant) not in known:
-                row = known[str(mutant)] = {"key": str(mutant)} | tried(mutant, tests, copy)
-                file.write(json.dumps(row) + "\n")
-                file.flush()
-                print(f"{k + 1} of {len(sample)}: {in_words(row)}", file=sys.stderr, flush=True)
-    return [known[str(mutant)] for mutant in sample]
+        for mutant in (mutant for mutant in sample if mutant.key not in known):
+            tests = near_tests(NEAR[mutant.room], copy, out.with_name("mutants.traced.json"))
+            row = known[mutant.key] = tried(mutant, tests, copy)
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+            print(in_words(row), file=sys.stderr, flush=True)
+    return [known[mutant.key] for mutant in sample]
 
 
 def in_words(row: Row) -> str:
@@ -295,25 +312,27 @@ def in_words(row: Row) -> str:
     return f"{row['outcome']}: {row['path']}:{row['line']}: {row['kind']}: {row['was']} → {row['now']}"
 
 
-def report(rows: list[Row]) -> Iterator[str]:
-    """Counts of each room, and what was not killed."""
+def report(rows: list[Row], before: dict[str, Row]) -> Iterator[str]:
+    """Counts of each room, what was not killed, and what was killed before."""
     for room in dict.fromkeys(row["room"] for row in rows):
         counts = collections.Counter(row["outcome"] for row in rows if row["room"] == room)
         yield f"{room}: {counts.total()} mutants: " + ", ".join(f"{n} {what}" for what, n in counts.items())
     yield from (in_words(row) for row in rows if row["outcome"] in ("survived", "unreached"))
+    fell = (row for row in rows if row["outcome"] != "killed" == before.get(row["key"], row)["outcome"])
+    yield from (f"killed before: {in_words(row)}" for row in fell)
 
 
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("out", type=pathlib.Path, help="JSON lines, one a mutant; it goes on with them")
-    parser.add_argument("--mutants", type=int, default=150)
+    parser.add_argument("--mutants", type=int, default=8, help="of each room")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--rooms", nargs="+", choices=ROOMS, default=ROOMS)
-    parser.add_argument("--again", action="store_true", help="try those again that were not killed")
+    parser.add_argument("--against", type=pathlib.Path, help="rows of another state: what was killed there")
     asked = parser.parse_args()
-    sample = drawn(asked.rooms, asked.mutants, asked.seed)
-    print("\n".join(report(campaign(asked.out, sample, asked.again))))
+    sample = [mutant for room in asked.rooms for mutant in drawn(room, asked.mutants, asked.seed)]
+    print("\n".join(report(campaign(asked.out, sample), rows_of(asked.against))))
 
 
 if __name__ == "__main__":

@@ -90,6 +90,17 @@ def test_numbers_of_a_walk_by_hand() -> None:
     assert (found["right/scuffs"], found["left/scuffs"]) == (0.4, 0.2)
 
 
+def test_a_walk_that_fell_before_its_third_stride_has_no_numbers_of_strides() -> None:
+    whole = walked()
+    short = {name: values[:200] for name, values in whole.columns.items()}
+    found = numbers(Walked(whole.body, short, 1.99))
+    assert {name: value for name, value in found.items() if not math.isnan(value)} == {
+        "duration": 1.99,
+        "fell": 1.0,
+        "strides": 0.0,
+    }
+
+
 @pytest.mark.parametrize(("rows", "verdict"), [(110, "agrees"), (150, "disagrees")])
 def test_a_step_beside_the_norms(monkeypatch: pytest.MonkeyPatch, rows: int, verdict: str) -> None:
     """Half a stride; and the norm's length times its cadence is the speed that both walk at."""
