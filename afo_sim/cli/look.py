@@ -3,7 +3,6 @@
 import functools
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -193,10 +192,6 @@ def check_run_command(
         sys.exit(1)
 
 
-_Paths = list[Path]
-_Report = Callable[[int, int, str], None]
-
-
 @app.command()
 def draw(
     orthosis: Annotated[
@@ -229,54 +224,33 @@ def draw(
         raise InputError(
             "is out of range", field="--pressure", value=pressure, allowed="above 0 bar, to 20 bar"
         )
-    paths = list(out or [])
     with progress("reading") as report:
-        from afo_sim.show import AIR, VIEWS
+        from afo_sim import show
+        from afo_sim.model.design import design
 
-        if view not in VIEWS:
-            raise unknown(view, VIEWS, field="--view", problem="is not a valid view")
-        draw_view = _draw_air if view == AIR else _draw_design
-        paths, lines = draw_view(orthosis, leg, full, paths, force, report)
+        if view not in show.VIEWS:
+            raise unknown(view, show.VIEWS, field="--view", problem="is not a valid view")
+        air = view == show.AIR
+        if air:
+            show.refuse_leg(leg, "--leg")
+        show.check_files(out or [], force=force, view=view)
+        if air:
+            scheme = show.scheme_of(orthosis, full)
+            name, lines, write = scheme.name, show.ways(scheme), functools.partial(show.write_air, scheme)
+        else:
+            found = design(orthosis, leg=leg, pressure=full)
+            name = found.built.scenario.orthosis.name or "orthosis"
+            lines = [f"warning: {warning}" for warning in found.warnings]
+            write = functools.partial(show.write_drawing, found)
+        paths = list(out or [Path(f"{name}-{view}.pdf")])
+        show.check_files(paths, force=force, view=view)
+        for done, path in enumerate(paths):
+            report(done, len(paths), "drawing")
+            write(path)
     for line in lines:
         print(line)
     for path in paths:
         print(f"written to {path}")
-
-
-def _draw_design(
-    orthosis: str, leg: str | None, full: float | None, paths: _Paths, force: bool, report: _Report
-) -> tuple[_Paths, list[str]]:
-    """The files that are written, and what is to be reported."""
-    from afo_sim.model.design import design
-    from afo_sim.show import check_files, write_drawing
-
-    check_files(paths, force=force)
-    found = design(orthosis, leg=leg, pressure=full)
-    if not paths:
-        paths = [Path(f"{found.built.scenario.orthosis.name or 'orthosis'}-design.pdf")]
-        check_files(paths, force=force)
-    for done, path in enumerate(paths):
-        report(done, len(paths), "drawing")
-        write_drawing(found, path)
-    return paths, [f"warning: {warning}" for warning in found.warnings]
-
-
-def _draw_air(
-    orthosis: str, leg: str | None, full: float | None, paths: _Paths, force: bool, report: _Report
-) -> tuple[_Paths, list[str]]:
-    """The files that are written, and each chamber's ways."""
-    from afo_sim.show import AIR, check_files, refuse_leg, scheme_of, ways, write_air
-
-    refuse_leg(leg, "--leg")
-    check_files(paths, force=force, view=AIR)
-    scheme = scheme_of(orthosis, full)
-    if not paths:
-        paths = [Path(f"{scheme.name}-air.pdf")]
-        check_files(paths, force=force, view=AIR)
-    for done, path in enumerate(paths):
-        report(done, len(paths), "drawing")
-        write_air(scheme, path)
-    return paths, ways(scheme)
 
 
 _STUDIES = {

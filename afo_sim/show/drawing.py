@@ -309,19 +309,12 @@ def _axis(figure: Any, box: Box) -> Any:
     return figure.add_axes((left / PAGE[0], bottom / PAGE[1], width / PAGE[0], height / PAGE[1]))
 
 
-def _suffix_of(path: pathlib.Path, view: str = _DESIGN) -> str:
-    """The format that a file's name asks for."""
-    suffix = path.suffix.lower().removeprefix(".")
-    if suffix not in VIEWS[view]:
-        allowed = ", ".join(f".{each}" for each in VIEWS[view])
-        raise InputError("is not a format of a drawing", file=path, allowed=f"a name that ends in {allowed}")
-    return suffix
-
-
 def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str = _DESIGN) -> None:
     """Refuse files that cannot be written, or that are there already, before anything is computed."""
     for path in paths:
-        _suffix_of(path, view)
+        if path.suffix.lower().removeprefix(".") not in VIEWS[view]:
+            allowed = f"a name that ends in {', '.join(f'.{each}' for each in VIEWS[view])}"
+            raise InputError("is not a format of a drawing", file=path, allowed=allowed)
         if path.is_dir():
             raise InputError("is a folder, and a file of that name is to be written", file=path)
         if path.exists() and not force:
@@ -331,7 +324,7 @@ def check_files(paths: Sequence[pathlib.Path], *, force: bool = False, view: str
 
 def write_drawing(found: Design, path: pathlib.Path) -> None:
     """Draw a design and write it, whole or not at all."""
-    if _suffix_of(path) == _RERUN:
+    if path.suffix.lower() == f".{_RERUN}":
         from afo_sim.show.rerun.design_recording import write_design
 
         with replacing(path) as temporary:
@@ -408,21 +401,15 @@ def draw(
     if path is not None:
         check_files([path], force=True, view=view)
     if view == AIR:
-        return _draw_air(orthosis, path, leg, pressure)
+        refuse_leg(leg)
+        scheme = scheme_of(orthosis, pressure)
+        if path is not None:
+            write_air(scheme, path)
+        return scheme
     found = design(orthosis, leg=leg, pressure=pressure)
     if path is not None:
         write_drawing(found, path)
     return found
-
-
-def _draw_air(
-    orthosis: Source, path: pathlib.Path | None, leg: str | None, pressure: float | str | None
-) -> AirScheme:
-    refuse_leg(leg)
-    scheme = scheme_of(orthosis, pressure)
-    if path is not None:
-        write_air(scheme, path)
-    return scheme
 
 
 def refuse_leg(leg: str | None, field: str = "leg") -> None:

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from afo_sim.metrics import UNITS, number
+from afo_sim.show.run_names import begun
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording
 from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, NOTICED, PITCH, TORQUE, WORK, Effects
@@ -119,7 +120,7 @@ def markdown(recording: Recording) -> str:
         return f"*Left out: {left_out}.*" if left_out else ""
     told = [f"Since {_WHY[found.aim]}. Each step alone, in its own run.", ""]
     if not found.helping:
-        return "\n".join([*told, f"**{_NONE[0].upper()}{_NONE[1:]}.**"])
+        return "\n".join([*told, f"**{begun(_NONE)}.**"])
     _, head, rows = table(found)
     ruled = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
     return "\n".join([*told, *(f"| {' | '.join(row)} |" for row in ruled)])
@@ -154,11 +155,8 @@ def change(effect: Effect) -> str:
 def _values(effect: Effect) -> str:
     before, _, unit = effect.before.partition(" ")
     after = effect.after.removesuffix(f" {unit}") if unit else effect.after
-    return f"{before} → {after} {_spelled(unit)}".rstrip().replace("-", "−")
-
-
-def _spelled(unit: str) -> str:
-    return unit.replace("^3", "³").replace("*", "·")
+    unit = unit.replace("^3", "³").replace("*", "·")
+    return f"{before} → {after} {unit}".rstrip().replace("-", "−")
 
 
 def _in_short(effect: Effect, found: Effects) -> str:
@@ -202,7 +200,7 @@ def _table(run: RunView, found: Effects) -> _EffectsTable:
         drawn=tuple(n in _BARS for n in names),
         first=tuple(_rows(found, [e for e in shown if e.name in best], names, longest)),
         others=tuple(_rows(found, [e for e in shown if e.name not in best], names, longest)),
-        sentences=tuple(each[0].upper() + each[1:] for each in sentences(found, _FEW)),
+        sentences=tuple(map(begun, sentences(found, _FEW))),
         none="" if found.helping else _NONE,
         idle="; ".join(found.idle),
         not_run=tuple(_not_run(found)),

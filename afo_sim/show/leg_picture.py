@@ -36,19 +36,14 @@ def _page(figure: Any, leg: Tree, title: str) -> None:
         axis.margins(0.12)
         axis.set_aspect("equal", adjustable="datalim")
     axes[0].set_ylabel("above the ankle [mm]")
-    reach = 1e3 * _foot_reach(leg)
+    own = [moved(from_ankle(leg, part), surface(shape)) for part in leg.below(FOOT) for shape in part.shapes]
+    reach = 1e3 * (float(np.concatenate(own)[:, 0].max()) if own else 0.2)  # of the foot's foremost point
     _stops(axes[0], numbers, 1.2 * reach)
     axes[1].plot([-0.35 * reach, 0.35 * reach], [0.0, 0.0], color=RED, lw=1.2)
     axes[1].annotate("ankle's axis", (0.35 * reach, 0.0), (3, 3), textcoords="offset points", color=RED)
     axes[1].invert_xaxis()  # who looks at the toes has the leg's left at the right hand
     figure.suptitle(plain(title, 90))
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-
-
-def _foot_reach(leg: Tree) -> float:
-    """From the ankle to the foremost point of the foot [m]."""
-    own = [moved(from_ankle(leg, part), surface(shape)) for part in leg.below(FOOT) for shape in part.shapes]
-    return float(np.concatenate(own)[:, 0].max()) if own else 0.2
 
 
 def _silhouette(axis: Any, pose: np.ndarray, shape: Shape, columns: tuple[int, int], colour: str) -> None:

@@ -95,14 +95,9 @@ def decisive(
     return [*known, *of_walker(scenario)]
 
 
-def _side_of(scenario: Mapping[str, Any]) -> str:
-    """Side of the leg that is simulated, of a resolved scenario; of one older than sides the right."""
-    return scenario.get("side") or scenario["leg"].get("side", "right")
-
-
 def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
     """What is mirrored onto the simulated leg, and what of it does not move."""
-    side = _side_of(scenario)
+    side = scenario.get("side") or scenario["leg"].get("side", "right")  # of one older than sides the right
     found: list[Notice] = []
     worn = {"orthosis": "orthosis"} if scenario["orthosis"].get("muscle") else {}
     parts = {"leg": "leg file"} | worn

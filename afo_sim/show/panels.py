@@ -100,16 +100,13 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
         axis.step(
             first.recording["time"], reference, where="post", color=GREY, lw=0.8, ls=":", label="asked for"
         )
-    axis.set_ylabel(f"{first.joint} angle [deg]\n{_directions(first, over)}")
+    signs = "plantarflexion –  |  + dorsiflexion" if over == "cycle" else f"{first.positive} +"
+    axis.set_ylabel(f"{first.joint} angle [deg]\n{signs}")
     if over == "time":
         _keep_still(axis, runs)
         if len(runs) == 1:
             shade_stance(axis, first)
             _mark_range(axis, first)
-
-
-def _directions(run: RunView, over: Over) -> str:
-    return "plantarflexion –  |  + dorsiflexion" if over == "cycle" else f"{run.positive} +"
 
 
 def _keep_still(axis: Any, runs: Sequence[RunView]) -> None:
@@ -155,18 +152,12 @@ def sole(axis: Any, runs: Sequence[RunView]) -> None:
     run = runs[0]
     time = run.recording["time"]
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
-    recorded = _recorded_heights(run)
     for name, colour in SOLE.items():
-        axis.plot(time, 1e3 * recorded[name], color=colour, ls="--", lw=0.8)
+        axis.plot(time, 1e3 * run.recording[f"gait/{name}_height"], color=colour, ls="--", lw=0.8)
         mean_and_spread(axis, 1e3 * run.recording[f"{name}/height"][None, :], colour, name, time)
     axis.plot([], [], color=GREY, ls="--", lw=0.8, label=run.recorded)
     axis.set_ylabel("height of the sole\nabove the floor [mm]")
     shade_stance(axis, run)
-
-
-def _recorded_heights(run: RunView) -> dict[str, np.ndarray]:
-    """Heights of points of the sole, were the ankle as recorded on the same shank [m]."""
-    return {name: run.recording[f"gait/{name}_height"] for name in SOLE}
 
 
 def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:

@@ -29,7 +29,7 @@ from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import doubts, of_walker, readable, undefined
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
 from afo_sim.show.report_walkers import walkers
-from afo_sim.show.run_names import apart, in_words
+from afo_sim.show.run_names import apart, begun, in_words
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
 from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_recording
@@ -177,11 +177,7 @@ def headed(text: str) -> tuple[str, str]:
     """A note or warning as (head, rest): its first clause, to a bracket where it is long, and all else."""
     head = found[0] if (found := _HEAD.match(text)) else ""
     head = head if len(head) <= _LONGEST else head.partition(" (")[0]
-    return (_begun(head), text[len(head) :]) if 0 < len(head) <= _LONGEST else ("", _begun(text))
-
-
-def _begun(text: str) -> str:
-    return text[:1].upper() + text[1:]
+    return (begun(head), text[len(head) :]) if 0 < len(head) <= _LONGEST else ("", begun(text))
 
 
 NAME = "report.html"
@@ -317,7 +313,7 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     others = [run for run in runs if run not in walking and len(run.recording["time"]) > 1]
     return rendered(
         _TEMPLATE,
-        title=_begun(_title(runs, " compared with" if both is None else " and")),
+        title=begun(_title(runs, " compared with" if both is None else " and")),
         walkers=walkers(walking),
         leads=[(run, verdict.lead(run.recording, len(runs))) for run in judged if run.recording.verdict],
         runs=runs,
@@ -329,7 +325,7 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         effects=effects.of_report(judged),
         bands=bands.of_report(judged),
         notes=list(_notes(runs)),
-        remarks=[_begun(remark) for remark in remarks(runs)],
+        remarks=[begun(remark) for remark in remarks(runs)],
         warnings=[(run, headed(warning)) for run in runs for warning in run.recording.warnings],
         scenario=list(_scenario_rows(runs)),
         over_cycle=list(figures_over_cycle(walking)) if walking else [],

@@ -13,6 +13,11 @@ _LONGEST = 60  # letters of a name
 _CLAUSE = r"[,;:] "  # ends one
 
 
+def begun(text: str) -> str:
+    """A text as the beginning of a sentence."""
+    return text[:1].upper() + text[1:]
+
+
 def in_words(scenario: Mapping[str, Any]) -> tuple[str, list[str]]:
     """A scenario's description, and each value that was set otherwise with its key in words."""
     whole = scenario.get("description") or ""

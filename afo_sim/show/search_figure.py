@@ -26,7 +26,8 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
 
     def fill(figure: Any) -> None:
         axes = figure.subplots(rows, across, sharex=True, squeeze=False).ravel()
-        so_far = _best_so_far(problem, columns)
+        ends = np.append(np.flatnonzero(np.diff(columns["generation"])) + 1, len(columns["generation"]))
+        so_far = np.array([best_of(problem.aim, {n: c[:end] for n, c in columns.items()}) for end in ends])
         _objective(axes[0], problem, units, columns, so_far)
         for axis, limit in zip(axes[1:], aim.limits, strict=False):
             _limit(axis, problem, limit, units, columns, so_far)
@@ -41,12 +42,6 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
         figure.legend(handles, labels, loc="outside upper left", ncols=4)
 
     write_figure(path, (_PANEL[0] * across, _PANEL[1] * rows + 0.5), fill)
-
-
-def _best_so_far(problem: Problem, columns: Columns) -> np.ndarray:
-    """Row of the best design up to each generation."""
-    ends = np.append(np.flatnonzero(np.diff(columns["generation"])) + 1, len(columns["generation"]))
-    return np.array([best_of(problem.aim, {n: c[:end] for n, c in columns.items()}) for end in ends])
 
 
 def _dots(

@@ -57,6 +57,7 @@ def _page(figure: Any, trials: Sequence[Trial], compared: Sequence[Comparison], 
     down = -(-len(trials) // across)
     alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
     axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=alike)
+    same = all(np.array_equal(t.plan.set_points, trials[0].plan.set_points) for t in trials)
     for k in range(down * across):
         row, column = divmod(k, across)
         own = axes[tall * row : tall * (row + 1), column]
@@ -67,12 +68,8 @@ def _page(figure: Any, trials: Sequence[Trial], compared: Sequence[Comparison], 
         fill(own, trials[k], compared[k] if compared else None)
         own[0].set_title(_title(trials[k]), loc="left")
         own[0].tick_params(labelbottom=True, labelleft=True)
-        if not _same_points(trials) or k == across - 1:
+        if not same or k == across - 1:
             _legend(own[0], trials[k], compared)
-
-
-def _same_points(trials: Sequence[Trial]) -> bool:
-    return all(np.array_equal(t.plan.set_points, trials[0].plan.set_points) for t in trials)
 
 
 def _title(trial: Trial) -> str:

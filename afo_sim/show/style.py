@@ -88,22 +88,9 @@ def wrapped(text: str, letters: int = 26) -> str:
 
 @functools.cache
 def _has_glyph(character: str) -> bool:
-    return bool(_font().get_char_index(ord(character)))
+    from matplotlib.font_manager import FontProperties, findfont, get_font  # which keep what they found
 
-
-@functools.cache
-def _font() -> Any:
-    from matplotlib.font_manager import FontProperties, findfont, get_font
-
-    return get_font(findfont(FontProperties()))
-
-
-def _format_of(path: pathlib.Path) -> str:
-    """The format that a figure's name asks for."""
-    suffix = path.suffix.lower().removeprefix(".")
-    if suffix not in FORMATS:
-        raise InputError("is not a format of a figure", file=path, allowed=", ".join(FORMATS))
-    return suffix
+    return bool(get_font(findfont(FontProperties())).get_char_index(ord(character)))
 
 
 def styled(**own: Any) -> Any:
@@ -115,7 +102,9 @@ def styled(**own: Any) -> Any:
 
 def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
     """Draw a figure and write it, whole or not at all."""
-    suffix = _format_of(path)
+    suffix = path.suffix.lower().removeprefix(".")
+    if suffix not in FORMATS:
+        raise InputError("is not a format of a figure", file=path, allowed=", ".join(FORMATS))
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
 
     with styled():

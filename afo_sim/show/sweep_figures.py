@@ -98,7 +98,8 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
         look = scale(results, metric)
         values = look.factor * results[metric]
         found = spread(values)
-        bins = np.histogram_bin_edges(values[np.isfinite(values)], bins=_bins(found.count))
+        count = int(np.clip(2.0 * found.count ** (1.0 / 3.0), 5, 40))  # Rice's rule
+        bins = np.histogram_bin_edges(values[np.isfinite(values)], bins=count)
         axis.axvspan(found.low_5, found.high_95, color="0.94", lw=0.0, zorder=0)
         axis.hist(values, bins=bins, color=_PALE, edgecolor=_FULL, lw=0.6)
         axis.axvline(found.median, color=_FULL, lw=1.3)
@@ -109,10 +110,6 @@ def draw_distributions(figure: Any, results: Results, metrics: Sequence[str]) ->
         axis.set_title(wrapped(title.replace("-", "−"), 30), loc="left", fontsize=8.0, color="0.3")
     axes[0].set_ylabel("cases")
     figure.get_layout_engine().set(wspace=0.05)
-
-
-def _bins(count: int) -> int:
-    return int(np.clip(2.0 * count ** (1.0 / 3.0), 5, 40))  # Rice's rule
 
 
 def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[str, Effect]]) -> None:

@@ -30,7 +30,13 @@ def _page(figure: Any, maps: list[TorqueMap], title: str) -> None:
             look = {"color": colours[column], **marked(found.angles, MARKERS[column % len(MARKERS)])}
             axis.plot(np.degrees(found.angles), found.torque[:, column], label=label, **look)
         if found.joint == "ankle" and found.torque.max() > -found.torque.min():
-            _mark_needs(axis, float(np.degrees(found.angles[-1])))
+            for (phase, (low, high)), shade in zip(NEEDS.items(), (COLOURS[2], COLOURS[0]), strict=True):
+                axis.axhspan(low, high, color=shade, alpha=0.25, lw=0.0)
+                text, place = (
+                    f"{phase} needs {low:g}–{high:g} N·m ",
+                    (float(np.degrees(found.angles[-1])), high),
+                )
+                axis.text(*place, text, ha="right", va="bottom", color=ink(shade), fontsize=8.0)
         _shade_stretch(axis, found)
         axis.axhline(0.0, color=ZERO, lw=0.8)
         positive = JOINTS[found.joint].directions[0]
@@ -40,14 +46,6 @@ def _page(figure: Any, maps: list[TorqueMap], title: str) -> None:
         where = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 4}  # below all bands and curves
         axis.legend(title="gauge pressure", title_fontsize=8.0, alignment="left", **where)
     figure.suptitle(plain(title, None), x=0.01, ha="left", fontsize=9.0)
-
-
-def _mark_needs(axis: Any, right: float) -> None:
-    """A band for each need, with its name at the right end of the angles [deg]."""
-    for (phase, (low, high)), shade in zip(NEEDS.items(), (COLOURS[2], COLOURS[0]), strict=True):
-        axis.axhspan(low, high, color=shade, alpha=0.25, lw=0.0)
-        text = f"{phase} needs {low:g}–{high:g} N·m "
-        axis.text(right, high, text, ha="right", va="bottom", color=ink(shade), fontsize=8.0)
 
 
 def _shade_stretch(axis: Any, found: TorqueMap) -> None:

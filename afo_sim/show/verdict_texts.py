@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from afo_sim.metrics import AIR, HEEL, HELP, LIFT, NO_DEVICE, PUSH_OFF, QUESTIONS, SKIN, Answer
+from afo_sim.show.run_names import begun
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording, limits_of
 
@@ -77,6 +78,9 @@ def lead(recording: Recording, among: int = 1) -> str:
     return " ".join(found)
 
 
+_NOT_COMPARED = "Not compared with a walk without the device."  # beside runs that are
+
+
 def _shown(answer: Answer) -> str:
     return answer.name.replace("_", "-")
 
@@ -110,7 +114,10 @@ def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
         named = [(run, {a.name: a for a in answers}.get(name)) for run, answers in judged]
         if not any(answer for _, answer in named):
             continue
-        cells = tuple(_cell(run, answer or _without(name)) for run, answer in named)
+        cells = tuple(
+            _cell(run, answer or Answer(name, QUESTIONS[name], "unknown", _NOT_COMPARED, ""))
+            for run, answer in named
+        )
         limits = {cell.limit for cell in cells if cell.answer.limit}
         rows.append(_VerdictRow(QUESTIONS[name], limits.pop() if len(limits) == 1 else "", cells))
     return rows
@@ -119,16 +126,7 @@ def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:
 def _cell(run: RunView, answer: Answer) -> _Cell:
     kinds = f" [{_kinds(run.recording, answer)}]" if answer.brief and answer.limit else ""
     stated = limit(run.recording, answer) if answer.limit else ""
-    return _Cell(run, answer, badge(answer), _capital(answer.brief or answer.text) + kinds, stated)
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def _without(name: str) -> Answer:
-    """The answer of a run that has none beside others that have one."""
-    return Answer(name, QUESTIONS[name], "unknown", "Not compared with a walk without the device.", "")
+    return _Cell(run, answer, badge(answer), begun(answer.brief or answer.text) + kinds, stated)
 
 
 def limit(recording: Recording, answer: Answer) -> str:

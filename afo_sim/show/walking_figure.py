@@ -204,8 +204,9 @@ def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
     _line(axis, NEAR, 16.0, shift, [pose.neck, pose.hip])
     axis.plot(*(pose.head - shift), "o", color=NEAR, ms=22.0)
     _draw_leg(axis, NEAR, (7.0, 4.0), shift, pose.hip, pose.knee, pose.ankle, pose.sole)
+    shank = pose.ankle - pose.knee
     for path in pose.muscles:
-        cuff = pose.knee + (pose.ankle - pose.knee) * _share(pose, path[0])
+        cuff = pose.knee + shank * float((path[0] - pose.knee) @ shank / (shank @ shank))  # where it stands
         _line(axis, MOUNT, 5.0, shift, [cuff, path[0]])
         _line(axis, DEVICE, 2.5, shift, path)
     if phase > figure.stride.toe_off:
@@ -216,12 +217,6 @@ def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
         look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 13.0, "weight": "bold"}
         axis.text(0.0, -0.16, f"toe {above(low)}", color=colour, **look)
     _draw_floor(axis, float(shift[0]))
-
-
-def _share(pose: Pose, point: np.ndarray) -> float:
-    """Where a point stands along the shank, from the knee (0) to the ankle (1)."""
-    shank = pose.ankle - pose.knee
-    return float((point - pose.knee) @ shank / (shank @ shank))
 
 
 def _draw_leg(

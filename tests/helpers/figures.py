@@ -1,6 +1,7 @@
 """Reading panels of figures back."""
 
 import gc
+import pathlib
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,19 @@ def leave_blank(monkeypatch: pytest.MonkeyPatch) -> None:
         save(Figure(figsize=(1.0, 1.0)), *place, **options | {"dpi": 20})
 
     monkeypatch.setattr(Figure, "savefig", save_blank)
+
+
+def lay_out(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """Figures as they are laid out for their files from now on; the files stay empty."""
+    found: list[Figure] = []
+
+    def save(figure: Figure, path: pathlib.Path, **_: object) -> None:
+        figure.draw_without_rendering()
+        path.touch()
+        found.append(figure)
+
+    monkeypatch.setattr(Figure, "savefig", save)
+    return found
 
 
 def opengl_missing() -> str:

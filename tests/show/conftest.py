@@ -1,8 +1,12 @@
 """Runs that several files of tests show, made once."""
 
+import dataclasses
+import json
 import pathlib
+from typing import Any
 
 import pytest
+from figures import lay_out
 
 import afo_sim
 from afo_sim.simulation import Recording
@@ -10,10 +14,12 @@ from afo_sim.simulation import Recording
 
 @pytest.fixture(scope="session")
 def walks() -> dict[str, Recording]:
-    """Walking without and with an orthosis, and a seated run."""
+    """Walking without and with an orthosis and with short links, and a seated run."""
+    pitch = {"limits.contact_pitch": ["5 deg", "0 deg"]}
     return {
         "bare": afo_sim.run("walk-dropfoot", {"duration": "4 s"}),
         "worn": afo_sim.run("walk-dropfoot-afo", {"duration": "4 s"}),
+        "short": afo_sim.run("walk-dropfoot-afo-short", {"duration": "4 s"} | pitch),
         "sitting": afo_sim.run("seated", {"duration": "2 s", "record_rate": "100 Hz"}),
     }
 
@@ -22,4 +28,30 @@ def walks() -> dict[str, Recording]:
 def folders(walks: dict[str, Recording], tmp_path_factory: pytest.TempPathFactory) -> dict[str, pathlib.Path]:
     """The folders of `walks`."""
     base = tmp_path_factory.mktemp("walks")
-    return {name: run.save(base / name, rrd=False) for name, run in walks.items()}
+    return {name: run.save(base / name, rrd=False) for name, run in walks.items() if name != "short"}
+
+
+@pytest.fixture(scope="session")
+def studied(walks: dict[str, Recording]) -> Recording:
+    """The walk with an orthosis, with what `with_studies` found of it: effects, and a band of 120 draws."""
+    kept = json.loads(pathlib.Path(__file__).with_name("studies.json").read_text(encoding="utf-8"))
+    return dataclasses.replace(walks["worn"], studies=kept)
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports with empty figures, for tests that read their words."""
+    from afo_sim.show import report, report_figures
+
+    def empty(name: str, count: int, height: float, draw: Any, runs: Any, caption: tuple[str, str]) -> Any:
+        keys = tuple(("", run.label) for run in runs)
+        return report_figures._Drawing(("<svg role='img'></svg>",) * count, keys, *caption)
+
+    monkeypatch.setattr(report_figures, "_figure", empty)
+    monkeypatch.setattr(report, "walkers", lambda runs: [])
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Figures as they are laid out for their files, which stay empty."""
+    return lay_out(monkeypatch)

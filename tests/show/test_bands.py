@@ -1,23 +1,24 @@
 """Bands on the terminal, in the viewer and in the report: what they say, and that it is what was found."""
 
 import dataclasses
-import pathlib
 import re
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
-import afo_sim
-from afo_sim.show import bands, write_report
+from afo_sim.show import RunView, bands, panels, report_figures
 from afo_sim.show.panels import UNKNOWN_LABEL
+from afo_sim.show.report import page
+from afo_sim.show.run_view import alone
 from afo_sim.simulation import Recording
 
 DRAWS = 120
 
 
-@pytest.fixture(scope="module")
-def walk() -> Recording:
-    return afo_sim.uncertainty("walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"}, draws=DRAWS)
+@pytest.fixture(scope="session")
+def walk(studied: Recording) -> Recording:
+    return studied
 
 
 def changed(walk: Recording, **facts: Any) -> Recording:
@@ -113,33 +114,27 @@ def test_the_viewer_has_a_row_for_each_number(walk: Recording) -> None:
     assert len(rows) == len(walk.studies["uncertainty"]["metrics"]) + 1
 
 
-def test_the_report_has_table_bars_and_bands_of_curves(tmp_path: pathlib.Path, walk: Recording) -> None:
-    walk.save(tmp_path / "walk", rrd=False)
-    plain = dataclasses.replace(walk, studies={})
-    plain.save(tmp_path / "plain", rrd=False)
-    both = write_report([tmp_path / "walk", tmp_path / "plain"], tmp_path / "both.html")
-    with_bands = both.read_text(encoding="utf-8")
-    without = write_report([tmp_path / "plain"]).read_text(encoding="utf-8")
+@pytest.mark.usefixtures("undrawn")
+def test_the_report_has_table_bars_and_bands_of_curves(walk: Recording) -> None:
+    plain = alone(dataclasses.replace(walk, studies={}))
+    both = [RunView("with", "#1054DA", walk), dataclasses.replace(plain, label="without")]
+    with_bands, without = page(both), page([plain])
     assert "What is not known" in with_bands and "What is not known" not in without
-    assert UNKNOWN_LABEL in with_bands and UNKNOWN_LABEL not in without
+    for runs, count in ((both[:1], 2), (both[1:], 0)):
+        figures = [Figure(), Figure()]
+        report_figures.draw_walk(figures, runs)
+        assert sum(UNKNOWN_LABEL in panels.keys(figure.axes) for figure in figures) == count
     assert "no calf cuff was measured" in with_bands  # the source of a spread
-    for bar in bands.of_report([_view(walk)])[0].bars:
+    for bar in bands.of_report(both[:1])[0].bars:
         assert bar.name in with_bands
     assert with_bands.count("What the bands come from") == 1
 
 
-def _view(recording: Recording) -> Any:
-    from afo_sim.show.run_view import alone
-
-    return alone(recording)
-
-
-def test_a_name_from_a_file_cannot_break_the_page(tmp_path: pathlib.Path, walk: Recording) -> None:
+@pytest.mark.usefixtures("undrawn")
+def test_a_name_from_a_file_cannot_break_the_page(walk: Recording) -> None:
     study = walk.studies["uncertainty"]
     groups = [study["groups"][0] | {"measure": "<script>alert(1)</script>"}, *study["groups"][1:]]
-    changed(walk, groups=groups).save(tmp_path / "walk", rrd=False)
-    page = write_report([tmp_path / "walk"]).read_text(encoding="utf-8")
-    assert "<script>" not in page
+    assert "<script>" not in page([alone(changed(walk, groups=groups))])
 
 
 @pytest.mark.parametrize(("share", "told"), [(1.0, "100 %"), (0.38, "38 %"), (0.085, "8.5 %")])

@@ -4,7 +4,6 @@ import dataclasses
 
 import pytest
 
-import afo_sim as afo
 from afo_sim.metrics import Metric
 from afo_sim.show import RunView
 from afo_sim.show import effects as shown
@@ -12,6 +11,8 @@ from afo_sim.show.report import page
 from afo_sim.simulation import Recording
 from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, TORQUE, Effects
 from afo_sim.study.effects import Effect
+
+pytestmark = pytest.mark.usefixtures("undrawn")
 
 BASE = {
     CLEARANCE: Metric(4.0, "mm"),
@@ -31,9 +32,9 @@ def effects(*ranked: Effect) -> Effects:
     return Effects("lift", BASE, ranked, 0.001)
 
 
-@pytest.fixture(scope="module")
-def walked() -> Recording:
-    return afo.run("walk-dropfoot", {"duration": "2.6 s"})
+@pytest.fixture
+def walked(walks: dict[str, Recording]) -> Recording:
+    return walks["bare"]
 
 
 def told(walked: Recording, found: Effects | dict[str, str]) -> Recording:

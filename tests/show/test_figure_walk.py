@@ -25,8 +25,8 @@ STANDING = 0.05 * 75.0 * 9.80665  # 5 % of the body weight [N]
 
 
 @pytest.fixture(scope="module")
-def bare() -> Recording:
-    return afo_sim.run("walk-dropfoot", {"duration": "2.4 s"})
+def bare(walks: dict[str, Recording]) -> Recording:
+    return walks["bare"]
 
 
 @pytest.fixture(scope="module")
@@ -37,14 +37,14 @@ def helped() -> Recording:
 
 @pytest.mark.slow
 def test_figures_are_those_that_have_something_to_show(
-    bare: Recording, helped: Recording, tmp_path: pathlib.Path
+    bare: Recording, helped: Recording, tmp_path: pathlib.Path, drawn: list[Figure]
 ) -> None:
     assert set(run_figure.figures_of(bare)) == {"overview", "angle", "torque", "clearance"}
     assert set(run_figure.figures_of(helped)) == set(run_figure.FIGURES)
     for run in (bare, helped):
         for name in run_figure.figures_of(run):
             run_figure.FIGURES[name](run, tmp_path / f"{name}.png")
-            assert (tmp_path / f"{name}.png").stat().st_size > 1000
+            assert drawn[-1].axes
 
 
 def test_clearance_panel_draws_both_feet(bare: Recording) -> None:
@@ -53,7 +53,7 @@ def test_clearance_panel_draws_both_feet(bare: Recording) -> None:
     drawn = lines(axis)
     assert np.array_equal(drawn["toe"], 1e3 * bare["toe/height"])
     assert np.array_equal(drawn["ball"], 1e3 * bare["ball/height"])
-    healthy = afo_sim.run("walk-healthy", {"duration": "2.4 s"})
+    healthy = afo_sim.run("walk-healthy", {"duration": "4 s"})
     expected = 1e3 * healthy["toe/height"]
     assert axis.lines[1].get_ydata() == pytest.approx(expected, abs=5.0)
     assert np.abs(expected - drawn["toe"]).max() > 50.0  # which the drop foot's are not
@@ -62,7 +62,7 @@ def test_clearance_panel_draws_both_feet(bare: Recording) -> None:
 def test_stance_is_shaded_where_the_ground_pushes(bare: Recording) -> None:
     axis = panel(panels.sole, bare)
     spans = [patch.get_extents().transformed(axis.transData.inverted()) for patch in axis.patches]
-    assert len(spans) == len(bare.strides) == 3  # one a stride
+    assert len(spans) == len(bare.strides)  # one a stride
     for time, force in zip(bare["time"][::50], bare["ground/force/z"][::50], strict=True):
         assert any(span.x0 <= time < span.x1 for span in spans) == (force > STANDING)
 

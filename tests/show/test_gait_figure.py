@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from figures import lay_out
 from matplotlib.figure import Figure
 from understood_trial import stand_in
 
@@ -15,32 +16,12 @@ from afo_sim.gait.file import read
 from afo_sim.show import NORM, draw_gait
 
 
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """Figures as they were laid out for their files."""
-    figures: list[Figure] = []
-    savefig = Figure.savefig
-
-    def save(self: Figure, *arguments: Any, **options: Any) -> None:
-        savefig(self, *arguments, **options)
-        figures.append(self)
-
-    monkeypatch.setattr(Figure, "savefig", save)
-    return figures
-
-
 @pytest.fixture(scope="module")
 def usual(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Figure]:
     """A trial of two legs, and its page as it was laid out."""
-    done, figures = stand_in(), []
+    done = stand_in()
     with pytest.MonkeyPatch.context() as patch:
-        savefig = Figure.savefig
-
-        def save(self: Figure, *arguments: Any, **options: Any) -> None:
-            savefig(self, *arguments, **options)
-            figures.append(self)
-
-        patch.setattr(Figure, "savefig", save)
+        figures = lay_out(patch)
         draw_gait(done.cycle, tmp_path_factory.mktemp("usual") / "a.png", done)
     return done, figures[0]
 

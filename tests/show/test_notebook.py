@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaign import NIGHTLY
+from figures import leave_blank
 
 import afo_sim as afo
 from afo_sim.lab.validation import Validation
@@ -96,7 +97,8 @@ SLOW = ("fit", "stand", "fit_torque")  # half of the time of all: at night
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in RESULTS if NIGHTLY or name not in SLOW])
-def test_a_result_is_short_and_has_its_picture(name: str) -> None:
+def test_a_result_is_short_and_has_its_picture(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_blank(monkeypatch)
     make, count = RESULTS[name]
     result = make()
     page = result._repr_html_() if hasattr(result, "_repr_html_") else None
@@ -107,7 +109,8 @@ def test_a_result_is_short_and_has_its_picture(name: str) -> None:
     assert len(pictures) == count and all(picture.startswith(b"\x89PNG") for picture in pictures)
 
 
-def test_a_walk_opens_with_its_verdict_and_shows_its_bands() -> None:
+def test_a_walk_opens_with_its_verdict_and_shows_its_bands(monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_blank(monkeypatch)
     page = walked()._repr_html_()
     assert page is not None
     for answer in walked().verdict:
@@ -118,7 +121,8 @@ def test_a_walk_opens_with_its_verdict_and_shows_its_bands() -> None:
     assert seated is not None and "⚠" in seated and "range_of_motion" in seated
 
 
-def test_what_does_not_fit_is_counted() -> None:
+def test_what_does_not_fit_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    leave_blank(monkeypatch)
     page = afo.load("orthosis", "s1").with_values(name="", description="x" * 1400)._repr_html_()
     assert page is not None and re.search(r"… and \d+ more lines than have room here", page)
     many = dataclasses.replace(sat(), columns={f"column/{k}": np.zeros(2) for k in range(400)})

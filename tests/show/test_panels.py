@@ -91,6 +91,7 @@ def test_without_an_air_path_there_are_no_such_panels(seated: Recording) -> None
     assert "/air" not in plots_of(curves(from_recording(seated)))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_report_has_the_source_of_runs_with_one(
     waist: Recording, seated: Recording, tmp_path: pathlib.Path
 ) -> None:

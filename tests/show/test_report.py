@@ -178,6 +178,7 @@ def test_every_metric_has_words_of_its_own(folders: dict[str, pathlib.Path]) -> 
     assert words("something_new").label == "something new"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_undefined_number_is_left_out_with_its_reason(folders: dict[str, pathlib.Path]) -> None:
     (sitting,) = read_runs([folders["sitting"]])
     never = sitting.recording.metrics | {"rise_time": Metric(float("nan"), "s")}
@@ -201,6 +202,7 @@ def test_a_sitting_run_has_its_curves_over_time(folders: dict[str, pathlib.Path]
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
 def test_a_walk_without_a_whole_stride_is_shown_over_time(tmp_path: pathlib.Path) -> None:
     short = {"duration": "0.5 s", "gait.settled": "walked"}
     afo_sim.run("walk-dropfoot-afo", short).save(tmp_path, rrd=False)
@@ -219,6 +221,7 @@ def test_a_failed_run_says_so(folders: dict[str, pathlib.Path]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
 def test_names_are_escaped_wherever_they_stand(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path
 ) -> None:
@@ -425,6 +428,7 @@ def test_the_scenario_is_told_in_words() -> None:
 # --- the command
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_command_writes_beside_the_first_run(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -477,6 +481,7 @@ def test_mistakes_are_told_with_exit_code_2(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
 def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -506,6 +511,7 @@ def test_what_the_terminal_notes_stands_in_the_report(compared: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
 def test_walking_beside_sitting_is_told_once(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,7 +3,6 @@
 import dataclasses
 import pathlib
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -42,20 +41,6 @@ from afo_sim.study.parameter import Parameter, Range
 from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Objective
 
 NAME = r"a$x_1$ ^b\c"
-
-
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """The figures that are saved in a test."""
-    found: list[Figure] = []
-    original = Figure.savefig
-
-    def save(self: Figure, *arguments: Any, **options: Any) -> None:
-        found.append(self)
-        original(self, *arguments, **options)
-
-    monkeypatch.setattr(Figure, "savefig", save)
-    return found
 
 
 def assert_plain(figure: Figure, name: str = NAME) -> None:

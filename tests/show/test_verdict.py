@@ -7,7 +7,6 @@ import pathlib
 import re
 import subprocess
 import sys
-from typing import Any
 
 import pytest
 from command import call
@@ -21,6 +20,9 @@ from afo_sim.show import RUNS, RunView
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.report import page
 from afo_sim.simulation import Recording, limits_of
+from afo_sim.study import EFFECTS
+
+pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 @pytest.fixture(scope="module")
@@ -29,15 +31,13 @@ def shipped(walks: dict[str, Recording]) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def short_links() -> Recording:
-    return afo_sim.run(
-        "walk-dropfoot-afo-short", {"duration": "4 s", "limits.contact_pitch": ["5 deg", "0 deg"]}
-    )
+def short_links(walks: dict[str, Recording]) -> Recording:
+    return walks["short"]
 
 
 @pytest.fixture(scope="module")
-def sitting() -> Recording:
-    return afo_sim.run("seated", {"duration": "1 s"})
+def sitting(walks: dict[str, Recording]) -> Recording:
+    return walks["sitting"]
 
 
 def text_of(found: str) -> str:
@@ -136,25 +136,18 @@ def test_the_colours_have_contrast_enough() -> None:
 # --- the terminal
 
 
-KEPT: list[Recording] = []  # what the command has run, with what a change does: the same on every terminal
-
-
 def ran(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
+    kept: Recording,
     folder: pathlib.Path,
     width: str,
     *more: str,
 ) -> list[str]:
-    run, studies = simulation.run_scenario, study.with_studies
-
-    def studied(recording: Recording, *arguments: Any, **options: Any) -> Recording:
-        if not KEPT:
-            KEPT.append(studies(recording, *arguments, **options))
-        return KEPT[0]
-
-    monkeypatch.setattr(simulation, "run_scenario", lambda *a, **o: KEPT[0] if KEPT else run(*a, **o))
-    monkeypatch.setattr(study, "with_studies", studied)
+    """What the command says of a walk; what a change does is kept."""
+    kept = dataclasses.replace(kept, studies={EFFECTS: kept.studies[EFFECTS]})
+    monkeypatch.setattr(simulation, "run_scenario", lambda *a, **o: kept)
+    monkeypatch.setattr(study, "with_studies", lambda *a, **o: kept)
     monkeypatch.setenv("COLUMNS", width)
     code, said, _ = call(capsys, "run", "walk-dropfoot-afo", "--no-rrd", "--force", "--out", folder, *more)
     assert code == 0
@@ -167,12 +160,13 @@ def test_a_walk_is_told_on_one_screen(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: pathlib.Path,
+    studied: Recording,
     width: str,
     most: int,
 ) -> None:
     folder = pathlib.Path("run")
     monkeypatch.chdir(tmp_path)
-    lines = ran(capsys, monkeypatch, folder, width)
+    lines = ran(capsys, monkeypatch, studied, folder, width)
     assert len(lines) <= most and max(map(len, lines)) <= int(width)
     assert lines[0].startswith("walk-dropfoot-afo")
     assert [line[:1] for line in lines[1:] if line[:1] in "✓!✗?"] == ["✓", "✓", "✓", "!", "!", "!"]
@@ -236,9 +230,12 @@ def test_warnings_that_do_not_fit_are_counted(
 
 @pytest.mark.slow
 def test_every_number_is_printed_when_asked_for(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: pathlib.Path,
+    studied: Recording,
 ) -> None:
-    lines = ran(capsys, monkeypatch, tmp_path / "run", "200", "--numbers")
+    lines = ran(capsys, monkeypatch, studied, tmp_path / "run", "200", "--numbers")
     run = afo_sim.read_recording(tmp_path / "run")
     printed = {line.split()[0] for line in lines if line}
     assert set(run.metrics) <= printed

@@ -9,7 +9,7 @@ import rerun as rr
 import afo_sim.show.rerun.colours as colours
 from afo_sim.description import WORN, MuscleGroup
 from afo_sim.model import OUTLET, SOURCE, TUBE_END, VALVE_END, muscle_names
-from afo_sim.physics import AIR, Gas
+from afo_sim.physics import AIR
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
 
 _ANGLES = ("ankle/angle", "gait/ankle_angle")
@@ -61,17 +61,12 @@ def _air_curves(source: Source) -> list[Curve]:
         if name in ends:
             label, shade = f"{ends[name]}, valve end", colours.of_path(f"{ends[name]}_1", True)
         found.append(Curve("pressure/chambers", label, shade, f"volume/{name}/pressure", 1e-5, width=_THIN))
-    litres = _PER_MINUTE / _gas_of(source).free_density
+    described = source.scenario.supply.source
+    litres = _PER_MINUTE / (AIR if described is None else described.real_gas).free_density
     for column, (name, colour) in _FLOWS.items():
         if column in source.columns:
             found.append(Curve("air/flow", name, colour, column, litres))
     return found
-
-
-def _gas_of(source: Source) -> Gas:
-    """The gas that drives a run."""
-    described = source.scenario.supply.source
-    return AIR if described is None else described.real_gas
 
 
 _OWN = {"biological": "own"}  # what a moment is called beside the orthosis'
@@ -148,17 +143,11 @@ def _mountings(source: Source) -> list[Curve]:
 def _clearance(source: Source) -> list[Curve]:
     """Heights of ball and toe above the floor [mm], and of the recorded foot's; the ground's force [N]."""
     found = [Curve("clearance/foot", n, own, f"{n}/height", 1e3) for n, (own, _) in colours.SOLE.items()]
-    found += _recorded_heights(source)
+    for name, (_, dim) in colours.SOLE.items():
+        found.append(Curve("clearance/recorded", f"recorded {name}", dim, f"gait/{name}_height", 1e3))
     for axis, (name, colour) in colours.FORCE.items():
         found.append(Curve("ground/force", name, colour, f"ground/force/{axis}"))
     return found
-
-
-def _recorded_heights(source: Source) -> list[Curve]:
-    return [
-        Curve("clearance/recorded", f"recorded {n}", dim, f"gait/{n}_height", 1e3)
-        for n, (_, dim) in colours.SOLE.items()
-    ]
 
 
 def compared_curves(source: Source, label: str, number: int, *, recorded: bool) -> list[Curve]:

@@ -37,16 +37,13 @@ def saving(stream: rr.RecordingStream, path: pathlib.Path, blueprint: Any) -> It
     except RuntimeError as error:
         if "writer thread" not in str(error):
             raise
-    if not _complete(path):
+    with path.open("rb") as file:
+        file.seek(max(path.stat().st_size - 64, 0))
+        complete = _END in file.read()
+    if not complete:
         full = shutil.disk_usage(path.parent).free < _SCARCE
         code = errno.ENOSPC if full else errno.EIO
         raise OSError(code, "Rerun could not write it to its end", str(path))
-
-
-def _complete(path: pathlib.Path) -> bool:
-    with path.open("rb") as file:
-        file.seek(max(path.stat().st_size - 64, 0))
-        return _END in file.read()
 
 
 APPLICATION = "afo_sim"

@@ -68,7 +68,7 @@ def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, la
     """One curve: its muscle in space, its columns over time, and its place on the characteristic."""
     every = -(-len(trial.curves[k]["time"]) // _ROWS)
     columns = {name: values[::every] for name, values in trial.curves[k].items()}
-    shade = _bright(trial, k)
+    shade = [round(255 * (0.25 + 0.75 * part)) for part in colour(trial, k)[:3]]  # for a dark ground
     for name in ("pressure", "contraction", "force"):
         style = rr.SeriesLines(names=[label], colors=[shade], widths=[1.6])
         stream.log(f"{name}/{entity}", style, static=True)
@@ -77,11 +77,6 @@ def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, la
     _log_muscle(stream, trial, columns, entity, y, shade)
     if trial.plan.kind in AXES:
         _log_characteristic(stream, trial, columns, entity, shade)
-
-
-def _bright(trial: Trial, k: int) -> list[int]:
-    """The figures' colour of a curve, lightened for a dark ground."""
-    return [round(255 * (0.25 + 0.75 * part)) for part in colour(trial, k)[:3]]
 
 
 def _log_muscle(

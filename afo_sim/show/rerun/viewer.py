@@ -62,7 +62,9 @@ def screenshot(path: pathlib.Path, picture: pathlib.Path, at: float | None = Non
 @contextmanager
 def viewer_process(options: Sequence[str], *, wait_for_close: bool = False) -> Iterator[str]:
     """A viewer for the duration of a block (or until closed); yields the address it listens at."""
-    port = _free_port()
+    with socket.socket() as probe:
+        probe.bind((_LOOPBACK, 0))
+        port = int(probe.getsockname()[1])
     command = [str(_binary()), "--bind", _LOOPBACK, "--port", str(port), *options]
     with tempfile.TemporaryFile("w+") as complaint:
         process = subprocess.Popen(command, env=_environment(), stdout=subprocess.DEVNULL, stderr=complaint)
@@ -111,12 +113,6 @@ def _binary() -> pathlib.Path:
 
     name = "rerun.exe" if sys.platform == "win32" else "rerun"
     return pathlib.Path(rerun_cli.__file__).with_name(name)
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind((_LOOPBACK, 0))
-        return int(probe.getsockname()[1])
 
 
 def _listens(port: int) -> bool:

@@ -83,12 +83,6 @@ def _log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
     stream.log("world/floor/lines", lines, static=True)
 
 
-def _log_ghost_shapes(stream: rr.RecordingStream, view: Stage, source: Source) -> None:
-    """The leg's own foot, translucent, once; the orthosis on it is left out."""
-    for part, name in _ghost_bodies(source).items():
-        log_body(stream, view, view.model.body(name).id, f"{view.root}/recorded/{part}", _GHOST_COLOUR)
-
-
 def _ghost_bodies(source: Source) -> dict[str, str]:
     """{part of the recorded foot: the body that has its shapes}."""
     leg = source.scenario.leg
@@ -227,7 +221,9 @@ def log_walker_styles(stream: rr.RecordingStream, walker: Walker) -> None:
     if not walker.first:
         return
     _log_walkway(stream, walker.way)
-    _log_ghost_shapes(stream, walker.view, walker.source)
+    for part, name in _ghost_bodies(walker.source).items():
+        body = walker.view.model.body(name).id
+        log_body(stream, walker.view, body, f"{root}/recorded/{part}", _GHOST_COLOUR)
     if walker.limbs is not None:
         ends = capsules(walker.limbs.points(np.zeros((1, 2)), np.zeros(1), np.zeros(1)))[0]
         shapes = rr.Capsules3D.from_fields(
