@@ -37,11 +37,13 @@ def leave_blank(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Figure, "savefig", save_blank)
 
 
-def lay_out(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+def lay_out(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Figures as they are laid out for their files from now on; the files stay empty."""
-    found: list[Figure] = []
+    from matplotlib.figure import Figure
 
-    def save(figure: Figure, path: pathlib.Path, **_: object) -> None:
+    found: list[Any] = []
+
+    def save(figure: Any, path: pathlib.Path, **_: object) -> None:
         figure.draw_without_rendering()
         path.touch()
         found.append(figure)

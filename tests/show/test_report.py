@@ -202,7 +202,6 @@ def test_a_sitting_run_has_its_curves_over_time(folders: dict[str, pathlib.Path]
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("undrawn")
 def test_a_walk_without_a_whole_stride_is_shown_over_time(tmp_path: pathlib.Path) -> None:
     short = {"duration": "0.5 s", "gait.settled": "walked"}
     afo_sim.run("walk-dropfoot-afo", short).save(tmp_path, rrd=False)
