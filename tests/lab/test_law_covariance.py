@@ -6,6 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from campaign import size
 from scipy.stats import f as fisher
 from scipy.stats import t
 
@@ -20,7 +21,9 @@ from afo_sim.lab.law_result import remarks, write
 LAW = "tondu_lopez_2000_bladder"
 PLANTED = {"braid_angle": 0.42, "bladder_force": 60.0, "bladder_stiffness": 400.0, "end_length": 0.03}  # SI
 NOISE = 3.0  # standard deviation of a force reading [N]
-TRIALS = 300  # 60 tell a share of 95 % to ± 2.8 %, too little to hold 90–97 % against; 300 tell it to ± 1.3 %
+TRIALS = size(
+    100, 300
+)  # 60 tell a share of 95 % to ± 2.8 %, too little to hold 90–97 % against; 300 to ± 1.3 %
 BRAID = {"bore": "20 mm", "total_length": "25 cm"}
 FORM = {"pressure [bar]": np.repeat([1.0, 2.0, 3.0, 4.0], 8), "change of length [cm]": np.tile(range(8), 4)}
 FORM["change of length [cm]"] = 0.4 * FORM["change of length [cm]"]

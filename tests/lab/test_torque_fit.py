@@ -20,7 +20,7 @@ from afo_sim.lab.torque_report import tables
 STIFFNESS, OFFSET = 20e3, 4e-3
 ANGLE = np.tile(np.radians(np.linspace(-25.0, 15.0, 9)), 3)
 GAUGE = np.repeat([2e5, 3e5, 4e5], 9)
-TRIALS = size(30, 60)
+TRIALS = size(16, 60)
 DEVICE = Change(STIFFNESS, OFFSET)
 KNEE = nightly("fits of all of its tests take 24 s")
 
@@ -108,7 +108,7 @@ def test_a_fit_by_the_library_tells_everything_of_a_told_device() -> None:
 
 def test_an_offset_that_is_not_there_is_bounded_and_the_stiffness_told() -> None:
     """A bound near zero is told even though nothing needs an offset."""
-    for seed in range(6):
+    for seed in range(size(2, 6)):
         found = fit_torque(planted(0.1, seed, Change(STIFFNESS, 0.0)), "arm_s1", chamber="flexor")
         interval = found.intervals["series_stiffness"]
         assert interval is not None and interval[0] < STIFFNESS < interval[1]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaign import size
 from knee import knee_data, knee_orthosis
 from scipy.stats import f
 
@@ -65,13 +66,13 @@ def test_the_hull_is_that_of_fits_with_each_law_given_in_the_orthosis() -> None:
 def test_intervals_hold_the_planted_value_though_another_law_made_the_torques() -> None:
     """By the law in use alone most intervals miss it; those over the laws miss it as often as 95 % may."""
     held, held_alone = [], []
-    for seed in range(20):
+    for seed in range(size(8, 20)):
         found = fitted(readings("maximum_force", 0.05, seed), others=["maximum_force"])
         (low, high), own = found.intervals["offset"] or (0.0, 0.0), found.laws[0].ends("offset")
         assert own is not None and low <= own[0] and own[1] <= high
         held_alone.append(own[0] <= 4e-3 <= own[1])
         held.append(low <= 4e-3 <= high)
-    assert sum(held) >= 17 and sum(held_alone) <= 10
+    assert np.mean(held) >= 0.85 and np.mean(held_alone) <= 0.5
 
 
 def test_a_law_that_fits_far_worse_widens_nothing_and_is_in_table_file_and_remarks(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from campaign import size
 
 from afo_sim.common import with_code
 from afo_sim.description import reader
@@ -65,6 +66,6 @@ def test_a_refitted_law_drops_the_covariance_of_the_fit_before() -> None:
 
 def test_scatter_about_a_slack_muscle_is_no_pull() -> None:
     """Gaussian noise of 0.2 N·m where the muscle hangs slack is no torque that the model lacks."""
-    for seed in range(10):
+    for seed in range(size(3, 10)):
         found = fitted(Change(offset=3e-3), ("offset",), "s1", "dorsiflexor", noise=0.2, seed=seed)
         assert not any("slack" in warning for warning in found.warnings)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from campaign import size
+from campaign import nightly, size
 from command import call
 from scipy.integrate import solve_ivp
 
@@ -54,7 +54,7 @@ def rubbed() -> dict[str, Trial]:
     found = {}
     for friction in FRICTIONS:
         name = "dmsp_10" if friction == "hunt_2017" else "s1_215mm"
-        found[friction] = stand.isobaric(load("muscle", name, sets(friction)), [3e5], duration=40.0)
+        found[friction] = stand.isobaric(load("muscle", name, sets(friction)), [3e5], duration=20.0)
     return found
 
 
@@ -263,6 +263,7 @@ def test_three_element_muscle_is_its_equation(relaxing: bool) -> None:
     assert columns["contraction"].min() > 0.0  # the law alone, not the braid
 
 
+@nightly("ten trials, of which two halve the step of a release; 6 s")
 @pytest.mark.slow
 def test_half_the_step_changes_little() -> None:
     """Half the default step: sweeps and steps move by less than 0.1 %, a release's peak speed by 0.5 %."""
