@@ -81,7 +81,7 @@ def _beside_the_law(data: Measured, like: str) -> tuple[dict[str, Any], dict[str
     other = assets.read_toml(assets.find("muscle", like))
     values, sources = {}, {}
     for name, unit in BESIDE_THE_LAW.items():
-        values[name] = _value(other[name])
+        values[name] = other[name]["value"] if isinstance(other[name], dict) else other[name]
         sources[name] = _source("assumed", f"taken over from {like}, not measured")
         if name in data.facts:
             values[name] = format_quantity(data.facts[name], unit)
@@ -169,11 +169,6 @@ def _files(fit: LawFit) -> str:
 
 def _source(kind: str, source: str) -> dict[str, str]:
     return {"kind": kind, "source": source}
-
-
-def _value(entry: Any) -> Any:
-    """The value of a description's entry, with or without its source."""
-    return entry["value"] if isinstance(entry, dict) else entry
 
 
 FEWEST = {"pressure": 3, "load": 3}  # groups to leave out in turn: with two, each is extrapolated from one

@@ -182,7 +182,12 @@ def fit(
     fixed, facts = dict(fixed or {}), dict(facts or {})
     _check(law, hold_out, loss, like, fixed)
     sources, tests = _several(data), _several(test)
-    _require_different(sources, tests)
+    files, others = (
+        [os.path.realpath(s) for s in each if isinstance(s, str | os.PathLike)] for each in (sources, tests)
+    )
+    for file in files:
+        if [*files, *others].count(file) > 1:
+            raise InputError("is given twice: its points would count double", file=file)
     points, left_out = _read(sources, facts)
     unseen, _ = _read(tests, facts)
     problems, skipped = _problems(law, points, free, fixed, loss)
@@ -253,15 +258,6 @@ def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, An
         assets.find("muscle", like)
     except InputError as error:
         raise error.replaced(file=None, field="like", value=like) from None
-
-
-def _require_different(sources: Sequence[Any], tests: Sequence[Any]) -> None:
-    """Refuse a file that is to be fitted twice, or fitted and predicted."""
-    files = [os.path.realpath(s) for s in sources if isinstance(s, str | os.PathLike)]
-    others = [os.path.realpath(s) for s in tests if isinstance(s, str | os.PathLike)]
-    for file in files:
-        if [*files, *others].count(file) > 1:
-            raise InputError("is given twice: its points would count double", file=file)
 
 
 def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measured], int]:

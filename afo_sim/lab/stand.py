@@ -157,6 +157,10 @@ def _trials(
             yield _trial(conditions, kind, muscle, static, progress)
 
 
+def _forward(report: Callable[[int, int, str], None], what: str, done: int, total: int) -> None:
+    report(done, total, what)
+
+
 def _several(value: Any) -> tuple[Any, ...]:
     """One or several as a tuple."""
     if value is None:
@@ -165,10 +169,6 @@ def _several(value: Any) -> tuple[Any, ...]:
         value, Sequence | np.ndarray
     )
     return (value,) if single else tuple(value)
-
-
-def _forward(report: Callable[[int, int, str], None], what: str, done: int, total: int) -> None:
-    report(done, total, what)
 
 
 def _kinds(test: str, given: Sequence[str]) -> tuple[str, ...]:
@@ -197,7 +197,7 @@ def _muscles(muscle: Any, law: Any, friction: Any, sets: Mapping[str, Any] | Non
 
 
 def _laboratory(supply: Amount | None, valve: str | None) -> Laboratory:
-    return Laboratory(supply=_amount("supply", supply), valve=None if valve is None else load("valve", valve))
+    return Laboratory(_amount("supply", supply), None if valve is None else load("valve", valve))
 
 
 def _trial(

@@ -200,7 +200,7 @@ def plan_step(
             allowed=f"at most {math.floor(force_at(muscle, muscle.braid.lock, 0.0))} N",
         )
     if duration is None:
-        volume = laboratory.tube_volume + _greatest_volume(muscle)
+        volume = laboratory.tube_volume + float(muscle.volume(contraction=0.6))
         duration = max(1.0, math.ceil(5.0 * volume / (valve.conductance * 1e5)))
     pressure, empty = np.column_stack([points, points]), np.zeros(len(points))
     plan = _plan("step", muscle, laboratory, points, pressure, start, loads, empty, duration)
@@ -310,10 +310,6 @@ def _slow(muscle: Muscle, pressure: float, way: float) -> float:
     """Time in which dampers add at most `LOSS` of the strength over a contraction of `way` [s]."""
     mean = _damping(muscle, pressure) * way / (LOSS * force_at(muscle, 0.0, pressure))
     return float(math.ceil(max(mean, SHORTEST_SWEEP)))
-
-
-def _greatest_volume(muscle: Muscle) -> float:
-    return float(muscle.volume(contraction=0.6))
 
 
 def _two_digits(value: float) -> float:

@@ -104,22 +104,22 @@ def _build_rig(plan: StandPlan) -> Rig:
 def _circuit_of(plan: StandPlan) -> native.Circuit:
     """One muscle on one chamber, between solenoid valves or regulators."""
     laboratory = plan.laboratory
-    regulator = native.CircuitValve(_regulator_conductance(plan), REGULATOR_RATIO)
-    valve = regulator if plan.valve is None else plan.valve
+    # as wide as the time step allows: the chamber follows within a few steps
+    wide = REGULATOR_NUMBER / plan.timestep / (_per_slope(plan) * laminar_slope(1.0, REGULATOR_RATIO))
+    valve = native.CircuitValve(wide, REGULATOR_RATIO) if plan.valve is None else plan.valve
     room, wall = laboratory.tube_volume, laboratory.wall_conductance
     chamber = native.CircuitChamber(CHAMBER, "slide", room, wall, valve, plan.outlet or valve)
     muscle = native.CircuitMuscle(MUSCLE, (MUSCLE,), plan.muscle.row, 0.0, CHAMBER, MOUNTING)
     return native.Circuit((muscle,), (chamber,))
 
 
-def _stability(plan: StandPlan) -> dict[str, float]:
-    """Rate × time step of the air; above the limit of a run it is refused."""
-    step = plan.timestep
-    air = REGULATOR_NUMBER
-    if plan.valve is not None:
-        valves = plan.valve, plan.outlet or plan.valve
-        slope = sum(laminar_slope(each.conductance, each.critical_ratio) for each in valves)
-        air = step * _per_slope(plan) * slope
+def _require_stable(plan: StandPlan) -> None:
+    """Refuse a time step that is too long for the air between valves."""
+    if plan.valve is None:
+        return
+    step, valves = plan.timestep, (plan.valve, plan.outlet or plan.valve)
+    slope = sum(laminar_slope(each.conductance, each.critical_ratio) for each in valves)
+    air = step * _per_slope(plan) * slope
     if air > AIR_LIMIT:
         raise InputError(
             "is too long for the air of this stand",
@@ -127,7 +127,6 @@ def _stability(plan: StandPlan) -> dict[str, float]:
             value=f"{step * 1e3:g} ms",
             allowed=f"at most {0.99e3 * step * AIR_LIMIT / air:.2g} ms",
         )
-    return {"air": air}
 
 
 def _per_slope(plan: StandPlan) -> float:
@@ -135,12 +134,6 @@ def _per_slope(plan: StandPlan) -> float:
     kappa = min(float(plan.contraction.min()), 0.0)
     volume = plan.laboratory.tube_volume + float(plan.muscle.volume(contraction=kappa))
     return HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE / volume
-
-
-def _regulator_conductance(plan: StandPlan) -> float:
-    """As wide as the time step allows: the chamber follows within a few steps [m³/(s·Pa)]."""
-    number = REGULATOR_NUMBER / plan.timestep
-    return number / (_per_slope(plan) * laminar_slope(1.0, REGULATOR_RATIO))
 
 
 def _hook(plan: StandPlan, k: int) -> np.ndarray:
@@ -198,7 +191,7 @@ def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
 
 def roll(plan: StandPlan, progress: Progress | None = None) -> list[Rows]:
     """Run a plan, all its curves side by side."""
-    _stability(plan)
+    _require_stable(plan)
     rig, n = _build_rig(plan), len(plan.set_points)
     cases = [Case(_loaded(rig, plan, k), _start(rig, plan, k), _policy(rig, plan, k), k) for k in range(n)]
     recipe = Recipe(

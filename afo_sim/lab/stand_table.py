@@ -98,7 +98,8 @@ def table_of(trials: Sequence[Trial]) -> dict[str, np.ndarray]:
     values: dict[str, list[np.ndarray]] = {name: [] for name in COLUMNS}
     for trial in trials:
         for k, whole in enumerate(trial.curves):
-            columns = _thinned(whole)
+            every = -(-len(whole["time"]) // TABLE_ROWS)
+            columns = {name: column[::every] for name, column in whole.items()}
             for column, text in zip(texts, _labels(trial, k), strict=False):
                 column += [text] * len(columns["time"])
             texts[-1] += ["down" if branch % 2 else "up" for branch in columns["branch"]]
@@ -115,11 +116,6 @@ def _labels(trial: Trial, curve: int) -> list[str]:
     muscle = trial.plan.muscle
     test = f"{trial.plan.kind}, formula" if trial.static else trial.plan.kind
     return [test, muscle.name, muscle.law, muscle.friction, set_point_text(trial, curve)]
-
-
-def _thinned(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    every = -(-len(columns["time"]) // TABLE_ROWS)
-    return {name: values[::every] for name, values in columns.items()}
 
 
 def write_csv(trials: Sequence[Trial], path: pathlib.Path) -> None:
@@ -166,7 +162,9 @@ def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> dict[str
                 "duration_of_a_branch": trial.plan.duration,
                 "curves": {
                     set_point_text(trial, k): {
-                        name: {"value": _finite(m.value), "unit": m.unit} for name, m in found.items()
+                        # a number that is none is no JSON
+                        name: {"value": m.value if np.isfinite(m.value) else None, "unit": m.unit}
+                        for name, m in found.items()
                     }
                     for k, found in enumerate(trial.metrics)
                 },
@@ -182,25 +180,17 @@ def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> dict[str
     }
 
 
-def _finite(value: float) -> float | None:
-    """NaN is no JSON."""
-    return value if np.isfinite(value) else None
-
-
 def printed(trial: Trial) -> tuple[str, list[str], list[list[str]]]:
     """(title, header, rows) to print: the numbers of every curve."""
     named = PRINTED.get(trial.plan.kind) or _step_columns(trial)
     present = {title: of for title, of in named.items() if of[0] in trial.metrics[0]}
     header = ["curve", *(f"{title} [{unit}]" for title, (_, _, unit) in present.items())]
-    rows = [
-        [set_point_text(trial, k), *(_text(f * found[name].value) for name, f, _ in present.values())]
-        for k, found in enumerate(trial.metrics)
-    ]
+    rows = []
+    for k, found in enumerate(trial.metrics):
+        values = [factor * found[name].value for name, factor, _ in present.values()]
+        cells = [f"{value:.4g}" if np.isfinite(value) else "–" for value in values]
+        rows.append([set_point_text(trial, k), *cells])
     return f"{trial.name}: {trial.plan.kind}", header, rows
-
-
-def _text(value: float) -> str:
-    return f"{value:.4g}" if np.isfinite(value) else "–"
 
 
 def _step_columns(trial: Trial) -> dict[str, tuple[str, float, str]]:

@@ -11,7 +11,6 @@ shortening x, whose start is F_ce and whose slope is −K. S0 draws F_ce over pr
 
 import functools
 import math
-import os
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -109,7 +108,8 @@ def _test(plan: Callable[..., StandPlan]) -> Callable[..., Trial]:
 
     @functools.wraps(plan)
     def test(muscle: Muscle | str, *given: Any, progress: Progress | None = None, **others: Any) -> Trial:
-        return run(plan(_muscle(muscle), *given, **others), progress)
+        known = muscle if isinstance(muscle, Muscle) else load_description("muscle", muscle)
+        return run(plan(known, *given, **others), progress)
 
     test.__name__ = plan.__name__.removeprefix("plan_")
     return test
@@ -148,10 +148,6 @@ def static(plan: StandPlan, rows: int = 200) -> Trial:
         }
         curves.append(complete(plan, k, columns))
     return _trial(plan, tuple(curves), static=True, wall=time.perf_counter() - start)
-
-
-def _muscle(muscle: Muscle | str | os.PathLike[str]) -> Any:
-    return muscle if isinstance(muscle, Muscle) else load_description("muscle", muscle)
 
 
 def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:

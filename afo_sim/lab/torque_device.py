@@ -27,9 +27,8 @@ from afo_sim.physics import LAWS, anchor_displacement, on_anchors, row, tensions
 BESIDE = np.radians(2.0)  # beyond the described centres of the joint, up to which they are continued
 FINE = 501  # angles by which they are integrated
 HALVINGS = 50  # of the pull on the anchors, where several groups share them
-Anchor = tuple[
-    float, float, float
-]  # stiffness [N/m], or 0 and then force [N] and length [m] of one that stiffens
+# Stiffness [N/m], or 0 and then force [N] and length [m] of one that stiffens.
+Anchor = tuple[float, float, float]
 ANCHORS = ("cuff_stiffness", "plate_stiffness")  # of the joint's segments, in this order
 CABLE = {"series_stiffness": ("stiffness", "N/m"), "offset": ("offset", "m")}
 
@@ -205,7 +204,12 @@ def _shared(muscles: Sequence[_Muscle], anchors: tuple[Anchor, ...]) -> list[np.
         return [muscle.tension(anchors) for muscle in muscles]
 
     def of(pull: np.ndarray) -> list[np.ndarray]:
-        given = np.array([_displacement(anchors, float(p)) for p in pull])
+        given = np.array(
+            [
+                math.fsum(anchor_displacement(float(p), *a, 0.0, 0.0, 0.0, 1.0)[0] for a in anchors)
+                for p in pull
+            ]
+        )
         return [muscle.tension((), given) for muscle in muscles]
 
     def total(found: list[np.ndarray]) -> np.ndarray:
@@ -219,10 +223,6 @@ def _shared(muscles: Sequence[_Muscle], anchors: tuple[Anchor, ...]) -> list[np.
     return of(0.5 * (low + high))
 
 
-def _displacement(anchors: Sequence[Anchor], pull: float) -> float:
-    return math.fsum(anchor_displacement(pull, *anchor, 0.0, 0.0, 0.0, 1.0)[0] for anchor in anchors)
-
-
 def fitted_orthosis(
     orthosis: Orthosis, chamber: str, values: Mapping[str, float], sources: Mapping[str, str]
 ) -> Orthosis:
@@ -231,7 +231,9 @@ def fitted_orthosis(
     for name, value in values.items():
         if name in ANCHORS:
             segment = orthosis.words.segments[ANCHORS.index(name)]
-            _anchor(table, segment, value, sources[name])
+            anchor = table.setdefault("anchor", {}).setdefault(segment, {})
+            anchor.pop("stiffening", None)  # a stiffness in its place; its damping stays
+            _put(anchor, "stiffness", format_quantity(value, "N/m"), sources[name])
             continue
         for group in orthosis.muscles_of(chamber):
             muscle = table["muscle"][group]
@@ -250,13 +252,6 @@ def fitted_orthosis(
         problem = f"the fit is not a valid orthosis: {error.field} {error.problem}"
         raise InputError(problem, value=error.value, allowed=error.allowed) from None
     return found
-
-
-def _anchor(table: dict[str, Any], segment: str, value: float, source: str) -> None:
-    """An anchor of a stiffness, in place of a stiffening law; its damping stays."""
-    anchor = table.setdefault("anchor", {}).setdefault(segment, {})
-    anchor.pop("stiffening", None)
-    _put(anchor, "stiffness", format_quantity(value, "N/m"), source)
 
 
 def _put(table: dict[str, Any], key: str, value: Any, source: str) -> None:

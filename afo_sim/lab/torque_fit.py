@@ -81,15 +81,11 @@ class TorqueFit(Shown):
 
     def __repr__(self) -> str:
         """One line: parameters with intervals, error, and how many are refused."""
-        lacking = len(refused(self.verdict))
-        told = f"; {lacking} not identifiable" if lacking else ""
-        return f"<TorqueFit: {', '.join(map(self._in_short, self.problem.free))}; {self._error}{told}>"
-
-    @property
-    def _error(self) -> str:
-        seen = f"{self.rms:.3g} N·m RMS over {len(self.problem)} settings"
-        kind = next(iter(self.held_out), "")
-        return seen + (f", {self.held_out[kind].rms:.3g} with {kind} left out" if kind else "")
+        lacking, kind = len(refused(self.verdict)), next(iter(self.held_out), "")
+        error = f"{self.rms:.3g} N·m RMS over {len(self.problem)} settings"
+        error += f", {self.held_out[kind].rms:.3g} with {kind} left out" if kind else ""
+        error += f"; {lacking} not identifiable" if lacking else ""
+        return f"<TorqueFit: {', '.join(map(self._in_short, self.problem.free))}; {error}>"
 
     @property
     def problem(self) -> TorqueProblem:
@@ -266,19 +262,11 @@ def _fitted(
     laws = of_laws(solution, {k: each for k, each in found.items() if k != FILE}, report)
     shared = shared_errors(solution)
     moved = (each for each in moves(laws, problem.free) if each.severity == "warning")
-    warnings = (*contradictions, *_warnings(solution, asked, lines, shared), *moved)
+    lacking, names = refused(lines), solution.problem.names
+    told = [*warnings_of(solution, [name for name in names if name not in asked])]
+    told += doubts(solution, [name for name in names if name not in lacking], shared)
+    warnings = (*contradictions, *told, *moved)
     return TorqueFit(solution, tuple(lines), found, kind, alone, groups, remarks, warnings, shared, laws)
-
-
-def _warnings(
-    solution: Solution, asked: Sequence[str], verdict: Sequence[Notice], shared: Sequence[SharedError]
-) -> list[Notice]:
-    """Warnings of a fit, and doubts about the parameters that it does not refuse."""
-    names = solution.problem.names
-    lacking = refused(verdict)
-    known = [name for name in names if name not in lacking]
-    added = [name for name in names if name not in asked]
-    return [*warnings_of(solution, added), *doubts(solution, known, shared)]
 
 
 def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:

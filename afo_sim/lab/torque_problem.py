@@ -307,7 +307,9 @@ def predict(
         if problem.difference:
             torque = torque - _statics(problem, group, np.zeros(len(group)), change)[0]
         found["torque"].append(torque)
-        stiffness = _cuff(group.orthosis, change)
+        described = group.orthosis.anchor.get(group.orthosis.words.segments[0])
+        # none of a rigid cuff, or of one that stiffens
+        stiffness = change.cuff or (described.stiffness if described is not None else None)
         found["cuff"].append(pull / stiffness if stiffness else np.full(len(group), np.nan))
     return {channel: np.concatenate(parts) for channel, parts in found.items()}
 
@@ -328,12 +330,6 @@ def _change(problem: TorqueProblem, values: Mapping[str, float]) -> Change:
         values.get("plate_stiffness"),
         law,
     )
-
-
-def _cuff(orthosis: Orthosis, change: Change) -> float | None:
-    """The stiffness of the cuff [N/m]; none of a rigid one, or of one that stiffens."""
-    described = orthosis.anchor.get(orthosis.words.segments[0])
-    return change.cuff or (described.stiffness if described is not None else None)
 
 
 def require_possible(problem: TorqueProblem) -> None:

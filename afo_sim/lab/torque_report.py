@@ -95,7 +95,11 @@ def as_json(found: TorqueFit) -> dict[str, Any]:
         "shared_errors": {each.cause: each.values for each in found.shared},
         "one_by_one": found.apart.values if found.apart else None,
         "chance_that_groups_agree": found.apart.chance if found.apart else None,
-        "points": _points(found),
+        "points": {
+            "group": [problem.groups[k].readings.group for k in problem.of_group],
+            **{c: problem.column(c).tolist() for c in ("angle", "pressure", "torque", "weight")},
+            "residual": found.residuals.tolist(),
+        },
         "remarks": list(found.remarks),
         "warnings": list(found.warnings),
     }
@@ -106,15 +110,6 @@ def _cuff_error(found: TorqueFit) -> float | None:
     missed = errors(found.problem, found.parameters)["cuff"]
     missed = missed[np.isfinite(missed)]
     return rms(missed) if len(missed) else None
-
-
-def _points(found: TorqueFit) -> dict[str, Any]:
-    problem, names = found.problem, [g.readings.group for g in found.problem.groups]
-    return {
-        "group": [names[k] for k in problem.of_group],
-        **{c: problem.column(c).tolist() for c in ("angle", "pressure", "torque", "weight")},
-        "residual": found.residuals.tolist(),
-    }
 
 
 def tables(found: TorqueFit) -> list[Table]:

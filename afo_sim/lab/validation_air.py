@@ -2,37 +2,23 @@
 
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.description import reader
-from afo_sim.lab.validation_row import Row, compared, contradicted, number
+from afo_sim.lab.validation_row import About, Row
 from afo_sim.physics import nominal_flow, tube_conductance, tube_critical_ratio
 
 SOURCE = "Abed 2025, doi 10.1109/IC2AI62984.2025.10932214"
 BORE, LENGTH = 4e-3, 10.0  # [m]
 CONDUCTANCE, RATIO = 0.45, 0.21
 SECOND_HAND = "printed, read second-hand"
+WHY_RATIO = "the formula for tubes gives a lower critical pressure ratio than the printed line has"
 
 
 def _line() -> list[Row]:
-    ours = tube_conductance(BORE, LENGTH) / SONIC
+    ours, what = tube_conductance(BORE, LENGTH) / SONIC, "tube of 4 mm and 10 m"
+    printed = About(SOURCE, "dm³/(s·bar)", SECOND_HAND, "2 %: it is printed to two digits")
+    ratio = About(SOURCE, "", SECOND_HAND, WHY_RATIO)
     return [
-        number(
-            SOURCE,
-            "tube of 4 mm and 10 m, sonic conductance",
-            CONDUCTANCE,
-            ours,
-            0.02 * CONDUCTANCE,
-            "dm³/(s·bar)",
-            sourcing=SECOND_HAND,
-            why="2 %: it is printed to two digits",
-        ),
-        compared(
-            SOURCE,
-            "tube of 4 mm and 10 m, critical pressure ratio",
-            RATIO,
-            tube_critical_ratio(BORE, LENGTH),
-            "",
-            sourcing=SECOND_HAND,
-            why="the formula for tubes gives a lower critical pressure ratio than the printed line has",
-        ),
+        printed.number(f"{what}, sonic conductance", CONDUCTANCE, ours, 0.02 * CONDUCTANCE),
+        ratio.compared(f"{what}, critical pressure ratio", RATIO, tube_critical_ratio(BORE, LENGTH)),
     ]
 
 
@@ -60,50 +46,30 @@ def _shipped_flow(name: str, density: float) -> float:
 
 
 def _smc() -> list[Row]:
+    valve = About(SMC, "l/min", PRINTED, WHY_SY)
     found = [
-        number(
-            SMC,
+        valve.number(
             f"{name.upper()}: flow from 6 to 5 bar gauge, ANR",
             printed,
             _shipped_flow(name, STANDARD_DENSITY),
             0.002 * printed,
-            "l/min",
-            sourcing=PRINTED,
-            why=WHY_SY,
         )
         for name, printed in SY.items()
     ]
     example = LITRES * nominal_flow(2.0 * SONIC, 0.3, 4e5, 3e5, STANDARD_DENSITY)
     quantity = "worked example, C = 2, b = 0.3: flow from 4 to 3 bar gauge, ANR"
-    return [*found, number("SMC", quantity, 420.0, example, 0.42, "l/min", sourcing=PRINTED, why=WHY_EXAMPLE)]
+    return [*found, About("SMC", "l/min", PRINTED, WHY_EXAMPLE).number(quantity, 420.0, example, 0.42)]
 
 
 def _festo() -> list[Row]:
     mpye, vuvs = (_shipped_flow(name, NORMAL_DENSITY) for name in ("mpye_1_4", "vuvs_lt25"))
     quantity = "{}: flow from 6 to 5 bar gauge, DIN 1343"
+    proportional = About("Festo MPYE 2025/03", "l/min", PRINTED, WHY_MPYE)
+    solenoid = About("Festo 8035170", "l/min", PRINTED, WHY_VUVS)
+    numbers = (VUVS, VUVS_IMPLIED, vuvs, 1.0)
     return [
-        number(
-            "Festo MPYE 2025/03",
-            quantity.format("MPYE-5-1/4"),
-            1400.0,
-            mpye,
-            7.0,
-            "l/min",
-            sourcing=PRINTED,
-            why=WHY_MPYE,
-        ),
-        contradicted(
-            "disagrees",
-            "Festo 8035170",
-            quantity.format("VUVS-LT25"),
-            VUVS,
-            VUVS_IMPLIED,
-            vuvs,
-            1.0,
-            "l/min",
-            sourcing=PRINTED,
-            why=WHY_VUVS,
-        ),
+        proportional.number(quantity.format("MPYE-5-1/4"), 1400.0, mpye, 7.0),
+        solenoid.contradicted("disagrees", quantity.format("VUVS-LT25"), *numbers),
     ]
 
 

@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 from afo_sim.common import assets, number, read_table, scale_of, split_title
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import rms
-from afo_sim.lab.validation_row import Row, compared, curve, implied
+from afo_sim.lab.validation_row import About, Row
 from afo_sim.physics import LAWS, forces
 
 LAW = "bolen_2026"
@@ -188,9 +188,7 @@ def _others(name: str) -> list[KneeTest]:
     return [test for other, test in knee_tests().items() if other != name]
 
 
-def _implied(quantity: str, expected: float, simulated: float, tolerance: float = ALIKE, **texts: str) -> Row:
-    words = {"unit": "N·m", "sourcing": DERIVED, "why": WHY_ALIKE} | texts
-    return implied(SOURCE, quantity, expected, simulated, tolerance, **words)
+ALIKE_HERE = About(SOURCE, "N·m", DERIVED, WHY_ALIKE)
 
 
 def _rigid() -> list[Row]:
@@ -199,11 +197,10 @@ def _rigid() -> list[Row]:
     for name, test in knee_tests().items():
         errors = rigid_torque(test) - test.torque
         what = f"test {name}, {len(test)} torques, rigid anchors"
-        found.append(_implied(f"{what}: RMS", RIGID[name], rms(errors)))
+        found.append(ALIKE_HERE.implied(f"{what}: RMS", RIGID[name], rms(errors), ALIKE))
         excess = 100.0 * (np.abs(rigid_torque(test)).mean() / np.abs(test.torque).mean() - 1.0)
-        found.append(
-            _implied(f"{what}: mean too strong by", TOO_STRONG[name], excess, 0.5, unit="%", why=WHY_PER_CENT)
-        )
+        strong = About(SOURCE, "%", DERIVED, WHY_PER_CENT)
+        found.append(strong.implied(f"{what}: mean too strong by", TOO_STRONG[name], excess, 0.5))
     return [*found, *_as_simulated()]
 
 
@@ -227,33 +224,23 @@ def _muscles(what: str, law: str, why: str, *, measured: bool = False) -> Row:
             kappa, arm = 1.0 - test.length / muscle.nominal_length, test.moment_arm
         errors.append(-muscle.force(test.pressure, contraction=kappa) * arm - test.torque)
     together = np.concatenate(errors)
-    return curve(SOURCE, f"all tests, {what}: RMS", together, None, "N·m", sourcing=MEASURED, why=why)
+    return About(SOURCE, "N·m", MEASURED, why).curve(f"all tests, {what}: RMS", together, None)
 
 
 def _one_stiffness() -> list[Row]:
     """One stiffness for all tests but one, and what it says of that one."""
     fitted = {name: fit(_others(name))[0] for name in knee_tests()}
     errors = {name: torque(test, fitted[name]) - test.torque for name, test in knee_tests().items()}
+    one = "one series stiffness, fitted to 167 torques, all but test 47"
+    predicted = About(SOURCE, "N·m", f"{MEASURED}; stiffness fitted here", WHY_BOUND)
+    what = f"test {PREDICTED}, which the fit did not see: RMS"
     found = [
-        _implied(
-            "one series stiffness, fitted to 167 torques, all but test 47",
-            STIFFNESS,
-            1e-3 * fitted[PREDICTED],
-            unit="kN/m",
-        ),
-        curve(
-            SOURCE,
-            f"test {PREDICTED}, which the fit did not see: RMS",
-            errors[PREDICTED],
-            BOUND,
-            "N·m",
-            sourcing=f"{MEASURED}; stiffness fitted here",
-            why=WHY_BOUND,
-        ),
+        About(SOURCE, "kN/m", DERIVED, WHY_ALIKE).implied(one, STIFFNESS, 1e-3 * fitted[PREDICTED], ALIKE),
+        predicted.curve(what, errors[PREDICTED], BOUND),
     ]
     for name, unseen in UNSEEN.items():
         what = f"test {name}, predicted with {1e-3 * fitted[name]:.1f} kN/m, fitted to the other four: RMS"
-        found.append(_implied(what, unseen, rms(errors[name])))
+        found.append(ALIKE_HERE.implied(what, unseen, rms(errors[name]), ALIKE))
     return [*found, _with_offset(), *_as_measured(), *_beside_bolen(errors)]
 
 
@@ -263,34 +250,26 @@ def _with_offset() -> Row:
     test = knee_tests()[PREDICTED]
     pair = f"{1e-3 * stiffness:.1f} kN/m and {1e3 * offset:.1f} mm of offset"
     error = rms(torque(test, stiffness, offset) - test.torque)
-    return _implied(f"test {PREDICTED}, predicted with {pair}: RMS", WITH_OFFSET, error)
+    return ALIKE_HERE.implied(f"test {PREDICTED}, predicted with {pair}: RMS", WITH_OFFSET, error, ALIKE)
 
 
 def _as_measured() -> list[Row]:
     """The law from the muscle's measured length and arm: whether the law or the geometry errs."""
     return [
-        _implied(
+        ALIKE_HERE.implied(
             f"test {name}, law at the measured length and arm: RMS",
             AS_MEASURED[name],
             rms(torque_as_measured(test) - test.torque),
+            ALIKE,
         )
         for name, test in knee_tests().items()
     ]
 
 
 def _beside_bolen(errors: dict[str, np.ndarray]) -> list[Row]:
-    return [
-        compared(
-            SOURCE,
-            f"test {name}, RMS: bending brackets, one stiffness held out",
-            BOLEN[name],
-            rms(of_test),
-            "N·m",
-            sourcing="printed in a dissertation's proofs",
-            why=WHY_BOLEN,
-        )
-        for name, of_test in errors.items()
-    ]
+    printed = About(SOURCE, "N·m", "printed in a dissertation's proofs", WHY_BOLEN)
+    what = "RMS: bending brackets, one stiffness held out"
+    return [printed.compared(f"test {n}, {what}", BOLEN[n], rms(missed)) for n, missed in errors.items()]
 
 
 PARTS = (_rigid, _one_stiffness)

@@ -11,7 +11,7 @@ from afo_sim.description import Muscle, reader
 from afo_sim.lab.law_fit import fit_law, held_out
 from afo_sim.lab.law_problem import pose, select
 from afo_sim.lab.measured import Measured, read_measured
-from afo_sim.lab.validation_row import Row, compared, curve, implied, lost, number
+from afo_sim.lab.validation_row import About, Row, lost
 from afo_sim.physics import LAWS, Braid, braid_force, forces, three_element_damping
 from afo_sim.simulation.run import run
 
@@ -81,44 +81,26 @@ def _s3() -> list[Row]:
     for bar, n in S3_N.items():
         ours = _s3_fit(data, bar)
         for name, printed, simulated in (("a", S3_A, ours[0]), ("n of “n = 3.2/35”", n, ours[1])):
-            found.append(
-                number(
-                    "S3 eq. 5",
-                    f"{name}, fitted to the independent 10 mm curve of {bar:g} bar with b = {S3_B:g}",
-                    printed,
-                    simulated,
-                    0.1 * printed,
-                    "",
-                    sourcing=f"printed{'' if name == 'a' else ', its point lost'}; equation restored here",
-                    why=WHY_MAKER,
-                )
-            )
+            how = f"printed{'' if name == 'a' else ', its point lost'}; equation restored here"
+            what = f"{name}, fitted to the independent 10 mm curve of {bar:g} bar with b = {S3_B:g}"
+            about = About("S3 eq. 5", "", how, WHY_MAKER)
+            found.append(about.number(what, printed, simulated, 0.1 * printed))
     for bar, n in S3_N.items():
         here = np.isclose(data.pressure, bar * BAR)
         curve_force = data.force[here]
         errors = s3_force(data, S3_A, n, data.contraction[here], data.pressure[here]) - curve_force  # type: ignore[index]
-        found.append(
-            curve(
-                "S3 figure 10",
-                f"a = 17, b = 8, n = {n:g} against the 10 mm curve of {bar:g} bar, RMS",
-                errors,
-                0.1 * float(curve_force.max()),
-                "N",
-                sourcing="printed; maker's, second-hand",
-                why=f"{WHY_MAKER}: of its largest force here",
-            )
-        )
+        why = f"{WHY_MAKER}: of its largest force here"
+        what = f"a = 17, b = 8, n = {n:g} against the 10 mm curve of {bar:g} bar, RMS"
+        figure = About("S3 figure 10", "N", "printed; maker's, second-hand", why)
+        found.append(figure.curve(what, errors, 0.1 * float(curve_force.max())))
     why = "the formulas and the table are pictures in the available text"
+    form = "S2 quotes the form only; the paper itself could not be read"
     return [
         *found,
         lost("S3", "n(p), a(p) (eq. 6–9); table 2; points of figures 7 to 9", why),
         lost("S3", "Shadow muscle: a(p), n(p) with b = 10 (eq. 10)", why),
+        lost("Kerscher 2006", "a_ε, b_ε, a_κ, b_κ, c_κ", form),
     ]
-
-
-def _kerscher() -> list[Row]:
-    why = "S2 quotes the form only; the paper itself could not be read"
-    return [lost("Kerscher 2006", "a_ε, b_ε, a_κ, b_κ, c_κ", why)]
 
 
 def _sarosi() -> list[Row]:
@@ -128,16 +110,13 @@ def _sarosi() -> list[Row]:
 
     short, long = (reader.load("muscle", f"dmsp_20_{n}00n") for n in (2, 4))
     sets = {"DMSP-20-200N": short.coefficients, "DMSP-20-400N": long.coefficients, "10 mm muscle": SAROSI_10}
+    about = About("Sárosi 2012", "N", SECOND_HAND, WHY_TENTH)
     return [
-        implied(
-            "Sárosi 2012",
+        about.implied(
             f"{name}: force at {100.0 * kappa:g} %, {bar:g} bar",
             by_hand,
             by_coefficients(sets[name], kappa, bar),
             0.5,
-            "N",
-            sourcing=SECOND_HAND,
-            why=WHY_TENTH,
         )
         for name, kappa, bar, by_hand in (
             ("DMSP-20-200N", 0.0, 6.0, 1752.0),
@@ -164,15 +143,15 @@ Coefficient = tuple[str, str, float, str]  # name, printed text, ours, unit
 
 def _coefficients(source: str, values: Sequence[Coefficient], sourcing: str) -> list[Row]:
     """Rows of (name, printed text, ours, unit), right to half of the last printed digit."""
-    found = []
-    for name, text, simulated, unit in values:
-        half_digit = 0.5 * 10.0 ** -len(text.partition(".")[2])
-        why = "half of the last printed digit"
-        what = f"{name}, back from the kernel"
-        found.append(
-            number(source, what, float(text), simulated, half_digit, unit, sourcing=sourcing, why=why)
+    return [
+        About(source, unit, sourcing, "half of the last printed digit").number(
+            f"{name}, back from the kernel",
+            float(text),
+            simulated,
+            0.5 * 10.0 ** -len(text.partition(".")[2]),
         )
-    return found
+        for name, text, simulated, unit in values
+    ]
 
 
 def _reynolds() -> list[Row]:
@@ -231,27 +210,20 @@ def _serres() -> list[Row]:
 
 def _bolen() -> list[Row]:
     """F620 at the ends of the lengths it was published for."""
+    about = About("Bolen 2026", "N", "computed from coefficients printed in the manuscript", WHY_TENTH)
     found = []
     for bore, lengths in ((10, (0.112, 0.518)), (20, (0.300, 0.509))):
         muscle = reader.load("muscle", FLUIDIC[bore])
+        f1, f2, f3 = (303.5, 19.03, 0.0075) if bore == 10 else (922.4, 15.37, 0.013)
         for length in lengths:
-            f1, f2, f3 = (303.5, 19.03, 0.0075) if bore == 10 else (922.4, 15.37, 0.013)
-            found.append(
-                implied(
-                    "Bolen 2026",
-                    f"force of {bore} mm × {1e3 * length:g} mm at rest length, 620 kPa",
-                    round(f1 * math.atan(f2 * (length - f3))),
-                    _one_force(muscle.with_values(total_length=length), "bolen_2026", 0.0, 620.0 * KPA),
-                    0.5,
-                    "N",
-                    sourcing="computed from coefficients printed in the manuscript",
-                    why=WHY_TENTH,
-                )
-            )
+            what = f"force of {bore} mm × {1e3 * length:g} mm at rest length, 620 kPa"
+            by_hand = round(f1 * math.atan(f2 * (length - f3)))
+            ours = _one_force(muscle.with_values(total_length=length), "bolen_2026", 0.0, 620.0 * KPA)
+            found.append(about.implied(what, by_hand, ours, 0.5))
     return found
 
 
-PARTS = (_s3, _kerscher, _sarosi, _reynolds, _serres, _bolen)
+PARTS = (_s3, _sarosi, _reynolds, _serres, _bolen)
 WHY_BOUND = "bound on the fit's RMS"
 WHY_TOO_MANY = (
     "21 coefficients on 33 points: the shipped set is fitted to a grid of `sarosi_2012`; only the error on "
@@ -283,17 +255,10 @@ def _short_period() -> list[Row]:
         "S2 prints no filling times, pulley or inertia; those of `arm-short` are assumed, so only "
         "differences between laws can be compared"
     )
+    axis = About("S2 figure 6", "deg", "printed, end of the axis; times assumed here", why)
     return [
-        compared(
-            "S2 figure 6",
-            f"arm at a short period: {end} angle",
-            axis,
-            float(swung),
-            "deg",
-            sourcing="printed, end of the axis; times assumed here",
-            why=why,
-        )
-        for end, axis, swung in (("least", -5.0, angle.min()), ("largest", 35.0, angle.max()))
+        axis.compared(f"arm at a short period: {end} angle", printed, float(swung))
+        for end, printed, swung in (("least", -5.0, angle.min()), ("largest", 35.0, angle.max()))
     ]
 
 
@@ -304,45 +269,23 @@ def _chart_corner() -> list[Row]:
     line = np.polyfit(data.pressure[stretched], data.force[stretched], 1)
     braid = braid_force(-0.03, muscle.braid_stiffness)
     what = "20 mm, −3 %, 600 kPa"
-    found = [
-        number(
-            "S2 figure 4",
-            f"{what}: {name}",
-            2000.0,
-            simulated,
-            200.0,
-            "N",
-            sourcing=f"printed (“up to”); {how}",
-            why=WHY_MAKER,
-        )
-        for name, simulated, how in (
-            (
-                f"maker's table, along its {stretched.sum()} points at −3 %",
-                float(np.polyval(line, 6.0 * BAR)),
-                "table second-hand",
-            ),
-            (
-                "muscle, law at 0 and the braid's stiffness",
-                _one_force(muscle, muscle.law, 0.0, 6.0 * BAR) + braid,
-                "muscle fitted here",
-            ),
-        )
-    ]
+    along = float(np.polyval(line, 6.0 * BAR))
+    own = _one_force(muscle, muscle.law, 0.0, 6.0 * BAR) + braid
+    table, fitted = (
+        About("S2 figure 4", "N", f"printed (“up to”); {how}", WHY_MAKER)
+        for how in ("table second-hand", "muscle fitted here")
+    )
     why = "laws are fitted to κ ≥ 0; the simulator never asks them below zero, where the braid carries"
-    for law in S2_LAWS:
-        force = _one_force(muscle, law, -0.03, 6.0 * BAR)
-        found.append(
-            compared(
-                "S2 figure 4",
-                f"{what}: `{law}` continued",
-                2000.0,
-                force,
-                "N",
-                sourcing="printed (“up to”); fitted here",
-                why=why,
-            )
-        )
-    return found
+    laws = About("S2 figure 4", "N", "printed (“up to”); fitted here", why)
+    its = f"maker's table, along its {stretched.sum()} points at −3 %"
+    return [
+        table.number(f"{what}: {its}", 2000.0, along, 200.0),
+        fitted.number(f"{what}: muscle, law at 0 and the braid's stiffness", 2000.0, own, 200.0),
+        *(
+            laws.compared(f"{what}: `{law}` continued", 2000.0, _one_force(muscle, law, -0.03, 6.0 * BAR))
+            for law in S2_LAWS
+        ),
+    ]
 
 
 def _on_makers_curve(law: str, equation: str, bore: int, bound: float | None) -> Row:
@@ -352,16 +295,8 @@ def _on_makers_curve(law: str, equation: str, bore: int, bound: float | None) ->
     assert data.contraction is not None
     errors = law_force(muscle, law, data.contraction, data.pressure) - data.force
     unseen = held_out(fit_law(pose(law, [data]), starts=4)).held_out["pressure"].rms
-    return curve(
-        f"S2 {equation}",
-        f"`{law}` on the {bore} mm curve, RMS",
-        errors,
-        bound,
-        "N",
-        sourcing=MAKER,
-        why=WHY_BOUND if bound else WHY_TOO_MANY,
-        held_out={"pressure": unseen},
-    )
+    about = About(f"S2 {equation}", "N", MAKER, WHY_BOUND if bound else WHY_TOO_MANY)
+    return about.curve(f"`{law}` on the {bore} mm curve, RMS", errors, bound, held_out={"pressure": unseen})
 
 
 S2_PARTS = (_s2,)

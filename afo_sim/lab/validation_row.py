@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -43,104 +43,91 @@ class Row:
     cell: bool = False
 
 
-def number(
-    source: str,
-    quantity: str,
-    published: float,
-    simulated: float,
-    tolerance: float,
-    unit: str,
-    *,
-    sourcing: str,
-    why: str,
-    cell: bool = False,
-) -> Row:
-    """A printed number against ours."""
-    published, simulated = float(published), float(simulated)
-    error = simulated - published
-    verdict = _verdict("good", abs(error) <= tolerance)
-    return Row(
-        source, quantity, published, simulated, error, tolerance, unit, sourcing, *verdict, why, cell=cell
-    )
-
-
-def implied(
-    source: str,
-    quantity: str,
-    expected: float,
-    simulated: float,
-    tolerance: float,
-    unit: str,
-    *,
-    sourcing: str,
-    why: str,
-) -> Row:
-    """A number that follows from printed ones but is not printed, against ours."""
-    expected, simulated = float(expected), float(simulated)
-    error = simulated - expected
-    verdict = _verdict("good", abs(error) <= tolerance)
-    return Row(source, quantity, None, simulated, error, tolerance, unit, sourcing, *verdict, why, expected)
-
-
-def curve(
-    source: str,
-    quantity: str,
-    errors: np.ndarray,
-    tolerance: float | None,
-    unit: str,
-    *,
-    sourcing: str,
-    why: str,
-    held_out: Mapping[str, float] | None = None,
-    measure: Callable[[np.ndarray], float] = rms,
-) -> Row:
-    """Many numbers at once: `measure` over their errors; without a tolerance it is not judged."""
-    error = measure(errors)
-    if tolerance is None:
-        verdict = _verdict("compared", math.isfinite(error))
-    else:
-        verdict = _verdict("good", error <= tolerance)
-    counts = {"held_out": held_out or {}, "points": len(errors)}
-    return Row(source, quantity, None, None, error, tolerance, unit, sourcing, *verdict, why, **counts)  # type: ignore[arg-type]
-
-
 def worst(errors: np.ndarray) -> float:
     """The largest absolute error."""
     return float(np.abs(errors).max())
 
 
-def compared(
-    source: str, quantity: str, published: float, simulated: float, unit: str, *, sourcing: str, why: str
-) -> Row:
-    """A printed number beside ours where no agreement can be demanded."""
-    error = simulated - published
-    verdict = _verdict("compared", math.isfinite(error))
-    return Row(source, quantity, published, simulated, error, None, unit, sourcing, *verdict, why)
+@dataclass(frozen=True)
+class About:
+    """What rows of one source have in common: its name, their unit, how well sourced they are, and why."""
 
+    source: str
+    unit: str
+    sourcing: str
+    why: str
 
-def contradicted(
-    outcome: Literal["erratum", "disagrees"],
-    source: str,
-    quantity: str,
-    published: float | None,
-    expected: float,
-    simulated: float,
-    allowed: float,
-    unit: str,
-    *,
-    sourcing: str,
-    why: str,
-) -> Row:
-    """A printed number that the source's own other numbers contradict; ours must be the expected one."""
-    error = simulated - (expected if published is None else published)
-    verdict = _verdict(outcome, abs(simulated - expected) <= allowed)
-    return Row(source, quantity, published, simulated, error, None, unit, sourcing, *verdict, why, expected)
+    def row(
+        self,
+        outcome: Outcome,
+        good: object,
+        quantity: str,
+        error: float,
+        simulated: float | None,
+        *,
+        published: float | None = None,
+        expected: float | None = None,
+        tolerance: float | None = None,
+        **others: Any,
+    ) -> Row:
+        """A line of the validation, of an outcome if it is good and else failed."""
+        verdict: tuple[bool, Outcome] = (True, outcome) if good else (False, "FAILED")
+        numbers = (published, simulated, error, tolerance)
+        how = (self.unit, self.sourcing)
+        return Row(self.source, quantity, *numbers, *how, *verdict, self.why, expected, **others)
+
+    def number(
+        self, quantity: str, published: float, simulated: float, tolerance: float, **others: Any
+    ) -> Row:
+        """A printed number against ours."""
+        error = float(simulated) - float(published)
+        numbers = {"published": float(published), "tolerance": tolerance}
+        return self.row(
+            "good", abs(error) <= tolerance, quantity, error, float(simulated), **numbers, **others
+        )
+
+    def implied(self, quantity: str, expected: float, simulated: float, tolerance: float) -> Row:
+        """A number that follows from printed ones but is not printed, against ours."""
+        error = float(simulated) - float(expected)
+        numbers = {"expected": float(expected), "tolerance": tolerance}
+        return self.row("good", abs(error) <= tolerance, quantity, error, float(simulated), **numbers)
+
+    def compared(self, quantity: str, published: float, simulated: float) -> Row:
+        """A printed number beside ours where no agreement can be demanded."""
+        error = simulated - published
+        return self.row("compared", math.isfinite(error), quantity, error, simulated, published=published)
+
+    def contradicted(
+        self,
+        outcome: Literal["erratum", "disagrees"],
+        quantity: str,
+        published: float | None,
+        expected: float,
+        simulated: float,
+        allowed: float,
+    ) -> Row:
+        """A printed number that the source's own other numbers contradict; ours must be the expected one."""
+        error = simulated - (expected if published is None else published)
+        numbers = {"published": published, "expected": expected}
+        return self.row(outcome, abs(simulated - expected) <= allowed, quantity, error, simulated, **numbers)
+
+    def curve(
+        self,
+        quantity: str,
+        errors: np.ndarray,
+        tolerance: float | None,
+        *,
+        held_out: Mapping[str, float] | None = None,
+        measure: Callable[[np.ndarray], float] = rms,
+    ) -> Row:
+        """Many numbers at once: `measure` over their errors; without a tolerance it is not judged."""
+        error = measure(errors)
+        outcome: Outcome = "compared" if tolerance is None else "good"
+        good = math.isfinite(error) if tolerance is None else error <= tolerance
+        counts: dict[str, Any] = {"held_out": held_out or {}, "points": len(errors)}
+        return self.row(outcome, good, quantity, error, None, tolerance=tolerance, **counts)
 
 
 def lost(source: str, quantity: str, why: str) -> Row:
     """A number that the paper printed and its text no longer holds. Nothing stands in for it."""
     return Row(source, quantity, None, None, None, None, "", NOT_RECOVERABLE, True, "lost", why)
-
-
-def _verdict(outcome: Outcome, good: object) -> tuple[bool, Outcome]:
-    return (True, outcome) if good else (False, "FAILED")

@@ -17,7 +17,7 @@ from afo_sim.lab.identifiability import rms
 from afo_sim.lab.law_fit import fit_law, held_out
 from afo_sim.lab.law_problem import pose
 from afo_sim.lab.measured import Measured, read_measured
-from afo_sim.lab.validation_row import Row, contradicted, curve, implied, lost, number, worst
+from afo_sim.lab.validation_row import About, Row, lost, worst
 from afo_sim.model import get_state
 from afo_sim.physics import LAWS, Braid, contractions, forces
 from afo_sim.simulation import Case, Recipe, fixed, roll_out
@@ -39,6 +39,15 @@ ROUNDED = 0.08  # tables III and IV [cm]
 WHY_ROUNDED = (
     "printed to 0.1 cm, so ±0.05; 0.03 for an angle and a radius that S1 does not print, whole numbers here"
 )
+WHY_TABLES = "the RMS of two tables cannot differ by more than the tables do"
+WHY_MISPRINT = (
+    "4.3 cm is table III's number at this load and pressure; every other cell of table IV is within "
+    "0.1 cm of table III × 12/21.5, here 2.4 cm"
+)
+WHY_RISES = "eq. 1 rises with pressure up to 54.7°, at rest by π r0² (a − b) = 19.81 N/bar at 37°, 5 mm"
+WHY_FIT_ANGLE = "printed to 1 %, so ±0.5, and ±1.6 from the angle's standard error of 3.3°"
+WHY_37 = "a braid of 37° ends at 1 − 1/(√3 cos α0) = 27.7 %: tables III and IV cannot contain 37 %"
+WHY_BENCH = "S1's bench never saw it: its largest change of length, 3.7 cm, is 17.2 % of 21.5 cm"
 WHY_RESTS = "a hundredth of what is printed"
 DAMPER = 200.0  # of the slides [N·s/m]: brings the masses to rest, and is nothing at rest
 TUBE_VOLUME, WALL_CONDUCTANCE = 4e-6, 0.5  # of each chamber [m³, W/K]
@@ -75,24 +84,12 @@ def _cell_name(data: Measured, k: int) -> str:
     return f"change of length, {mass:g} kg, {data.pressure[k] * 1e-5:g} bar"
 
 
-def _cells(
-    number_of_table: int, data: Measured, simulated: np.ndarray, tolerance: float, *, sourcing: str, why: str
-) -> list[Row]:
+def _cells(about: About, number: int, data: Measured, simulated: np.ndarray, tolerance: float) -> list[Row]:
     """A row for each cell of a table but the misprint [cm]."""
     return [
-        number(
-            f"S1 table {ROMAN[number_of_table]}",
-            _cell_name(data, k),
-            printed,
-            simulated[k],
-            tolerance,
-            "cm",
-            sourcing=sourcing,
-            why=why,
-            cell=True,
-        )
+        about.number(_cell_name(data, k), printed, simulated[k], tolerance, cell=True)
         for k, printed in enumerate(_change(data))
-        if (number_of_table, k) != (4, MISPRINT)
+        if (number, k) != (4, MISPRINT)
     ]
 
 
@@ -106,22 +103,19 @@ def _bench() -> list[Row]:
         simulated = CM * ours(muscle, data.force, data.pressure)
         static.append(simulated)
         errors.append(simulated - _change(data))
-        name, bound = f"S1 table {ROMAN[k]}", FIT_BOUND * math.sqrt(2.0)
-        found.append(curve(name, CHANGE, errors[-1], bound, "cm", sourcing=MEASURED, why=WHY_HALF))
-        found += _cells(k, data, simulated, 3.0 * FIT_BOUND, sourcing=MEASURED, why=WHY_CELL)
+        half, cell = (About(f"S1 table {ROMAN[k]}", "cm", MEASURED, why) for why in (WHY_HALF, WHY_CELL))
+        found.append(half.curve(CHANGE, errors[-1], FIT_BOUND * math.sqrt(2.0)))
+        found += _cells(cell, k, data, simulated, 3.0 * FIT_BOUND)
         loads = zip(data.force / GRAVITY, data.pressure, strict=True)
         hung += [Hung(muscle, float(mass), float(pressure)) for mass, pressure in loads]
-    name, both = "S1 tables I, II", np.concatenate(errors)
-    unseen = _held_out(tables)
-    joint = curve(name, CHANGE, both, FIT_BOUND, "cm", sourcing=MEASURED, why=WHY_FIT, held_out=unseen)
-    rests = curve(
-        name,
+    name = "S1 tables I, II"
+    joint = About(name, "cm", MEASURED, WHY_FIT).curve(
+        CHANGE, np.concatenate(errors), FIT_BOUND, held_out=_held_out(tables)
+    )
+    rests = About(name, "cm", "simulated twice here", WHY_RESTS).curve(
         "masses at rest on compiled muscles filled through a valve, less the static law: worst",
         CM * settled(hung) - np.concatenate(static),
         1e-3,
-        "cm",
-        sourcing="simulated twice here",
-        why=WHY_RESTS,
         measure=worst,
     )
     return [*found, joint, rests]
@@ -146,50 +140,28 @@ def _own_simulation() -> list[Row]:
         printed, bench = _change(data), _change(tables[k - 2])
         simulated = CM * as_s1(data.facts["total_length"], data.force, data.pressure)
         good = np.arange(len(data)) != (MISPRINT if k == 4 else -1)
-        found.append(
-            curve(
-                f"S1 table {ROMAN[k]}",
-                "change of length, worst cell",
-                (simulated - printed)[good],
-                ROUNDED,
-                "cm",
-                sourcing=SIMULATED,
-                why=WHY_ROUNDED,
-                measure=worst,
-            )
-        )
-        found += _cells(k, data, simulated, ROUNDED, sourcing=SIMULATED, why=WHY_ROUNDED)
+        about = About(f"S1 table {ROMAN[k]}", "cm", SIMULATED, WHY_ROUNDED)
+        missed = (simulated - printed)[good]
+        found.append(about.curve("change of length, worst cell", missed, ROUNDED, measure=worst))
+        found += _cells(about, k, data, simulated, ROUNDED)
         if k == 4:
             found.append(_misprint(tables, float(simulated[MISPRINT])))
-        found.append(
-            implied(
-                f"S1 table {ROMAN[k]}",
-                f"S1's own simulation against table {ROMAN[k - 2]}, RMS of {good.sum()} cells",
-                rms((printed - bench)[good]),
-                rms((simulated - bench)[good]),
-                ROUNDED,
-                "cm",
-                sourcing="computed from printed tables",
-                why="the RMS of two tables cannot differ by more than the tables do",
-            )
-        )
+        what = f"S1's own simulation against table {ROMAN[k - 2]}, RMS of {good.sum()} cells"
+        theirs, own = (rms((each - bench)[good]) for each in (printed, simulated))
+        both = About(about.source, "cm", "computed from printed tables", WHY_TABLES)
+        found.append(both.implied(what, theirs, own, ROUNDED))
     return found
 
 
 def _misprint(tables: dict[int, Measured], simulated: float) -> Row:
     ratio = tables[4].facts["total_length"] / tables[3].facts["total_length"]
-    return contradicted(
+    return About("S1 table IV", "cm", "printed, a misprint", WHY_MISPRINT).contradicted(
         "erratum",
-        "S1 table IV",
         _cell_name(tables[4], MISPRINT),
         float(_change(tables[4])[MISPRINT]),
         float(ratio * _change(tables[3])[MISPRINT]),
         simulated,
         ROUNDED,
-        "cm",
-        sourcing="printed, a misprint",
-        why="4.3 cm is table III's number at this load and pressure; every other cell of table IV is within "
-        "0.1 cm of table III × 12/21.5, here 2.4 cm",
     )
 
 
@@ -206,29 +178,13 @@ def _models() -> list[Row]:
     )
     at_rest = np.isclose(kappa, 0.0)
     slope = np.diff(geometric[at_rest][[0, -1]])[0] / 6.0
+    why = "rounding of 64-bit numbers: the two formulas are one"
+    one = About("S1 eq. 1, 2", "N", "printed; lost p and κ of eq. 2 restored here", why)
+    rises = About("S1 eq. 1", "N/bar", "printed, a sentence", WHY_RISES)
+    falls = "geometric force by pressure at rest length; S1 says that it falls"
     return [
-        curve(
-            "S1 eq. 1, 2",
-            "geometric force less Hill's spring force: worst",
-            geometric - hill,
-            1e-9,
-            "N",
-            sourcing="printed; lost p and κ of eq. 2 restored here",
-            why="rounding of 64-bit numbers: the two formulas are one",
-            measure=worst,
-        ),
-        contradicted(
-            "disagrees",
-            "S1 eq. 1",
-            "geometric force by pressure at rest length; S1 says that it falls",
-            None,
-            19.81,
-            float(slope),
-            0.005,
-            "N/bar",
-            sourcing="printed, a sentence",
-            why="eq. 1 rises with pressure up to 54.7°, at rest by π r0² (a − b) = 19.81 N/bar at 37°, 5 mm",
-        ),
+        one.curve("geometric force less Hill's spring force: worst", geometric - hill, 1e-9, measure=worst),
+        rises.contradicted("disagrees", falls, None, 19.81, float(slope), 0.005),
     ]
 
 
@@ -247,47 +203,23 @@ def _contraction() -> list[Row]:
     reached = float(100.0 * free * muscle.nominal_length / muscle.total_length)
     largest = float(_change(table(1)).max() / (CM * muscle.total_length))
     printed, degrees = "printed, not measured", math.degrees(muscle.braid_angle)
+    own = 100.0 * (1.0 - 1.0 / (math.sqrt(3.0) * math.cos(S1_ANGLE)))
+    active, whole = "largest contraction of the active length", "largest contraction of all 21.5 cm"
+    fitted, derived, bench = (
+        About("S1", "%", f"{printed}; {how} here", why)
+        for how, why in (
+            ("angle fitted", WHY_FIT_ANGLE),
+            ("angle derived", WHY_37),
+            ("muscle fitted", WHY_BENCH),
+        )
+    )
+    allowed = 100.0 * 3.0 * FIT_BOUND / 21.5
+    same, load = f"{active}: 37°, as in S1's own simulation", f"{whole}: fitted muscle without load at 4 bar"
     return [
-        number(
-            "S1",
-            f"largest contraction of the active length: ideal braid at {degrees:.0f}°",
-            37.0,
-            limits["fit"],
-            2.1,
-            "%",
-            sourcing=f"{printed}; angle fitted here",
-            why="printed to 1 %, so ±0.5, and ±1.6 from the angle's standard error of 3.3°",
-        ),
-        contradicted(
-            "disagrees",
-            "S1",
-            "largest contraction of the active length: 37°, as in S1's own simulation",
-            37.0,
-            100.0 * (1.0 - 1.0 / (math.sqrt(3.0) * math.cos(S1_ANGLE))),
-            limits["S1"],
-            0.05,
-            "%",
-            sourcing=f"{printed}; angle derived here",
-            why="a braid of 37° ends at 1 − 1/(√3 cos α0) = 27.7 %: tables III and IV cannot contain 37 %",
-        ),
-        contradicted(
-            "disagrees",
-            "S1",
-            "largest contraction of all 21.5 cm: fitted muscle without load at 4 bar",
-            37.0,
-            100.0 * largest,
-            reached,
-            100.0 * 3.0 * FIT_BOUND / 21.5,
-            "%",
-            sourcing=f"{printed}; muscle fitted here",
-            why="S1's bench never saw it: its largest change of length, 3.7 cm, is 17.2 % of 21.5 cm",
-        ),
-    ]
-
-
-def _lost() -> list[Row]:
-    return [
-        lost("S1", "C_d of the damper; braid angle; figures 3 to 8", "not printed; the figures are pictures")
+        fitted.number(f"{active}: ideal braid at {degrees:.0f}°", 37.0, limits["fit"], 2.1),
+        derived.contradicted("disagrees", same, 37.0, own, limits["S1"], 0.05),
+        bench.contradicted("disagrees", load, 37.0, 100.0 * largest, reached, allowed),
+        lost("S1", "C_d of the damper; braid angle; figures 3 to 8", "not printed; the figures are pictures"),
     ]
 
 
@@ -355,4 +287,4 @@ def _circuit(hung: Sequence[Hung]) -> native.Circuit:
     )
 
 
-PARTS = (_bench, _own_simulation, _models, _contraction, _lost)
+PARTS = (_bench, _own_simulation, _models, _contraction)

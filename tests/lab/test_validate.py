@@ -12,8 +12,8 @@ from command import call
 from documents import PAGES
 
 from afo_sim.description import reader
-from afo_sim.lab import validation, validation_laws, validation_row, validation_s1
-from afo_sim.lab.validation_row import Row
+from afo_sim.lab import validation, validation_laws, validation_s1
+from afo_sim.lab.validation_row import About, Row
 from afo_sim.show import validation_figures as validate_figures
 
 BEGIN, END = "<!-- validation begins -->\n", "<!-- validation ends -->"
@@ -245,14 +245,14 @@ def test_a_wrong_law_parameter_fails(
 
 
 def test_what_is_no_number_fails() -> None:
-    look = {"sourcing": "printed", "why": "a test"}
+    about = About("S1", "m", "printed", "a test")
     for bad in (
-        validation_row.number("S1", "x", 1.0, math.nan, 1.0, "m", **look),
-        validation_row.implied("S1", "x", 1.0, math.nan, 1.0, "m", **look),
-        validation_row.curve("S1", "x", np.array([0.0, math.nan]), 1.0, "m", **look),
-        validation_row.curve("S1", "x", np.array([0.0, math.nan]), None, "m", **look),
-        validation_row.compared("S1", "x", 1.0, math.nan, "m", **look),
-        validation_row.contradicted("disagrees", "S1", "x", 1.0, 2.0, math.nan, 1.0, "m", **look),
+        about.number("x", 1.0, math.nan, 1.0),
+        about.implied("x", 1.0, math.nan, 1.0),
+        about.curve("x", np.array([0.0, math.nan]), 1.0),
+        about.curve("x", np.array([0.0, math.nan]), None),
+        about.compared("x", 1.0, math.nan),
+        about.contradicted("disagrees", "x", 1.0, 2.0, math.nan, 1.0),
     ):
         assert not bad.passed
         assert bad.outcome == "FAILED"
