@@ -366,14 +366,11 @@ def _undefined(case: Prepared, totals: Mapping[str, Metric], asked: Asked) -> di
     return undefined(asked.metrics, bool(scenario.orthosis.chamber), fills(scenario))
 
 
-def _gone(file: object) -> bool:
-    """True where a file that was there when the sweep was read is there no more."""
-    return isinstance(file, pathlib.Path) and not file.exists()
-
-
 def _failed(error: Exception) -> Outcome:
     """The outcome that an error is; but what befalls the machine is no case's own, and stops the sweep."""
-    if isinstance(error, (MemoryError, OSError)) or (isinstance(error, InputError) and _gone(error.file)):
+    file = error.file if isinstance(error, InputError) else None
+    gone = isinstance(file, pathlib.Path) and not file.exists()  # it was there when the sweep was read
+    if gone or isinstance(error, (MemoryError, OSError)):
         raise error
     if isinstance(error, ControllerError):
         return Outcome(BROKEN, str(error), {})

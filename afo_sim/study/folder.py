@@ -78,7 +78,8 @@ class FolderKind:
         mixed = {"mixed": True} if manifest.get("fingerprint", now) != now else {}
         if manifest | known | mixed != manifest:  # where the files of the scenario lie may have changed
             manifest = manifest | known | mixed
-            _write_manifest(folder / self.manifest, as_stored(manifest, folder))
+            with disk(folder, AGAIN):
+                write_json(folder / self.manifest, as_stored(manifest, folder), "manifest", keeping)
         return manifest
 
     def _continued(
@@ -181,12 +182,6 @@ def write_answer(
         if draw is not None:
             draw(answer, scratch / f"{stem}.png")
     return folder
-
-
-def _write_manifest(path: pathlib.Path, manifest: Mapping[str, Any]) -> None:
-    """Plain data, on disk whole or not at all."""
-    with disk(path.parent, AGAIN):
-        write_json(path, manifest, "manifest", keeping)
 
 
 def _version(package: str) -> str:

@@ -15,7 +15,7 @@ from afo_sim.metrics import COMPARED, REPORTED, instead, reference_metrics, told
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
-from afo_sim.study.engine import OK, Outcome
+from afo_sim.study.engine import OK
 from afo_sim.study.folder import Changed
 from afo_sim.study.pool import Evaluate, pool
 from afo_sim.study.results import Results, read
@@ -233,16 +233,10 @@ def probe(
     """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s]."""
     next(evaluate(scenario, [(0, sets[0])], 1, 1, EVERYTHING))  # compiles what only the first run compiles
     begun = time.perf_counter()
-    found = [
-        outcome
-        for _, outcome in sorted(evaluate(scenario, enumerate(sets), 1, len(sets), EVERYTHING), key=_number)
-    ]
+    by_number = dict(evaluate(scenario, enumerate(sets), 1, len(sets), EVERYTHING))
+    found = [by_number[number] for number in range(len(sets))]
     seconds = (time.perf_counter() - begun) / len(sets)
     if all(outcome.status != OK for outcome in found):
         reason = next(outcome.reason for outcome in reversed(found))
         raise InputError(f"no case that was tried runs: {reason}", file=file)
     return {name: metric.unit for outcome in found for name, metric in outcome.metrics.items()}, seconds
-
-
-def _number(found: tuple[int, Outcome]) -> int:
-    return found[0]

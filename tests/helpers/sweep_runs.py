@@ -2,7 +2,10 @@
 
 import json
 import pathlib
+import signal
+import subprocess
 import sys
+import time
 from typing import Any
 
 import pyarrow.parquet as pq
@@ -14,7 +17,7 @@ from afo_sim.study import Outcome, Store, cases_of, runner, sweep_plan
 SWEEP = """
 scenario = "walk-dropfoot-afo"
 design = "random"
-cases = 26
+cases = 14
 chunk = {chunk}
 seed = 5
 [set]
@@ -61,6 +64,19 @@ def exact(outcome: Outcome) -> tuple[Any, ...]:
     """An outcome to the last bit; a number that is undefined equals another one."""
     numbers = {name: (metric.unit, float(metric).hex()) for name, metric in outcome.metrics.items()}
     return outcome.status, outcome.reason, outcome.warnings, numbers
+
+
+def killed(command: list[str], parts: pathlib.Path) -> bool:
+    """Run a study, and kill it once it has written one more part; whether it was killed in time."""
+    before = len(list(parts.glob("*.parquet")))
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    while process.poll() is None:
+        if len(list(parts.glob("*.parquet"))) > before:
+            process.send_signal(signal.SIGKILL)
+            break
+        time.sleep(0.002)
+    process.communicate()
+    return process.returncode == -signal.SIGKILL
 
 
 COMMAND = [sys.executable, "-m", "afo_sim", "sweep"]

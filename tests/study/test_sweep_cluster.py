@@ -88,7 +88,7 @@ def test_a_killed_worker_loses_and_doubles_no_row(
 
     state = runner.run(sweep, scheduler=two_workers.scheduler_address, report=kill_one)
     assert killed == [3]
-    assert (state.new, state.done) == (26, 26)
+    assert (state.new, state.done) == (14, 14)
     assert_same(whole, table(tmp_path / "out"))
     with distributed.Client(two_workers) as client:
         assert pids[0] not in client.run(os.getpid).values()

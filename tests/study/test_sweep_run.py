@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from campaign import size
 from command import call
-from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, exact, opened, swept, table, written
+from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, exact, killed, opened, swept, table, written
 
 import afo_sim
 import afo_sim.study
@@ -39,8 +39,22 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
 
 
 @pytest.fixture(scope="module")
-def seated_table(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    return swept(tmp_path_factory.mktemp("seated"), SEATED)
+def seated_folder(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    folder = tmp_path_factory.mktemp("seated")
+    swept(folder, SEATED)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def seated_table(seated_folder: pathlib.Path) -> Any:
+    return table(seated_folder / "out")
+
+
+@pytest.fixture
+def seated(seated_folder: pathlib.Path, tmp_path: pathlib.Path) -> pathlib.Path:
+    """A finished sweep's folder that a test may change; its file lies beside it."""
+    shutil.copytree(seated_folder, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "out"
 
 
 # -- the same rows ----------------------------------------------------------------------------------------
@@ -130,10 +144,9 @@ def test_replay_says_what_differs_from_the_row(
 
 
 def test_replay_says_when_a_case_ends_otherwise(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    seated: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    rows = swept(tmp_path, SEATED)
-    out = tmp_path / "out"
+    rows, out = table(seated), seated
     column = rows.schema.get_field_index("status")
     told = [["unstable"] + ["ok"] * 11]
     write_parquet(out / "results.parquet", rows.set_column(column, rows.schema.field(column), told))
@@ -143,16 +156,15 @@ def test_replay_says_when_a_case_ends_otherwise(
 
 
 def test_replay_of_a_case_that_raises_is_one_message(
-    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    seated: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    swept(tmp_path, SEATED)
     monkeypatch.setattr(replay, "run_scenario", lambda *_, **__: 1 / 0)
-    code, _, complained = call(capsys, "replay", tmp_path / "out", 3)
+    code, _, complained = call(capsys, "replay", seated, 3)
     assert code == 2 and "CASE = 3: fails: ZeroDivisionError" in complained
 
 
 def test_replay_of_what_is_not_there(whole: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, complained = call(capsys, "replay", whole, 26)
+    code, _, complained = call(capsys, "replay", whole, 14)
     assert code == 2 and "no such case" in complained
     infeasible = int(np.flatnonzero(afo_sim.study.read(whole)["status"] == "infeasible")[0])
     code, _, complained = call(capsys, "replay", whole, infeasible)
@@ -292,19 +304,6 @@ def test_python_callbacks_give_a_sweep_too(seated_table: Any, tmp_path: pathlib.
 # -- stopped and continued --------------------------------------------------------------------------------
 
 
-def killed(command: list[str], out: pathlib.Path, more: int) -> bool:
-    """Run a command, and kill it once it has written some more chunks; whether it was killed in time."""
-    before = len(list(out.glob("chunks/*.parquet")))
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    while process.poll() is None:
-        if len(list(out.glob("chunks/*.parquet"))) >= before + more:
-            process.send_signal(signal.SIGKILL)
-            break
-        time.sleep(0.002)
-    process.communicate()
-    return process.returncode == -signal.SIGKILL
-
-
 @pytest.mark.slow
 def test_killed_it_goes_on_and_ends_with_the_same_rows(
     whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
@@ -313,13 +312,13 @@ def test_killed_it_goes_on_and_ends_with_the_same_rows(
     arguments = [str(file), "--out", str(out), "--threads", "1"]
     there: list[dict[str, int]] = [{}]
     for _ in range(size(1, 3)):
-        assert killed([*COMMAND, *arguments], out, 1)
+        assert killed([*COMMAND, *arguments], out / "chunks")
         there.append({path.name: path.stat().st_mtime_ns for path in out.glob("chunks/*.parquet")})
     assert all(before.items() <= after.items() for before, after in pairwise(there))  # none computed twice
     assert not (out / "results.parquet").exists()
     code, said, _ = call(capsys, "sweep", *arguments)
     assert code == 0
-    assert f"{len(afo_sim.study.read(out))} of 26 are done" in said
+    assert f"{len(afo_sim.study.read(out))} of 14 are done" in said
     assert_same(table(whole), table(out))
     assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json"]
     before = (out / "results.parquet").stat().st_mtime_ns
@@ -337,10 +336,9 @@ def test_killed_before_its_first_file_is_whole(tmp_path: pathlib.Path, seated_ta
 
 
 def test_killed_between_the_results_and_taking_the_chunks_away(
-    tmp_path: pathlib.Path, seated_table: Any
+    seated: pathlib.Path, tmp_path: pathlib.Path, seated_table: Any
 ) -> None:
-    swept(tmp_path, SEATED)
-    out = tmp_path / "out"
+    out = seated
     (out / "chunks").mkdir()
     (out / "chunks" / "0000000.parquet").write_bytes(b"PAR1")
     (out / ".results.parquet.abc").write_bytes(b"half")
@@ -349,9 +347,10 @@ def test_killed_between_the_results_and_taking_the_chunks_away(
     assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json"]
 
 
-def test_results_that_are_gone_are_computed_again(tmp_path: pathlib.Path, seated_table: Any) -> None:
-    swept(tmp_path, SEATED)
-    (tmp_path / "out" / "results.parquet").unlink()
+def test_results_that_are_gone_are_computed_again(
+    seated: pathlib.Path, tmp_path: pathlib.Path, seated_table: Any
+) -> None:
+    (seated / "results.parquet").unlink()
     assert_same(swept(tmp_path, SEATED), seated_table)
 
 
@@ -504,7 +503,7 @@ def test_two_processes_on_one_folder_lose_and_double_nothing(
     for process in both:
         said, complained = process.communicate()
         assert process.returncode == 0, complained
-        assert "26 of 26 are done" in said
+        assert "14 of 14 are done" in said
     assert_same(table(whole), table(tmp_path / "out"))
 
 
@@ -538,15 +537,15 @@ def test_parts_in_any_order_are_gathered_by_the_last(
 
 
 def test_a_part_says_what_is_its_own(tmp_path: pathlib.Path) -> None:
-    store = opened(written(tmp_path), tmp_path / "out")  # 26 cases, 7 chunks of 4
-    assert [runner.estimate(store, 1, (k, 3)).cases for k in (1, 2, 3)] == [10, 8, 8]
-    whole, part = runner.estimate(store, 1), runner.estimate(store, 1, (3, 3))
-    assert part.seconds == pytest.approx(whole.seconds * 8 / 26)
+    store = opened(written(tmp_path), tmp_path / "out")  # 14 cases, chunks of 4
+    assert [runner.estimate(store, 1, (k, 3)).cases for k in (1, 2, 3)] == [6, 4, 4]
+    whole, part = runner.estimate(store, 1), runner.estimate(store, 1, (1, 3))
+    assert part.seconds == pytest.approx(whole.seconds * 6 / 14)
     states: list[SweepProgress] = []
-    last = runner.run(store, part=(3, 3), report=states.append)
-    assert (last.cases, last.done, last.new) == (8, 8, 8)
-    assert [state.done for state in states] == [4, 8]
-    assert runner.estimate(store, 1, (3, 3)).done == 8 and runner.left(store) == 18
+    last = runner.run(store, part=(1, 3), report=states.append)
+    assert (last.cases, last.done, last.new) == (6, 6, 6)
+    assert sorted(state.done for state in states)[-1] == 6 and len(states) == 2
+    assert runner.estimate(store, 1, (1, 3)).done == 6 and runner.left(store) == 8
 
 
 def test_one_more_call_without_part_gathers(tmp_path: pathlib.Path, seated_table: Any) -> None:

@@ -64,7 +64,7 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     fresh = best["fresh_patients"]
     if fresh is None:
         lines.append("not tried on fresh patients: the search states no patients to draw from")
-    elif best["feasible"] and not _holds(fresh):
+    elif best["feasible"] and (fresh["lacking"] or any(limit["short"] != 0.0 for limit in fresh["limits"])):
         lines.append("with fresh patients it does not keep every limit: take the limits with a margin")
     return lines
 
@@ -95,10 +95,6 @@ def _at_an_end(parameter: Mapping[str, Any]) -> bool:
     """True where a value is within a hundredth of its range from either end."""
     low, high = parameter["from"], parameter["to"]
     return bool(min(parameter["value"] - low, high - parameter["value"]) < 0.01 * (high - low))
-
-
-def _holds(fresh: Mapping[str, Any]) -> bool:
-    return not fresh["lacking"] and all(limit["short"] == 0.0 for limit in fresh["limits"])
 
 
 def _lacks(best: Mapping[str, Any]) -> str:

@@ -291,14 +291,9 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
 def _last_stride(recording: Recording) -> Stride:
     """The stride of the plain run that its metrics are of."""
     columns, time = recording.columns, recording["time"]
-    mass = _person_mass(recording)
+    mass = person_of(load("scenario", recording.scenario)).body_mass
     whole = strides(columns, float(time[1] - time[0]), mass)
     return (settled(columns, whole) or whole)[-1]
-
-
-def _person_mass(recording: Recording) -> float:
-    """Body mass of a run's patient [kg]."""
-    return person_of(load("scenario", recording.scenario)).body_mass
 
 
 def _explained(found: Found, name: str) -> Explained | None:
