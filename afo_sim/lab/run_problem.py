@@ -28,7 +28,7 @@ from afo_sim.common import (
 from afo_sim.description import Scenario, field_at, load
 from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.model import AirPath, muscle_names, valve_names
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import Recording, describe, described_policy, make_recording
 from afo_sim.simulation.simulate import simulate

@@ -1,3 +1,6 @@
+from .air_per_stride import FLOW as FLOW
+from .air_per_stride import sag as sag
+from .air_per_stride import sag_of_both as sag_of_both
 from .ankle import ankle_metrics as ankle_metrics
 from .ankle import rise_time as rise_time
 from .answer import Answer as Answer
@@ -33,6 +36,9 @@ from .first_strides import from_start as from_start
 from .first_strides import share_left as share_left
 from .first_strides import strides_needed as strides_needed
 from .first_strides import undefined as undefined
+from .heel_contact import FOREFOOT_PITCH as FOREFOOT_PITCH
+from .heel_contact import HEEL_PITCH as HEEL_PITCH
+from .heel_contact import LOADING as LOADING
 from .metric import GROUPS as GROUPS
 from .metric import OTHER as OTHER
 from .metric import REPORTED as REPORTED
@@ -50,8 +56,10 @@ from .metric_words import lift as lift
 from .metric_words import number as number
 from .metric_words import unit as unit
 from .metric_words import words as words
-from .safety import pressure_without_slap as pressure_without_slap
-from .safety import skin_metrics as skin_metrics
+from .needed_torque import HEEL_RISE as HEEL_RISE
+from .needed_torque import NEEDED_MOMENT as NEEDED_MOMENT
+from .skin_pressure import pressure_without_slap as pressure_without_slap
+from .skin_pressure import skin_metrics as skin_metrics
 from .strides import INTERNAL as INTERNAL
 from .strides import ORTHOSIS as ORTHOSIS
 from .strides import SOLVED as SOLVED
@@ -61,11 +69,6 @@ from .strides import progress as progress
 from .strides import settled as settled
 from .strides import stance as stance
 from .strides import stance_force as stance_force
-from .supply import FLOW as FLOW
-from .supply import sag as sag
-from .supply import sag_of_both as sag_of_both
-from .torque import HEEL_RISE as HEEL_RISE
-from .torque import NEEDED_MOMENT as NEEDED_MOMENT
 from .valves import FILL as FILL
 from .valves import VENT as VENT
 from .valves import is_filling as is_filling
@@ -82,9 +85,6 @@ from .verdict import SKIN as SKIN
 from .verdict import seated_answers as seated_answers
 from .verdict import status_of as status_of
 from .verdict import undecided as undecided
-from .walking import FOREFOOT_PITCH as FOREFOOT_PITCH
-from .walking import HEEL_PITCH as HEEL_PITCH
-from .walking import LOADING as LOADING
 from .walking import WalkMetrics as WalkMetrics
 from .walking import has_orthosis as has_orthosis
 from .walking import walk_metrics as walk_metrics

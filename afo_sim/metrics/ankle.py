@@ -6,10 +6,10 @@ import numpy as np
 
 from afo_sim.common import STANDARD_DENSITY
 from afo_sim.metrics import peak
+from afo_sim.metrics.air_per_stride import CYCLE, flow_metrics, grams_taken, grams_through, positive_work
 from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, reported
+from afo_sim.metrics.needed_torque import inversion_peaks
 from afo_sim.metrics.strides import chambers
-from afo_sim.metrics.supply import CYCLE, flow_metrics, grams_taken, grams_through, positive_work
-from afo_sim.metrics.torque import inversion_peaks
 from afo_sim.metrics.valves import switching_by_the_minute
 from afo_sim.metrics.window import crossing, whole_cycles
 

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Mapping
 
+from afo_sim.metrics.air_per_stride import EACH
 from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, measured, reported
-from afo_sim.metrics.supply import EACH
 
 
 @reported(

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, STANDARD_DENSITY
+from afo_sim.metrics.air_per_stride import sag_metrics
 from afo_sim.metrics.facts import Run, Source
 from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
-from afo_sim.metrics.supply import sag_metrics
 
 ANR = "ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
 SOURCE = (

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from afo_sim.metrics.metric import CLEARANCE, Found, Of, reported
+from afo_sim.metrics.needed_torque import NEEDED_MOMENT
 from afo_sim.metrics.strides import Stride
-from afo_sim.metrics.torque import NEEDED_MOMENT
 
 NEAR = 0.01  # of the stride to each side: a local minimum is the lowest within it [-]
 HEIGHTS = {  # of a point's clearance: the column, and that of the same foot with the recorded ankle

@@ -9,10 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from afo_sim.metrics.air_per_stride import SET
 from afo_sim.metrics.facts import Run
 from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
 from afo_sim.metrics.strides import Stride, chambers
-from afo_sim.metrics.supply import SET
 from afo_sim.metrics.window import ON_ROW, crossing
 
 ON = "how often its coil is switched on; a proportional valve's, from shut to open"

@@ -16,11 +16,9 @@ import numpy as np
 
 from afo_sim.common import STANDARD_DENSITY, Notice
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import peak
 from afo_sim.metrics.metric import (
     ANKLE,
     CLEARANCE,
-    CONTACT,
     TIME,
     Found,
     Metric,
@@ -34,12 +32,9 @@ from afo_sim.metrics.strides import Stride, chambers, settled, strides
 
 UNSETTLED = 1.0  # change of the toe clearance from stride to stride [mm]
 FEWEST = 10  # whole strides from which on the air is taken for known to settle or not
-HEEL_PITCH, FOREFOOT_PITCH = 8.0, -1.6  # of the sole at contact; beyond them heel, forefoot come first [deg]
-LOADING = 0.12  # end of the loading response [-]
 GVS_POINTS = 51  # of a stride, both heel strikes among them
 
 COUNTED = "the solved one; where none was solved for, those after the start's transient"
-SLAP = "highest plantarflexion velocity as the foot comes down after heel strike"
 CHANGE = "from the last but one counted stride to the last, where strides are walked and not solved for"
 CHANGES = {"walked_clearance_change": "toe_clearance", "walked_air_change": "air_per_stride"}
 
@@ -205,29 +200,6 @@ def _timing(stride: Stride) -> Found:
     """Durations of the stride and of its stance."""
     yield "stride_time", stride.duration
     yield "stance", 100.0 * stride.toe_off
-
-
-@reported(
-    CONTACT,
-    ("foot_pitch_at_contact", "deg", "Foot pitch at initial contact", "outsole to floor, toe up positive"),
-    ("contacts_with_heel", "percent", "Strides that begin with the heel", "pitch above 8°"),
-    ("contacts_with_flat", "percent", "Strides that begin flat", "pitch from −1.6° to 8°"),
-    ("contacts_with_forefoot", "percent", "Strides that begin with the forefoot", "pitch below −1.6°"),
-    ("foot_slap_velocity", "deg/s", "Foot slap", SLAP),
-    of=Of.STRIDE,
-)
-def _contact(stride: Stride) -> Found:
-    """Pitch at the heel strike that begins the stride, and the slap after it."""
-    angle, shank = (math.degrees(stride.at(name, 0.0)) for name in ("ankle/angle", "shank/angle"))
-    pitch = angle - shank - math.degrees(stride.level)
-    yield "foot_pitch_at_contact", pitch
-    if math.isfinite(pitch):
-        yield "contacts_with_heel", 100.0 * (pitch > HEEL_PITCH)
-        yield "contacts_with_flat", 100.0 * (FOREFOOT_PITCH <= pitch <= HEEL_PITCH)
-        yield "contacts_with_forefoot", 100.0 * (pitch < FOREFOOT_PITCH)
-    loading = np.count_nonzero(stride.phase <= LOADING)
-    lowest = int(np.argmin(stride["ankle/angle"][:loading]))
-    yield "foot_slap_velocity", math.degrees(peak.highest(-stride["ankle/velocity"][: lowest + 1]))
 
 
 @reported(

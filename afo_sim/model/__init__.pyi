@@ -14,8 +14,6 @@ from .air_scheme import conductance as conductance
 from .assemble import PASSIVE as PASSIVE
 from .build import Built as Built
 from .contact import ground_of as ground_of
-from .controls import OFF as OFF
-from .controls import valves_at as valves_at
 from .design import Design as Design
 from .design import Source as Source
 from .design import design_of as design_of
@@ -40,6 +38,8 @@ from .mounting import muscle_names as muscle_names
 from .mounting import sweep_ankle as sweep_ankle
 from .mounting import sweep_lengths as sweep_lengths
 from .mounting import valve_names as valve_names
+from .muscle_weakness import Active as Active
+from .muscle_weakness import passive_along as passive_along
 from .outsole import OLD_TOE as OLD_TOE
 from .outsole import POINTS as POINTS
 from .outsole import SOLE as SOLE
@@ -64,8 +64,6 @@ from .paths import mean_length as mean_length
 from .paths import path_points as path_points
 from .paths import paths_of as paths_of
 from .paths import side as side
-from .patient import Active as Active
-from .patient import passive_along as passive_along
 from .periodic import AFTER as AFTER
 from .periodic import as_run as as_run
 from .periodic import beyond_chambers as beyond_chambers
@@ -91,11 +89,6 @@ from .rescale import Ratio as Ratio
 from .rescale import fits as fits
 from .rescale import lengths_of as lengths_of
 from .rescale import write_rescaled as write_rescaled
-from .stability import AIR_ACCURATE as AIR_ACCURATE
-from .stability import check_air as check_air
-from .stability import check_friction as check_friction
-from .stability import check_longest as check_longest
-from .stability import falling_frictions as falling_frictions
 from .start import Guess as Guess
 from .start import air_before as air_before
 from .start import content_at_start as content_at_start
@@ -103,6 +96,13 @@ from .start import equilibrium as equilibrium
 from .start import fills as fills
 from .start import get_state as get_state
 from .start import walking_start as walking_start
+from .supply_and_timer import OFF as OFF
+from .supply_and_timer import valves_at as valves_at
+from .time_step_limits import AIR_ACCURATE as AIR_ACCURATE
+from .time_step_limits import check_air as check_air
+from .time_step_limits import check_friction as check_friction
+from .time_step_limits import check_longest as check_longest
+from .time_step_limits import falling_frictions as falling_frictions
 from .torque_map import NEEDS as NEEDS
 from .torque_map import TorqueMap as TorqueMap
 from .torque_map import answer as answer

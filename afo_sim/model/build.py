@@ -16,7 +16,7 @@ from afo_sim import native
 from afo_sim.common import Notice, Shown
 from afo_sim.description import Orthosis, Scenario, load
 from afo_sim.gait import STANCE_FORCE
-from afo_sim.model import stability
+from afo_sim.model import time_step_limits
 from afo_sim.model.air_checks import check_air_path
 from afo_sim.model.air_path import circuit_of, own_supply
 from afo_sim.model.assemble import Geometry, assemble, compiled, geometry_of
@@ -25,8 +25,8 @@ from afo_sim.model.foot import Foot, fill_hinge, foot_of
 from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import leg_spec
 from afo_sim.model.mounting import ANKLE, Index
+from afo_sim.model.muscle_weakness import Active, active, own_active
 from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
-from afo_sim.model.patient import Active, active, own_active
 from afo_sim.model.periodic import unseen_drift, why_walked
 from afo_sim.model.person import Person, Size, as_recorded, in_contact, own_tissue, person_of, walker_of
 from afo_sim.model.walk import Pace, Walk, lay_out
@@ -138,7 +138,7 @@ def _build(scenario: Scenario) -> Built:
     _fill_parameters(model, geometry, circuit, scenario, foot)
     fill_hinge(model, scenario, size)
     stretch = _stretched(geometry, circuit, scenario.orthosis)
-    numbers, coarse = stability.check_stability(model, index, circuit, scenario)
+    numbers, coarse = time_step_limits.check_stability(model, index, circuit, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
     described = (*check_description(scenario), *check_air_path(scenario))

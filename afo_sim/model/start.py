@@ -9,8 +9,8 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError
 from afo_sim.description import Scenario
 from afo_sim.model.build import Built
-from afo_sim.model.controls import controls
 from afo_sim.model.prefill import ambient_mass, held_mass, prefill
+from afo_sim.model.supply_and_timer import controls
 from afo_sim.model.walk import JOINTS
 from afo_sim.model.walk_bodies import SINK
 from afo_sim.physics import gas_mass, root

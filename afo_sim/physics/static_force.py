@@ -16,7 +16,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Law, Slopes, slopes_of
+from afo_sim.physics.law import Law
+from afo_sim.physics.law_slope import Slopes, slopes_of
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
 

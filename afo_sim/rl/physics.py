@@ -11,7 +11,7 @@ from afo_sim import native
 from afo_sim.common import CallbackError, InputError
 from afo_sim.control import Command, checked_pressure
 from afo_sim.model import Built, equilibrium, walking_start
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.rl.dm import PhysicsError, Present, dm
 from afo_sim.simulation import FAILURES, FIELDS, STATE, Commander, Forkable, column_at, failed

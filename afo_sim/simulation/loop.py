@@ -15,7 +15,7 @@ from afo_sim.control import TOLD, Controller, TookTooLong, Watch, check_required
 from afo_sim.control.required_inputs import required_inputs
 from afo_sim.description import Scenario
 from afo_sim.model import OFF, Built
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.simulation.columns import SENSOR, describe, formulas, frame_of
 from afo_sim.simulation.frame import Frame
 from afo_sim.simulation.rollout import FIELDS

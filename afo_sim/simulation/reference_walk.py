@@ -12,7 +12,7 @@ from afo_sim.description import Scenario, load
 from afo_sim.description.scenario_text import reference as in_words
 from afo_sim.metrics import COMPARED, TOUCHES, Metric, reference_metrics
 from afo_sim.model import UNDRIVEN, in_contact, two_strides, walker_of, why_walked
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import Asked, examine
 from afo_sim.simulation.recording import Recording

@@ -19,7 +19,7 @@ from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
 from afo_sim.model import AFTER, Built, start_up, two_strides, why_walked, with_person
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import (
     Examined,

@@ -10,7 +10,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import InputError, SimulationError
 from afo_sim.model import Built, Guess, equilibrium, walking_start
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.simulation.rollout import (
     BLOCK,
     CONTROL,

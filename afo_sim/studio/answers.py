@@ -16,7 +16,7 @@ from afo_sim.gait import norm
 from afo_sim.metrics import NO_DEVICE, Stride, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import ANKLE, Built, muscle_names, person_of, persons_stride, two_strides, why_walked
-from afo_sim.model import controls as inputs
+from afo_sim.model import supply_and_timer as inputs
 from afo_sim.model.build import build
 from afo_sim.show import bands, decisive, effects, in_brief, write_report
 from afo_sim.show import verdict_texts as verdict

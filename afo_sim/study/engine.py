@@ -25,7 +25,7 @@ from afo_sim.description import Scenario, load
 from afo_sim.metrics import Metric, reference_metrics, share_left, undefined
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, fills, start_up, steps_of_stride, two_strides, why_walked
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import (
     EVERYTHING,

@@ -11,7 +11,7 @@ from mujoco.batch import Batch
 from afo_sim import native
 from afo_sim.description import load
 from afo_sim.model import PASSIVE, Built, equilibrium, get_state, muscle_names
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import Recording
 from afo_sim.simulation.run import run

@@ -27,7 +27,7 @@ from measuring import figure, in_turn, ratio, table
 from afo_sim.common import GRAVITY
 from afo_sim.description import load
 from afo_sim.model import Built, muscle_names
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.physics import Braid
 from afo_sim.simulation import Recording

@@ -14,7 +14,7 @@ from measuring import Figure, figure, in_turn
 
 from afo_sim.common import InputError, code_fingerprint
 from afo_sim.description import load
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import simulate_together
 from afo_sim.simulation.examine import examine

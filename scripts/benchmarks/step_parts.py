@@ -22,7 +22,7 @@ import afo_sim
 from afo_sim import native
 from afo_sim.description import load
 from afo_sim.model import Built, equilibrium, walking_start
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.native import mujoco_library
 from afo_sim.simulation import FIELDS, METRIC_FIELDS

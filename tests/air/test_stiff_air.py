@@ -9,7 +9,7 @@ import afo_sim as afo
 from afo_sim.common import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description import load
 from afo_sim.model import AIR_ACCURATE, check_air, circuit_of
-from afo_sim.model.stability import check_volumes
+from afo_sim.model.time_step_limits import check_volumes
 from afo_sim.native import air_block, air_step
 from afo_sim.native.air_block import NODE
 

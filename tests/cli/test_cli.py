@@ -14,7 +14,7 @@ from command import call
 
 import afo_sim
 from afo_sim.cli import common
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 
 ROOT = pathlib.Path(__file__).parents[2]
 

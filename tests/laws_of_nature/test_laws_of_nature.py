@@ -11,8 +11,8 @@ import afo_sim
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
 from afo_sim.description import load
-from afo_sim.model import controls as schedule
 from afo_sim.model import equilibrium, muscle_names
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import Recording
 

@@ -11,7 +11,7 @@ import pytest
 from laws_of_nature.similar import Similar
 
 from afo_sim.description import load
-from afo_sim.model import patient
+from afo_sim.model import muscle_weakness
 from afo_sim.simulation import Recording
 from afo_sim.simulation.run import run
 
@@ -40,7 +40,7 @@ def walked(
             scaled["orthosis"][part] = similar.part(file, folder)
     with monkeypatch.context() as patch:
         for lag in ("RISE", "FALL"):
-            patch.setattr(patient, lag, getattr(patient, lag) * similar.units["s"])
+            patch.setattr(muscle_weakness, lag, getattr(muscle_weakness, lag) * similar.units["s"])
         return run(_without_none(scaled))
 
 

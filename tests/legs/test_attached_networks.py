@@ -13,7 +13,7 @@ from afo_sim.common import GRAVITY
 from afo_sim.description import Orthosis
 from afo_sim.legs import write_attached
 from afo_sim.legs.attached_files import attached
-from afo_sim.model.controls import controls
+from afo_sim.model.supply_and_timer import controls
 
 LEG = ROOT / "models" / "legs" / "adult_75kg" / "leg.xml"
 NETWORK: dict[str, Any] = {

@@ -15,7 +15,7 @@ from afo_sim.common import GRAVITY, CallbackError, InputError
 from afo_sim.description import Orthosis, Side
 from afo_sim.legs import Attached, write_attached
 from afo_sim.legs.attaching import masses
-from afo_sim.model.controls import controls
+from afo_sim.model.supply_and_timer import controls
 
 LEG = ROOT / "models" / "legs" / "adult_75kg" / "leg.xml"
 MASS, CENTRE = (3.49, 0.929), ([0.0, 0.0, 0.2444], [0.0386054, 0.0, -0.0265339])

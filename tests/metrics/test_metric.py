@@ -32,18 +32,12 @@ from afo_sim.metrics import (
     walking,
     words,
 )
+from afo_sim.metrics.air_per_stride import air_of, efficiency_metrics, sag_metrics
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
 from afo_sim.metrics.metric import METRICS, entry, measured, reported, reporting
-from afo_sim.metrics.safety import (
-    cuff,
-    cuff_metrics,
-    life_metrics,
-    muscle_metrics,
-    plate,
-    plate_metrics,
-)
-from afo_sim.metrics.supply import air_of, efficiency_metrics, sag_metrics
+from afo_sim.metrics.muscle_limits import life_metrics, muscle_metrics
+from afo_sim.metrics.skin_pressure import cuff, cuff_metrics, plate, plate_metrics
 from afo_sim.metrics.valves import filling
 from afo_sim.metrics.valves import life_metrics as valve_metrics
 from afo_sim.simulation import Energy

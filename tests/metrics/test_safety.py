@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from afo_sim.metrics import Facts, Skin, pressure_without_slap
-from afo_sim.metrics.safety import cuff_metrics, cycles, life_metrics, muscle_metrics, plate_metrics
+from afo_sim.metrics.muscle_limits import cycles, life_metrics, muscle_metrics
+from afo_sim.metrics.skin_pressure import cuff_metrics, plate_metrics
 
 AREA, FRICTION = 0.015, 0.5  # 150 cm²
 LIMITS = (14e3, 53e3), 4e3

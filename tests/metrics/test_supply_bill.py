@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from afo_sim.metrics import Answer, Feed, Metric, Window, compressor_metrics, sag_of_both, words
-from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
-from afo_sim.metrics.supply import (
+from afo_sim.metrics.air_per_stride import (
     efficiency_metrics,
     flow_metrics,
     grams_taken,
@@ -16,6 +15,7 @@ from afo_sim.metrics.supply import (
     positive_work,
     sag_metrics,
 )
+from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.verdict import verdict
 
 LIMITS = SimpleNamespace(

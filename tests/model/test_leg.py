@@ -10,7 +10,7 @@ import afo_sim
 from afo_sim import native
 from afo_sim.description import load
 from afo_sim.model import Built, equilibrium, get_state
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import Recording, make_recording
 from afo_sim.simulation.simulate import simulate

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from afo_sim import load
 from afo_sim.model.build import build
-from afo_sim.model.patient import FALL, RISE, activated, crossings
+from afo_sim.model.muscle_weakness import FALL, RISE, activated, crossings
 
 MILD = {"patient": "drop-foot-mild", "duration": "3 s"}
 

@@ -8,7 +8,7 @@ import pytest
 from afo_sim.common import with_code
 from afo_sim.description import Scenario, load
 from afo_sim.model import AFTER, as_run, start_up, steps_of_stride, stride_time_of, two_strides, why_walked
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.model.periodic import unseen_drift
 from afo_sim.simulation.run import run

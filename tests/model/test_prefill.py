@@ -14,7 +14,7 @@ from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, 
 from afo_sim.description import load
 from afo_sim.description.orthosis import Chamber
 from afo_sim.model import Built, air_before, start_up, walking_start
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.model.prefill import STEP, Held, filled
 from afo_sim.simulation.simulate import simulate

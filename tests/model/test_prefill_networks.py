@@ -10,7 +10,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description import load
 from afo_sim.model import Built, cooled, two_strides
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.model.prefill import _pressure_at_rest, prefill, prefill_network
 from afo_sim.model.start import _at_first_posture

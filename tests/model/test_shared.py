@@ -17,13 +17,13 @@ from campaign import size
 
 from afo_sim.common import InputError, assets
 from afo_sim.description import Scenario, expand, load
-from afo_sim.model import assemble, controls, leg, patient, person, walk
+from afo_sim.model import assemble, leg, muscle_weakness, person, supply_and_timer, walk
 from afo_sim.model.build import build
 from afo_sim.simulation import simulate_together
 
 SHARED = [
     value
-    for module in (assemble, controls, leg, patient, person, walk)
+    for module in (assemble, leg, muscle_weakness, person, supply_and_timer, walk)
     for value in vars(module).values()
     if hasattr(value, "cache_clear") and value.__module__ == module.__name__
 ]
@@ -62,7 +62,7 @@ def all_of(scenario: Scenario) -> dict[str, bytes | str]:
         built = build(scenario)
     except InputError as error:
         return {"error": str(error)}
-    return dict(numbers("built", built)) | {"controls": controls.controls(built).tobytes()}
+    return dict(numbers("built", built)) | {"controls": supply_and_timer.controls(built).tobytes()}
 
 
 def anew(scenario: Scenario) -> dict[str, bytes | str]:
@@ -153,7 +153,7 @@ def test_what_only_pictures_need_changes_no_state(name: str) -> None:
     built = build(load("scenario", scenario, {"duration": "0.3 s", **contact}))
     full = dataclasses.replace(built, model=built.full_model)
     assert built.model.ngeom == 0 < full.model.ngeom
-    inputs = controls.controls(built)
+    inputs = supply_and_timer.controls(built)
     lean, whole = simulate_together([built], [inputs])[0], simulate_together([full], [inputs])[0]
     assert lean.failure is None and len(lean.rows["qpos"]) == len(inputs)
     for field, rows in whole.rows.items():

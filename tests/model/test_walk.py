@@ -14,8 +14,8 @@ from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.model import Built, why_walked
 from afo_sim.model.build import build
-from afo_sim.model.controls import controls
-from afo_sim.model.patient import ground_moment
+from afo_sim.model.muscle_weakness import ground_moment
+from afo_sim.model.supply_and_timer import controls
 from afo_sim.model.walk import Clock, Pace
 
 STOPPED = [["0.8 s", 1.3], ["2 s", 0.0], ["3.5 s", 0.8]]

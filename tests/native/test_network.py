@@ -14,7 +14,7 @@ from afo_sim import native
 from afo_sim.description import load
 from afo_sim.model import walking_start
 from afo_sim.model.build import build
-from afo_sim.model.controls import controls
+from afo_sim.model.supply_and_timer import controls
 from afo_sim.native import balance, slots
 from afo_sim.native import network as solving
 from afo_sim.native import newton as newtons_method

@@ -14,8 +14,8 @@ from afo_sim.description import load
 from afo_sim.model import POINTS, SOLE, Built, walking_start
 from afo_sim.model.build import build
 from afo_sim.model.contact import pad_stiffness, shares, standing
-from afo_sim.model.controls import controls
-from afo_sim.model.patient import ground_moment
+from afo_sim.model.muscle_weakness import ground_moment
+from afo_sim.model.supply_and_timer import controls
 from afo_sim.physics import pad_force
 
 

@@ -15,7 +15,7 @@ pytest.importorskip("dm_control")
 
 import afo_sim as afo
 from afo_sim.common import CallbackError, InputError
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.rl.dm import PhysicsError
 from afo_sim.rl.physics import ScenarioPhysics
 

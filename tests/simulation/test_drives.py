@@ -10,7 +10,7 @@ import pytest
 import afo_sim
 from afo_sim.control import Observation
 from afo_sim.description import load
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.show import panels
 from afo_sim.show.run_view import alone

@@ -9,7 +9,7 @@ import pytest
 import afo_sim
 from afo_sim import native
 from afo_sim.description import load
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model import two_strides
 from afo_sim.model.build import build
 from afo_sim.simulation import EVERYTHING, Asked, Settled

@@ -6,7 +6,7 @@ from sideways import Talus, inversion_moment
 
 import afo_sim
 from afo_sim.description import Scenario, load
-from afo_sim.metrics.torque import inversion_peaks
+from afo_sim.metrics.needed_torque import inversion_peaks
 from afo_sim.model import muscle_names
 from afo_sim.simulation import Recording
 

@@ -16,7 +16,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, parquet_writer
 from afo_sim.model import Built, as_run, equilibrium, get_state, two_strides, walking_start
 from afo_sim.model.build import build
-from afo_sim.model.controls import controls
+from afo_sim.model.supply_and_timer import controls
 from afo_sim.simulation import Recording, fixed, read_recording, to_binary
 from afo_sim.simulation import files as kept_model
 from afo_sim.simulation.files import LABEL, packed, unpacked

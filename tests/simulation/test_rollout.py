@@ -11,7 +11,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, CallbackError, SimulationError
 from afo_sim.description import load
 from afo_sim.model import Built, equilibrium
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import STATE, Case, Moment, Policy, Recipe, Rollout, fixed, roll_out, run_built
 from afo_sim.simulation.simulate import simulate

@@ -14,7 +14,7 @@ from afo_sim.cli.doctor.kinds import check_file
 from afo_sim.description import Segment
 from afo_sim.metrics import WORDS
 from afo_sim.metrics.metric import SAFETY
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import Asked, Recording
 from afo_sim.simulation.examine import examine

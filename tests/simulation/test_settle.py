@@ -9,7 +9,7 @@ import pytest
 from afo_sim import native, read_recording
 from afo_sim.description import Scenario, load
 from afo_sim.model import AFTER, Built, get_state, steps_of_stride, two_strides, why_walked, with_person
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import Rollout, Settled, simulate_together
 from afo_sim.simulation.examine import examine

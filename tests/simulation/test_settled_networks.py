@@ -9,7 +9,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
 from afo_sim.description import Scenario, load
 from afo_sim.model import Built, steps_of_stride, two_strides, why_walked
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import Settled
 from afo_sim.simulation.air_slopes import AirRows, air_slopes

@@ -6,7 +6,7 @@ import pytest
 import afo_sim
 from afo_sim.common import CallbackError, InputError
 from afo_sim.description import load
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.native import slots
 from afo_sim.simulation import Recording, make_recording

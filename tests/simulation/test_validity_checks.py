@@ -11,7 +11,7 @@ from afo_sim import load
 from afo_sim.common import with_code
 from afo_sim.metrics import words
 from afo_sim.model import Built
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import balance, make_recording
 from afo_sim.simulation.columns import columns_of

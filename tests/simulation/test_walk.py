@@ -13,7 +13,7 @@ from afo_sim.gait import file as gait_file
 from afo_sim.model import Built, phase_at
 from afo_sim.model.build import build
 from afo_sim.model.foot import turned
-from afo_sim.model.patient import needed_moment
+from afo_sim.model.muscle_weakness import needed_moment
 from afo_sim.simulation import Recording
 
 HALF_STEP = {"timestep": "0.5 ms"}  # of the shipped scenario's

@@ -7,7 +7,7 @@ import numpy as np
 from afo_sim.cli.doctor.kinds import Findings
 from afo_sim.description import JOINTS, WORN, Described, Leg, Orthosis, Scenario
 from afo_sim.description.scenario_text import reference
-from afo_sim.model import design_of, slack_everywhere, stability, sweep_ankle
+from afo_sim.model import design_of, slack_everywhere, sweep_ankle, time_step_limits
 from afo_sim.model import rows as path_rows
 from afo_sim.model.build import build
 from afo_sim.simulation import described_policy, reference_of
@@ -23,7 +23,7 @@ def scenario(scenario: Scenario) -> Findings:
         (f"{words.below}, plate and muscles about the {scenario.leg.joint}", f"{inertia[0]:.4f} kg·m²"),
         (
             "air number, rate × time step",
-            f"{built.stability['air']:.3g} (accurate to {stability.AIR_ACCURATE:g})",
+            f"{built.stability['air']:.3g} (accurate to {time_step_limits.AIR_ACCURATE:g})",
         ),
     ]
     warnings = list(built.warnings)

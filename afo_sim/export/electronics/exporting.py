@@ -25,7 +25,7 @@ from afo_sim.export.electronics.board import (
     whole,
 )
 from afo_sim.model import Built, stride_time_of
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation import SENSOR, Progress, run_controlled, unit_of
 

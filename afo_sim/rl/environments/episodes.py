@@ -11,7 +11,7 @@ from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, SimulationError
 from afo_sim.description import Scenario, load
 from afo_sim.model import Built
-from afo_sim.model import controls as schedule
+from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.rl.environments.task import Random, Reader, Sample, Task, coils_of
 from afo_sim.simulation import Stepped

@@ -1,28 +1,20 @@
-"""Safety margins: how hard cuff and plate press on the skin, and how close the muscles come to their limits.
+"""How hard cuff and plate press on the skin, against what discomforts and pains.
 
 A cuff holds along the limb by friction alone. So it must press with its pull along the limb over the
 coefficient of friction. A strap is drawn tight once and for the strongest pull: what it presses with then, it
 presses with all the time.
 """
 
-from collections.abc import Iterable, Mapping
-
 import numpy as np
 
-from afo_sim.metrics.facts import Columns, Facts, MuscleLimits, Run, cut
+from afo_sim.metrics.facts import Columns, Facts, Run, cut
 from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, measured, reported
-from afo_sim.metrics.strides import RECORDED_FORCE, chambers, stance
-
-SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall for that to be a cycle [-]
-FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
-BAND = 0.25  # half the height of the band about the middle that a cycle crosses, of the swing [-]
+from afo_sim.metrics.strides import RECORDED_FORCE, stance
 
 HOLDS = "least total force on the skin that prevents sliding: peak pull along the shank divided by friction"
 SLAP = "on the recorded ground no floor stops a slap: the loading response is left out if it has the peak"
 LOADING = 0.3  # of the stride: the first half of stance, in which a foot slaps; assumed [-]
 SLAPS = np.radians(5.0)  # below the recorded ankle, from which on the recorded force is another's; assumed
-USED = "100 % is the limit; for the muscle that comes closest"
-CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has one a stride at least"
 
 
 @reported(
@@ -204,87 +196,3 @@ def _shares(
     if blood_flow is not None:
         found[f"{part}_share_of_blood_flow"] = 100.0 * sustained / blood_flow
     return found
-
-
-@reported(
-    SAFETY,
-    ("muscle_share_of_pressure", "percent", "Highest muscle pressure as a share of its limit", USED),
-    ("muscle_share_of_force", "percent", "Highest muscle force as a share of its limit", USED),
-    ("muscle_share_of_contraction", "percent", "Greatest contraction as a share of its limit", USED),
-    ("muscle_share_of_stretch", "percent", "Greatest stretch as a share of its limit", USED),
-    of=Of.RUN,
-)
-def muscles(run: Run) -> Found:
-    """How close muscles come to their limits."""
-    if not run.rows:
-        return
-    yield from muscle_metrics(_muscle_shares(run.facts.muscles or {}, run.rows)).items()
-
-
-def _muscle_shares(limits: Mapping[str, MuscleLimits], columns: Columns) -> dict[str, list[float]]:
-    """Peak of each muscle over its limit [-]; a braid that may not be stretched at all has no share of it."""
-    found: dict[str, list[float]] = {"pressure": [], "force": [], "contraction": [], "stretch": []}
-    for name, own in limits.items():
-        contraction = columns[f"muscle/{name}/contraction"]
-        pressure = columns[f"chamber/{own.chamber}/pressure"]
-        found["pressure"].append(float(pressure.max()) / own.pressure)
-        found["force"].append(float(columns[f"muscle/{name}/force"].max()) / own.force)
-        found["contraction"].append(float(contraction.max()) / own.contraction_max)
-        if own.contraction_min < 0.0:
-            found["stretch"].append(float(contraction.min()) / own.contraction_min)
-    return found
-
-
-def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
-    """How close muscles come to their limits."""
-    found = {}
-    for what, each in shares.items():
-        known = list(each)
-        if known:
-            name = f"muscle_share_of_{what}"
-            found[name] = measured(name, 100.0 * max(0.0, *known))
-    return found
-
-
-@reported(
-    SAFETY,
-    ("muscle_cycles_per_stride", "", "Cycles of the muscles per stride", CYCLES),
-    ("strides_until_muscle_life", "", "Strides until the muscles' stated life", CYCLES),
-    (
-        "days_until_muscle_life",
-        "d",
-        "Days until the muscles' stated life",
-        "at as many strides a day as the limits say",
-    ),
-    of=Of.RUN,
-)
-def muscle_life(run: Run) -> Found:
-    """How long muscles last that are stated to last some number of cycles; of walking alone."""
-    limits, number = run.facts.limits, len(run.counted)
-    if limits is None or not number or not run.facts.muscles:
-        return
-    most = max(cycles(run.rows[f"chamber/{name}/pressure"], number) for name in chambers(run.rows))
-    yield from life_metrics(most, limits.muscle_life, limits.strides_per_day).items()
-
-
-def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str, Metric]:
-    """How long muscles last that are stated to last some number of cycles."""
-    values = {"muscle_cycles_per_stride": cycles}
-    if cycles > 0.0:
-        values["strides_until_muscle_life"] = life / cycles
-        if strides_per_day > 0.0:
-            values["days_until_muscle_life"] = life / cycles / strides_per_day
-    return {name: measured(name, value) for name, value in values.items()}
-
-
-def cycles(pressure: np.ndarray, strides: int) -> float:
-    """How often the muscles of a chamber are filled and vented in a stride."""
-    lowest, highest = float(pressure.min()), float(pressure.max())
-    if highest <= FILLED:
-        return 0.0
-    swing, middle = highest - lowest, 0.5 * (lowest + highest)
-    if swing < SWING * highest:
-        return 1.0
-    high = pressure[np.abs(pressure - middle) >= BAND * swing] > middle
-    risen = int(np.count_nonzero(high & ~np.roll(high, 1)))  # the last row comes before the first
-    return max(1.0, risen / strides)

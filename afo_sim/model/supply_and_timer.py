@@ -8,7 +8,7 @@ import numpy as np
 
 from afo_sim.model.build import Built
 from afo_sim.model.foot import REST, rest_moment
-from afo_sim.model.patient import ground_moment
+from afo_sim.model.muscle_weakness import ground_moment
 from afo_sim.model.walk import JOINTS, Clock, Intervals
 from afo_sim.model.walk_bodies import ACTIVE, FLOORS, GROUND, STIFFNESS, SUPPORT
 

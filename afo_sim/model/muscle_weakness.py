@@ -1,4 +1,4 @@
-"""The patient's own ankle: what a healthy one does in the recorded walking, scaled by what is left of it.
+"""Weakness of the patient's own ankle: what a healthy one does in recorded walking, scaled by what is left.
 
 In a patient's own walk it is what that patient's muscles did, and nothing is scaled (`own_active`).
 
