@@ -159,7 +159,7 @@ class Tracer:
 
     def __init__(self, package: pathlib.Path, rooms: list[str]):
         self.package = package
-        self.seconds: collections.Counter[str] = collections.Counter()
+        self.seconds: dict[str, float] = collections.defaultdict(float)
         files = [f"{package}/{room}/*" for room in rooms]
         self.coverage = coverage.Coverage(data_file=None, config_file=False, include=files)
 
