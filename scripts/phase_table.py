@@ -2,7 +2,6 @@
 
 python scripts/phase_table.py
 python scripts/phase_table.py events
-python scripts/phase_table.py --figure models/scenarios/pictures/phase.png
 python scripts/phase_table.py --c docs/phase.h
 """
 
@@ -239,9 +238,8 @@ def written_c(text: str) -> str:
 
 
 def main() -> None:
-    """Print the tables, draw the figure, or write the constants of the C header."""
+    """Print the tables, or write the constants of the C header."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
-    parser.add_argument("--figure", type=pathlib.Path, help="draw the figure into this file instead")
     parser.add_argument("table", nargs="?", default="errors", choices=("errors", "events"))
     parser.add_argument("--seeds", type=int, help="of stride times and noise; 5 by default, of events 10")
     parser.add_argument("--c", type=pathlib.Path, help="write constants and templates into this header")
@@ -252,60 +250,10 @@ def main() -> None:
     if arguments.table == "events":
         print("\n".join(events_table(arguments.seeds or 10)))
         return
-    if arguments.figure is not None:
-        draw(arguments.figure)
-        return
     for switch, words in SWITCHES.items():
         for noise in (0.0, NOISE):
             print(f"\n{words}, noise of {np.degrees(noise):g}°:\n")
             print("\n".join(table(switch=switch, noise=noise, seeds=arguments.seeds or 5)))
-
-
-def draw(path: pathlib.Path) -> None:
-    """Draw phases and errors through varied strides and through a stop."""
-    from matplotlib.figure import Figure
-    from PIL import Image
-    from small_png import save
-
-    figure = Figure(figsize=(9.0, 5.2), dpi=110, layout="constrained")
-    axes = figure.subplots(3, 2, sharex="col", height_ratios=(1.0, 1.2, 1.2))
-    for column, condition in zip(axes.T, ("5 % varied", "a stop"), strict=True):
-        trials = {
-            words: estimated("gatk_mean", condition, switch=switch, noise=NOISE)
-            for switch, words in ((ALONE, "the shank alone"), (ALWAYS, "with a foot switch"))
-        }
-        first = trials["the shank alone"]
-        seen = first.time < 11.0
-        column[0].set_title(
-            {"a stop": "a stop of 3 s"}.get(condition, "stride time varied by 5 %"), fontsize=10
-        )
-        column[0].plot(first.time[seen], np.degrees(first.shank[seen]), color="0.4", lw=0.9)
-        column[1].plot(first.time[seen], first.walked[seen] % 1.0, color="0.65", lw=3.0, label="true")
-        for (words, trial), look in zip(trials.items(), (("C0", "-"), ("C3", "--")), strict=True):
-            colour, style = look
-            told = trial.phase[seen]
-            told = np.where(np.diff(told, prepend=told[0]) < -0.5, np.nan, told)  # no line across heel strike
-            column[1].plot(trial.time[seen], told, style, color=colour, lw=1.1, label=words)
-            column[2].plot(trial.time[seen], 100.0 * trial.error[seen], style, color=colour, lw=1.1)
-        learnt = first.time[np.argmax(first.walked >= LEARNT)]
-        column[2].axvspan(first.time[0], learnt, color="0.93")
-        column[2].text(0.1, -5.1, "the first two strides", fontsize=8, color="0.4")
-        for bound in (-3.0, 3.0):
-            column[2].axhline(bound, color="0.5", lw=0.8, ls=":")
-        column[2].set(ylim=(-5.5, 5.5), xlabel="time [s]", xlim=(0.0, 11.0))
-        if condition == "a stop":
-            standing = first.time[np.flatnonzero(first.stopped)]
-            for axis in column:
-                axis.axvspan(standing[0], standing[-1], color="C2", alpha=0.15, lw=0)
-            column[0].text(standing.mean(), -8.0, "found to stand", fontsize=8, ha="center", color="C2")
-    for axis, name in zip(axes[:, 0], ("shank [°]", "phase [-]", "error [% of the cycle]"), strict=True):
-        axis.set_ylabel(name, fontsize=9)
-    axes[1, 1].legend(fontsize=7.5, loc="upper center", bbox_to_anchor=(0.64, 1.02), framealpha=1.0)
-    scratch = path.with_suffix(".scratch.png")
-    figure.savefig(scratch)
-    with Image.open(scratch) as picture:
-        save(picture, path)
-    scratch.unlink()
 
 
 if __name__ == "__main__":

@@ -184,12 +184,12 @@ def test_opensim_is_not_needed(tmp_path: pathlib.Path) -> None:
 @pytest.mark.slow
 def test_one_run_is_measured(tmp_path: pathlib.Path) -> None:
     out = tmp_path / "found.json"
-    small = ["--simulations", "2", "--steps", "50", "--repeats", "1", "--parts", "steps,motors"]
+    small = ["--simulations", "2", "--steps", "50", "--repeats", "1", "--parts", "motors"]
     run("benchmark.py", tmp_path, "run", *small, "--out", str(out))
     found = json.loads(out.read_text(encoding="utf-8"))
     assert found["machine"]["cores"] and found["machine"]["versions"]["mujoco"] and found["date"]
     names = {figure["name"] for figure in found["figures"]}
-    assert {"seated: step", "walk-dropfoot-afo: step: callbacks", "native over motors, 1 thread"} <= names
+    assert "native over motors, 1 thread" in names
 
 
 @pytest.mark.slow

@@ -1,14 +1,12 @@
 """S1's orthosis on five legs: what is equal stays equal, and what differs follows from masses and stops."""
 
-import importlib.util
 import pathlib
 import re
-import sys
-import types
 from typing import Any
 
 import mujoco
 import numpy as np
+import other_legs as table
 import pytest
 
 import afo_sim as afo
@@ -16,23 +14,12 @@ from afo_sim import native
 from afo_sim.common import GRAVITY
 from afo_sim.model.build import build
 
-SCRIPT = pathlib.Path(__file__).parents[1] / "scripts" / "legs_table.py"
 # From plate.xml and the muscle s1_215mm: the plate, and halves of five muscles of 80 g at their insertions.
 PLATE = (0.55, 0.037272727, -0.067090909)
 
 
 @pytest.fixture(scope="module")
-def table() -> types.ModuleType:
-    spec = importlib.util.spec_from_file_location("legs_table", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def shipped(table: types.ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Any:
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return table.worn("shipped", "adult_75kg", table.shipped(), tmp_path_factory.mktemp("shipped"))
 
 
@@ -45,9 +32,7 @@ OTHERS = (
 
 
 @pytest.fixture(scope="module", params=OTHERS)
-def row(
-    request: pytest.FixtureRequest, table: types.ModuleType, tmp_path_factory: pytest.TempPathFactory
-) -> Any:
+def row(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
     folder = tmp_path_factory.mktemp("leg")
     imported = table.LEGS[request.param](folder)
     if imported is None:
@@ -112,7 +97,7 @@ def swing(leg: str | pathlib.Path, same: dict[str, Any]) -> np.ndarray:
     return np.array(found)
 
 
-def test_out_to_urdf_and_in_again_is_the_same_leg(table: types.ModuleType, tmp_path: pathlib.Path) -> None:
+def test_out_to_urdf_and_in_again_is_the_same_leg(tmp_path: pathlib.Path) -> None:
     own, again = table.shipped(), table.out_and_in(tmp_path)
     for segment in ("shank", "foot"):
         one, other = getattr(again.numbers, segment), getattr(own, segment)
@@ -124,9 +109,7 @@ def test_out_to_urdf_and_in_again_is_the_same_leg(table: types.ModuleType, tmp_p
     assert after == pytest.approx(before, abs=1e-6)
 
 
-def test_the_same_leg_gives_the_same_run(
-    table: types.ModuleType, shipped: Any, tmp_path: pathlib.Path
-) -> None:
+def test_the_same_leg_gives_the_same_run(shipped: Any, tmp_path: pathlib.Path) -> None:
     """Whatever an imported leg's file says of inertia, the muscles' ends keep their mass."""
     again = table.out_and_in(tmp_path)
     run = table.seated(again.folder)

@@ -29,7 +29,7 @@ BENCH: dict[str, list[tuple[str, Numbers, Numbers, str]]] = {
     "pamy_acrkn": [],
 }
 FIRST = {"blocked_force": 400.0}  # where a fit begins [N]
-ABSENT = "not in this package; give --data FOLDER of logs (scripts/arm_joint.py predicts the arm)"
+ABSENT = "not in this package; give --data FOLDER of logs"
 
 
 def bench(data: pathlib.Path | None = None) -> list[LedgerRow]:

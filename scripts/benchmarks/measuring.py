@@ -7,8 +7,6 @@ import os
 import pathlib
 import platform
 import resource
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -109,18 +107,6 @@ def spent() -> Iterator[Spent]:
 def _processor() -> float:
     uses = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(use.ru_utime + use.ru_stime for use in uses)
-
-
-def process(command: Sequence[str], environment: Mapping[str, str] | None = None) -> Spent:
-    """Run Python with these words in a process of its own, and time it."""
-    with spent() as found:
-        subprocess.run(
-            [sys.executable, *command],
-            env={**os.environ, **(environment or {})},
-            check=True,
-            capture_output=True,
-        )
-    return found
 
 
 def machine() -> dict[str, Any]:

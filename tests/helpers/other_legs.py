@@ -1,21 +1,14 @@
 """S1's orthosis, seated, on five legs: the shipped one and four that come out of other files.
 
-    python scripts/legs_table.py
-
-All legs have the same tissue, damping and friction, so that they differ by their masses and stops alone. The
-last column shows that this explains the angles: in the shipped leg, mass, centre and inertia of the foot and
-the ankle's stops are replaced by the other leg's, and the run must be the same.
+All legs have the same tissue, damping and friction, so that they differ by their masses and stops alone.
 """
 
 import importlib.util
 import pathlib
-import sys
-import tempfile
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 
 import afo_sim as afo
 from afo_sim.common import assets, without_digests
@@ -94,6 +87,8 @@ def robot_files(folder: pathlib.Path) -> pathlib.Path:
     Its pitch is positive where the toes go down, its meshes are named by `package://`, and frames without
     mass hang on its foot.
     """
+    import trimesh
+
     package = folder / "small_robot_description"
     for name, size in (("shank", (70.0, 60.0, 320.0)), ("foot", (220.0, 90.0, 20.0))):
         (package / "meshes").mkdir(parents=True, exist_ok=True)
@@ -212,61 +207,3 @@ LEGS = {
     "musculoskeletal (MuscleMimic)": musculoskeletal,
     "a robot's, URDF": robot,
 }
-
-
-def rows(folder: pathlib.Path) -> list[Row]:
-    """A row of the shipped leg, and of each other one whose file is there."""
-    found = [worn("shipped", "adult_75kg", shipped(), folder)]
-    for name, leg in LEGS.items():
-        imported = leg(folder)
-        if imported is None or imported.folder is None:
-            print(f"left out: {name}; its package is not installed", file=sys.stderr)
-            continue
-        with_same_tissue(imported.folder / "leg.xml")
-        found.append(worn(name, imported.folder, imported.numbers, folder))
-    return found
-
-
-HEADER = (
-    "leg",
-    "shank, foot [kg]",
-    "foot about ankle [kg·m²]",
-    "centre of foot x, z [mm]",
-    "moment arms front, back [mm]",
-    "rest [deg]",
-    "peak [deg]",
-    "range [deg]",
-    "peak torque [N·m]",
-    "swapped foot differs by [deg]",
-)
-
-
-def cells(row: Row) -> list[str]:
-    """A row as the table has it."""
-    numbers, metrics = row.numbers, row.run.metrics
-    x, _, z = 1e3 * numbers.foot.centre
-    return [
-        row.name,
-        f"{numbers.shank.mass:.3g}, {numbers.foot.mass:.3g}",
-        f"{numbers.about_ankle:.4f}",
-        f"{x:.0f}, {z:.0f}",
-        f"{1e3 * row.arms[0]:.1f}, {1e3 * row.arms[-1]:.1f}",
-        f"{np.degrees(row.run['ankle/angle'][0]):.2f}",
-        f"{metrics['peak_dorsiflexion_angle'].value:.2f}",
-        f"{metrics['range_of_motion'].value:.2f}",
-        f"{metrics['peak_dorsiflexion_torque_10ms'].value:.3f}",
-        f"{np.degrees(row.apart):.0e}",
-    ]
-
-
-def main() -> None:
-    """Print the table."""
-    print("| " + " | ".join(HEADER) + " |")
-    print("|---" * len(HEADER) + "|")
-    with tempfile.TemporaryDirectory() as folder:
-        for row in rows(pathlib.Path(folder)):
-            print("| " + " | ".join(cells(row)) + " |")
-
-
-if __name__ == "__main__":
-    main()
