@@ -36,9 +36,6 @@ from .first_strides import from_start as from_start
 from .first_strides import share_left as share_left
 from .first_strides import strides_needed as strides_needed
 from .first_strides import undefined as undefined
-from .heel_contact import FOREFOOT_PITCH as FOREFOOT_PITCH
-from .heel_contact import HEEL_PITCH as HEEL_PITCH
-from .heel_contact import LOADING as LOADING
 from .metric import GROUPS as GROUPS
 from .metric import OTHER as OTHER
 from .metric import REPORTED as REPORTED

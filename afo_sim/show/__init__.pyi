@@ -34,11 +34,9 @@ from .stand_files import write_replays as write_replays
 from .stand_files import write_stand_files as write_stand_files
 from .style import BLUE as BLUE
 from .style import COLOURS as COLOURS
-from .style import GREEN as GREEN
 from .style import GREY as GREY
 from .style import NORM as NORM
 from .style import ORANGE as ORANGE
-from .style import PINK as PINK
 from .style import RED as RED
 from .style import RUN_STYLES as RUN_STYLES
 from .style import RUNS as RUNS

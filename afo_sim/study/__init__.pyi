@@ -62,6 +62,5 @@ from .store import SWEEP as SWEEP
 from .store import Store as Store
 from .store import recover as recover
 from .sweep_plan import Plan as Plan
-from .sweep_plan import of_table as of_table
 from .template import new_study as new_study
 from .uncertainty.spreads import in_words as in_words
