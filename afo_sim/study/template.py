@@ -39,7 +39,7 @@ def new_study(
         chosen = (uses or {}).get("scenario", "seated")
         scenario = reference("scenario", chosen, target.parent)
         walks = "gait" in assets.read_toml(assets.find("scenario", chosen))
-        text = (assets.folder("models") / "templates" / f"{kind}.toml").read_text(encoding="utf-8")
+        text = assets.template(kind).read_text(encoding="utf-8")
         text = text.replace("NAME", name).replace("keys seated", f"keys {scenario}")
         for written, now in ({"seated": scenario} | (_WALKING if walks else {})).items():
             text = text.replace(f'"{written}"', f'"{now}"')

@@ -20,7 +20,6 @@ from afo_sim.study import new_study
 from afo_sim.study import sweep_plan as sweeps
 from afo_sim.study.parameter_table import ParameterTable
 from afo_sim.study.search import plan as searches
-from afo_sim.study.template import SEARCH, SWEEP
 
 
 def every_field(kind: Any) -> dict[str, list[Leaf]]:
@@ -225,13 +224,9 @@ def options(*kinds: Any) -> set[str]:
 
 
 def test_sweep_and_search_hold_every_option() -> None:
-    for text, kinds in (
-        (SWEEP, (sweeps.SweepFile, ParameterTable)),
-        (
-            SEARCH,
-            (searches.SearchFile, searches.ObjectiveTable, searches.LimitTable, searches.PatientsTable),
-        ),
-    ):
+    of_search = (searches.SearchFile, searches.ObjectiveTable, searches.LimitTable, searches.PatientsTable)
+    for kind, kinds in (("sweep", (sweeps.SweepFile, ParameterTable)), ("search", of_search)):
+        text = assets.template(kind).read_text(encoding="utf-8")
         for option in options(*kinds):
             assert re.search(rf"^(# )?(\[+{option}[.\]]|{option} = )", text, re.MULTILINE), option
 
