@@ -26,6 +26,13 @@ def test_the_reference_told_ahead_comes_to_be() -> None:
     np.testing.assert_allclose(found[:-10, 1], found[10:, 0], atol=1e-12)
 
 
+def test_an_episode_asks_from_its_start_on_for_what_the_seed_draws() -> None:
+    made = setting(TASKS["seated_tracking"])
+    draws = np.random.default_rng(3).uniform(0.0, 1.0, size=10)[1:]
+    asked = made.draw(np.random.default_rng(3))
+    np.testing.assert_array_equal(asked[:2], reference(draws, np.array([0.0, 0.008])))
+
+
 def test_one_sine_is_the_formula() -> None:
     draws = np.array([1.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.25, 0.0, 0.0])  # weights, frequencies, phases
     found = reference(draws, np.array([0.0]))[0, 0]

@@ -50,6 +50,9 @@ def test_a_stride_is_asked_once_for_each_part() -> None:
     strides = script[:, STRUCK].sum()
     assert strides == np.floor(made.built.walk.phase[9000])  # the first begins with the walk
     assert script[:, PASSING].sum() == pytest.approx(strides) == script[:, PUSHING].sum()
+    share = np.modf(made.built.walk.phase[np.r_[1, 5:9001:5]])[0]  # a sample is one step old
+    pushed = share[script[:, PUSHING] > 0.0]
+    assert 0.4 <= pushed.min() < 0.41 and 0.55 < pushed.max() < 0.7  # from heel rise to toe-off
 
 
 def test_the_foot_passes_where_the_metric_has_its_clearance() -> None:
