@@ -30,7 +30,7 @@ def run(command: list[str], folder: pathlib.Path, **environment: str) -> subproc
 PYTHON = [
     pytest.param(textwrap.dedent(block), id=f"{page}-{number}")
     for page, text in {"README": README, **PAGES}.items()
-    if page not in ("dm_control", "architecture")  # tests/rl/test_dm_control_page.py and test_architecture.py run them
+    if page not in ("dm_control", "architecture")  # which tests of their own run
     for number, block in enumerate(re.findall(r"^ *```python\n(.*?)```", text, flags=re.S | re.M))
 ]
 
