@@ -63,7 +63,7 @@ def sets(friction: str) -> dict[str, str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["dmsp_20", "s1_120mm", "shadow_30mm", "serres_2009"][:: size(2, 1)])
+@pytest.mark.parametrize("name", ["shadow_30mm", "dmsp_20", "serres_2009", "s1_120mm"][:: size(2, 1)])
 def test_slow_sweeps_give_the_formula(name: str) -> None:
     """Within 0.5 % of the greatest force at the speeds that are chosen by default, friction off."""
     for test in ("isobaric", "isotonic", "isometric"):
@@ -363,7 +363,7 @@ def test_command_writes_all_three_characteristics(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
 ) -> None:
     out = str(tmp_path / "new")
-    laws = ("--law", "sarosi_2012", "--law", "bolen_2026")
+    laws = ("--law", "sarosi_2012", "--law", "bolen_2026", "--pressure", "4 bar")
     code, said, complaint = call(capsys, "stand", "all", "dmsp_20", *laws, "--load", "76 N", "--out", out)
     assert code == 0, complaint
     for kind in ("isobaric", "isotonic", "isometric"):
@@ -425,6 +425,7 @@ def test_command_steps_and_releases(
     assert (tmp_path / "y.rrd").stat().st_size > 10_000
 
 
+@nightly("the published lines are asked of the stand itself")
 @pytest.mark.slow
 def test_study_of_s0_runs(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path
