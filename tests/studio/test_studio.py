@@ -81,9 +81,11 @@ def tab(studio: tuple[Studio, str]) -> Iterator[Tab]:
         yield found
 
 
-def status(address: str, **headers: str) -> int:
+def status(address: str, content: bytes | None = None, **headers: str) -> int:
+    """Of what is asked for, or put there."""
+    asked = urllib.request.Request(address, content, headers, method="GET" if content is None else "PUT")
     try:
-        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=20) as answer:
+        with urllib.request.urlopen(asked, timeout=20) as answer:
             return int(answer.status)
     except urllib.error.HTTPError as error:
         return error.code
@@ -109,30 +111,20 @@ def test_nobody_gets_in_without_the_token_or_from_elsewhere(studio: tuple[Studio
         pass
 
 
-def put(address: str, content: bytes) -> int:
-    try:
-        with urllib.request.urlopen(
-            urllib.request.Request(address, content, method="PUT"), timeout=20
-        ) as answer:
-            return int(answer.status)
-    except urllib.error.HTTPError as error:
-        return error.code
-
-
 def test_hostile_requests_are_refused_and_tabs_go_on(
     studio: tuple[Studio, str], tab: Tab, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made, address = studio
     assert status(address, Host="127.0.0.1\xff") == 403
     assert status(f"{address}{'a' * 5000}") == status(f"{address}%00") == 404
-    assert put(f"{address}files/{'a' * 300}", b"x") == put(f"{address}files/%00", b"x") == 400
+    assert status(f"{address}files/{'a' * 300}", b"x") == status(f"{address}files/%00", b"x") == 400
     for asked in (b"\x00\xff", '{"op": "rename", "slot": "A", "name": "\\ud800"}', "[" * 100_000):
         tab.socket.send(asked)
         assert tab.until("problem")
     with Tab.open(address) as other:
         assert other.until("document")["kind"] == "document"
     monkeypatch.setattr("afo_sim.studio.server._MOST", 100)
-    assert [put(f"{address}files/{name}", b"x" * 60) for name in "aab"] == [200, 200, 413]
+    assert [status(f"{address}files/{name}", b"x" * 60) for name in "aab"] == [200, 200, 413]
     for file in (made.engine.folder / "trial").iterdir():
         file.unlink()
 
