@@ -206,7 +206,11 @@ def colours(design: Design) -> dict[str, str]:
 
 def scale_of(design: Design, box: Box) -> _Scale:
     """The largest usual scale at which the leg in all its postures fits in the side view's box."""
-    shapes = [shape for angle in _postures(design) for shape in _all(Pose.at(design.built, angle), design)]
+    shapes: list[np.ndarray] = []
+    for pose in (Pose.at(design.built, angle) for angle in _postures(design)):
+        found = pose.outlines()
+        paths = [pose.flat(pose.path(muscle)) for entry in design.facts for muscle in entry.muscles]
+        shapes += [*found["limb"], *found["part"], *paths]
     corners = np.concatenate(shapes)
     low, high = corners.min(axis=0), corners.max(axis=0)
     room = np.array([box[2] * _INCH - 2.0 * _COLUMN - _NAME, box[3] * _INCH - 2.0 * _BORDER])
@@ -219,12 +223,6 @@ def scale_of(design: Design, box: Box) -> _Scale:
 def _postures(design: Design) -> list[float]:
     low, high = design.facts[0].range
     return [0.0, low, high]
-
-
-def _all(pose: Pose, design: Design) -> list[np.ndarray]:
-    found = pose.outlines()
-    paths = [pose.flat(pose.path(muscle)) for entry in design.facts for muscle in entry.muscles]
-    return [*found["limb"], *found["part"], *paths]
 
 
 def place(axis: Any, box: Box, scale: _Scale, across: float) -> None:

@@ -94,17 +94,9 @@ def draw_checks(figure: Any, checks: Sequence[Check], size: float) -> None:
     for row, check in enumerate(checks):
         colour = COLOURS[0] if check.notice else "0.45" if check.needs else "black"
         cells = (check.fault, check.found, check.limit, check.verdict)
-        for x, text in zip(
-            (0.0, 0.26, 0.58, 0.77) if not check.needs else (0.0, 0.26, 0.58, 0.26), cells, strict=True
-        ):
-            axis.text(
-                x,
-                1.0 - (row + 0.5) / len(checks),
-                plain(text, None),
-                fontsize=size,
-                color=colour,
-                va="center",
-            )
+        y = 1.0 - (row + 0.5) / len(checks)
+        for x, text in zip((0.0, 0.26, 0.58, 0.26 if check.needs else 0.77), cells, strict=True):
+            axis.text(x, y, plain(text, None), fontsize=size, color=colour, va="center")
 
 
 def _flat_instant(imported: Imported, stride: RecordedStride) -> int | None:
@@ -205,7 +197,10 @@ def draw_trial(figure: Any, imported: Imported) -> None:
 
     events, plates, above = figure.subplots(3, 1, height_ratios=[0.3 * len(imported.legs), 1.0, 0.9])
     events.sharex(plates)
-    plates.set_xlim(*_looked_at(imported))
+    # while motion or strides last, a little wider; plates may have been on for longer
+    times = [time for leg in imported.legs.values() for time in (leg.time[0], leg.time[-1])]
+    times += [t for s in imported.strides if s.closed is None for t in (s.start, s.end)]
+    plates.set_xlim(min(times) - _ASIDE, max(times) + _ASIDE)
     _events(events, imported)
     _plates(plates, imported)
     _from_above(above, imported)
@@ -216,13 +211,6 @@ def draw_trial(figure: Any, imported: Imported) -> None:
     lines, _ = plates.get_legend_handles_labels()
     lines += [line for line in above.lines if line.get_label() == "pelvis"]
     figure.legend(handles=[*marks, *lines], loc="outside upper left", ncols=4)
-
-
-def _looked_at(imported: Imported) -> tuple[float, float]:
-    """From when to when motion or strides last [s], a little wider; plates may have been on for longer."""
-    times = [time for leg in imported.legs.values() for time in (leg.time[0], leg.time[-1])]
-    times += [t for s in imported.strides if s.closed is None for t in (s.start, s.end)]
-    return min(times) - _ASIDE, max(times) + _ASIDE
 
 
 def _events(axis: Any, imported: Imported) -> None:
@@ -247,7 +235,9 @@ def _events(axis: Any, imported: Imported) -> None:
         _mark(axis, imported, stride, level)
         if numbered or (taken and len(imported.chosen) == 1):
             words = f"{counts[stride.side]}" + ", taken" * taken
-            at = _clear(start, end, [time for time, _, _ in _marks(stride)])
+            marks = np.array([time for time, _, _ in _marks(stride)])
+            places = np.linspace(start, end, 11)[2:-2]
+            at = places[np.abs(places[:, None] - marks).min(axis=1).argmax()]  # far from its marks
             box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none"}
             axis.text(at, level, words, ha="center", va="center", fontsize=7.5, color=look["color"], bbox=box)
     axis.set_yticks([-float(k) for k in range(len(sides))], sides)
@@ -265,12 +255,6 @@ def _marks(stride: RecordedStride) -> list[tuple[float, str, bool]]:
     first = stride.closed.window[0]
     strike, off = (first + (time - first) % stride.time for time in (stride.start, stride.toe_off))
     return [(strike, "v", True), (off, "^", False)]
-
-
-def _clear(start: float, end: float, times: list[float]) -> float:
-    """A place for a label within a bar, far from its marks [s]."""
-    places = np.linspace(start, end, 11)[2:-2]
-    return float(max(places, key=lambda place: min(abs(place - time) for time in times)))
 
 
 def _mark(axis: Any, imported: Imported, stride: RecordedStride, level: float) -> None:

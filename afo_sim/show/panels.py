@@ -198,14 +198,10 @@ def valves(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
             lw=0.0,
         )
     axis.set_ylim(len(lanes) - 0.5, -0.5)
-    axis.set_yticks(range(len(lanes)), [plain(_of_lane(*lane)) for lane in lanes], fontsize=8.0)
+    names = [f"{c} {valve.removeprefix(f'{c}_')}" if c else valve for valve, c, _ in lanes]
+    axis.set_yticks(range(len(lanes)), [plain(name) for name in names], fontsize=8.0)
     axis.tick_params(axis="y", length=0.0)
     axis.set_ylabel("valves\nopen")
-
-
-def _of_lane(valve: str, chamber: str, _: float) -> str:
-    """A valve's name for people: "dorsiflexor inlet"."""
-    return f"{chamber} {valve.removeprefix(f'{chamber}_')}" if chamber else valve
 
 
 def forces(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:

@@ -1,7 +1,5 @@
 """Tables of a sweep for the terminal: status, warnings, metrics, effects, indices, best cases, fronts."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from afo_sim.study import Findings, Indices, Results, analysis, scale, varied
@@ -14,7 +12,11 @@ _Table = tuple[str, list[str], list[list[str]]]  # title, header, rows
 
 def tables(found: Findings, best: int) -> list[_Table]:
     """(title, header, rows) to print."""
-    shown = [_status_table(found.results), *_warning_table(found.results), _metric_table(found)]
+    shown = [_status_table(found.results), _metric_table(found)]
+    if warned := analysis.warned(found.results.warnings, found.results.notices):
+        heading = "warnings, by the numbers of the first case with each"
+        told = [[str(count), text] for text, count in warned]
+        shown.insert(1, (heading, ["cases", "warning"], told))
     if found.effects:
         shown.append(_effect_table(found))
     shown += [_index_table(found.results, name, each) for name, each in found.indices.items()]
@@ -38,12 +40,6 @@ def _status_table(results: Results) -> _Table:
     for status, reason, n in analysis.failures(results["status"], results["reason"]):
         rows.append([status, str(n), f"{100.0 * n / len(results):.3g} %", reason])
     return f"{len(results)} cases, {results.design}", ["status", "cases", "share", "reason"], rows
-
-
-def _warning_table(results: Results) -> Iterator[_Table]:
-    rows = [[str(count), text] for text, count in analysis.warned(results.warnings, results.notices)]
-    if rows:
-        yield "warnings, by the numbers of the first case with each", ["cases", "warning"], rows
 
 
 def _metric_table(found: Findings) -> _Table:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 import pytest
+from colour_vision import contrast
 from command import call
 
 import afo_sim
@@ -106,18 +107,6 @@ def test_a_run_that_failed_stands_beside_the_others(shipped: Recording) -> None:
     assert "not a medical device" in last
     row = verdict.of_report(views(shipped, failed))[0]
     assert [cell.answer.status for cell in row.cells] == ["good", "unknown"]
-
-
-def contrast(one: str, other: str) -> float:
-    """WCAG 2: of two colours #rrggbb."""
-
-    def luminance(colour: str) -> float:
-        parts = [int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
-        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
-        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-    light, dark = sorted((luminance(one), luminance(other)), reverse=True)
-    return (light + 0.05) / (dark + 0.05)
 
 
 def test_the_colours_have_contrast_enough() -> None:

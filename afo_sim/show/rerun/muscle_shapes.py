@@ -1,7 +1,6 @@
 """A muscle in space: a tube as long as its braid, and the cable that carries it, taut or slack."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -107,20 +106,16 @@ class DrawnMuscle:
     ) -> None:
         """Lines through the points (n, places, 3) that are drawn; thin and dark where a cable is slack."""
         slack = block[f"muscle/{self.name}/force"] <= 0.0
+        # lines as Arrow has them: Rerun would convert each line alone
+        form = rr.components.LineStrip3DBatch([]).as_arrow_array().type
+        offsets = np.concatenate([[0], np.cumsum(drawn.sum(axis=1))])
+        inner = rr.components.Position3DBatch(points[drawn].astype(np.float32)).as_arrow_array()
         cable = rr.LineStrips3D.columns(
-            strips=_strips(points[drawn].astype(np.float32), drawn.sum(axis=1)),
+            strips=pa.ListArray.from_arrays(pa.array(offsets, pa.int32()), inner, type=form),
             radii=np.where(slack, _SLACK_RADIUS, _CABLE_RADIUS).astype(np.float32),
             colors=np.where(slack[:, None], _SLACK_CABLE, _CABLE).astype(np.uint8),
         )
         send(stream, f"{self.root}/cables/{self.name}", block, cable)
-
-
-def _strips(points: np.ndarray, counts: np.ndarray) -> Any:
-    """Lines of so many points each, as Arrow has them: Rerun would convert each line alone."""
-    form = rr.components.LineStrip3DBatch([]).as_arrow_array().type
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    inner = rr.components.Position3DBatch(points).as_arrow_array()
-    return pa.ListArray.from_arrays(pa.array(offsets, pa.int32()), inner, type=form)
 
 
 def bow(ends: np.ndarray, excess: np.ndarray, axis: np.ndarray) -> np.ndarray:

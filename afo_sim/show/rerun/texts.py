@@ -38,7 +38,9 @@ def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
         legend = colours.in_words((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))
         lines += [f"Colours: {legend}.", ""]
     lines += [str(sources[0][1].header.scenario.get("description", "")), ""]
-    lines += [line for label, source in sources for line in _wear(label, source)]
+    for label, scenario in [(label, source.header.scenario) for label, source in sources]:
+        other = f"; compared with {reference(scenario)}" if reference(scenario) else ""
+        lines += [f"{label} wears: {worn(scenario)}{other}", ""] if worn(scenario) else []
     lines += _metrics(sources)
     for label, source in sources:
         lines += ["", f"**{label}**: {source.header.status}"]
@@ -63,15 +65,6 @@ def _metrics(sources: _Sources) -> Iterator[str]:
             found = [s.header.metrics.get(name) for _, s in sources]
             cells = " | ".join("–" if m is None else readable(name, m) for m in found)
             yield f"| {words(name).label} | {cells} | {unit(next(m for m in found if m is not None))} |"
-
-
-def _wear(label: str, source: Source) -> list[str]:
-    """What a walking run wears, and whom it is compared with."""
-    scenario = source.header.scenario
-    if not worn(scenario):
-        return []
-    other = reference(scenario)
-    return [f"{label} wears: {worn(scenario)}" + (f"; compared with {other}" if other else ""), ""]
 
 
 def _document(stream: rr.RecordingStream, entity: str, text: str) -> None:
