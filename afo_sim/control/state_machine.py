@@ -85,7 +85,16 @@ class StateMachineController:
 
     def __init__(self, description: StateMachine, scenario: Scenario):
         self.machine = machine_of(description, scenario)
-        self.asks = _asked(description)
+        self.asks = [
+            RequiredInput(
+                described.column,
+                f"controller.state_machine.transition.{number}",
+                kind,
+                getattr(described, kind),
+            )
+            for number, described in enumerate(description.transition)
+            for kind in (("above",) if described.above is not None else ("below",))
+        ]
         self.reset()
 
     def reset(self) -> None:
@@ -103,17 +112,6 @@ class StateMachineController:
     def tell(self) -> dict[str, float]:
         """The number of its state."""
         return {"state": float(self.state)}
-
-
-def _asked(description: StateMachine) -> list[RequiredInput]:
-    """Columns that are compared, and the texts that have to be in their units."""
-    return [
-        RequiredInput(
-            described.column, f"controller.state_machine.transition.{number}", kind, getattr(described, kind)
-        )
-        for number, described in enumerate(description.transition)
-        for kind in (("above",) if described.above is not None else ("below",))
-    ]
 
 
 CONTROLLER = StateMachineController

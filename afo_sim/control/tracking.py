@@ -13,7 +13,14 @@ AnyReference = Reference | MomentReference | PressureReference
 def value_at(reference: AnyReference, time: float) -> float:
     """What a reference without a column asks for at a time, in its own SI unit."""
     if reference.table:
-        return _in_table(reference, time)
+        rows = reference.table
+        after = bisect.bisect_right([row[0] for row in rows], time)
+        if after in (0, len(rows)):
+            return rows[max(after - 1, 0)][1]
+        (start, value), (end, following) = rows[after - 1], rows[after]
+        if reference.between == "hold":
+            return value
+        return value + (following - value) * (time - start) / (end - start)
     return reference.mean + reference.amplitude * math.sin(2.0 * math.pi * cycles(reference, time))
 
 
@@ -30,17 +37,6 @@ def cycles(reference: AnyReference, time: float) -> float:
 def target(reference: AnyReference, seen: Observation) -> float:
     """What is asked for now; of a column its last sample, which is a step old."""
     return value_at(reference, seen.time) if reference.column is None else seen[reference.column]
-
-
-def _in_table(reference: AnyReference, time: float) -> float:
-    rows = reference.table
-    after = bisect.bisect_right([row[0] for row in rows], time)
-    if after in (0, len(rows)):
-        return rows[max(after - 1, 0)][1]
-    (start, value), (end, following) = rows[after - 1], rows[after]
-    if reference.between == "hold":
-        return value
-    return value + (following - value) * (time - start) / (end - start)
 
 
 WHOLE = 1.0 - 1e-9  # of a period in which valves are due to be open

@@ -221,7 +221,16 @@ def field_at(key: str, scenario: Scenario) -> Field:
         if tables(annotation)[1] == "list" and name.isdigit():
             annotation, value = _item(annotation, value, int(name), key)
         else:
-            annotation, value = _below(annotation, value, name, dotted_key(path[:depth]), scenario)
+            at = dotted_key(path[:depth])
+            # (type, value where there is one) of a field of a table
+            names = _names(annotation, value, scenario)
+            if name not in names:
+                whole = f"{at}.{name}" if at else name
+                if not names:
+                    raise InputError(f"{at} is a value, not a table", field=whole)
+                nearest = nearest_name(name, names)
+                raise InputError("is an unknown key", field=whole, allowed=", ".join(names), nearest=nearest)
+            annotation, value = type_below(annotation, name, _law_of(value)), child_of(value, name)
     for item in items:
         annotation, value = _item(annotation, value, item, key)
     kind = core(annotation)[0]
@@ -238,18 +247,6 @@ def field_at(key: str, scenario: Scenario) -> Field:
         return Field(key, "word", "", annotation, KINDS[kind])
     allowed = ", ".join(f"{key}.{name}" for name in _names(annotation, value, scenario))
     raise InputError("is a table: name one of its fields", field=key, allowed=allowed)
-
-
-def _below(annotation: Any, value: Any, name: str, at: str, scenario: Scenario) -> tuple[Any, Any]:
-    """(type, value where there is one) of a field of a table."""
-    names = _names(annotation, value, scenario)
-    if name not in names:
-        whole = f"{at}.{name}" if at else name
-        if not names:
-            raise InputError(f"{at} is a value, not a table", field=whole)
-        nearest = nearest_name(name, names)
-        raise InputError("is an unknown key", field=whole, allowed=", ".join(names), nearest=nearest)
-    return type_below(annotation, name, _law_of(value)), child_of(value, name)
 
 
 def _item(annotation: Any, value: Any, item: int, key: str) -> tuple[Any, Any]:

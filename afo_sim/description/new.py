@@ -69,21 +69,17 @@ def new(
         _use(values, kind, used, reference(used, where, target.parent))
     if kind == "orthosis" and "muscle" in uses:
         _fit_links(values, before, uses["muscle"])
-    files = _beside(kind, values, base)
-    check_writable(target.parent)
-    _write(target, tomlkit.dumps(values), kind, files)
-    return target
-
-
-def _beside(kind: str, values: dict[str, Any], base: pathlib.Path) -> dict[str, pathlib.Path]:
-    """Files that a product names, by their name beside it; a product may name another product's."""
+    # Files that a product names, by their name beside it; a product may name another product's
     files = {}
     for key in FILES.get(kind, ()):
         if key in values:
             source = base.parent / str(values[key])
             values[key] = source.name
             files[source.name] = source
-    return files
+    files = files
+    check_writable(target.parent)
+    _write(target, tomlkit.dumps(values), kind, files)
+    return target
 
 
 def base_of(kind: str, like: str) -> pathlib.Path:

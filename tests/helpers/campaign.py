@@ -2,6 +2,8 @@
 
 import datetime
 import os
+import random
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
@@ -14,6 +16,14 @@ SEED = int(os.environ.get("AFO_SIM_FUZZ_SEED") or f"{datetime.date.today():%Y%m%
 def size(slice_: int, whole: int) -> int:
     """How many cases to run: a slice in the suite, the whole campaign at night."""
     return whole if NIGHTLY else slice_
+
+
+def sampled(cases: Iterable[Any], most: int) -> list[Any]:
+    """Near-equal cases: as many as the suite runs, others each day, in their order; all at night."""
+    told = list(cases)
+    if NIGHTLY or len(told) <= most:
+        return told
+    return [told[k] for k in sorted(random.Random(SEED).sample(range(len(told)), most))]
 
 
 def nightly(reason: str) -> Any:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from campaign import sampled
 from laws_of_nature.liveness import leaves, nudged
 
 import afo_sim
@@ -187,7 +188,7 @@ def base() -> dict[str, Recording]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("key", "place", "changed"), cases())
+@pytest.mark.parametrize(("key", "place", "changed"), sampled(cases(), 20))
 def test_parameter_moves_its_output(key: str, place: int, changed: Any, base: dict[str, Recording]) -> None:
     run = "soled" if key.startswith(("orthosis.outsole.", "gait.stride_time")) else "shod"
     column = output(key, place)

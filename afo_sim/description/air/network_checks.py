@@ -196,7 +196,14 @@ def _check_ways_in(orthosis: HasAir, found: list[Way]) -> None:
         for name in table:
             if name in into:
                 continue
-            against = _against(name, orthosis, into)
+            against = next(
+                (
+                    key
+                    for key, each in orthosis.restriction.items()
+                    if not each.part.both_ways and each.upstream == name and each.downstream in into
+                ),
+                "",
+            )
             problem = "no air comes into it: nothing leads from the supply to it"
             if against:
                 problem = f"no air comes into it: {against!r} lets air out of it only"
@@ -205,18 +212,6 @@ def _check_ways_in(orthosis: HasAir, found: list[Way]) -> None:
                 raise refusal(problem, mend, f"chamber.{name}.feed")
             mend = "a restriction from the supply, or a start_pressure"
             raise refusal(problem, mend, f"volume.{name}")
-
-
-def _against(name: str, orthosis: HasAir, into: dict[str, list[Way]]) -> str:
-    """A one-way restriction that leads from a node to one that air comes to: it may stand backwards."""
-    return next(
-        (
-            key
-            for key, each in orthosis.restriction.items()
-            if not each.part.both_ways and each.upstream == name and each.downstream in into
-        ),
-        "",
-    )
 
 
 def _check_ways_out(orthosis: HasAir, found: list[Way]) -> None:
