@@ -1,5 +1,6 @@
 """The test stand as one call: quantities as text or in SI, one muscle or several, one test or all three."""
 
+import contextlib
 import functools
 import itertools
 import os
@@ -11,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import GRAVITY, InputError, Shown, parse_quantity, unknown
-from afo_sim.description import Muscle, load
+from afo_sim.description import Muscle
+from afo_sim.description import load as load_description
 from afo_sim.lab import stand_trial
 from afo_sim.lab.measured import Measured, read_measured
 from afo_sim.lab.stand_plan import KINDS, Laboratory
@@ -124,37 +126,27 @@ def stand(
     """
     amounts = dict(zip(AMOUNTS, map(_several, (pressure, load, contraction, length)), strict=True))
     kinds = _kinds(test, [name for name, values in {**amounts, "valve": valve}.items() if values])
+    if compare is not None and not {*kinds} <= {*AXES}:
+        problem = "cannot be compared with a static characteristic"
+        raise InputError(problem, field="compare", value=test, allowed=", ".join(AXES))
     data = read_measured(pathlib.Path(compare)) if isinstance(compare, str | os.PathLike) else compare
-    conditions = _Conditions(test, amounts, _laboratory(supply, valve), _amount("time", time), data)
-    trials = tuple(_trials(conditions, kinds, _muscles(muscle, law, friction, sets), static, report))
-    return Stand(trials, () if data is None else tuple(compare_trial(trial, data) for trial in trials))
-
-
-@dataclass(frozen=True)
-class _Conditions:
-    """The conditions of all trials of one call."""
-
-    test: str
-    amounts: Mapping[str, tuple[Amount, ...]]
-    laboratory: Laboratory
-    duration: float | None  # [s]
-    data: Measured | None
-
-
-def _trials(
-    conditions: _Conditions,
-    kinds: Sequence[str],
-    muscles: Sequence[Muscle],
-    static: bool,
-    report: Callable[[int, int, str], None] | None,
-) -> Iterator[Trial]:
-    for kind in kinds:
-        for number, muscle in enumerate(muscles, 1):
-            what = f"{kind} {number} of {len(muscles)}: {muscle.name}, {muscle.law}"
-            progress = None if report is None else functools.partial(_forward, report, what)
-            if progress is not None:
-                progress(0, 0)
-            yield _trial(conditions, kind, muscle, static, progress)
+    top, duration = (
+        None if x is None else _number(name, x) for name, x in (("supply", supply), ("time", time))
+    )
+    given: dict[str, Any] = {} if duration is None else {"duration": duration}
+    given["laboratory"] = Laboratory(top, None if valve is None else load_description("valve", valve))
+    muscles, trials = _muscles(muscle, law, friction, sets), []
+    for kind, (number, one) in itertools.product(kinds, enumerate(muscles, 1)):
+        what, progress = f"{kind} {number} of {len(muscles)}: {one.name}, {one.law}", None
+        if report is not None:
+            report(0, 0, what)
+            progress = functools.partial(_forward, report, what)
+        with _told(kind, one, amounts["length"]):
+            ends = test != "all"  # or they are of the other tests
+            plan = stand_trial.PLANS[kind](one, **given, **_arguments(amounts, ends, data, kind, one))
+            trials.append(stand_trial.static(plan) if static else stand_trial.run(plan, progress))
+    compared = () if data is None else tuple(compare_trial(trial, data) for trial in trials)
+    return Stand(tuple(trials), compared)
 
 
 def _forward(report: Callable[[int, int, str], None], what: str, done: int, total: int) -> None:
@@ -192,63 +184,48 @@ def _muscles(muscle: Any, law: Any, friction: Any, sets: Mapping[str, Any] | Non
         for name, rubbing in itertools.product(_several(law) or (None,), _several(friction) or (None,)):
             chosen = {"law": name, "friction": rubbing}
             laid = {key: value for key, value in chosen.items() if value is not None} | dict(sets or {})
-            found.append(one if isinstance(one, Muscle) and not laid else load("muscle", description, laid))
+            found.append(
+                one if isinstance(one, Muscle) and not laid else load_description("muscle", description, laid)
+            )
     return found
 
 
-def _laboratory(supply: Amount | None, valve: str | None) -> Laboratory:
-    return Laboratory(_amount("supply", supply), None if valve is None else load("valve", valve))
-
-
-def _trial(
-    conditions: _Conditions,
-    kind: str,
-    muscle: Muscle,
-    static: bool,
-    progress: Callable[[int, int], None] | None,
-) -> Trial:
+@contextlib.contextmanager
+def _told(kind: str, muscle: Muscle, lengths: Sequence[Amount]) -> Iterator[None]:
+    """What is wrong with a plan, told of the argument that was given, the muscle and the test."""
     try:
-        plan = stand_trial.PLANS[kind](
-            muscle, laboratory=conditions.laboratory, **_arguments(conditions, kind, muscle)
-        )
-        return stand_trial.static(plan) if static else stand_trial.run(plan, progress)
+        yield
     except InputError as error:
         if error.field not in UNITS:
             raise
         field, value = error.field, error.value
-        if field == "contraction" and conditions.amounts["length"]:
-            field, value = "length", ", ".join(map(str, conditions.amounts["length"]))
+        if field == "contraction" and lengths:
+            field, value = "length", ", ".join(map(str, lengths))
         problem = f"{error.problem} ({muscle.name}, {kind})"
         raise error.replaced(problem=problem, file=None, field=field, value=value) from None
 
 
-def _arguments(conditions: _Conditions, kind: str, muscle: Muscle) -> dict[str, Any]:
+def _arguments(
+    amounts: Mapping[str, Sequence[Amount]], ends: bool, data: Measured | None, kind: str, muscle: Muscle
+) -> dict[str, Any]:
     """The arguments of a kind's plan, from amounts and from measured points."""
-    pressures, loads, contractions = (
-        [_number(name, value) for value in conditions.amounts[name]]
-        for name in ("pressure", "load", "contraction")
-    )
-    lengths = [_number("length", value) for value in conditions.amounts["length"]]
-    contractions += [1.0 - length / muscle.nominal_length for length in lengths]
-    found: dict[str, Any] = {} if conditions.duration is None else {"duration": conditions.duration}
+    si = {name: [_number(name, value) for value in values] for name, values in amounts.items()}
+    si["contraction"] += [1.0 - length / muscle.nominal_length for length in si["length"]]
     if kind in ("step", "release"):
-        found |= {"pressures": pressures or None, "load": _one("load", loads)}
-        held = _one("contraction", contractions)
+        held = _one("contraction", si["contraction"])
+        found = {"pressures": si["pressure"] or None, "load": _one("load", si["load"])}
         return found if held is None else found | {"contraction": held}
-    measured = points_of(kind, conditions.data, muscle) if conditions.data is not None else {}
+    points, start = points_of(kind, data, muscle) if data is not None else (None, None)
     name = POINTS[kind]
-    points = {"pressure": pressures, "load": loads, "contraction": contractions}[name]
-    found[f"{name}s"] = points or measured.get("points")
-    if kind == "isobaric":
-        found["span"] = _span(contractions, 0.0) if conditions.test != "all" else None
-        if found["span"] is None and "span" in measured:
-            found["span"] = (measured["span"][0], None)
+    if kind != "isobaric":
+        span = _span(si["pressure"], None if kind == "isotonic" else 0.0)
     else:
-        found["span"] = _span(pressures, None if kind == "isotonic" else 0.0)
-    return found
+        span = _span(si["contraction"], 0.0) if ends else None
+        span = span if span or start is None else (start, None)
+    return {f"{name}s": si[name] or points, "span": span}
 
 
-def _span(values: list[float], start: float | None) -> tuple[float | None, float] | None:
+def _span(values: list[float], start: float | None) -> tuple[float | None, float | None] | None:
     """From and to; one value is the end, of several the least and the greatest."""
     if not values:
         return None
@@ -259,10 +236,6 @@ def _one(argument: str, values: list[float]) -> float | None:
     if len(values) > 1:
         raise InputError("is given several times", field=argument, allowed="one for this test")
     return values[0] if values else None
-
-
-def _amount(argument: str, value: Amount | None) -> float | None:
-    return None if value is None else _number(argument, value)
 
 
 def _number(argument: str, value: Amount) -> float:

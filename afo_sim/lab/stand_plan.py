@@ -41,6 +41,9 @@ class Laboratory:
     timestep: float | None = None
 
 
+USUAL = Laboratory()
+
+
 @dataclass(frozen=True)
 class StandPlan:
     """One test of one muscle: per curve, how pressure and length go between two values and back."""
@@ -99,65 +102,49 @@ def plan_isobaric(
     muscle: Muscle,
     pressures: Sequence[float] | None = None,
     span: tuple[float, float | None] | None = None,
-    laboratory: Laboratory | None = None,
+    laboratory: Laboratory = USUAL,
     duration: float | None = None,
 ) -> StandPlan:
     """Length from `span[0]` to `span[1]` [-] and back at constant pressures [Pa]."""
-    laboratory = laboratory or Laboratory()
-    top = highest(muscle, laboratory)
-    points = _points(pressures, _whole_bars(muscle, top))
-    _check_pressures(muscle, points, laboratory.supply, pulls=True)
+    points = _pulling(muscle, pressures, laboratory)
     low, high = span or (0.0, None)
     ends = np.array([_until_slack(muscle, p) if high is None else high for p in points])
-    _check_contractions(muscle, np.array([low, *([] if high is None else [high])]), float(points.max()))
-    if not low < ends.min():
-        value, allowed = f"{low:g} to {ends.min():.3g}", "FROM < TO"
-        raise InputError("does not rise", field="contraction", value=value, allowed=allowed)
-    sweep = np.column_stack([np.full(len(points), low), ends])
+    _check_contractions(muscle, [low, *([] if high is None else [high])], float(points.max()))
+    _check_rise("contraction", low, ends.min(), f"{low:g} to {ends.min():.3g}")
     if duration is None:
-        duration = max(_slow(muscle, p, float(np.ptp(x))) for p, x in zip(points, sweep, strict=True))
-    pressure = np.column_stack([points, points])
-    nothing = np.full(len(points), np.nan)
-    return _plan("isobaric", muscle, laboratory, points, pressure, sweep, nothing, points, duration)
+        duration = max(_slow(muscle, p, float(end - low)) for p, end in zip(points, ends, strict=True))
+    return _plan("isobaric", muscle, laboratory, points, (points, points), (low, ends), duration)
 
 
 def plan_isometric(
     muscle: Muscle,
     contractions: Sequence[float] | None = None,
     span: tuple[float, float] | None = None,
-    laboratory: Laboratory | None = None,
+    laboratory: Laboratory = USUAL,
     duration: float | None = None,
 ) -> StandPlan:
     """Pressure from `span[0]` to `span[1]` [Pa] and back at constant contractions [-]."""
-    laboratory = laboratory or Laboratory()
-    top = highest(muscle, laboratory)
-    low, high = span or (0.0, top)
+    low, high = span or (0.0, highest(muscle, laboratory))
     _check_span(muscle, low, high, laboratory.supply)
     points = _points(contractions, np.arange(0.0, _until_slack(muscle, high) - 0.01, 0.05))
     _check_contractions(muscle, points, high)
-    pressure = np.tile([low, high], (len(points), 1))
-    nothing = np.full(len(points), np.nan)
-    lengths = np.column_stack([points, points])
-    start = pressure[:, 0]
     duration = duration or SHORTEST_SWEEP
-    return _plan("isometric", muscle, laboratory, points, pressure, lengths, nothing, start, duration)
+    return _plan("isometric", muscle, laboratory, points, (low, high), (points, points), duration)
 
 
 def plan_isotonic(
     muscle: Muscle,
     loads: Sequence[float] | None = None,
     span: tuple[float | None, float] | None = None,
-    laboratory: Laboratory | None = None,
+    laboratory: Laboratory = USUAL,
     duration: float | None = None,
 ) -> StandPlan:
     """Pressure from `span[0]` to `span[1]` [Pa] and back under constant loads [N]."""
-    laboratory = laboratory or Laboratory()
-    top = highest(muscle, laboratory)
-    low, high = span or (None, top)
+    low, high = span or (None, highest(muscle, laboratory))
     _check_span(muscle, low or 0.0, high, laboratory.supply)
     strength = force_at(muscle, 0.0, high)
     points = _points(loads, np.array([_two_digits(s * strength) for s in (0.05, 0.1, 0.2, 0.4, 0.6)]))
-    _check_loads(muscle, points, [high] * len(points))
+    _check_loads(muscle, points, high)
     limit = muscle.limits.contraction_min
     lows = [_lifting(muscle, load, limit, high) if low is None else low for load in points]
     lows = [0.0 if p < 1.0 else p for p in lows]
@@ -170,12 +157,10 @@ def plan_isotonic(
                 value=f"{p * 1e-5:g} bar",
                 allowed=f"from {_lifting(muscle, load, limit, high) * 1e-5:.3g} bar",
             )
-    pressure = np.column_stack([lows, np.full(len(points), high)])
-    lengths = np.column_stack([start, start])
     if duration is None:
         way = max(hanging(muscle, load, high) - x for load, x in zip(points, start, strict=True))
         duration = 3.0 * _slow(muscle, high, way)
-    return _plan("isotonic", muscle, laboratory, points, pressure, lengths, points, pressure[:, 0], duration)
+    return _plan("isotonic", muscle, laboratory, points, (lows, high), (start, start), duration, points)
 
 
 def plan_step(
@@ -183,28 +168,32 @@ def plan_step(
     pressures: Sequence[float] | None = None,
     load: float | None = None,
     contraction: float | None = None,
-    laboratory: Laboratory | None = None,
+    laboratory: Laboratory = USUAL,
     duration: float | None = None,
 ) -> StandPlan:
     """Fill through the inlet valve from supplies at `pressures` [Pa], then vent, each for `duration` [s]."""
-    laboratory = laboratory or Laboratory()
     valve = laboratory.valve or load_description("valve", "mh1")
-    points = _points(pressures, _whole_bars(muscle, highest(muscle, laboratory)))
-    _check_pressures(muscle, points, laboratory.supply, pulls=True)
-    loads, start = _hung(muscle, points, load, contraction, 0.0)
-    if start.min() <= muscle.braid.lock:
+    points = _pulling(muscle, pressures, laboratory)
+    hung, start = np.nan, contraction
+    if start is None:
+        hung = _hung(muscle, points, load, 0.0)
+        start = hanging(muscle, hung, 0.0)
+    elif load is not None:
+        raise InputError("goes without a held contraction", field="load", value=f"{load:g} N")
+    else:
+        _check_contractions(muscle, [start], float(points.max()))
+    if start <= muscle.braid.lock:
         raise InputError(
             "the empty muscle's braid would lock under it",
             field="load",
-            value=f"{loads[0]:g} N",
+            value=f"{hung:g} N",
             allowed=f"at most {math.floor(force_at(muscle, muscle.braid.lock, 0.0))} N",
         )
     if duration is None:
         volume = laboratory.tube_volume + float(muscle.volume(contraction=0.6))
         duration = max(1.0, math.ceil(5.0 * volume / (valve.conductance * 1e5)))
-    pressure, empty = np.column_stack([points, points]), np.zeros(len(points))
-    plan = _plan("step", muscle, laboratory, points, pressure, start, loads, empty, duration)
-    return dataclasses.replace(plan, stride=1, branches=2, valve=valve)
+    plan = _plan("step", muscle, laboratory, points, (points, points), (start, start), duration, hung)
+    return dataclasses.replace(plan, start_pressure=np.zeros(len(points)), stride=1, branches=2, valve=valve)
 
 
 def plan_release(
@@ -212,18 +201,14 @@ def plan_release(
     pressures: Sequence[float] | None = None,
     load: float | None = None,
     contraction: float = 0.0,
-    laboratory: Laboratory | None = None,
+    laboratory: Laboratory = USUAL,
     duration: float | None = None,
 ) -> StandPlan:
     """Held at a contraction [-] under pressures [Pa], then let go against a load [N], for `duration` [s]."""
-    laboratory = laboratory or Laboratory()
-    points = _points(pressures, _whole_bars(muscle, highest(muscle, laboratory)))
-    _check_pressures(muscle, points, laboratory.supply, pulls=True)
-    _check_contractions(muscle, np.array([contraction]), float(points.min()))
-    loads, _ = _hung(muscle, points, load, None, contraction)
-    lengths = np.full((len(points), 2), contraction)
-    pressure = np.column_stack([points, points])
-    plan = _plan("release", muscle, laboratory, points, pressure, lengths, loads, points, duration or 2.0)
+    points = _pulling(muscle, pressures, laboratory)
+    _check_contractions(muscle, [contraction], float(points.min()))
+    hung, held = _hung(muscle, points, load, contraction), (contraction, contraction)
+    plan = _plan("release", muscle, laboratory, points, (points, points), held, duration or 2.0, hung)
     return dataclasses.replace(plan, stride=1, branches=1, valve=laboratory.valve)
 
 
@@ -233,27 +218,26 @@ def highest(muscle: Muscle, laboratory: Laboratory) -> float:
     return top if laboratory.supply is None else min(top, laboratory.supply)
 
 
-def _whole_bars(muscle: Muscle, top: float) -> np.ndarray:
-    """The whole bars of a law's range up to `top` at which the muscle pulls, or `top` alone [Pa]."""
-    low = muscle.law_set.pressure_range[0]
+def _pulling(muscle: Muscle, pressures: Sequence[float] | None, laboratory: Laboratory) -> np.ndarray:
+    """Gauge pressures at which a muscle pulls: as given, else the whole bars of its law's range [Pa]."""
+    low, top = muscle.law_set.pressure_range[0], highest(muscle, laboratory)
     bars = 1e5 * np.arange(max(math.ceil(low * 1e-5 - 1e-9), 1), math.floor(top * 1e-5 + 1e-9) + 1)
-    pulling = [p for p in bars if force_at(muscle, 0.0, p) > PULLING]
-    return np.array(pulling or [top])
+    usual = [p for p in bars if force_at(muscle, 0.0, p) > PULLING] if pressures is None else []
+    points = _points(pressures, np.array(usual or [top]))
+    _check_pressures(muscle, points, laboratory.supply, pulls=True)
+    return points
 
 
-def _hung(
-    muscle: Muscle, points: np.ndarray, load: float | None, contraction: float | None, held_at: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """(loads, start of the contraction) of a step or release."""
-    if contraction is not None:
-        if load is not None:
-            raise InputError("goes without a held contraction", field="load", value=f"{load:g} N")
-        _check_contractions(muscle, np.array([contraction]), float(points.max()))
-        return np.full(len(points), np.nan), np.full((len(points), 2), contraction)
-    weakest = force_at(muscle, held_at, float(points.min()))
-    hung = max(_two_digits(USUAL_LOAD * weakest), LEAST_LOAD) if load is None else load
-    _check_loads(muscle, [hung], [float(points.min())], held_at)
-    return np.full(len(points), hung), np.full((len(points), 2), hanging(muscle, hung, 0.0))
+def _hung(muscle: Muscle, points: np.ndarray, load: float | None, held_at: float) -> float:
+    """The load of a step or release [N]."""
+    weakest = float(points.min())
+    usual = max(_two_digits(USUAL_LOAD * force_at(muscle, held_at, weakest)), LEAST_LOAD)
+    hung = usual if load is None else load
+    _check_loads(muscle, [hung], weakest, held_at)
+    return hung
+
+
+Ends = tuple[float | Sequence[float] | np.ndarray, float | Sequence[float] | np.ndarray]
 
 
 def _plan(
@@ -261,18 +245,16 @@ def _plan(
     muscle: Muscle,
     laboratory: Laboratory,
     points: np.ndarray,
-    pressure: np.ndarray,
-    contraction: np.ndarray,
-    load: np.ndarray,
-    start: np.ndarray,
+    pressure: Ends,
+    contraction: Ends,
     duration: float,
+    load: float | np.ndarray = np.nan,
 ) -> StandPlan:
     """A plan of whole cycles; a friction that remembers is run in for one more."""
     remembers = muscle.friction != "none" and FRICTIONS[muscle.friction].n_state > 0
-    branches = 4 if remembers else 2
-    plan = StandPlan(
-        kind, muscle, laboratory, points, pressure, contraction, load, start, 1.0, duration, branches
-    )
+    rows = np.array(np.broadcast_arrays(*pressure, *contraction, load, points)[:5], float)
+    ways = (rows[:2].T, rows[2:4].T, rows[4], rows[0])
+    plan = StandPlan(kind, muscle, laboratory, points, *ways, 1.0, duration, 4 if remembers else 2)
     step = laboratory.timestep or _usual_step(plan)
     if not 10.0 * step <= duration <= 1e4:
         allowed = f"{10.0 * step:g} s to 10000 s"
@@ -316,7 +298,7 @@ def _two_digits(value: float) -> float:
     return float(f"{value:.2g}")
 
 
-def _check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: float) -> None:
+def _check_contractions(muscle: Muscle, contractions: Sequence[float] | np.ndarray, pressure: float) -> None:
     """Refuse contraction ratios [-] beyond the lock, or where a muscle at a gauge pressure [Pa] is slack."""
     low, high = muscle.braid.lock, slack(muscle, pressure)
     for value in contractions:
@@ -333,11 +315,11 @@ def _check_contractions(muscle: Muscle, contractions: np.ndarray, pressure: floa
 
 
 def _check_loads(
-    muscle: Muscle, loads: Sequence[float] | np.ndarray, pressures: Sequence[float], contraction: float = 0.0
+    muscle: Muscle, loads: Sequence[float] | np.ndarray, pressure: float, contraction: float = 0.0
 ) -> None:
-    """Refuse loads beyond the muscle's strength at a contraction [-], each at its pressure [Pa]."""
-    for load, pressure in zip(loads, pressures, strict=True):
-        strength = force_at(muscle, contraction, pressure)
+    """Refuse loads beyond the muscle's strength at a contraction [-] and a pressure [Pa]."""
+    strength = force_at(muscle, contraction, pressure)
+    for load in loads:
         if not LEAST_LOAD <= load < strength:
             weak = "the muscle cannot lift it" if load >= strength else "is less than the stand can hang on"
             raise InputError(
@@ -375,13 +357,12 @@ def _check_span(muscle: Muscle, low: float, high: float, supply: float | None) -
     """Refuse a span of gauge pressures [Pa] that does not rise, or that supply or muscle do not bear."""
     _check_pressures(muscle, np.array([low]), supply, pulls=False)
     _check_pressures(muscle, np.array([high]), supply, pulls=True)
+    _check_rise("pressure", low, high, f"{low * 1e-5:g} bar to {high * 1e-5:g} bar")
+
+
+def _check_rise(name: str, low: float, high: float, shown: str) -> None:
     if not low < high:
-        raise InputError(
-            "does not rise",
-            field="pressure",
-            value=f"{low * 1e-5:g} bar to {high * 1e-5:g} bar",
-            allowed="FROM < TO",
-        )
+        raise InputError("does not rise", field=name, value=shown, allowed="FROM < TO")
 
 
 def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:

@@ -53,27 +53,10 @@ class Rig:
     """The compiled stand, and its actuators by name."""
 
     model: mujoco.MjModel
-    ids: native.CircuitIds
-
-    @property
-    def muscle(self) -> int:
-        """Actuator id of the muscle."""
-        return self.ids.muscles[MUSCLE]
-
-    @property
-    def chamber(self) -> int:
-        """Actuator id of the chamber."""
-        return self.ids.chambers[CHAMBER]
-
-    @property
-    def inlet(self) -> int:
-        """Actuator id of the inlet valve."""
-        return self.ids.valves[f"{CHAMBER}_inlet"]
-
-    @property
-    def outlet(self) -> int:
-        """Actuator id of the outlet valve."""
-        return self.ids.valves[f"{CHAMBER}_outlet"]
+    muscle: int
+    chamber: int
+    inlet: int
+    outlet: int
 
 
 def _build_rig(plan: StandPlan) -> Rig:
@@ -98,7 +81,9 @@ def _build_rig(plan: StandPlan) -> Rig:
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     model = spec.compile()
-    return Rig(model, native.fill_circuit(model, circuit))
+    ids = native.fill_circuit(model, circuit)
+    valves = (ids.valves[f"{CHAMBER}_{name}"] for name in ("inlet", "outlet"))
+    return Rig(model, ids.muscles[MUSCLE], ids.chambers[CHAMBER], *valves)
 
 
 def _circuit_of(plan: StandPlan) -> native.Circuit:

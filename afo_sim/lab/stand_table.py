@@ -206,15 +206,8 @@ def _step_columns(trial: Trial) -> dict[str, tuple[str, float, str]]:
     }
 
 
-def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float]]:
-    """The curves that measured points ask for, as arguments of the test: set points and where they begin."""
-    if kind not in AXES:
-        raise InputError(
-            "cannot be compared with a static characteristic",
-            field="compare",
-            value=kind,
-            allowed=", ".join(AXES),
-        )
+def points_of(kind: str, data: Measured, muscle: Muscle) -> tuple[list[float], float]:
+    """The curves that measured points ask for: set points, and the contraction at which isobars begin."""
     pressure, contraction = data.pressure, _contraction(data, muscle)
     column = {"isobaric": pressure, "isotonic": data.force, "isometric": contraction}[kind]
     digits = {"isobaric": -3, "isotonic": 1, "isometric": 3}[kind]
@@ -230,12 +223,8 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> dict[str, list[float
             file=data.file,
             allowed=f"1 to {MANY}, or name the curves with `pressure`, `load` or `contraction`",
         )
-    found = {"points": values}
-    if kind == "isobaric":
-        found["span"] = [
-            max(float(contraction.min()), 0.95 * muscle.braid.lock) if contraction.min() < 0.0 else 0.0
-        ]
-    return found
+    least = float(contraction.min())
+    return values, max(least, 0.95 * muscle.braid.lock) if least < 0.0 else 0.0
 
 
 def compare_trial(trial: Trial, data: Measured) -> Comparison:

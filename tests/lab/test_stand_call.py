@@ -87,6 +87,7 @@ def test_measured_points_are_held_against_each_trial() -> None:
         ({"test": "step", "load": ["100 N", "200 N"]}, "load"),
         ({"supply": "9 bar"}, "supply"),
         ({"time": "1 ms"}, "time"),
+        ({"test": "step", "compare": "measured.csv"}, "compare"),
     ],
 )
 def test_errors_name_the_argument(arguments: dict[str, object], field: str) -> None:
