@@ -108,7 +108,9 @@ def test_a_link_without_mass_stays_and_is_noted(read) -> None:
 
 def test_a_point_mass_is_read_where_it_is_fixed(read) -> None:
     point = BODY.replace(INERTIA, '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>')
-    assert read(two("fixed", foot=point)).parts["foot"].mass == 2
+    tree = read(two("fixed", foot=point))
+    assert tree.parts["foot"].mass == 2
+    assert noted(tree) == {"point-masses": ["foot"]}
 
 
 def test_a_joint_that_follows_another_is_noted(read) -> None:
