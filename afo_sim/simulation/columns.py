@@ -23,41 +23,22 @@ if TYPE_CHECKING:
 INTERNAL = "internal, dorsiflexion positive"
 
 
-def _time(f: Frame) -> np.ndarray:
-    return f.numbers * f.built.scenario.timestep
-
-
 def _passive_moment(f: Frame) -> np.ndarray:
     held = f.built.scenario.load_moment + f.dof("qfrc_passive") + f.dof("qfrc_constraint")
     return f.force(f.built.index.passive) + held
 
 
-def _parameter(f: Frame, muscle: int, slot: int) -> float:
-    return float(f.built.model.actuator_user[muscle, slot])
+def _nominal(f: Frame, muscle: int) -> float:
+    return float(f.built.model.actuator_user[muscle, native.MUSCLE_NOMINAL_LENGTH])
 
 
 def _own(f: Frame, muscle: int) -> native.Own:
     return native.read_own(f.built.model, f.rows["userdata"], muscle)
 
 
-def _length(f: Frame, muscle: int) -> np.ndarray:
-    nominal = _parameter(f, muscle, native.MUSCLE_NOMINAL_LENGTH)
-    found: np.ndarray = nominal * (1.0 - _own(f, muscle).contraction)
-    return found
-
-
-def _velocity(f: Frame, muscle: int) -> np.ndarray:
-    found: np.ndarray = -_parameter(f, muscle, native.MUSCLE_NOMINAL_LENGTH) * _own(f, muscle).rate
-    return found
-
-
 def _rubbed(built: "Built") -> bool:
     """Whether a path rubs at its guides: then the joint feels another force than the muscle has."""
     return any(group.wrap_friction > 0.0 for group in built.scenario.orthosis.muscle.values())
-
-
-def _tension(f: Frame, muscle: int) -> np.ndarray:
-    return _own(f, muscle).tension if _rubbed(f.built) else 0.0 - f.force(muscle)  # and never −0.0
 
 
 def _anchor(f: Frame, number: int) -> native.Yielding:
@@ -77,24 +58,12 @@ def _air(f: Frame, chamber: int) -> native.Air:
     return native.read_air(f.built.model, f.rows["act"], f.rows["userdata"], chamber)
 
 
-def _flows(f: Frame, chamber: int) -> native.Flows:
-    return native.read_flows(f.built.model, f.rows["userdata"], chamber)
-
-
 def _mass_flow(f: Frame, node: int, direction: float) -> np.ndarray:
     """Sum of all flows in one direction: 1 into a node, −1 out of it."""
     total = np.zeros(f.n)
     for edge, sign in native.touching(f.built.model, node):
         total = total + np.maximum(direction * sign * edge_flow(f, edge), 0.0)
     return total
-
-
-def _mass_flow_in(f: Frame, node: int) -> np.ndarray:
-    return _mass_flow(f, node, 1.0)
-
-
-def _mass_flow_out(f: Frame, node: int) -> np.ndarray:
-    return _mass_flow(f, node, -1.0)
 
 
 def _held(f: Frame, node: int, place: int) -> np.ndarray:
@@ -112,10 +81,10 @@ def _temperature(f: Frame, node: int) -> np.ndarray:
 def _drive_of(built: "Built", chamber: int) -> int | None:
     """The drive of a chamber's actuator; None where it has none."""
     index = built.index
-    return next(
-        (index.drives[name] for name, i in index.chambers.items() if i == chamber and name in index.drives),
-        None,
-    )
+    for name, number in index.chambers.items():
+        if number == chamber:
+            return index.drives.get(name)
+    return None
 
 
 def _target(f: Frame, chamber: int) -> np.ndarray:
@@ -151,7 +120,7 @@ def _inversion(f: Frame) -> np.ndarray:
 
 
 COLUMNS = (
-    Column("time", "s", "start of the step", _time),
+    Column("time", "s", "start of the step", lambda f: f.numbers * f.built.scenario.timestep),
     Column(
         "ankle/angle", "rad", "dorsiflexion positive", lambda f: f.rows["qpos"][:, f.built.index.ankle_qpos]
     ),
@@ -199,7 +168,12 @@ COLUMNS = (
         where=lambda built: built.scenario.load_moment,
     ),
     *WALKING,
-    Column("muscle/*/force", "N", "tension positive", _tension),
+    Column(
+        "muscle/*/force",
+        "N",
+        "tension positive",
+        lambda f, i: _own(f, i).tension if _rubbed(f.built) else 0.0 - f.force(i),  # and never −0.0
+    ),
     Column(
         "muscle/*/joint_force",
         "N",
@@ -207,12 +181,17 @@ COLUMNS = (
         lambda f, i: 0.0 - f.force(i),
         where=_rubbed,
     ),
-    Column("muscle/*/length", "m", "active braid length, the muscle's own", _length),
+    Column(
+        "muscle/*/length",
+        "m",
+        "active braid length, the muscle's own",
+        lambda f, i: _nominal(f, i) * (1.0 - _own(f, i).contraction),
+    ),
     Column(
         "muscle/*/velocity",
         "m/s",
         "of its own length, lengthening positive; mean of the step before",
-        _velocity,
+        lambda f, i: -_nominal(f, i) * _own(f, i).rate,
     ),
     Column(
         "muscle/*/contraction",
@@ -237,10 +216,25 @@ COLUMNS = (
     Column("cuff/*/displacement", "m", "along the pull", lambda f, i: _anchor(f, i).displacement),
     Column("chamber/*/pressure", "Pa", "gauge", lambda f, i: _air(f, i).absolute_pressure - AMBIENT_PRESSURE),
     Column("chamber/*/mass", "kg", "air in the chamber", lambda f, i: _air(f, i).mass),
-    Column("chamber/*/volume", "m^3", "muscles and tube", lambda f, i: _flows(f, i).volume),
+    Column(
+        "chamber/*/volume",
+        "m^3",
+        "muscles and tube",
+        lambda f, i: native.read_flows(f.built.model, f.rows["userdata"], i).volume,
+    ),
     Column("chamber/*/temperature", "K", "absolute", _temperature),
-    Column("chamber/*/mass_flow_in", "kg/s", "into the chamber, wherever from", _mass_flow_in),
-    Column("chamber/*/mass_flow_out", "kg/s", "out of the chamber, wherever to", _mass_flow_out),
+    Column(
+        "chamber/*/mass_flow_in",
+        "kg/s",
+        "into the chamber, wherever from",
+        lambda f, i: _mass_flow(f, i, 1.0),
+    ),
+    Column(
+        "chamber/*/mass_flow_out",
+        "kg/s",
+        "out of the chamber, wherever to",
+        lambda f, i: _mass_flow(f, i, -1.0),
+    ),
     Column(
         "chamber/*/target",
         "Pa",

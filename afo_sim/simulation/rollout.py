@@ -228,7 +228,7 @@ class _Run:
 
     def _advance(self, stepper: Stepper, alive: list[int], steps: range, before: int) -> None:
         inputs = self._inputs(alive, steps, before)
-        if any(k in self.stops for k in alive):  # a policy gave up
+        if not self.stops.keys().isdisjoint(alive):  # a policy gave up
             alive, inputs = self._going(alive, inputs)
             if not alive:
                 return

@@ -105,7 +105,7 @@ def _sealed(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[int,
     shut = [
         actuator
         for name, actuator in index.chambers.items()
-        if not control[:, [index.valves[f"{name}_{side}"] for side in ("inlet", "outlet")]].any()
+        if not control[:, [index.valves[f"{name}_inlet"], index.valves[f"{name}_outlet"]]].any()
     ]
     if not shut:
         return {}
@@ -143,7 +143,9 @@ def _begun_near(walks: list[_Walk], mode: native.Mode, workspace: Workspace) -> 
             if failure is None and search.found:
                 state = at_heel_strike(walk.built, party.stepper.state(place), walk.built.scenario.timestep)
                 case = dataclasses.replace(walk.case, state=state)
-                found[k] = dataclasses.replace(found[k], case=case, slopes=search.slopes())
+                found[k] = dataclasses.replace(
+                    found[k], case=case, slopes=search.slopes() if search.chambers else None
+                )
     return found
 
 
@@ -179,7 +181,9 @@ class _Party:
             failures = self._stride(going, turn, workspace)
             for k in tuple(going):
                 search = self.searches[k]
-                failure = failures.get(k) or _beyond_stops(search)
+                failure, last = failures.get(k), search.last
+                if failure is None and last and first_beyond(search.built, search.ankle(last)) is not None:
+                    failure = failed(search.built.model, GONE, search.strides * self.n)
                 if failure is not None or search.done:
                     going.remove(k)
                     yield k, search, failure
@@ -251,15 +255,6 @@ class _Party:
         return Rollout(rows, search.control, final={name: out[name][0, -1] for name in STATE})
 
 
-def _beyond_stops(search: StrideSearch) -> Exception | None:
-    """What ends a search whose ankle has gone far beyond its stops."""
-    assert search.last is not None
-    if first_beyond(search.built, search.ankle(search.last)) is None:
-        return None
-    n = search.strides * steps_of_stride(search.built.scenario)
-    return failed(search.built.model, GONE, n)
-
-
 FILLED = 0.5  # share of the supply's pressure at which the volume is taken, and from which it begins
 PARTS, STRIDES = 60, 3  # coarse steps of a stride, strides
 
@@ -293,7 +288,7 @@ def _pressure(
     inlet, outlet = chamber.inlet, chamber.vent
     pressure = ambient + FILLED * (supply - ambient)
     for _ in range(STRIDES):
-        for into, out in zip(*(share.tolist() for share in opened), strict=True):
+        for into, out in np.transpose(opened).tolist():
             entering = valve_flow(supply, warm, pressure, warm, into, inlet.conductance, inlet.critical_ratio)
             leaving = valve_flow(
                 pressure, warm, ambient, warm, out, outlet.conductance, outlet.critical_ratio

@@ -67,6 +67,9 @@ class StrideSearch:
     before: Stride | None = None
 
     def __post_init__(self) -> None:
+        self.chambers = list(self.built.index.chambers.values())  # their actuators
+        # of all that holds air and is solved for: chambers, then rigid volumes
+        self.nodes = [*self.chambers, *self.built.index.volumes.values()]
         numbers = np.arange(self.built.model.na)
         rows = [native.read_held(self.built.model, numbers, node) for node in self.nodes]
         self.places = np.array(rows, dtype=int).reshape(-1, 2)  # of mass and σ in `act`
@@ -77,16 +80,6 @@ class StrideSearch:
     def done(self) -> bool:
         """Whether no more strides are to be walked."""
         return self.found or self.strides >= STRIDES
-
-    @property
-    def chambers(self) -> list[int]:
-        """Their actuators."""
-        return list(self.built.index.chambers.values())
-
-    @property
-    def nodes(self) -> list[int]:
-        """Actuators of all that holds air and is solved for: chambers, then rigid volumes."""
-        return [*self.chambers, *self.built.index.volumes.values()]
 
     def walked(self, out: Rows) -> None:
         """Take a stride that was walked."""
@@ -112,11 +105,10 @@ class StrideSearch:
             if self.before is None:
                 return math.inf
             return float(np.max(np.abs(self.ankle(stride) - self.ankle(self.before))))
-        places = {"qpos": (self.built.index.ankle_qpos, 1.0), "qvel": (self.built.index.ankle_dof, FORGOTTEN)}
-        return max(
-            float(abs(stride.out[name][-1, place] - stride.start[name][place]) * by)
-            for name, (place, by) in places.items()
-        )
+        index, start, out = self.built.index, stride.start, stride.out
+        angle = abs(out["qpos"][-1, index.ankle_qpos] - start["qpos"][index.ankle_qpos])
+        velocity = abs(out["qvel"][-1, index.ankle_dof] - start["qvel"][index.ankle_dof])
+        return float(max(angle, FORGOTTEN * velocity))
 
     def _is_near(self) -> bool:
         """Whether Newton's method would not go far from here; what changes slowly may have far to go."""
@@ -124,26 +116,18 @@ class StrideSearch:
         if last is None or not self.chambers:
             return True
         own = self._own_slopes()
-        step = np.abs(_step(self._slopes(own), self.change.ravel())).reshape(-1, 2)
-        flowing = self._flowing(last)
+        step = np.abs(_step(self.slopes(), self.change.ravel())).reshape(-1, 2)
+        air = self._air(last)  # that flows into each node over a stride, by what it began with [-] (c,)
+        if isinstance(air, NetworkRows):
+            flowing = air.entering()
+        else:
+            inlet = np.maximum(air.inlet, 0.0).sum(axis=1)
+            flowing = inlet * air.step / self.held(last.start)[:, 0]
         filled = np.repeat(flowing > 0.0, 2)  # where nothing flows, a flow's slope is not known
         shares = np.abs(np.linalg.eigvals(own[np.ix_(filled, filled)]))
         self.slowest = float(np.max(shares, initial=0.0))
         enough = np.where(flowing > 0.0, np.clip(OF_FLOW * flowing, LEAST, NEAR), NEAR)
         return bool((step <= enough[:, np.newaxis]).all())
-
-    def _flowing(self, stride: Stride) -> np.ndarray:
-        """Air that flows into each node over a stride, by what it began with [-] (c,)."""
-        air = self._air(stride)
-        if isinstance(air, NetworkRows):
-            return air.entering()
-        found: np.ndarray = np.maximum(air.inlet, 0.0).sum(axis=1) * air.step / self.held(stride.start)[:, 0]
-        return found
-
-    @property
-    def coarse(self) -> int:
-        """Steps between the rows that the slopes are taken from."""
-        return max(round(COARSE / self.built.scenario.timestep), 1)
 
     def held(self, state: Rows) -> np.ndarray:
         """Mass [kg] and σ of each node in a state (c, 2)."""
@@ -161,8 +145,7 @@ class StrideSearch:
         wanted = self.first
         if self.jumps < JUMPS:
             begun = np.log(self.held(self.last.start)).ravel()
-            slopes = self._slopes(self._own_slopes())
-            wanted = np.exp(begun + _bounded(slopes, self.change.ravel())).reshape(-1, 2)
+            wanted = np.exp(begun + _bounded(self.slopes(), self.change.ravel())).reshape(-1, 2)
         for row, node in enumerate(self.nodes):
             native.write_held(self.built.model, act, node, wanted[row])
         for store in self.built.index.stores.values():
@@ -173,20 +156,14 @@ class StrideSearch:
 
     def refill(self, act: np.ndarray) -> None:
         """Fill stores in `act` (na,) before the search runs them empty."""
-        model, stores = self.built.model, self.built.index.stores.values()
-        low = [store for store in stores if native.store_left(model, act, store) < REFILLED]
-        for store in low:
-            native.fill_store(model, act, store)
-        if low:
-            self.start["act"] = act.copy()
+        for store in self.built.index.stores.values():
+            if native.store_left(self.built.model, act, store) < REFILLED:
+                native.fill_store(self.built.model, act, store)
+                self.start["act"] = act.copy()
 
-    def slopes(self) -> np.ndarray | None:
-        """Those over the last stride; None where there is no air."""
-        return self._slopes(self._own_slopes()) if self.chambers else None
-
-    def _slopes(self, own: np.ndarray) -> np.ndarray:
-        """∂(ln m, ln σ) of all nodes at a stride's end by those at its start (2c, 2c)."""
-        last, before = self.last, self.before
+    def slopes(self) -> np.ndarray:
+        """∂(ln m, ln σ) of all nodes at the last stride's end by those at its start (2c, 2c)."""
+        last, before, own = self.last, self.before, self._own_slopes()
         assert last is not None
         # the first stride from rest has not the past of one
         if before is None or (self.strides < 3 and self.near is None):
@@ -204,40 +181,35 @@ class StrideSearch:
         assert last is not None
         if self.near is not None and self.strides <= TRUSTED:
             return self.near
-        if last.slopes is None:
-            last.slopes = self._along(last, before)
-        return last.slopes
-
-    def _along(self, last: Stride, before: Stride | None) -> np.ndarray:
-        """The slopes from the air's own equations."""
+        if last.slopes is not None:
+            return last.slopes
         air = self._air(last)
         self.giving = giving(air, None if before is None else self._air(before), self.giving)
         if isinstance(air, NetworkRows):
             rigid = np.arange(len(self.nodes)) >= len(self.chambers)
             self.giving = np.where(rigid[:, np.newaxis], 0.0, self.giving)
-            return network_slopes(air, self.giving)
-        found = np.zeros((2 * len(self.chambers),) * 2)
+            last.slopes = network_slopes(air, self.giving)
+            return last.slopes
+        last.slopes = np.zeros((2 * len(self.chambers),) * 2)
         for k, own in enumerate(air_slopes(air, self.giving)):
-            found[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = own
-        return found
+            last.slopes[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = own
+        return last.slopes
 
     def _air(self, stride: Stride) -> AirRows | NetworkRows:
         """The air in some rows of a stride."""
-        if stride.air is None:
-            stride.air = self._read_air(stride)
-        return stride.air
-
-    def _read_air(self, stride: Stride) -> AirRows | NetworkRows:
+        if stride.air is not None:
+            return stride.air
         built, index = self.built, self.built.index
-        rows = {name: values[:: self.coarse] for name, values in stride.out.items()}
-        inputs = stride.control[:: self.coarse]
-        step = self.coarse * built.scenario.timestep
+        coarse = max(round(COARSE / built.scenario.timestep), 1)
+        rows = {name: values[::coarse] for name, values in stride.out.items()}
+        inputs, step = stride.control[::coarse], coarse * built.scenario.timestep
         if beyond_chambers(built.scenario):
-            return network_rows(built, self.nodes, rows, inputs, step)
+            stride.air = network_rows(built, self.nodes, rows, inputs, step)
+            return stride.air
         flows = [native.read_flows(built.model, rows["userdata"], c) for c in self.chambers]
         air = [native.read_air(built.model, rows["act"], rows["userdata"], c) for c in self.chambers]
         descriptions = [built.scenario.orthosis.chamber[name] for name in index.chambers]
-        return AirRows(
+        stride.air = AirRows(
             mass=np.stack([each.mass for each in air]),
             pressure=np.stack([each.absolute_pressure for each in air]),
             volume=np.stack([each.volume for each in air]),
@@ -249,6 +221,7 @@ class StrideSearch:
             wall=np.array([[each.wall_conductance] for each in descriptions]),
             step=step,
         )
+        return stride.air
 
     @property
     def may_jump(self) -> bool:
@@ -262,8 +235,10 @@ class StrideSearch:
 
 def sticks(built: Built) -> bool:
     """Whether friction keeps the past: then only that of walking from rest is one, and no air may jump."""
-    names = {group.type.friction for group in built.scenario.orthosis.muscle.values()} - {"none"}
-    return any(FRICTIONS[name].sticks for name in names)
+    for group in built.scenario.orthosis.muscle.values():
+        if group.type.friction != "none" and FRICTIONS[group.type.friction].sticks:
+            return True
+    return False
 
 
 def remembers(built: Built, control: np.ndarray) -> bool:

@@ -57,13 +57,8 @@ def _vented(f: Frame) -> np.ndarray:
     return total
 
 
-def _exergy_taken(f: Frame) -> np.ndarray:
-    """ṁ R T0 ln(p/p0): of gas at ambient temperature the enthalpy is that of the ambient air."""
-    return _taken(f) * _specific_of_supply(f)
-
-
 def _specific_of_supply(f: Frame) -> np.ndarray:
-    """Flow exergy of what stands at the supply's pressure and ambient temperature [J/kg]."""
+    """Flow exergy of what stands at the supply's pressure and ambient temperature, R T0 ln(p/p0) [J/kg]."""
     ratio = (_pressure(f) + AMBIENT_PRESSURE) / AMBIENT_PRESSURE
     found: np.ndarray = (
         native.gas_of(f.built.model, next(iter(f.built.index.chambers.values()))).constant
@@ -118,7 +113,7 @@ SUPPLY_COLUMNS = (
         "supply/exergy_flow",
         "W",
         "out of the supply; of gas at its pressure and ambient temperature",
-        _exergy_taken,
+        lambda f: _taken(f) * _specific_of_supply(f),
         where=_worn,
     ),
     Column("supply/running", "", "whether the compressor runs, 1 or 0", _running, where=_runs),

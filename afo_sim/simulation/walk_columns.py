@@ -120,11 +120,6 @@ class WalkFrame(Frame):
         """The same at the recorded ankle angle, the toes at rest."""
         return self.foot.outsole(self.instants(self.walk.ankle) - self.shank, self.resting)
 
-    def otherwise_extended(self, swing: float) -> Points:
-        """The same at the simulated pitch, were the toes to rest at another extension in swing [rad]."""
-        other = self.instants(_resting(self.walk, swing))
-        return self.foot.outsole(self.turn, self.extension + other - self.resting)
-
     @functools.cached_property
     def pads(self) -> np.ndarray:
         """Forces of the pads [N] (n, n_point)."""
@@ -198,11 +193,6 @@ def _resting(walk: Walk, swing: float) -> np.ndarray:
     return dataclasses.replace(walk.resting, swing=swing).at(walk.wave)
 
 
-def _orthosis_moment(f: WalkFrame) -> np.ndarray:
-    own = f.force(f.built.index.passive)
-    return f.dof("qfrc_actuator") - own - f.biological - f.ground_moment
-
-
 def _pressure_centre(f: WalkFrame) -> np.ndarray:
     place = f.recorded_ground[2]
     contact = f.built.contact
@@ -210,14 +200,6 @@ def _pressure_centre(f: WalkFrame) -> np.ndarray:
         centre = np.sum(f.pads * f.ahead, axis=1) / np.maximum(f.pressing, contact.loaded)
         place = np.where(f.pressing > contact.loaded, centre + f.steps(contact.shift), place)
     return f.joint(JOINTS[0]) + place
-
-
-def _gravity_moment(f: WalkFrame) -> np.ndarray:
-    return f.foot.gravity_moment(f.pitch)
-
-
-def _frame_moment(f: WalkFrame) -> np.ndarray:
-    return f.foot.frame_moment(f.pitch, f.driven[:, :2], f.driven[:, 2])
 
 
 def _toes_moment(f: WalkFrame) -> np.ndarray:
@@ -260,28 +242,18 @@ def _column(
     )
 
 
-def _height(what: str, *, recorded: bool = False) -> Callable[[WalkFrame], np.ndarray]:
-    return lambda f: f.ankle_height + _lowest(f.recorded_points if recorded else f.points, what)
+def _height(f: WalkFrame, points: Points, what: str) -> np.ndarray:
+    """Height of the lowest of some of the outsole's points above the floor [m] (n,)."""
+    lowest = np.minimum.reduce([points[name][1] for name in LOWEST.get(what, (what,))])
+    return f.ankle_height + lowest
 
 
-def _lowest(points: Points, what: str) -> np.ndarray:
-    """Height of the lowest of some of the outsole's points above the ankle [m] (n,)."""
-    found: np.ndarray = np.minimum.reduce([points[name][1] for name in LOWEST.get(what, (what,))])
-    return found
-
-
-def _extended(which: int) -> Callable[[WalkFrame], np.ndarray]:
-    def formula(f: WalkFrame) -> np.ndarray:
-        toes = f.built.scenario.leg.toes
-        assert toes is not None
-        return f.ankle_height + _lowest(f.otherwise_extended(toes.swing_extension_range[which]), "sole")
-
-    return formula
-
-
-def _needed(f: WalkFrame) -> np.ndarray:
-    assert f.active.needed is not None
-    return f.steps(f.active.needed)
+def _height_extended(f: WalkFrame, which: int) -> np.ndarray:
+    """Height of the sole at the simulated pitch, were the toes to rest at another extension in swing."""
+    toes = f.built.scenario.leg.toes
+    assert toes is not None
+    other = f.instants(_resting(f.walk, toes.swing_extension_range[which]))
+    return _height(f, f.foot.outsole(f.turn, f.extension + other - f.resting), "sole")
 
 
 MOMENT = "internal, dorsiflexion positive"
@@ -301,7 +273,7 @@ WALKING = (
         "gait/needed_moment",
         "N*m",
         f"{MOMENT}; active moment of the recorded walking less what the patient gives",
-        _needed,
+        lambda f: f.steps(f.active.needed),
         needed=True,
     ),
     _column(
@@ -310,15 +282,15 @@ WALKING = (
         f"{MOMENT}; this ankle's tissue at the recorded angles",
         lambda f: f.steps(passive_along(f.walk, own_tissue(f.built.scenario))),
     ),
-    _column("gait/ball_height", "m", WORN, _height("ball", recorded=True)),
-    _column("gait/toe_height", "m", WORN, _height("toe", recorded=True)),
-    _column("gait/sole_height", "m", WORN, _height("sole", recorded=True)),
+    _column("gait/ball_height", "m", WORN, lambda f: _height(f, f.recorded_points, "ball")),
+    _column("gait/toe_height", "m", WORN, lambda f: _height(f, f.recorded_points, "toe")),
+    _column("gait/sole_height", "m", WORN, lambda f: _height(f, f.recorded_points, "sole")),
     _column("gait/toe_extension", "rad", "at which the toes rest", lambda f: f.resting, toes=True),
     _column(
         "ankle/moment/orthosis",
         "N*m",
         f"{MOMENT}; all muscles of the orthosis, instantaneous",
-        _orthosis_moment,
+        lambda f: f.dof("qfrc_actuator") - f.force(f.built.index.passive) - f.biological - f.ground_moment,
     ),
     _column("ankle/moment/biological", "N*m", f"{MOMENT}; the patient's own muscles", lambda f: f.biological),
     _column(
@@ -346,19 +318,22 @@ WALKING = (
     _column("foot/heel_load", "N", "under the heel, upward on the foot", lambda f: f.heel_load),
     _column("foot/toe_load", "N", "under ball and toes, upward on the foot", lambda f: f.toe_load),
     _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),
-    *(_column(f"{point}/height", "m", sign, _height(point)) for point, sign in HEIGHTS.items()),
+    *(
+        _column(f"{point}/height", "m", sign, lambda f, p=point: _height(f, f.points, p))
+        for point, sign in HEIGHTS.items()
+    ),
     _column(
         "sole/height_less_extended",
         "m",
         "the same, were the toes extended in swing by the least of swing_extension_range",
-        _extended(0),
+        lambda f: _height_extended(f, 0),
         toes=True,
     ),
     _column(
         "sole/height_more_extended",
         "m",
         "the same, were the toes extended in swing by the greatest of swing_extension_range",
-        _extended(1),
+        lambda f: _height_extended(f, 1),
         toes=True,
     ),
     _column("toe/extension", "rad", "of the toes against the foot", lambda f: f.extension, toes=True),
@@ -380,7 +355,7 @@ WALKING = (
         "ankle/moment/gravity",
         "N*m",
         "dorsiflexion positive; weight of what turns",
-        _gravity_moment,
+        lambda f: f.foot.gravity_moment(f.pitch),
         whole=True,
     ),
     _column(
@@ -395,7 +370,7 @@ WALKING = (
         "ankle/moment/frame",
         "N*m",
         "dorsiflexion positive; inertia of the foot on the driven shank",
-        _frame_moment,
+        lambda f: f.foot.frame_moment(f.pitch, f.driven[:, :2], f.driven[:, 2]),
         whole=True,
     ),
 )
