@@ -17,6 +17,7 @@ from .compiling import compile_all as compile_all
 from .csv_table import RATIOS as RATIOS
 from .csv_table import Table as Table
 from .csv_table import number as number
+from .csv_table import quantity_at as quantity_at
 from .csv_table import read_facts as read_facts
 from .csv_table import read_header as read_header
 from .csv_table import read_table as read_table

@@ -135,6 +135,14 @@ def number(file: pathlib.Path, line: int, name: str, cell: str) -> float:
     return float(plausible(value, file=file, field=f"line {line}: {name}"))
 
 
+def quantity_at(field: str, text: Any, unit: str, **others: Any) -> float:
+    """A quantity in SI `unit`; what is wrong with it names the field, and what else is known of it."""
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), field=field, value=text, **others) from None
+
+
 def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
     """The header's facts that have a meaning: by key their SI unit, None for text."""
     facts: dict[str, Any] = {}
@@ -152,10 +160,7 @@ def read_facts(table: Table, units: dict[str, str | None]) -> dict[str, Any]:
                 )
             continue  # a comment
         unit = units[key]
-        try:
-            facts[key] = text if unit is None else parse_quantity(text, unit)
-        except ValueError as error:
-            raise InputError(str(error), file=table.file, field=key, value=text) from None
+        facts[key] = text if unit is None else quantity_at(key, text, unit, file=table.file)
     return facts
 
 

@@ -42,11 +42,21 @@ def refused(verdict: Iterable[Notice]) -> set[str]:
     return {name for notice in verdict for name in notice.data["names"]}
 
 
-def reason(verdict: Iterable[Notice], name: str) -> str:
-    """Why a parameter's interval is refused; "" where it is not."""
-    notice = next((notice for notice in verdict if name in notice.data["names"]), None)
-    if notice is None:
-        return ""
-    others = ", ".join(other for other in notice.data["names"] if other != name)
-    text: str = notice.data["reason"].removeprefix("not identifiable: ")
-    return f"{text} (with {others})" if others else text
+class Believed:
+    """A fit whose parameters have intervals, but for those that its verdict refuses."""
+
+    verdict: tuple[Notice, ...]
+
+    @property
+    def identifiable(self) -> bool:
+        """True where the data identify every parameter."""
+        return not self.verdict
+
+    def reason(self, name: str) -> str:
+        """The reason why a parameter's interval is refused; "" where it is not."""
+        notice = next((notice for notice in self.verdict if name in notice.data["names"]), None)
+        if notice is None:
+            return ""
+        others = ", ".join(other for other in notice.data["names"] if other != name)
+        text: str = notice.data["reason"].removeprefix("not identifiable: ")
+        return f"{text} (with {others})" if others else text

@@ -16,7 +16,7 @@ from scipy.stats import t
 from afo_sim.common import Notice
 from afo_sim.description import FitCovariance, Provenance, key_of
 from afo_sim.lab import solution as least
-from afo_sim.lab.identifiability import intervals, memory, refused, rms, unidentified
+from afo_sim.lab.identifiability import Believed, intervals, memory, refused, rms, unidentified
 from afo_sim.lab.law_problem import LawProblem, agreed_slack, errors
 from afo_sim.lab.measured import Measured
 from afo_sim.lab.solution import POINTS_PER_PARAMETER, HeldOut, Progress, Solution, believed, unseen, verdict
@@ -27,7 +27,7 @@ CHANCE = 2.0  # standard errors 1/√n of a correlation: beyond them neighbourin
 
 
 @dataclass(frozen=True)
-class LawFit:
+class LawFit(Believed):
     """Parameters of a law, and how far they can be believed. SI."""
 
     solution: Solution
@@ -82,11 +82,6 @@ class LawFit:
     def worst(self) -> float:
         """The largest residual [N or m]."""
         return float(np.abs(self.residuals).max())
-
-    @property
-    def identifiable(self) -> bool:
-        """True where the data identify every parameter."""
-        return not self.verdict
 
 
 def fit_law(problem: LawProblem, *, seed: int = 0, starts: int = STARTS) -> LawFit:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from afo_sim.common import EXAMPLES, InputError, Notice, assets, format_quantity, in_unit
+from afo_sim.common import InputError, Notice, assets, format_quantity
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.law_fit import LawFit
 from afo_sim.lab.law_problem import NOMINAL_LENGTH
@@ -14,12 +14,6 @@ from afo_sim.lab.solution import POINTS_PER_PARAMETER
 LIKE = "s1_215mm"
 # What a static characteristic does not tell of a muscle, and its unit.
 BESIDE_THE_LAW = {"damping": "m^2*s", "braid_stiffness": "N", "dead_volume": "m^3", "mass": "kg"}
-
-
-def usual(value: float, si: str) -> tuple[float, str]:
-    """A value in the unit that people use for it."""
-    unit = EXAMPLES[si].partition(" ")[2] if si else ""
-    return (in_unit(value, si, unit), unit) if unit else (value, "")
 
 
 def residual_unit(fit: LawFit) -> tuple[float, str]:
@@ -115,8 +109,8 @@ def _fitted(fit: LawFit, name: str) -> tuple[str | float, dict[str, str]]:
     summary = f"fitted with {fit.problem.law.name} to {_files(fit)}, {factor * fit.rms:.3g} {unit} RMS"
     belief = "no interval: the data do not identify it alone"
     if math.isfinite(fit.half_width[name]):
-        shown, usual_unit = usual(fit.half_width[name], si)
-        belief = f"95 % interval ± {shown:.3g} {usual_unit}".rstrip()
+        p = next(p for p in fit.problem.free if p.name == name)
+        belief = f"95 % interval ± {p.number(fit.half_width[name]):.3g} {p.shown}".rstrip()
     return format_quantity(fit.values[name], si), _source("fitted", f"{summary}; {belief}")
 
 

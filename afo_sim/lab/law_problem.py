@@ -146,15 +146,9 @@ def select(data: Measured) -> tuple[Measured, int]:
 
 def take(data: Measured, keep: np.ndarray) -> Measured:
     """Some points of the data."""
-    return replace(
-        data,
-        pressure=data.pressure[keep],
-        force=data.force[keep],
-        curve=data.curve[keep],
-        contraction=None if data.contraction is None else data.contraction[keep],
-        change=None if data.change is None else data.change[keep],
-        slack=None if data.slack is None else data.slack[keep],
-    )
+    names = ("pressure", "force", "curve", "contraction", "change", "slack")
+    known = {name: getattr(data, name) for name in names}
+    return replace(data, **{name: x[keep] for name, x in known.items() if x is not None})
 
 
 def pose(

@@ -5,7 +5,6 @@ In files and in words: muscle.toml, fit.json, tables and remarks to print.
 
 import dataclasses
 import math
-import os
 import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from afo_sim.common import (
     Notice,
     Shown,
     assets,
-    parse_quantity,
+    quantity_at,
     unknown,
     write_json,
     write_sealed,
@@ -35,10 +34,10 @@ from afo_sim.lab.law_muscle import (
     rank,
     residual_unit,
     taken_over,
-    usual,
 )
 from afo_sim.lab.law_problem import GEOMETRY, LawProblem, Loss, pose, select
-from afo_sim.lab.measured import HEADER, Measured, check_facts, read_measured
+from afo_sim.lab.measured import HEADER, Measured, check_facts, read_measured, require_once, several
+from afo_sim.lab.solution import held_out_json, held_out_lines
 from afo_sim.physics import LAWS
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
@@ -59,15 +58,12 @@ class StaticFit(Shown):
 
     def __repr__(self) -> str:
         """One line: the best law, its parameters, its error."""
-        values = ", ".join(map(self._parameter_text, self.parameters))
+        free, found = self.best.problem.free, self.parameters
+        values = ", ".join(f"{p.name} = {p.number(found[p.name]):.4g} {p.shown}".rstrip() for p in free)
         factor, unit = residual_unit(self.best)
         error = f"{factor * self.best.rms:.3g} {unit} RMS over {len(self.residuals)} points"
         others = f"; best of {len(self.fits)} laws" if len(self.fits) > 1 else ""
         return f"<StaticFit: {self.ranking[0]} with {values}; {error}{others}>"
-
-    def _parameter_text(self, name: str) -> str:
-        value, unit = usual(self.parameters[name], self.best.problem.describe(name).unit)
-        return f"{name} = {value:.4g} {unit}".rstrip()
 
     @property
     def best(self) -> LawFit:
@@ -181,13 +177,8 @@ def fit(
     """
     fixed, facts = dict(fixed or {}), dict(facts or {})
     _check(law, hold_out, loss, like, fixed)
-    sources, tests = _several(data), _several(test)
-    files, others = (
-        [os.path.realpath(s) for s in each if isinstance(s, str | os.PathLike)] for each in (sources, tests)
-    )
-    for file in files:
-        if [*files, *others].count(file) > 1:
-            raise InputError("is given twice: its points would count double", file=file)
+    sources, tests = several(data), several(test)
+    require_once([*sources, *tests])
     points, left_out = _read(sources, facts)
     unseen, _ = _read(tests, facts)
     problems, skipped = _problems(law, points, free, fixed, loss)
@@ -215,11 +206,6 @@ def _problems(
         problem = f"no law can be fitted: {about}{first.problem}"
         raise InputError(problem, file=points[0].file, allowed=first.allowed)
     return found, skipped
-
-
-def _several(data: Any) -> list[Any]:
-    """The data sets of an argument that may hold one or more."""
-    return list(data) if isinstance(data, list | tuple) else [data]
 
 
 def _fitted(
@@ -268,7 +254,7 @@ def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measur
         if unit is None:
             names = [name for name, si in HEADER.items() if si]
             raise unknown(key, names, field="facts", problem="is not a fact that can be stated")
-        values[key] = _quantity(f"facts.{key}", text, unit)
+        values[key] = quantity_at(f"facts.{key}", text, unit)
     check_facts(None, values, "facts")
     data, left_out = [], 0
     for source in sources:
@@ -288,14 +274,7 @@ def _fixed(law: str, texts: Mapping[str, Any], *, only: bool) -> dict[str, float
     if only and len(known) < len(texts):
         name = next(name for name in texts if name not in units)
         raise unknown(name, units, field="fixed", problem=f"is not a parameter of {law}")
-    return {name: _quantity(f"fixed.{name}", text, units[name]) for name, text in known.items()}
-
-
-def _quantity(field: str, text: Any, unit: str) -> float:
-    try:
-        return parse_quantity(text, unit)
-    except ValueError as error:
-        raise InputError(str(error), field=field, value=text) from None
+    return {name: quantity_at(f"fixed.{name}", text, units[name]) for name, text in known.items()}
 
 
 Tables = list[tuple[str, list[str], list[list[str]]]]
@@ -342,10 +321,7 @@ def _fit_as_json(each: LawFit) -> dict[str, Any]:
         "worst": factor * each.worst,
         "agreeing_starts": each.agreeing_starts,
         "starts": each.starts,
-        "held_out": {
-            kind: {"rms": factor * left.rms} | {name: factor * left.of(name) for name in left.errors}
-            for kind, left in each.held_out.items()
-        },
+        "held_out": held_out_json(each.held_out, factor),
     }
 
 
@@ -380,11 +356,11 @@ def tables(found: StaticFit) -> Tables:
 def _parameter_rows(best: LawFit) -> list[list[str]]:
     """Name, value, half the 95 % interval, unit of every free parameter."""
     rows = []
-    for name, value in best.values.items():
-        shown, unit = usual(value, best.problem.describe(name).unit)
-        width = best.half_width[name]
+    for p in best.problem.free:
+        value, width = best.values[p.name], best.half_width[p.name]
+        shown = p.number(value)
         interval = "refused" if math.isinf(width) else f"± {width * shown / value if value else width:.3g}"
-        rows.append([name, f"{shown:.5g}", interval, unit])
+        rows.append([p.name, f"{shown:.5g}", interval, p.shown])
     return rows
 
 
@@ -409,11 +385,7 @@ def remarks(found: StaticFit) -> list[str]:
         f"{len(best.residuals)} points: {factor * best.rms:.3g} {unit} RMS, worst {factor * best.worst:.3g} "
         f"{unit}; {best.agreeing_starts} of {best.starts} starts agree"
     ]
-    for kind in best.held_out:
-        left = best.held_out[kind]
-        each = ", ".join(f"{name}: {factor * left.of(name):.2g}" for name in left.errors)
-        word = "predicted" if kind == "file" else f"{kind} left out in turn"
-        lines.append(f"{word}: {factor * best.held_out[kind].rms:.3g} {unit} RMS ({each})")
+    lines += held_out_lines(best.held_out, factor, unit)
     lines += [f"data do not identify: {line}" for line in best.verdict]
     lines.append(_covariance_line(best))
     if found.slack:

@@ -1,8 +1,9 @@
 """Measured characteristics of a muscle: a CSV of pressure, contraction or length, and force or load."""
 
+import os
 import pathlib
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -87,6 +88,19 @@ class Measured:
     def name(self) -> str:
         """The file's name with its folder's, which is often the muscle's."""
         return f"{self.file.parent.name}/{self.file.stem}".removeprefix("/")
+
+
+def several(data: Any) -> list[Any]:
+    """The data sets of an argument that may hold one or more."""
+    return list(data) if isinstance(data, list | tuple) else [data]
+
+
+def require_once(sources: Sequence[Any]) -> None:
+    """Refuse a file that is given twice."""
+    files = [os.path.realpath(each) for each in sources if isinstance(each, str | os.PathLike)]
+    for file in files:
+        if files.count(file) > 1:
+            raise InputError("is given twice: its points would count double", file=file)
 
 
 def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measured:

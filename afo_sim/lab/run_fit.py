@@ -21,7 +21,7 @@ from scipy.optimize import OptimizeResult
 from afo_sim.common import InputError, Notice, Shown, SimulationError
 from afo_sim.description import Scenario, load
 from afo_sim.lab.fit_parameter import FitParameter
-from afo_sim.lab.identifiability import memory, reason, refused, rms, unidentified
+from afo_sim.lab.identifiability import Believed, memory, refused, rms, unidentified
 from afo_sim.lab.run_problem import HELD_OUT, RunProblem, differences, pose, run_at, sets_of
 from afo_sim.lab.solution import FitProblem, Progress, believed, verdict
 from afo_sim.simulation import Recording
@@ -77,7 +77,7 @@ class Errors:
 
 
 @dataclass(frozen=True, repr=False)
-class FitRun(Shown):
+class FitRun(Believed, Shown):
     """Dynamic parameters from a log, and how far they can be believed. SI.
 
     `interval` is of 95 %, None where it is refused; `verdict` says why. `memory` is the correlation of
@@ -107,11 +107,6 @@ class FitRun(Shown):
     def _value_text(self, parameter: FitParameter) -> str:
         value = f"{parameter.number(self.values[parameter.name]):.4g} {parameter.shown}"
         return f"{value} ({self.belief(parameter)})"
-
-    @property
-    def identifiable(self) -> bool:
-        """True where the log identifies every parameter."""
-        return not self.verdict
 
     @functools.cached_property
     def errors(self) -> dict[str, Errors]:
@@ -151,10 +146,6 @@ class FitRun(Shown):
             return f"no interval: {self.reason(parameter.name)}"
         low, high = map(parameter.number, ends)
         return f"95 % interval {low:.4g} to {high:.4g} {parameter.shown}"
-
-    def reason(self, name: str) -> str:
-        """The reason why a parameter's interval is refused; "" where it is not."""
-        return reason(self.verdict, name)
 
 
 def fit_run(
@@ -198,11 +189,7 @@ def fit_run(
     >>> round(found.values["friction"], 2)  # [N·m]
     0.3
     """
-    return _solve(pose(scenario, log, names, sets=sets, noise=noise, hold_out=hold_out), report)
-
-
-def _solve(problem: RunProblem, report: Progress = lambda text: None) -> FitRun:
-    """The fit of a posed problem, see `fit_run`."""
+    problem = pose(scenario, log, names, sets=sets, noise=noise, hold_out=hold_out)
     before, search = run_at(problem, problem.starts), RunSearch(problem, report)
     if not problem.free:  # the log over the run
         missed, none = search.scaled({}, before), np.zeros((0, 0))

@@ -18,7 +18,7 @@ from afo_sim.common import (
     in_unit,
     nearest_name,
     number,
-    parse_quantity,
+    quantity_at,
     read_facts,
     scale_of,
     split_title,
@@ -226,10 +226,7 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
     noise = {channel.title: channel.noise(log.time) for channel in log.channels}
     for name, text in texts.items():
         channel = log.channel(name, "noise")
-        try:
-            deviation = parse_quantity(text, channel.si)
-        except ValueError as error:
-            raise InputError(str(error), field=f"noise.{name}", value=text) from None
+        deviation = quantity_at(f"noise.{name}", text, channel.si)
         if deviation <= 0.0:
             raise InputError("is out of range", field=f"noise.{name}", value=text, allowed="more than 0")
         noise[channel.title] = deviation

@@ -262,3 +262,20 @@ def held_out(
             report(f"leaving out one {kind} after another")
             found[kind] = left_out(problem, masks, refit)
     return found
+
+
+def held_out_json(found: Mapping[str, HeldOut], factor: float = 1.0) -> dict[str, Any]:
+    """The errors of what was left out, by kind: of all and of each part."""
+    return {
+        kind: {"rms": factor * each.rms} | {name: factor * each.of(name) for name in each.errors}
+        for kind, each in found.items()
+    }
+
+
+def held_out_lines(found: Mapping[str, HeldOut], factor: float = 1.0, unit: str = "N·m") -> Iterator[str]:
+    """A line on each kind that was left out."""
+    for kind, each in held_out_json(found, factor).items():
+        every = each.pop("rms")
+        parts = ", ".join(f"{name}: {error:.2g}" for name, error in each.items())
+        word = "predicted" if kind == "file" else f"{kind} left out in turn"
+        yield f"{word}: {every:.3g} {unit} RMS ({parts})"

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, InputError, Shown, parse_quantity, unknown
+from afo_sim.common import GRAVITY, InputError, Shown, parse_quantity, quantity_at, unknown
 from afo_sim.description import Muscle
 from afo_sim.description import load as load_description
 from afo_sim.lab import stand_trial
@@ -243,17 +243,10 @@ def _number(argument: str, value: Amount) -> float:
     if not isinstance(value, str):
         return float(value)
     if argument == "contraction" and value.strip().endswith("%"):
-        return 0.01 * _parse(argument, value.strip().removesuffix("%"), "")
+        return 0.01 * quantity_at(argument, value.strip().removesuffix("%"), "")
     if argument == "load":
         try:
             return parse_quantity(value, "kg") * GRAVITY
         except ValueError:
             pass  # newtons, or nothing that hangs on a muscle
-    return _parse(argument, value, UNITS[argument])
-
-
-def _parse(argument: str, text: str, unit: str) -> float:
-    try:
-        return parse_quantity(text, unit)
-    except ValueError as error:
-        raise InputError(str(error), field=argument, value=text) from None
+    return quantity_at(argument, value, UNITS[argument])

@@ -153,11 +153,7 @@ def _reread(problem: TorqueProblem, change: Callable[[Readings], Readings]) -> T
 
 def _held(problem: TorqueProblem) -> dict[str, set[float]]:
     """The finite stiffnesses [N/m] of the orthoses by the parameter that would fit them."""
-    found: dict[str, set[float]] = {
-        "series_stiffness": set(),
-        "cuff_stiffness": set(),
-        "plate_stiffness": set(),
-    }
+    found = {name: set[float]() for name in ("series_stiffness", *ANCHORS)}
     for orthosis in (group.orthosis for group in problem.groups):
         cables = {muscle.cable.stiffness for muscle in orthosis.muscles_of(problem.chamber).values()}
         found["series_stiffness"] |= {float(k) for k in cables if np.isfinite(k)}

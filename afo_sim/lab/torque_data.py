@@ -16,28 +16,21 @@ from afo_sim.common import (
     AMBIENT_PRESSURE,
     InputError,
     Table,
-    nearest_name,
     number,
     read_facts,
-    scale_of,
     split_title,
     table_of,
     unknown,
 )
-from afo_sim.lab.measured import SENSOR_OFFSET
+from afo_sim.lab.measured import SENSOR_OFFSET, column_of
 
 EXAMPLE = "angle [deg], pressure [bar], torque [N*m]"
-NUMBERS = {
-    "time": "s",
-    "angle": "rad",
-    "pressure": "Pa",
-    "absolute pressure": "Pa",
-    "torque": "N*m",
-    "cuff": "m",
-}
 WORDS = {"group": "group", "test": "group", "chamber": "chamber", "muscle": "chamber"}
 PATH = ("path length", "moment arm")  # [m]; with a muscle's name behind, where there are several
 IGNORED = ("length", "note")  # that may stand in such a file; with a muscle's own length, its moment arm too
+UNITS: dict[str, tuple[str, ...]] = {"time": ("s",), "angle": ("rad",), "torque": ("N*m",), "cuff": ("m",)}
+UNITS |= dict.fromkeys(("pressure", "absolute pressure"), ("Pa",)) | dict.fromkeys(PATH, ("m",))
+UNITS |= dict.fromkeys((*WORDS, *IGNORED), ())
 HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}
 ONLY = "1"  # the group where there is no such column
 HIGHEST, WIDEST, LARGEST = 2e6, np.radians(180.0), 1e4  # gauge pressure [Pa], angle [rad], torque [N·m]
@@ -131,18 +124,10 @@ def _columns(table: Table) -> Columns:
     names = [re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower()) for title in table.titles]
     no_path = "length" in names and not any(name.startswith(PATH[0]) for name in names)
     for k, (title, name) in enumerate(zip(table.titles, names, strict=True)):
-        known = (*NUMBERS, *WORDS, *IGNORED, *PATH)
-        if name not in known and not name.startswith(PATH):
-            raise InputError(
-                "is an unknown column",
-                file=table.file,
-                field="header",
-                value=title,
-                allowed=", ".join(known),
-                nearest=nearest_name(name, known),
-            )
         if name in IGNORED or (no_path and name.startswith(PATH)):
             continue
+        units = {**UNITS, name: ("m",)} if name.startswith(PATH) else UNITS
+        name, scale, _ = column_of(table.file, title, units, EXAMPLE)
         meant = WORDS.get(name, "pressure" if name == "absolute pressure" else name)
         if meant in found:
             raise InputError("stands there twice", file=table.file, field=meant, value=title)
@@ -150,7 +135,6 @@ def _columns(table: Table) -> Columns:
         if name in WORDS:
             found[meant] = np.array([str(cell) for _, cell in cells], dtype=object)
             continue
-        scale, _ = scale_of(table.file, name, title, (NUMBERS.get(name, "m"),), EXAMPLE)
         found[meant] = scale * np.array([number(table.file, line, name, cell) for line, cell in cells])
         if name == "absolute pressure":
             found[meant] -= AMBIENT_PRESSURE
@@ -193,24 +177,17 @@ def _of_chamber(file: pathlib.Path, columns: Columns, chamber: str) -> tuple[Col
 
 def _check(file: pathlib.Path, columns: Columns) -> None:
     """Refuse numbers that no joint and no muscle has: they are of another unit, or absolute."""
-    for name, low, high, words in (
-        ("pressure", -SENSOR_OFFSET, HIGHEST, "gauge, 0 to 20 bar; or the title absolute pressure [bar]"),
-        ("angle", -WIDEST, WIDEST, "-180 to 180 deg; is the unit right?"),
-        ("torque", -LARGEST, LARGEST, "-10 to 10 kN*m; is the unit right?"),
-        ("cuff", -FARTHEST, FARTHEST, "-50 to 50 cm; is the unit right?"),
+    for name, low, high, unit, shown, words in (
+        ("pressure", -SENSOR_OFFSET, HIGHEST, "bar", 1e-5, "gauge, 0 to 20 bar; or absolute pressure [bar]"),
+        ("angle", -WIDEST, WIDEST, "deg", 180.0 / np.pi, "-180 to 180 deg; is the unit right?"),
+        ("torque", -LARGEST, LARGEST, "N·m", 1.0, "-10 to 10 kN*m; is the unit right?"),
+        ("cuff", -FARTHEST, FARTHEST, "cm", 100.0, "-50 to 50 cm; is the unit right?"),
     ):
         values = columns[name]
         beyond = values[(values < low) | (values > high)]
         if len(beyond):
-            shown = {"pressure": 1e-5, "angle": 180.0 / np.pi, "torque": 1.0, "cuff": 100.0}[name]
-            unit = {"pressure": "bar", "angle": "deg", "torque": "N·m", "cuff": "cm"}[name]
-            raise InputError(
-                "is out of range",
-                file=file,
-                field=name,
-                value=f"{shown * beyond[0]:.4g} {unit}",
-                allowed=words,
-            )
+            value = f"{shown * beyond[0]:.4g} {unit}"
+            raise InputError("is out of range", file=file, field=name, value=value, allowed=words)
 
 
 def _doubt_gauge(columns: Columns) -> str:

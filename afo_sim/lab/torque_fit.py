@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Notice, Shown, nearest_name, parse_quantity, unknown
+from afo_sim.common import InputError, Notice, Shown, nearest_name, quantity_at, unknown
 from afo_sim.description import Orthosis, reader
 from afo_sim.lab.fit_parameter import FitParameter
-from afo_sim.lab.identifiability import reason, refused
+from afo_sim.lab.identifiability import Believed, refused
+from afo_sim.lab.measured import require_once, several
 from afo_sim.lab.solution import HeldOut, Solution, held_out, unseen
 from afo_sim.lab.torque_belief import (
     SharedError,
@@ -58,7 +59,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class TorqueFit(Shown):
+class TorqueFit(Believed, Shown):
     """Parameters of a mounted device, and how far they can be believed. SI.
 
     `verdict` says which parameters the readings do not identify, and why; `held_out` are the torque errors of
@@ -117,11 +118,6 @@ class TorqueFit(Shown):
         return root_mean_square(self.solution)
 
     @property
-    def identifiable(self) -> bool:
-        """True where the readings identify every parameter."""
-        return not self.verdict
-
-    @property
     def orthosis(self) -> Orthosis:
         """The orthosis with the fitted values, ready to run; with several, the first of `orthoses`."""
         return next(iter(self.orthoses.values()))
@@ -151,10 +147,6 @@ class TorqueFit(Shown):
         others = ", ".join(each.law for each in self.laws[1:] if each.comparable)
         within = f"and of the laws that fit comparably ({others})" if others else "alone"
         return f"{text}, of the readings' scatter {within}"
-
-    def reason(self, name: str) -> str:
-        """The reason why a parameter's interval is refused; "" where it is not."""
-        return reason(self.verdict, name)
 
     def source(self, parameter: FitParameter) -> str:
         """What stands beside a fitted value in the orthosis' file."""
@@ -228,51 +220,46 @@ def fit_torque(
     """
     if torque not in MEANINGS:
         raise unknown(torque, MEANINGS, field="torque")
-    kinds, unseen = _held(hold_out)
+    kinds, files = _held(hold_out)
     names = (fit,) if isinstance(fit, str) else tuple(fit)
     difference, orthoses = torque == "difference", _orthoses(orthosis)
-    read, *others = (_read(each, chamber, difference, rates) for each in (data, *unseen))
+    read, *others = (_read(each, chamber, difference, rates) for each in (data, *files))
     problem = _posed(read, orthoses, names, chamber, difference)
     further = [group for each in others for group in _groups(each, orthoses, problem.chamber)]
-    return _fitted(problem, names, kinds, hold_out, further, read.remarks, report)
-
-
-def _fitted(
-    problem: TorqueProblem,
-    asked: Sequence[str],
-    kinds: Sequence[str],
-    hold_out: Any,
-    further: Sequence[Group],
-    remarks: tuple[str, ...],
-    report: Progress,
-) -> TorqueFit:
-    """The fit, and what it says of readings that it did not see."""
     report("fitting")
     solution = solve(problem)
     groups = apart(solution, report)
     solution, contradictions = scattered(solution, groups)
     found = held_out(solution.problem, kinds, from_start(solution.x), report)
-    _require_held_out(hold_out, kinds, found)
+    for kind in kinds:
+        if kind in filter(lambda each: isinstance(each, str), several(hold_out)) and kind not in found:
+            raise InputError(
+                "cannot be left out of these readings",
+                field="hold_out",
+                value=kind,
+                allowed=", ".join(["all", "none", *found]),
+            )
     kind, alone = alternatives(solution, found, report)
     lines = judged(solution, kind, alone, found)
     if further:
-        names = [f"{g.readings.file.name} {g.readings.group}" for g in further]
-        each = [replace(problem, groups=(group,)) for group in further]
-        found[FILE] = unseen([(n, e, solution.values) for n, e in zip(names, each, strict=True)])
+        found[FILE] = unseen(
+            [
+                (f"{g.readings.file.name} {g.readings.group}", replace(problem, groups=(g,)), solution.values)
+                for g in further
+            ]
+        )
     laws = of_laws(solution, {k: each for k, each in found.items() if k != FILE}, report)
     shared = shared_errors(solution)
     moved = (each for each in moves(laws, problem.free) if each.severity == "warning")
-    lacking, names = refused(lines), solution.problem.names
-    told = [*warnings_of(solution, [name for name in names if name not in asked])]
-    told += doubts(solution, [name for name in names if name not in lacking], shared)
-    warnings = (*contradictions, *told, *moved)
-    return TorqueFit(solution, tuple(lines), found, kind, alone, groups, remarks, warnings, shared, laws)
+    told = [*warnings_of(solution, [name for name in problem.names if name not in names])]
+    told += doubts(solution, [name for name in problem.names if name not in refused(lines)], shared)
+    doubted = (read.remarks, (*contradictions, *told, *moved))
+    return TorqueFit(solution, tuple(lines), found, kind, alone, groups, *doubted, shared, laws)
 
 
 def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
     """The kinds of parts to leave out, and further data to predict."""
-    given = list(hold_out) if isinstance(hold_out, list | tuple) else [hold_out]
-    kinds: list[str] = []
+    given, kinds = several(hold_out), list[str]()
     unseen = []
     for each in given:
         if each == "all":
@@ -289,20 +276,6 @@ def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
     if unseen and not kinds and "none" not in [e for e in given if isinstance(e, str)]:
         kinds = list(KINDS)
     return tuple(dict.fromkeys(kinds)), unseen
-
-
-def _require_held_out(asked: Any, kinds: Sequence[str], found: Mapping[str, HeldOut]) -> None:
-    """Refuse a kind that was asked for by its name and cannot be left out."""
-    given = asked if isinstance(asked, list | tuple) else [asked]
-    named = [each for each in given if isinstance(each, str)]
-    for kind in kinds:
-        if kind in named and kind not in found:
-            raise InputError(
-                "cannot be left out of these readings",
-                field="hold_out",
-                value=kind,
-                allowed=", ".join(["all", "none", *found]),
-            )
 
 
 def _orthoses(orthosis: Any) -> dict[str, Orthosis]:
@@ -324,16 +297,18 @@ def _orthosis(source: Any) -> Orthosis:
 
 def _read(data: Any, chamber: str, difference: bool, rates: Mapping[str, Any] | None) -> Torques:
     """The readings of one or several files; several files are groups of their own."""
-    sources = list(data) if isinstance(data, list | tuple) else [data]
+    sources = several(data)
     if not sources:
         raise InputError("names no data", field="data")
     bounds = {"angle": ANGLE_RATE, "pressure": PRESSURE_RATE}
     for name, text in (rates or {}).items():
         if name not in bounds:
             raise unknown(name, bounds, field="rates")
-        bounds[name] = _rate(name, text)
+        bounds[name] = quantity_at(f"rates.{name}", text, {"angle": "rad/s", "pressure": "Pa/s"}[name])
+        if bounds[name] <= 0.0:
+            raise InputError("is out of range", field=f"rates.{name}", value=text, allowed="more than 0")
+    require_once(sources)
     found: dict[str, Torques] = {}
-    files = []
     for k, source in enumerate(sources):
         if not isinstance(source, str | os.PathLike) and not hasattr(source, "keys"):
             shown = type(source).__name__
@@ -341,27 +316,11 @@ def _read(data: Any, chamber: str, difference: bool, rates: Mapping[str, Any] | 
                 "is not valid data", field="data", value=shown, allowed="a CSV, or {title: numbers}"
             )
         name = pathlib.Path(source).stem if isinstance(source, str | os.PathLike) else f"data {k + 1}"
-        if isinstance(source, str | os.PathLike):
-            if os.path.realpath(source) in files:
-                raise InputError("is given twice: its readings would count double", file=source)
-            files.append(os.path.realpath(source))
         name = name if name not in found else f"{name} {k + 1}"
         found[name] = read_torques(
             source, chamber=chamber, difference=difference, rates=(bounds["angle"], bounds["pressure"])
         )
     return joined(found)
-
-
-def _rate(name: str, text: Any) -> float:
-    unit, example = {"angle": ("rad/s", "2 deg/s"), "pressure": ("Pa/s", "0.05 bar/s")}[name]
-    try:
-        found = parse_quantity(text, unit)
-    except ValueError as error:
-        problem = str(error).partition(";")[0]
-        raise InputError(problem, field=f"rates.{name}", value=text, allowed=f"as in {example}") from None
-    if found <= 0.0:
-        raise InputError("is out of range", field=f"rates.{name}", value=text, allowed="more than 0")
-    return found
 
 
 def _groups(read: Torques, orthoses: Mapping[str, Orthosis], chamber: str) -> tuple[Group, ...]:

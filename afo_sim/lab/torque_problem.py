@@ -322,14 +322,8 @@ def _statics(
 
 def _change(problem: TorqueProblem, values: Mapping[str, float]) -> Change:
     law = {p.name: values[p.name] for p in problem.free if p.of_law}
-    values = {**problem.fixed, **values}
-    return Change(
-        values.get("series_stiffness"),
-        values.get("offset"),
-        values.get("cuff_stiffness"),
-        values.get("plate_stiffness"),
-        law,
-    )
+    series, offset, cuff, plate = map({**problem.fixed, **values}.get, OWN)
+    return Change(series, offset, cuff, plate, law)
 
 
 def require_possible(problem: TorqueProblem) -> None:
@@ -375,13 +369,7 @@ def require_possible(problem: TorqueProblem) -> None:
         )
 
 
-def errors(
-    problem: TorqueProblem, values: Mapping[str, float], groups: Sequence[Group] | None = None
-) -> dict[str, np.ndarray]:
+def errors(problem: TorqueProblem, values: Mapping[str, float]) -> dict[str, np.ndarray]:
     """Prediction less measurement by channel [N·m], [m]; not a number where nothing was measured."""
-    found = predict(problem, values, groups)
-    of = problem.groups if groups is None else groups
-    return {
-        channel: found[channel] - np.concatenate([getattr(group.readings, channel) for group in of])
-        for channel in CHANNELS
-    }
+    found = predict(problem, values)
+    return {channel: found[channel] - problem.column(channel) for channel in CHANNELS}

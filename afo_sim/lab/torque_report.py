@@ -9,6 +9,7 @@ from afo_sim.common import write_json, write_sealed
 from afo_sim.description import Orthosis, reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.identifiability import rms
+from afo_sim.lab.solution import held_out_json, held_out_lines
 from afo_sim.lab.torque_fit import TorqueFit
 from afo_sim.lab.torque_laws import OfLaw, moves
 from afo_sim.lab.torque_problem import errors
@@ -72,10 +73,7 @@ def as_json(found: TorqueFit) -> dict[str, Any]:
         "correlation_of_neighbouring_errors": found.solution.memory,
         "rms": found.rms,
         "rms_cuff": _cuff_error(found),
-        "held_out": {
-            kind: {"rms": each.rms} | {name: each.of(name) for name in each.errors}
-            for kind, each in found.held_out.items()
-        },
+        "held_out": held_out_json(found.held_out),
         "without": {
             each.dropped: {"values": each.values, "rms_held_out": each.rms, "predicts_as_well": each.beaten}
             for each in found.alternatives
@@ -172,10 +170,7 @@ def remarks(found: TorqueFit) -> list[str]:
     cuff = _cuff_error(found)
     if cuff is not None:
         lines.append(f"displacement of the cuff: {1e3 * cuff:.3g} mm RMS")
-    for kind, each in found.held_out.items():
-        parts = ", ".join(f"{name}: {each.of(name):.2g}" for name in each.errors)
-        word = "predicted" if kind == "file" else f"{kind} left out in turn"
-        lines.append(f"{word}: {each.rms:.3g} N·m RMS ({parts})")
+    lines += held_out_lines(found.held_out)
     lines += [line for line in moves(found.laws, problem.free) if line.severity == "note"]
     if not found.laws:
         lines.append(

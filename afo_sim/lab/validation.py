@@ -13,11 +13,12 @@ from afo_sim.lab.validation_row import Row
 PARTS = (
     validation_laws.s0,
     *validation_s1.PARTS,
-    *validation_laws.S2_PARTS,
+    validation_laws.s2,
     *validation_laws.PARTS,
-    *validation_air.TUBE_PARTS,
+    validation_air.tube,
     *validation_knee.PARTS,
-    *validation_air.VALVE_PARTS,
+    validation_air.smc,
+    validation_air.festo,
 )
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")
 OTHERS = "What is not good, and why:"

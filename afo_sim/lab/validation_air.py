@@ -12,7 +12,7 @@ SECOND_HAND = "printed, read second-hand"
 WHY_RATIO = "the formula for tubes gives a lower critical pressure ratio than the printed line has"
 
 
-def _line() -> list[Row]:
+def tube() -> list[Row]:
     ours, what = tube_conductance(BORE, LENGTH) / SONIC, "tube of 4 mm and 10 m"
     printed = About(SOURCE, "dm³/(s·bar)", SECOND_HAND, "2 %: it is printed to two digits")
     ratio = About(SOURCE, "", SECOND_HAND, WHY_RATIO)
@@ -22,7 +22,6 @@ def _line() -> list[Row]:
     ]
 
 
-TUBE_PARTS = (_line,)
 LITRES = 6e4  # m³/s in l/min
 SONIC = 1e-8  # dm³/(s·bar) in m³/(s·Pa)
 SMC = "SMC EUS11-83B-UK"
@@ -45,7 +44,7 @@ def _shipped_flow(name: str, density: float) -> float:
     return LITRES * nominal_flow(valve.conductance, valve.critical_ratio, 6e5, 5e5, density)
 
 
-def _smc() -> list[Row]:
+def smc() -> list[Row]:
     valve = About(SMC, "l/min", PRINTED, WHY_SY)
     found = [
         valve.number(
@@ -61,7 +60,7 @@ def _smc() -> list[Row]:
     return [*found, About("SMC", "l/min", PRINTED, WHY_EXAMPLE).number(quantity, 420.0, example, 0.42)]
 
 
-def _festo() -> list[Row]:
+def festo() -> list[Row]:
     mpye, vuvs = (_shipped_flow(name, NORMAL_DENSITY) for name in ("mpye_1_4", "vuvs_lt25"))
     quantity = "{}: flow from 6 to 5 bar gauge, DIN 1343"
     proportional = About("Festo MPYE 2025/03", "l/min", PRINTED, WHY_MPYE)
@@ -71,6 +70,3 @@ def _festo() -> list[Row]:
         proportional.number(quantity.format("MPYE-5-1/4"), 1400.0, mpye, 7.0),
         solenoid.contradicted("disagrees", quantity.format("VUVS-LT25"), *numbers),
     ]
-
-
-VALVE_PARTS = (_smc, _festo)

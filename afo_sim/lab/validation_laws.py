@@ -238,7 +238,7 @@ S2_LAWS = {
 }
 
 
-def _s2() -> list[Row]:
+def s2() -> list[Row]:
     found = [*_chart_corner()]
     for law, (equation, *bounds) in S2_LAWS.items():
         for bore, bound in zip(FLUIDIC, bounds, strict=True):
@@ -297,6 +297,3 @@ def _on_makers_curve(law: str, equation: str, bore: int, bound: float | None) ->
     unseen = held_out(fit_law(pose(law, [data]), starts=4)).held_out["pressure"].rms
     about = About(f"S2 {equation}", "N", MAKER, WHY_BOUND if bound else WHY_TOO_MANY)
     return about.curve(f"`{law}` on the {bore} mm curve, RMS", errors, bound, held_out={"pressure": unseen})
-
-
-S2_PARTS = (_s2,)
