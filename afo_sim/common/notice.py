@@ -34,7 +34,7 @@ class Notice(str):
 
     def says_no_more_than(self, other: "Notice") -> bool:
         """Whether it is about what another is about, and is not beyond its limit by more, but for 2 %."""
-        ours, theirs = (one.data.get("beyond", 0.0) for one in (self, other))
+        ours, theirs = self.data.get("beyond", 0.0), other.data.get("beyond", 0.0)
         return (self.code, self.subject) == (other.code, other.subject) and ours <= 1.02 * theirs
 
     def without_key(self) -> Self:

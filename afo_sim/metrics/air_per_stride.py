@@ -1,12 +1,13 @@
 """What a device takes from its supply: air of a stride and by the hour, flow, exergy, how far it sags."""
 
+import operator
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
 from afo_sim.metrics.facts import Run, cut
-from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, measured, reported
+from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, all_measured, reported
 from afo_sim.metrics.strides import ORTHOSIS, SET_PRESSURE, Stride, chambers, emptied_at
 from afo_sim.metrics.window import Window, increments
 
@@ -110,7 +111,7 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
     """The sag of a run in two parts: of a walk from the start, and of the settled strides behind it."""
     if "lowest_supply_pressure" not in after:
         return {}
-    found = {name: measured(name, value) for name, value in sag_metrics(before)}
+    found = all_measured(sag_metrics(before))
     for name, worse in (("lowest_supply_pressure", min), ("supply_sag", max)):
         if name in found and name in after:
             found[name] = worse(found[name], after[name])
@@ -166,7 +167,7 @@ NORMAL = "at 0 °C, 1.01325 bar, dry (DIN 1343)"
 def air_of(stride: Stride) -> Found:
     """Air that is taken from the supply, and the chambers' highest and lowest pressures."""
     pressures, names = [], chambers(stride.columns)
-    rows = cut(stride.columns, lambda values: values[stride.rows])
+    rows = cut(stride.columns, operator.itemgetter(stride.rows))
     total = grams_taken(rows, names, stride.steps)
     for name in names:
         yield f"air_per_stride_{name}", grams_through(rows, name, stride.steps)
@@ -207,6 +208,6 @@ def air_of(stride: Stride) -> Found:
 def flow_of(stride: Stride) -> Found:
     """Flow and exergy of a stride's air, by the hour and by the minute."""
     names = chambers(stride.columns)
-    rows = cut(stride.columns, lambda values: values[stride.rows])
+    rows = cut(stride.columns, operator.itemgetter(stride.rows))
     yield from flow_metrics(rows, names, stride.steps, free_density=stride.free_density)
     yield "positive_work", positive_work(stride.columns, stride.whole)

@@ -7,7 +7,7 @@ import numpy as np
 from afo_sim.common import STANDARD_DENSITY
 from afo_sim.metrics import peak
 from afo_sim.metrics.air_per_stride import CYCLE, flow_metrics, grams_taken, grams_through, positive_work
-from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, measured, reported
+from afo_sim.metrics.metric import AIR, ANKLE, TORQUE, Metric, all_measured, reported
 from afo_sim.metrics.needed_torque import inversion_peaks
 from afo_sim.metrics.strides import chambers
 from afo_sim.metrics.valves import switching_by_the_minute
@@ -75,4 +75,4 @@ def ankle_metrics(
         found |= dict(flow_metrics(columns, names, steps, cycles=cycles, free_density=free_density))
         found["positive_work"] = positive_work(columns, part) / cycles
     found |= dict(switching_by_the_minute(columns, steps))
-    return {name: measured(name, value) for name, value in found.items()}
+    return all_measured(found.items())

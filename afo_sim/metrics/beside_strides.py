@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 from afo_sim.metrics.air_per_stride import EACH
-from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, measured, reported
+from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, all_measured, measured, reported
 
 
 @reported(
@@ -31,7 +31,7 @@ def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric
         "settled_air_change": 100.0 * air,
         "settled_angle_change": math.degrees(angle),
     }
-    return {name: measured(name, value) for name, value in values.items()}
+    return all_measured(values.items())
 
 
 COMPARED = "toe_clearance"  # of both walks
@@ -62,7 +62,7 @@ def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]
     }
     if TOUCHES in reference:
         values[f"reference_{TOUCHES}"] = float(reference[TOUCHES])
-    return {name: measured(name, value) for name, value in values.items()}
+    return all_measured(values.items())
 
 
 @reported(

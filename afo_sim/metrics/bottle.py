@@ -7,7 +7,7 @@ import numpy as np
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, STANDARD_DENSITY
 from afo_sim.metrics.air_per_stride import sag_metrics
 from afo_sim.metrics.facts import Run, Source
-from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
+from afo_sim.metrics.metric import AIR, Found, Metric, Of, all_measured, measured, reported
 
 ANR = "ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
 SOURCE = (
@@ -42,7 +42,7 @@ def source_life(run: Run) -> Found:
     if litres is None and run.facts.supply.source is None:
         return
     if totals.keys() >= set(WALKED):
-        free, duration = (totals[name].value for name in WALKED)
+        free, duration = totals["free_air_per_stride"].value, totals["stride_time"].value
         yield from bottle_metrics(free, duration, litres).items()
     elif litres is not None and totals.keys() >= {"mean_flow", "air_per_cycle"}:
         free = totals["air_per_cycle"].value / run.facts.supply.free_density
@@ -173,12 +173,13 @@ def compressor_metrics(
         }
     if power is not None:
         found["compressor_power"] = duty * power
-    return {name: measured(name, value) for name, value in found.items()}
+    return all_measured(found.items())
 
 
 def air_given(volume: float, pressure: float, supply: float) -> float:
     """Air that a full bottle gives until it is down to the supply's pressure [kg]."""
-    full, left = (p / compressibility(p) for p in (pressure + AMBIENT_PRESSURE, supply + AMBIENT_PRESSURE))
+    full, left = pressure + AMBIENT_PRESSURE, supply + AMBIENT_PRESSURE
+    full, left = full / compressibility(full), left / compressibility(left)
     return max(0.0, volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE) * (full - left))
 
 

@@ -91,14 +91,14 @@ def _otherwise_extended(stride: Stride, at: float, by_event: bool) -> Iterator[t
 def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
     """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg."""
     part = stride.between(stride.begun, stride.upright)
-    ball, toe = (part.of(stride.columns[f"{point}/height"]) for point in ("ball", "toe"))
-    forefoot = np.minimum(ball, toe)
+    ball = part.of(stride.columns["ball/height"])
+    forefoot = np.minimum(ball, part.of(stride.columns["toe/height"]))
     if not len(ball) or not np.isfinite(forefoot).all():
         return
     floor, under = np.zeros(len(ball)), np.zeros(len(ball))
     if forefoot.min() <= BELOW and NEEDED_MOMENT in stride.columns:
-        walked = [part.of(stride.columns[f"gait/{point}_height"]) for point in ("ball", "toe")]
-        under, floor = (np.minimum(line, 0.0) for line in (walked[0], np.minimum(*walked)))
+        under = np.minimum(part.of(stride.columns["gait/ball_height"]), 0.0)
+        floor = np.minimum(part.of(stride.columns["gait/toe_height"]), under)
     yield "swings_with_toe_contact", 100.0 * bool((forefoot <= floor - SAME * (floor < 0.0)).any())
     yield "swings_within_10mm", 100.0 * bool((forefoot <= floor + BELOW * (floor == 0.0)).any())
     yield "swings_with_ball_contact", 100.0 * bool((ball <= under - SAME * (under < 0.0)).any())
@@ -116,4 +116,4 @@ def lowest_minimum(height: np.ndarray, among: np.ndarray) -> int | None:
     inner = height[1:-1]
     turns = np.flatnonzero((inner < height[:-2]) & (inner <= height[2:]) & among[1:-1]) + 1
     found = [k for k in turns if height[k] <= height[max(0, k - near) : k + near + 1].min()]
-    return int(min(found, key=lambda k: height[k])) if found else None
+    return int(found[np.argmin(height[found])]) if found else None

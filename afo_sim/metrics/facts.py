@@ -3,6 +3,7 @@
 `simulation/facts.py` makes the facts of a compiled scenario.
 """
 
+import operator
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from afo_sim.common import STANDARD_DENSITY
-from afo_sim.metrics.metric import METRICS, Metric, Of, functions_of, measured, reporting
+from afo_sim.metrics.metric import METRICS, Metric, Of, all_measured, functions_of, reporting
 from afo_sim.metrics.strides import Stride, settled, strides
 
 Columns = Mapping[str, np.ndarray]
@@ -146,7 +147,7 @@ class Run:
         if not self.counted:
             return {}
         rows = slice(self.counted[0].rows.start, self.counted[-1].rows.stop)
-        return cut(self.columns, lambda values: values[rows])
+        return cut(self.columns, operator.itemgetter(rows))
 
 
 def run_metrics(run: Run, wanted: Collection[str] | None = None) -> dict[str, Metric]:
@@ -154,5 +155,5 @@ def run_metrics(run: Run, wanted: Collection[str] | None = None) -> dict[str, Me
     found: dict[str, Metric] = {}
     names = None if wanted is None else frozenset(wanted)
     for function in reporting(functions_of(Of.RUN), names, strict=False):
-        found |= {name: measured(name, value) for name, value in function(run)}
+        found |= all_measured(function(run))
     return {n: m for n, m in found.items() if wanted is None or n in wanted or n not in METRICS}

@@ -9,7 +9,16 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from afo_sim.common import Notice
-from afo_sim.metrics.metric import REPORTED, START, Metric, Of, entry, made_of, measured, reported
+from afo_sim.metrics.metric import (
+    REPORTED,
+    START,
+    Metric,
+    Of,
+    all_measured,
+    entry,
+    made_of,
+    reported,
+)
 from afo_sim.metrics.strides import strides
 from afo_sim.metrics.walking import stride_metric
 
@@ -72,7 +81,8 @@ def first_stride_metrics(
     if begun:
         values[AIR_FIRST] = _value(begun[0], AIR)
     if len(heights) == STRIDES or (heights and end is not None and abs(heights[-1] - end) <= NEAR):
-        values[LOWEST] = _lowest(heights if len(heights) == STRIDES or end is None else [*heights, end])
+        among = heights if len(heights) == STRIDES or end is None else [*heights, end]
+        values[LOWEST] = float(np.min(among))  # NaN where any is
         values[UNTIL], why = _until_clear(heights, end)
         if why and UNTIL in asked:
             warnings.append(_left_out(UNTIL, why))
@@ -80,7 +90,7 @@ def first_stride_metrics(
         left = [name for name in (LOWEST, UNTIL) if name in asked]
         warnings += [_left_out(name, _too_few(len(heights))) for name in left]
     kept = {name: value for name, value in values.items() if name in asked and math.isfinite(value)}
-    return {name: measured(name, value) for name, value in kept.items()}, tuple(warnings)
+    return all_measured(kept.items()), tuple(warnings)
 
 
 def _left_out(name: str, why: str) -> Notice:
@@ -103,7 +113,8 @@ def share_left(angles: np.ndarray, settled: np.ndarray) -> float | None:
     far = np.abs(last).max()
     if far <= SAME:
         return 0.0
-    before, share = ((b * a).sum() / max((a * a).sum(), 1e-30) for a, b in ((first, second), (second, last)))
+    before = (second * first).sum() / max((first * first).sum(), 1e-30)
+    share = (last * second).sum() / max((second * second).sum(), 1e-30)
     return float(share) if far <= CLOSE and abs(share - before) <= ALIKE and 0.0 <= share <= 1.0 else None
 
 
@@ -129,14 +140,9 @@ def _value(metrics: Mapping[str, float], name: str) -> float:
     return float(metrics[name]) if name in metrics else math.nan
 
 
-def _lowest(heights: Sequence[float]) -> float:
-    """NaN where any is."""
-    return math.nan if any(math.isnan(height) for height in heights) else min(heights)
-
-
 def _until_clear(heights: Sequence[float], end: float | None) -> tuple[float, str]:
     """Strides until the toe is clear and stays so, or NaN and the reason."""
-    if any(math.isnan(height) for height in heights) or (end is not None and math.isnan(end)):
+    if np.isnan(heights).any() or (end is not None and math.isnan(end)):
         return math.nan, "a stride has no toe clearance"
     below = [number for number, height in enumerate(heights, 1) if height < 0.0]
     if end is not None and end < 0.0:

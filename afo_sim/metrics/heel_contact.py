@@ -24,8 +24,8 @@ SLAP = "highest plantarflexion velocity as the foot comes down after heel strike
 )
 def contact(stride: Stride) -> Found:
     """Pitch at the heel strike that begins the stride, and the slap after it."""
-    angle, shank = (math.degrees(stride.at(name, 0.0)) for name in ("ankle/angle", "shank/angle"))
-    pitch = angle - shank - math.degrees(stride.level)
+    angle, shank = stride.at("ankle/angle", 0.0), stride.at("shank/angle", 0.0)
+    pitch = math.degrees(angle) - math.degrees(shank) - math.degrees(stride.level)
     yield "foot_pitch_at_contact", pitch
     if math.isfinite(pitch):
         yield "contacts_with_heel", 100.0 * (pitch > HEEL_PITCH)

@@ -269,6 +269,11 @@ def measured(name: str, value: float) -> Metric:
     return Metric(value, entry(name).unit)
 
 
+def all_measured(values: Iterable[tuple[str, float]]) -> dict[str, Metric]:
+    """Values with their units, by name."""
+    return {name: measured(name, value) for name, value in values}
+
+
 EVENT = "the minimum is looked for while the foot is fast"
 # Old name: the new one, and why.
 RENAMED = {

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from afo_sim.metrics.facts import Columns, MuscleLimits, Run
-from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, measured, reported
+from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, all_measured, measured, reported
 from afo_sim.metrics.strides import chambers
 
 SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall for that to be a cycle [-]
@@ -83,7 +83,7 @@ def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str
         values["strides_until_muscle_life"] = life / cycles
         if strides_per_day > 0.0:
             values["days_until_muscle_life"] = life / cycles / strides_per_day
-    return {name: measured(name, value) for name, value in values.items()}
+    return all_measured(values.items())
 
 
 def cycles(pressure: np.ndarray, strides: int) -> float:

@@ -130,11 +130,11 @@ def inversion_peaks(rows: Rows, timestep: float) -> Found:
 )
 def work_given(stride: Stride) -> Found:
     """Work of the orthosis on the ankle, torque over angle; taken power is positive."""
-    work, healthy = (
-        increments(*(stride.whole.of(stride.columns[name]) for name in pair)) / stride.body_mass
-        for pair in ((ORTHOSIS, "ankle/angle"), ("gait/ankle_moment", "gait/ankle_angle"))
-    )
-    power = work / (stride.timestep * np.diff(stride.whole.places))
+    whole, columns = stride.whole, stride.columns
+    work = increments(whole.of(columns[ORTHOSIS]), whole.of(columns["ankle/angle"])) / stride.body_mass
+    recorded = whole.of(columns["gait/ankle_moment"]), whole.of(columns["gait/ankle_angle"])
+    healthy = increments(*recorded) / stride.body_mass
+    power = work / (stride.timestep * np.diff(whole.places))
     given, taken, own = (peak.clean(float(np.maximum(part, 0.0).sum())) for part in (work, -work, healthy))
     yield "orthosis_positive_work", given
     yield "orthosis_negative_work", 0.0 - taken
@@ -171,7 +171,7 @@ HELD = "the verdict compares it with the scenario's limits"
 )
 def push_off(stride: Stride) -> Found:
     """Range of the ankle, and its plantarflexion at toe-off, beside those of the recorded ankle."""
-    angle, recorded = (np.degrees(stride[name]) for name in ("ankle/angle", "gait/ankle_angle"))
+    angle, recorded = np.degrees(stride["ankle/angle"]), np.degrees(stride["gait/ankle_angle"])
     yield "ankle_range_lost", float(np.ptp(recorded) - np.ptp(angle))
     stance = ~stride.swing
     yield "dorsiflexion_lost", float(recorded[stance].max() - angle[stance].max())

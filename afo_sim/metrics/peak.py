@@ -21,10 +21,11 @@ def largest_mean(
         length = window / timestep  # in rows
         if within.end - within.start <= length:
             return within.mean(values)
-        ends = (Window(within.start, within.start + length), Window(within.end - length, within.end))
+        first = Window(within.start, within.start + length).mean(values)
+        last = Window(within.end - length, within.end).mean(values)
         rows = values[math.ceil(within.start) : math.floor(within.end) + 1]
         inner = [largest_mean(rows, timestep, window)] if len(rows) - 1 >= length else []
-        return max(*(end.mean(values) for end in ends), *inner)
+        return max(first, last, *inner)
     if len(values) == 1:
         return float(values[0])
     if (len(values) - 1) * timestep <= window:

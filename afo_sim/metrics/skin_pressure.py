@@ -5,10 +5,12 @@ coefficient of friction. A strap is drawn tight once and for the strongest pull:
 presses with all the time.
 """
 
+import operator
+
 import numpy as np
 
 from afo_sim.metrics.facts import Columns, Facts, Run, cut
-from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, measured, reported
+from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, all_measured, reported
 from afo_sim.metrics.strides import RECORDED_FORCE, stance
 
 HOLDS = "least total force on the skin that prevents sliding: peak pull along the shank divided by friction"
@@ -80,7 +82,7 @@ def cuff_metrics(
         "cuff_skin_pressure_sustained": 1e-3 * sustained,
     }
     values |= _shares("cuff", peak, sustained, skin_pressure, blood_flow)
-    return {name: measured(name, value) for name, value in values.items()}
+    return all_measured(values.items())
 
 
 @reported(
@@ -148,7 +150,7 @@ def plate_metrics(
         "plate_skin_pressure": 1e-3 * pressure,
     }
     values |= _shares("plate", pressure, pressure, skin_pressure, blood_flow)
-    return {name: measured(name, value) for name, value in values.items()}
+    return all_measured(values.items())
 
 
 def _skin(run: Run, part: str) -> Found:
@@ -177,7 +179,7 @@ def pressure_without_slap(facts: Facts, part: str, columns: Columns) -> float | 
     peak = int(np.argmax(np.linalg.norm(facts.skins[part].pull(columns), axis=1)))
     dives = columns["ankle/angle"][peak] < columns["gait/ankle_angle"][peak] - SLAPS
     slaps = bool(landing[peak] and dives and not landing.all())
-    rows = cut(columns, lambda values: values[~landing]) if slaps else columns
+    rows = cut(columns, operator.itemgetter(~landing)) if slaps else columns
     return skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
 
 

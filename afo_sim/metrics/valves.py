@@ -67,8 +67,9 @@ def valve_life(run: Run) -> Found:
     rates = {}
     if counted:
         seconds = sum(stride.duration for stride in counted)
-        counts = {valve: rises(run.columns, valve) for valve in rated}
-        rates = {v: sum(float(n[one.rows].sum()) for one in counted) / seconds for v, n in counts.items()}
+        for valve in rated:
+            switched = rises(run.columns, valve)
+            rates[valve] = sum(float(switched[stride.rows].sum()) for stride in counted) / seconds
     elif not run.facts.walks:
         rates = {valve: run.totals[f"switches_per_minute_{valve}"].value / 60.0 for valve in rated}
     yield from life_metrics(rates, rated).items()
@@ -99,7 +100,8 @@ def fill_times(run: Run) -> Found:
 def filling(columns: Mapping[str, np.ndarray], from_rest: bool = True) -> Found:
     """Longest filling and venting of each chamber [s]."""
     for name in chambers(columns):
-        inlet, outlet = (columns[f"valve/{name}_{side}/coil"] > 0.0 for side in ("inlet", "outlet"))
+        inlet = columns[f"valve/{name}_inlet/coil"] > 0.0
+        outlet = columns[f"valve/{name}_outlet/coil"] > 0.0
         if not outlet.any() and columns[f"valve/{name}_outlet/opening"].any():
             outlet = ~inlet  # a 3/2 valve has one coil
         pressure = columns[f"chamber/{name}/pressure"]
@@ -131,8 +133,8 @@ def _turns(inlet: np.ndarray, outlet: np.ndarray, from_rest: bool) -> tuple[list
     begins = known[np.flatnonzero(np.diff(state[known], prepend=0))]
     ends = [*begins[1:], len(state)]
     turns = [(a, b) for a, b in zip(map(int, begins), map(int, ends), strict=True) if from_rest or a > 0]
-    fills, vents = ([turn for turn in turns if state[turn[0]] == way] for way in (1, -1))
-    return fills, vents
+    fills = [turn for turn in turns if state[turn[0]] == 1]
+    return fills, [turn for turn in turns if state[turn[0]] == -1]
 
 
 def _times(time: np.ndarray, turns: Sequence[Turn], beyond: np.ndarray) -> Iterator[float]:

@@ -218,7 +218,7 @@ def _path(group: MuscleGroup) -> tuple[Any, ...]:
     """What is compiled of a muscle group; its length over a pulley only for pictures."""
     muscle = group.type
     drawn = muscle.end_length - group.series_length if group.pulley is not None else 0.0
-    places = tuple(_values(place) for place in group.path)
+    places = tuple(map(_values, group.path))
     return (muscle.whole_mass, muscle.bore, drawn, places, *_values(group, GROUP_NOT_COMPILED))
 
 

@@ -75,7 +75,7 @@ class ToeSegment:
         self, ankle: np.ndarray, motions: "Sequence[tuple[Turn, np.ndarray, np.ndarray]]"
     ) -> np.ndarray:
         """Moment about the ankle that the toes' weight and inertia need, dorsiflexion positive [N·m] (n,)."""
-        x, z, along, upward = (np.zeros(len(ankle)) for _ in range(4))
+        x, z, along, upward = np.zeros((4, len(ankle)))
         for point, (turn, rate, change) in zip((self.hinge, self.centre), motions, strict=True):
             ahead, above = turned(point, turn)
             x, z = x + ahead, z + above

@@ -75,7 +75,8 @@ def _carried(
     at = turned(hinge, turn)
     if walk.toe is not None:
         pitch, turn = pitch + walk.toe, turn.further(walk.toe)
-    x, z = (start + ahead for start, ahead in zip(at, turned(centre, turn), strict=True))
+    ahead, above = turned(centre, turn)
+    x, z = at[0] + ahead, at[1] + above
     square = walk.timestep**2
     along, upward = np.diff(x, 2) / square, np.diff(z, 2) / square + GRAVITY
     carried = x[1:-1] * (walk.acceleration[:, 1] + upward) - z[1:-1] * (walk.acceleration[:, 0] + along)
@@ -199,11 +200,7 @@ def activated(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.
     """Activation of a muscle: the excitation after two equal first-order lags in series."""
     if np.ptp(levels) == 0.0:
         return np.full(len(time), levels[0])
-    return _follow(time, switches, levels)
-
-
-def _follow(time: np.ndarray, switches: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Both lags from event to event: a switch, or the first lag meeting the second, which turns round."""
+    # both lags from event to event: a switch, or the first lag meeting the second, which turns round
     given, known, passed, begun = np.empty(len(time)), 0, 0, 0.0
     first = second = target = float(levels[0])
     while known < len(time):

@@ -125,7 +125,7 @@ def _add_body(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
 def _draw_foot_part(spec: mujoco.MjSpec, shoe: Outsole, places: Places, taller: float) -> None:
     """Sole, heel and upper from heel to ball, in the shoe's body."""
     body = spec.body(SHOE)
-    heel, ball = (_flat(places[name][1] - np.array(body.pos)) for name in ("heel", "ball"))
+    heel, ball = _flat(places["heel"][1] - body.pos), _flat(places["ball"][1] - body.pos)
     under_heel, under_ball = taller * shoe.heel_stack, taller * shoe.ball_stack
     width, thin = taller * WIDTH, taller * THIN
     _add_slab(body, "sole", heel, ball, max(min(under_heel, under_ball), thin), width)

@@ -178,9 +178,8 @@ class Walk:
     @functools.cached_property
     def ground_lever(self) -> np.ndarray:
         """Moment of the recorded ground force about the ankle over the body's weight [m] (n_step,)."""
-        forward, upward, place = (values[1:-1] for values in self.ground)
-        height = self.pose[1:-1, 1]
-        return _kept(place * upward + height * forward)
+        forward, upward, place = self.ground
+        return _kept((place * upward + self.pose[:, 1] * forward)[1:-1])
 
     @functools.cached_property
     def clock(self) -> Clock:
@@ -279,7 +278,7 @@ def _laid_out(stride: GaitCycle, gait: Gait, stands: _Stands, timestep: float, n
     cycle, shift = placed.cycle, (placed.along, placed.vertical)
     as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
     phase, signals, wave = _sampled(stride, as_recorded, timestep, n_step)
-    ankle_x, ankle_z = (cycle.signal(name, wave) for name in ("ankle_x", "ankle_z"))
+    ankle_x, ankle_z = cycle.signal("ankle_x", wave), cycle.signal("ankle_z", wave)
     pose = _kept(np.stack([ankle_x, ankle_z, signals["shank_angle"]], axis=1))
     ankle = _kept(signals["ankle_angle"] + gait.ankle_offset)
     knee = _kept(signals["knee_angle"])

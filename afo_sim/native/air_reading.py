@@ -29,7 +29,8 @@ def leaders(model: mujoco.MjModel) -> list[int]:
     """Actuators of the nodes that lead a network."""
     rows = model.actuator_user
     nodes = np.isin(rows[:, 1], (KIND_CHAMBER, KIND_VOLUME, KIND_STORE)) & (rows[:, 0] == MARK)
-    return [int(i) for i in np.flatnonzero(nodes & (rows[:, AIR_ROW.leads] > 0.0))]
+    found: list[int] = np.flatnonzero(nodes & (rows[:, AIR_ROW.leads] > 0.0)).tolist()
+    return found
 
 
 def nodes_of(model: mujoco.MjModel, leader: int) -> list[int]:
@@ -133,10 +134,14 @@ def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
     rows = model.actuator_user
     number = rows[node, AIR_ROW.number]
     found = []
-    leader = next((k for k in leaders(model) if node in nodes_of(model, k)), None)
-    for edge in () if leader is None else edges_of(model, leader):
-        ends = ((EDGE_ROW.origin, -1.0), (EDGE_ROW.end, 1.0))
-        found += [(edge, sign) for slot, sign in ends if rows[edge, slot] == number]
+    for leader in leaders(model):
+        if node not in nodes_of(model, leader):
+            continue
+        for edge in edges_of(model, leader):
+            if rows[edge, EDGE_ROW.origin] == number:
+                found.append((edge, -1.0))
+            if rows[edge, EDGE_ROW.end] == number:
+                found.append((edge, 1.0))
     return found
 
 

@@ -1,6 +1,6 @@
 """Parameters of a circuit into a compiled model, its first air, and whether its muscles pull."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 
 import mujoco
 import numpy as np
@@ -301,7 +301,7 @@ def _fill_muscle(
 
 def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | Mapping[int, float]) -> None:
     """Set chambers to gauge pressures at ambient temperature, and muscles and anchors at rest with them."""
-    chambers, networks = list(_of_kind(model, KIND_CHAMBER)), list(_of_kind(model, KIND_NETWORK))
+    chambers, networks = _of_kind(model, KIND_CHAMBER), _of_kind(model, KIND_NETWORK)
     gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
     for chamber in chambers:
         write_air(
@@ -318,10 +318,8 @@ def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | 
 
 def volume_at_rest(model: mujoco.MjModel, data: mujoco.MjData, chamber: int) -> Callable[[float], float]:
     """The volume of a chamber with its muscles at rest [m³], by its absolute pressure [Pa]; others stay."""
-    networks, at = (
-        list(_of_kind(model, KIND_NETWORK)),
-        model.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure,
-    )
+    networks = _of_kind(model, KIND_NETWORK)
+    at = model.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure
 
     def volume(pressure: float) -> float:
         data.act[at] = pressure
@@ -342,7 +340,7 @@ def _solve_at_rest(model: mujoco.MjModel, data: mujoco.MjData, networks: list[in
 def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Give muscles, anchors and volumes the past that the present velocity implies, for a start in motion."""
     here = data.qpos.copy()
-    networks = list(_of_kind(model, KIND_NETWORK))
+    networks = _of_kind(model, KIND_NETWORK)
     mujoco.mj_integratePos(model, data.qpos, data.qvel, -model.opt.timestep)
     _solve_at_rest(model, data, networks)
     data.qpos[:] = here
@@ -360,7 +358,7 @@ def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     fill_chambers(model, data, LIVE_PRESSURE)
     mujoco.mj_forward(model, data)
-    assert_live(model, data, list(_of_kind(model, KIND_MUSCLE)))
+    assert_live(model, data, _of_kind(model, KIND_MUSCLE))
 
 
 def _rows(model: mujoco.MjModel) -> np.ndarray:
@@ -368,7 +366,8 @@ def _rows(model: mujoco.MjModel) -> np.ndarray:
     return model.actuator_user[:, :N_USER]
 
 
-def _of_kind(model: mujoco.MjModel, kind: float) -> Iterator[int]:
+def _of_kind(model: mujoco.MjModel, kind: float) -> list[int]:
     """Ids of this project's actuators of one kind."""
     user = model.actuator_user
-    return (i for i in range(model.nu) if user[i, 0] == MARK and user[i, 1] == kind)
+    found: list[int] = np.flatnonzero((user[:, 0] == MARK) & (user[:, 1] == kind)).tolist()
+    return found

@@ -118,10 +118,11 @@ def read_own(model: mujoco.MjModel, userdata: np.ndarray, muscle: int) -> Own:
     """Own length of a muscle's actuator, from `userdata` (…, nuserdata); parallel muscles are alike."""
     leader = int(model.actuator_user[muscle, MUSCLE_ROW.leader])
     at = int(model.actuator_user[leader, MUSCLE_ROW.userdata])
-    contraction, tension, rate = (
-        userdata[..., at + k] for k in (LEADER_DATA.contraction, LEADER_DATA.tension, LEADER_DATA.rate)
+    return Own(
+        contraction=userdata[..., at + LEADER_DATA.contraction],
+        tension=userdata[..., at + LEADER_DATA.tension],
+        rate=userdata[..., at + LEADER_DATA.rate],
     )
-    return Own(contraction, tension, rate)
 
 
 def read_carried(model: mujoco.MjModel, act: np.ndarray, muscle: int) -> np.ndarray:
@@ -161,11 +162,11 @@ def write_rest(model: mujoco.MjModel, data: mujoco.MjData, network: int) -> None
 def read_flows(model: mujoco.MjModel, userdata: np.ndarray, chamber: int) -> Flows:
     """Flows and volume of a chamber's actuator, from `userdata` (…, nuserdata)."""
     at = int(model.actuator_user[chamber, AIR_ROW.userdata])
-    inlet, outlet, volume = (
-        userdata[..., at + k]
-        for k in (CHAMBER_DATA.inlet_flow, CHAMBER_DATA.outlet_flow, CHAMBER_DATA.volume)
+    return Flows(
+        inlet=userdata[..., at + CHAMBER_DATA.inlet_flow],
+        outlet=userdata[..., at + CHAMBER_DATA.outlet_flow],
+        volume=userdata[..., at + CHAMBER_DATA.volume],
     )
-    return Flows(inlet, outlet, volume)
 
 
 def read_volume(model: mujoco.MjModel, userdata: np.ndarray, node: int) -> np.ndarray:

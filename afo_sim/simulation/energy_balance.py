@@ -10,6 +10,7 @@ trapezoidal over the rows: rows that are further apart than the time step close 
 
 import itertools
 import math
+import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 
@@ -33,14 +34,14 @@ Columns = Mapping[str, np.ndarray]
 class Energy:
     """Works and energies of a stretch [J]."""
 
-    air_work: float
-    skeleton_work: float
-    damper_loss: float
-    friction_loss: float
-    spring_change: float
-    bladder_change: float
-    law_mismatch: float
-    turnover: float
+    air_work: float = 0.0
+    skeleton_work: float = 0.0
+    damper_loss: float = 0.0
+    friction_loss: float = 0.0
+    spring_change: float = 0.0
+    bladder_change: float = 0.0
+    law_mismatch: float = 0.0
+    turnover: float = 0.0
     wrap_loss: float = 0.0
 
     @property
@@ -73,17 +74,12 @@ def balance_of(orthosis: Orthosis, columns: Columns, static: Columns | None = No
     return Energy(*(sum(getattr(part, field.name) for part in parts) for field in fields(Energy)))
 
 
-def _part(**terms: float) -> Energy:
-    """What one muscle, chamber or anchor adds to the balance."""
-    return Energy(**({field.name: 0.0 for field in fields(Energy)} | terms))
-
-
 def _chambers(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
     for name in orthosis.chamber:
         steps = increments(columns[f"chamber/{name}/pressure"], columns[f"chamber/{name}/volume"])
         work = float(steps.sum())
         # the mismatch is what the laws give beyond this work
-        yield _part(air_work=work, law_mismatch=-work, turnover=float(np.abs(steps).sum()))
+        yield Energy(air_work=work, law_mismatch=-work, turnover=float(np.abs(steps).sum()))
 
 
 def _muscles(orthosis: Orthosis, columns: Columns, known: Columns) -> Iterator[Energy]:
@@ -130,7 +126,7 @@ def _muscle(group: MuscleGroup, own: Columns, count: int) -> Energy:
     rubbed = 0.0
     if muscle.friction != "none":
         rubbed = nominal * _integral(static - tension, contraction) - damper
-    return _part(
+    return Energy(
         skeleton_work=-count * _integral(own["felt"], own["path_length"]),
         wrap_loss=count * float(wrap_heat(tension, own["felt"], own["path_length"]).sum()),
         damper_loss=count * damper,
@@ -164,7 +160,7 @@ def _anchors(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
     for name, mounting in orthosis.anchor.items():
         moved = columns[f"cuff/{name}/displacement"]
         steps = np.diff(moved)
-        yield _part(
+        yield Energy(
             spring_change=_held(mounting, float(moved[-1])) - _held(mounting, float(moved[0])),
             damper_loss=float(np.sum(mounting.damping * steps**2 / np.diff(columns["time"]))),
         )
@@ -186,7 +182,7 @@ SHORT, LOCKED = 0.89, 0.99  # contraction, and share of the lock, beyond which t
 
 def with_static_forces(built: Built, rollout: Rollout, columns: Columns) -> tuple[Columns, Columns]:
     """Rows of a run for its balance: (columns, signed static force of each leading muscle [N])."""
-    rows = cut(columns, lambda values: values[:-1])
+    rows = cut(columns, operator.itemgetter(slice(-1)))
     found = {}
     for name, group in muscle_names(built.scenario.orthosis).items():
         if group.alike and not name.endswith("_1"):

@@ -17,10 +17,16 @@ APART = np.radians(0.05)  # between angles at which the pieces of a guided path 
 def facts_of(built: Built) -> Facts:
     """The facts of a compiled scenario."""
     scenario, orthosis = built.scenario, built.scenario.orthosis
-    muscles = {
-        name: MuscleLimits(chamber_of(name, group), *_limits(group))
-        for name, group in muscle_names(orthosis).items()
-    }
+    muscles = {}
+    for name, group in muscle_names(orthosis).items():
+        limits = group.type.limits
+        muscles[name] = MuscleLimits(
+            chamber_of(name, group),
+            limits.pressure,
+            limits.force,
+            limits.contraction_max,
+            limits.contraction_min,
+        )
     rated = {
         f"{name}_{side}": valve.rated_switches
         for name, chamber in orthosis.chamber.items()
@@ -46,11 +52,6 @@ def facts_of(built: Built) -> Facts:
         muscles,
         rated,
     )
-
-
-def _limits(group: MuscleGroup) -> tuple[float, float, float, float]:
-    limits = group.type.limits
-    return limits.pressure, limits.force, limits.contraction_max, limits.contraction_min
 
 
 def _supply(built: Built) -> Supply:

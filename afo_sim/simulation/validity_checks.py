@@ -195,7 +195,7 @@ def limit_warnings(
     yield from _target_warnings(built, columns)
     for name, group in muscle_names(built.scenario.orthosis).items():
         pressure = columns[f"chamber/{chamber_of(name, group)}/pressure"]
-        force, contraction = (columns[f"muscle/{name}/{what}"] for what in ("force", "contraction"))
+        force, contraction = columns[f"muscle/{name}/force"], columns[f"muscle/{name}/contraction"]
         yield from _muscle_limits(name, group.type, columns["time"], pressure, force, contraction)
         if name.endswith("_1"):  # its neighbours say the same
             given = (static or {}).get(name, force)
@@ -363,7 +363,7 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
             continue
         found = skin_metrics(facts, part, columns)
         pressure = found[f"{part}_skin_pressure"].value
-        discomfort, pain = (1e-3 * limit for limit in limits.skin_pressure)
+        discomfort, pain = 1e-3 * limits.skin_pressure[0], 1e-3 * limits.skin_pressure[1]
         if pressure <= discomfort:
             continue
         worse = (
@@ -425,9 +425,12 @@ def empty_warnings(scenario: Scenario, sag: Mapping[str, float], of: str = "") -
 def _source_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:
     """Warnings of a source that has too little left when the walk begins, and of dry ice in it."""
     source, needed = built.scenario.supply.source, built.scenario.supply.pressure
-    pressure, temperature = (columns.get(f"store/{SOURCE}/{what}") for what in ("pressure", "temperature"))
     if source is None:
         return
+    pressure, temperature = (
+        columns.get(f"store/{SOURCE}/pressure"),
+        columns.get(f"store/{SOURCE}/temperature"),
+    )
     name = source.name or source.kind
     if pressure is not None and columns["time"][0] <= built.scenario.timestep and pressure[0] < needed:
         yield Notice(
