@@ -3,7 +3,7 @@
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -14,7 +14,7 @@ from afo_sim.model import as_run, with_person
 from afo_sim.simulation import Asked, Recording, limits_of, run_scenario, verdict_of
 from afo_sim.study.effects_parameters import Step, steps
 from afo_sim.study.engine import INFEASIBLE, OK, Outcome
-from afo_sim.study.pool import pool
+from afo_sim.study.pool import Report, pool
 
 if TYPE_CHECKING:
     import pandas
@@ -52,7 +52,6 @@ Run = Literal["run", "no air", "forbidden", "refused", "failed"]
 Aim = Literal["lift", "heel", "push_off", "air", "spare"]
 ORDER: tuple[Aim, ...] = ("lift", "heel", "push_off", "air")  # among answers that are alike bad
 _GRAIN = 0.01  # of a limit, to which hindrances count as equal [-]
-Report = Callable[[int, int, str], None]
 _DOING = "trying what to change first"
 _PULLS = 1.0  # [N]
 _WORSE = 1.0  # by which a share of a limit that is left already must grow to be reported [percent]
@@ -329,7 +328,9 @@ def effects(
         raise SimulationError(f"the walk as it is {walk.status}")
     offered = steps(description, _hanging(description, walk))
     cases = [step.sets for step in offered if not step.barred]
-    outcome = iter(_run(description, cases, report, threads))
+    asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
+    with pool(threads) as who:
+        outcome = iter(who.in_order(description, cases, asked, _DOING, report))
     base = {name: walk.metrics[name] for name in METRICS if name in walk.metrics}
     tried = [_effect_of(step, None if step.barred else next(outcome), base, walk) for step in offered]
     limits = limits_of(walk)
@@ -345,20 +346,6 @@ def _hanging(scenario: Scenario, walk: Recording) -> list[str]:
         for name, group in scenario.orthosis.muscle.items()
         if all(walk[f"muscle/{name}_{k}/force"].max() < _PULLS for k in range(1, group.count + 1))
     ]
-
-
-def _run(
-    scenario: Scenario, cases: Sequence[Mapping[str, Any]], report: Report | None, threads: int
-) -> list[Outcome]:
-    """Outcomes of cases, in order."""
-    asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
-
-    def progress(done: int, count: int) -> None:
-        if report is not None:
-            report(done, count, _DOING)
-
-    with pool(threads) as who:
-        return who.in_order(scenario, cases, asked, progress)
 
 
 def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], walk: Recording) -> Effect:

@@ -12,10 +12,10 @@ import gc
 import math
 import pathlib
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ALL_COMPLETED, FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -114,19 +114,22 @@ class Rolled:
     first: Rollout | None = None
 
 
-class Jobs(Protocol):
-    """Numbered cases, cut into chunks of `chunk` cases."""
+@dataclass(frozen=True)
+class Jobs:
+    """So many numbered cases in chunks of `chunk`; `sets` gives a case's overrides by dotted key."""
+
+    cases: int
+    chunk: int
+    sets: Callable[[int], Mapping[str, Any]]
 
     @property
-    def chunk(self) -> int: ...
+    def count(self) -> int:
+        """Of chunks."""
+        return -(-self.cases // self.chunk)
 
     def numbers(self, chunk: int) -> range:
         """The cases of a chunk."""
-        ...
-
-    def sets(self, number: int) -> dict[str, Any]:
-        """The overrides of a case by dotted key."""
-        ...
+        return range(chunk * self.chunk, min((chunk + 1) * self.chunk, self.cases))
 
 
 Numbered = tuple[int, Outcome]

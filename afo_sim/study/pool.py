@@ -24,10 +24,7 @@ _FEW = 8  # cases a batch where they are few, so that all threads and the progre
 # The muscle callbacks are the process's, so a worker of many threads takes one chunk at a time, with all of
 # them.
 _one_chunk = threading.Lock()
-Evaluate = Callable[
-    [Mapping[str, Any], Iterable[tuple[int, Mapping[str, Any]]], int, int, Asked],
-    Iterator[tuple[int, Outcome]],
-]  # as engine.outcomes
+Report = Callable[[int, int, str], None]  # called with (done, in all, what)
 
 
 def _chunks(
@@ -87,7 +84,7 @@ def _computed(
 
 def compute(
     scenario: Mapping[str, Any],
-    cases: list[tuple[int, dict[str, Any]]],
+    cases: list[tuple[int, Mapping[str, Any]]],
     wanted: Mapping[str, Any] | None = None,
     asked: Asked = EVERYTHING,
 ) -> list[Outcome]:
@@ -149,7 +146,6 @@ class Pool:
         scenario: Mapping[str, Any],
         jobs: Jobs,
         due: Iterable[int],
-        evaluate: Evaluate | None = None,
         asked: Asked = EVERYTHING,
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
@@ -158,8 +154,7 @@ class Pool:
             return
         cases = ((number, jobs.sets(number)) for chunk in due for number in jobs.numbers(chunk))
         found: dict[int, dict[int, Outcome]] = {}
-        compute = evaluate or self.beside.outcomes
-        for number, outcome in compute(scenario, cases, self.threads, jobs.chunk, asked):
+        for number, outcome in self.beside.outcomes(scenario, cases, self.threads, jobs.chunk, asked):
             chunk = number // jobs.chunk
             rows = found.setdefault(chunk, {})
             rows[number] = outcome
@@ -172,14 +167,16 @@ class Pool:
         scenario: Scenario,
         cases: Sequence[Mapping[str, Any]],
         asked: Asked,
-        report: Callable[[int, int], None],
+        doing: str,
+        report: Report | None,
     ) -> list[Outcome]:
         """The outcomes of a few cases, in their order."""
         found: dict[int, Outcome] = {}
         numbered = enumerate(cases)
         for number, outcome in self.beside.outcomes(scenario.resolved(), numbered, self.threads, _FEW, asked):
             found[number] = outcome
-            report(len(found), len(cases))
+            if report is not None:
+                report(len(found), len(cases), doing)
         return [found[number] for number in range(len(cases))]
 
 

@@ -1,20 +1,19 @@
 """Studies that a run carries as JSON in `Recording.studies`: what to change first, and bands."""
 
 import dataclasses
-from collections.abc import Callable
 from typing import Any
 
 from afo_sim.common import InputError
 from afo_sim.description import Scenario
 from afo_sim.simulation import Recording
 from afo_sim.study.effects import effects as effects_of
+from afo_sim.study.pool import Report
 
 EFFECTS, UNCERTAINTY = "effects", "uncertainty"
 LEFT_OUT = "left_out"  # key of a study that was not made, with the reason
 _USUAL = "usual"  # spreads
 _RUNS = 60  # of what to change first, about
 _LONGEST = 120.0  # that they may take in a run that did not ask for them in so many words [s]
-Report = Callable[[int, int, str], None]
 
 
 def with_studies(

@@ -17,7 +17,7 @@ from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK
 from afo_sim.study.folder import Changed
-from afo_sim.study.pool import Evaluate, pool
+from afo_sim.study.pool import pool
 from afo_sim.study.results import Results, read
 from afo_sim.study.store import SWEEP, Store, fingerprint
 from afo_sim.study.sweep_plan import Plan
@@ -56,7 +56,6 @@ def open_store(
     cases: Cases,
     folder: pathlib.Path,
     changed: Changed = "refuse",
-    evaluate: Evaluate = engine.outcomes,
 ) -> Store:
     """The store of a sweep: a new one, or one to be continued."""
     now = fingerprint(plan)
@@ -68,7 +67,7 @@ def open_store(
     }
 
     def first() -> dict[str, Any]:
-        metrics, seconds = _tried(known["scenario"], plan, cases, evaluate)
+        metrics, seconds = _tried(known["scenario"], plan, cases)
         return {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
 
     manifest = SWEEP.open(folder, known, changed, first)
@@ -95,7 +94,7 @@ def sweep(
 
 def estimate(store: Store, workers: int, part: Part = WHOLE) -> Workload:
     """The work that is left, by the time that the first cases took."""
-    count, left = _cases(store, _of_part(range(store.count), part)), _left(store, part)
+    count, left = _cases(store, _of_part(range(store.jobs.count), part)), _left(store, part)
     each = float(SWEEP.read(store.folder)["seconds_per_case"])
     return Workload(count, count - left, store.cases.dropped, left * each / workers, _bytes(store, count))
 
@@ -108,11 +107,10 @@ def run(
     scheduler: str = "",
     part: Part = WHOLE,
     report: Callable[[SweepProgress], None] | None = None,
-    evaluate: Evaluate | None = None,
 ) -> SweepProgress:
     """Compute what is left of a sweep; killed at any time, the next call goes on from there."""
     pending = _of_part(store.pending(), part)
-    count = _cases(store, _of_part(range(store.count), part))
+    count = _cases(store, _of_part(range(store.jobs.count), part))
     state = SweepProgress(count, count - _left(store, part), 0, 0)
     if pending:
         _check_room(store)
@@ -122,7 +120,7 @@ def run(
         due = (chunk for chunk in pending if not store.has(chunk))  # nor computed by another process since
         with (
             pool(threads, workers, scheduler) as who,
-            closing(who.outcomes(scenario, store, due, evaluate, asked)) as done,
+            closing(who.outcomes(scenario, store.jobs, due, asked)) as done,
         ):
             for chunk, outcomes in done:
                 if store.finished:  # another process has gathered the results
@@ -154,7 +152,7 @@ def _of_part(chunks: Iterable[int], part: Part) -> list[int]:
 
 
 def _cases(store: Store, chunks: Iterable[int]) -> int:
-    return sum(len(store.numbers(chunk)) for chunk in chunks)
+    return sum(len(store.jobs.numbers(chunk)) for chunk in chunks)
 
 
 def _check_room(store: Store) -> None:
@@ -190,12 +188,10 @@ def _telling(cases: Cases) -> list[int]:
     )
 
 
-def _tried(
-    scenario: Mapping[str, Any], plan: Plan, cases: Cases, evaluate: Evaluate
-) -> tuple[dict[str, str], float]:
+def _tried(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[str, str], float]:
     """The metrics that cases have, with their units, and what one case takes [s]."""
     sets = [plan.set, *(cases.sets(case) for case in _telling(cases))]
-    units, seconds = probe(scenario, sets, plan.file, evaluate)
+    units, seconds = probe(scenario, sets, plan.file)
     if not units:
         problem = "no case that was tried has any metric: is the run shorter than two strides?"
         raise InputError(problem, file=plan.file, field="set.duration")
@@ -228,12 +224,12 @@ def probe(
     scenario: Mapping[str, Any],
     sets: Sequence[Mapping[str, Any]],
     file: pathlib.Path,
-    evaluate: Evaluate = engine.outcomes,
 ) -> tuple[dict[str, str], float]:
     """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s]."""
-    next(evaluate(scenario, [(0, sets[0])], 1, 1, EVERYTHING))  # compiles what only the first run compiles
+    # compiles what only the first run compiles
+    next(engine.outcomes(scenario, [(0, sets[0])], 1, 1, EVERYTHING))
     begun = time.perf_counter()
-    by_number = dict(evaluate(scenario, enumerate(sets), 1, len(sets), EVERYTHING))
+    by_number = dict(engine.outcomes(scenario, enumerate(sets), 1, len(sets), EVERYTHING))
     found = [by_number[number] for number in range(len(sets))]
     seconds = (time.perf_counter() - begun) / len(sets)
     if all(outcome.status != OK for outcome in found):

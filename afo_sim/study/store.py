@@ -24,7 +24,7 @@ from afo_sim.common import (
 from afo_sim.common.versions import versions
 from afo_sim.study import folder
 from afo_sim.study.design import Cases
-from afo_sim.study.engine import Outcome
+from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 from afo_sim.study.parameter import Choice, Joint, Normal, Range
 from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, NOTICES, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
@@ -47,9 +47,9 @@ class Store:
     mixed: bool = False
 
     @property
-    def count(self) -> int:
-        """Of chunks."""
-        return -(-len(self.cases) // self.chunk)
+    def jobs(self) -> Jobs:
+        """The cases, in chunks."""
+        return Jobs(len(self.cases), self.chunk, self.cases.sets)
 
     @property
     def finished(self) -> bool:
@@ -60,20 +60,12 @@ class Store:
         """True where a chunk is computed, by this process or another."""
         return self.finished or self._path(chunk).is_file()
 
-    def numbers(self, chunk: int) -> range:
-        """The cases of a chunk."""
-        return range(chunk * self.chunk, min((chunk + 1) * self.chunk, len(self.cases)))
-
-    def sets(self, number: int) -> dict[str, Any]:
-        """The overrides of a case."""
-        return self.cases.sets(number)
-
     def pending(self) -> list[int]:
         """The chunks that are not computed yet."""
         if self.finished:
             return []
         there = {path.stem for path in (self.folder / CHUNKS).glob("*.parquet")}
-        return [chunk for chunk in range(self.count) if _stem(chunk) not in there]
+        return [chunk for chunk in range(self.jobs.count) if _stem(chunk) not in there]
 
     def write(self, chunk: int, outcomes: Sequence[Outcome]) -> None:
         """Put a chunk's rows on disk."""
@@ -89,7 +81,7 @@ class Store:
         """A chunk's rows as a pyarrow Table."""
         import pyarrow as pa
 
-        numbers = self.numbers(chunk)
+        numbers = self.jobs.numbers(chunk)
         rows = slice(numbers.start, numbers.stop)
         columns: list[Any] = [
             np.arange(numbers.start, numbers.stop),
@@ -155,9 +147,9 @@ class Store:
         damaged = []
         with keeping(self.folder / RESULTS) as path:
             with parquet_writer(path, self.schema(), "results") as writer:
-                gathered = max(_GATHERED, -(-self.count // MOST_GROUPS))
-                for first in range(0, self.count, gathered):
-                    some = range(first, min(first + gathered, self.count))
+                gathered = max(_GATHERED, -(-self.jobs.count // MOST_GROUPS))
+                for first in range(0, self.jobs.count, gathered):
+                    some = range(first, min(first + gathered, self.jobs.count))
                     tables = {chunk: self._read(chunk) for chunk in some}
                     damaged += [chunk for chunk, table in tables.items() if table is None]
                     if not damaged:
@@ -173,7 +165,7 @@ class Store:
             self._path(chunk).stat()  # another process may have gathered it meanwhile
             return None
         schema = self.schema()
-        if not table.schema.equals(schema) or table["case"].to_pylist() != list(self.numbers(chunk)):
+        if not table.schema.equals(schema) or table["case"].to_pylist() != list(self.jobs.numbers(chunk)):
             return None
         of = json.loads((table.schema.metadata or {}).get(b"sweep", b"{}")).get("fingerprint")
         return table.replace_schema_metadata(schema.metadata) if of == self.sweep else None
@@ -182,7 +174,7 @@ class Store:
         for chunk in chunks:
             self._path(chunk).unlink(missing_ok=True)
         raise InputError(
-            f"{len(chunks)} of {self.count} chunks are damaged or of another sweep, and were taken away",
+            f"{len(chunks)} of {self.jobs.count} chunks are damaged or of another sweep, and were taken away",
             file=self.folder,
             allowed="the same command again, which computes them anew",
         )

@@ -153,8 +153,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests 
 in_order, number = Pool.in_order, int(sys.argv.pop(1))
 def stopped(*arguments):
     *rest, report = arguments
-    def told(done, count):
-        report(done, count)
+    def told(done, count, doing):
+        report(done, count, doing)
         if done == 3:  # others are rolled out in their threads, more wait
             threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
     return in_order(*rest, told)

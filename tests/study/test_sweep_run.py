@@ -507,17 +507,21 @@ def test_two_processes_on_one_folder_lose_and_double_nothing(
     assert_same(table(whole), table(tmp_path / "out"))
 
 
-def test_who_begins_later_takes_nothing_away(tmp_path: pathlib.Path, seated_table: Any) -> None:
+def test_who_begins_later_takes_nothing_away(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, seated_table: Any
+) -> None:
     """While one process tries its first cases, another begins the same sweep and computes a third of it."""
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     done: list[int] = []
+    real = engine.outcomes
 
     def slow(*asked: Any) -> Any:
-        if not done:
-            done.append(runner.run(opened(file, out), part=(1, 3)).new)
-        return engine.outcomes(*asked)
+        monkeypatch.undo()
+        done.append(runner.run(opened(file, out), part=(1, 3)).new)
+        return real(*asked)
 
-    store = opened(file, out, evaluate=slow)
+    monkeypatch.setattr(engine, "outcomes", slow)
+    store = opened(file, out)
     assert done == [4]
     assert runner.run(store).new == 8
     assert_same(table(out), seated_table)
@@ -808,7 +812,9 @@ def test_options_out_of_range(
 
 
 @pytest.mark.slow
-def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(tmp_path: pathlib.Path) -> None:
+def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     keys = {"load_moment": "N*m", "leg.damping": "N*m*s/rad", "leg.friction": "N*m"}
 
     def ishigami(_: Any, cases: Any, threads: int, chunk: int, asked: Any) -> Iterator[tuple[int, Outcome]]:
@@ -821,8 +827,8 @@ def test_sobol_indices_of_a_sweep_match_ishigami_in_closed_form(tmp_path: pathli
         f'[parameters.x{k}]\nkey = "{key}"\nfrom = "0 {unit}"\nto = "1 {unit}"\n'
         for k, (key, unit) in enumerate(keys.items())
     )
-    swept_store = opened(written(tmp_path, text), tmp_path / "out", evaluate=ishigami)
-    runner.run(swept_store, evaluate=ishigami)
+    monkeypatch.setattr(engine, "outcomes", ishigami)
+    runner.run(opened(written(tmp_path, text), tmp_path / "out"))
     results = afo_sim.study.read(tmp_path / "out")
     assert len(results) == 4096 * 8
     found = indices(results, "toe_clearance")

@@ -12,7 +12,7 @@ from afo_sim.common import InputError, optional
 from afo_sim.simulation import Asked
 from afo_sim.study.constraint import Constraint
 from afo_sim.study.design import Cases
-from afo_sim.study.engine import OK
+from afo_sim.study.engine import OK, Jobs
 from afo_sim.study.parameter import Parameter
 from afo_sim.study.pool import Pool
 from afo_sim.study.search import store
@@ -44,14 +44,19 @@ def answers(
     who: Pool,
 ) -> Answers:
     """Simulate every design with every patient."""
-    jobs = _Jobs(designs, patients)
-    many, chunks = jobs.many, range(-(-len(jobs) // _CHUNK))
-    done = who.outcomes(scenario, jobs, chunks, asked=Asked(frozenset(metrics), doubts=False))
+    many = len(patients) if patients else 1
+
+    def sets(number: int) -> dict[str, Any]:
+        design, patient = divmod(number, many)
+        return designs.sets(design) | (patients.sets(patient) if patients else {})
+
+    jobs = Jobs(len(designs) * many, _CHUNK, sets)
+    done = who.outcomes(scenario, jobs, range(jobs.count), Asked(frozenset(metrics), doubts=False))
     found = {n: o for c, outcomes in done for n, o in zip(jobs.numbers(c), outcomes, strict=True)}
     shape = len(designs), many
     values = {name: np.full(shape, np.nan) for name in metrics}
     reasons = [""] * len(designs)
-    for number in range(len(jobs)):
+    for number in range(jobs.cases):
         design, patient = divmod(number, many)
         outcome = found[number]
         for name in metrics:
@@ -61,27 +66,6 @@ def answers(
             which = f"patient {patient}: " if patients else ""
             reasons[design] = f"{which}{outcome.status}: {outcome.reason}"
     return Answers(values, tuple(reasons))
-
-
-class _Jobs:
-    """Designs times patients as numbered cases."""
-
-    chunk = _CHUNK
-
-    def __init__(self, designs: Cases, patients: Cases | None):
-        self.designs, self.patients = designs, patients
-        self.many = len(patients) if patients else 1
-
-    def __len__(self) -> int:
-        return len(self.designs) * self.many
-
-    def sets(self, number: int) -> dict[str, Any]:
-        design, patient = divmod(number, self.many)
-        own = self.patients.sets(patient) if self.patients else {}
-        return self.designs.sets(design) | own
-
-    def numbers(self, chunk: int) -> range:
-        return range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(self)))
 
 
 class Evolution:

@@ -8,10 +8,10 @@ from typing import Any, get_args
 
 from afo_sim.common import InputError, unknown
 from afo_sim.description import Pressure, Quantity, Scenario, TubeLength, load
-from afo_sim.study.pool import pool
+from afo_sim.study.pool import Report, pool
 from afo_sim.study.sizing.limits import EXAMPLES, Requirement, read_requirements, usual
 from afo_sim.study.sizing.result import KINDS, Sizing
-from afo_sim.study.sizing.trials import Report, Trials
+from afo_sim.study.sizing.trials import Trials
 
 SIDES = ("both", "inlet", "outlet")
 _QUANTITIES: dict[str, Quantity] = {

@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,13 +15,12 @@ from afo_sim.physics import AIR
 from afo_sim.simulation import Asked
 from afo_sim.study.effects import SHARES, beyond_limit
 from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome
-from afo_sim.study.pool import Pool
+from afo_sim.study.pool import Pool, Report
 from afo_sim.study.sizing import candidates as tries
 from afo_sim.study.sizing.candidates import Candidate, bar
 from afo_sim.study.sizing.limits import Requirement, shown
 from afo_sim.study.sizing.result import ALLOWED, KINDS, Sizing
 
-Report = Callable[[int, int, str], None]
 HOURS, STRIDES = "hours_of_source", "strides_of_source"
 _SUPPLY = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
 _SAGS = 2.0  # share of the set pressure from which on a sag is reported [percent]
@@ -137,12 +136,12 @@ class Trials:
         metrics = {self.air, *SHARES, *asked, *(each.metric for each in self.requirements)}
         cases = [dict(each.sets) for each in tried if not each.reason]
 
-        def progress(done: int, count: int) -> None:
+        def progress(done: int, count: int, doing: str) -> None:
             if self.report is not None:
-                self.report(beyond + done, beyond + count, f"trying a {self.kind}")
+                self.report(beyond + done, beyond + count, doing)
 
         wanted = Asked(frozenset(metrics), doubts=False)
-        outcomes = iter(self.who.in_order(self.scenario, cases, wanted, progress))
+        outcomes = iter(self.who.in_order(self.scenario, cases, wanted, f"trying a {self.kind}", progress))
         tried = [each if each.reason else self._judged(each, next(outcomes), metrics) for each in tried]
         self._check_told([each for each in tried if each.status == "run"])
         return tried

@@ -2,7 +2,7 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
 from afo_sim.simulation import Asked, Recording
 from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome
-from afo_sim.study.pool import pool
+from afo_sim.study.pool import Report, pool
 from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
@@ -45,7 +45,6 @@ _HEIGHTS = (_CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn heigh
 _HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
 _FOREFOOT = ("ball/height", "toe/height")
 _CURVES = ("ankle/angle", *_HIGH, ORTHOSIS)
-Report = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -159,25 +158,14 @@ def uncertainty(
 ) -> dict[str, Any]:
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
-    found = Found(drawn, tuple(_run(scenario, drawn, recording, report, threads)))
-    return {"spreads": spreads} | _bands_of(found, recording)
-
-
-def _run(
-    scenario: Scenario, draws: Draws, recording: Recording, report: Report | None, threads: int
-) -> list[Outcome]:
-    """The outcome of each draw, in order."""
     kept = frozenset(name for name in _METRICS if name in recording.metrics)
     pressures = tuple(f"chamber/{name}/pressure" for name in scenario.orthosis.chamber)
     asked = Asked(kept, doubts=False, curves=(*_CURVES, *pressures))
-
-    def progress(done: int, count: int) -> None:
-        if report is not None:
-            report(done, count, "drawing what is not known")
-
-    cases = [draws.sets(k) for k in range(draws.count)]
+    cases = [drawn.sets(k) for k in range(draws)]
     with pool(threads) as who:
-        return who.in_order(scenario, cases, asked, progress)
+        outcomes = who.in_order(scenario, cases, asked, "drawing what is not known", report)
+    found = Found(drawn, tuple(outcomes))
+    return {"spreads": spreads} | _bands_of(found, recording)
 
 
 def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
