@@ -134,20 +134,15 @@ def aim_of(statuses: Mapping[str, Status]) -> Aim:
 
 def rank(effects: Sequence[Effect], base: Mapping[str, float], wanted: Wanted, aim: Aim) -> list[Effect]:
     """Effects with what helps most first, those that help marked."""
-    marked = [_marked(effect, _gain(effect, base, wanted, aim), base, wanted, aim) for effect in effects]
-    marked.sort(key=lambda pair: (_class(pair[0]), tuple(-part for part in pair[1])))  # stable
-    return [effect for effect, _ in marked]
-
-
-def _marked(
-    effect: Effect, gain: tuple[float, ...], base: Mapping[str, float], wanted: Wanted, aim: Aim
-) -> tuple[Effect, tuple[float, ...]]:
-    """The effect, marked where it helps, with the reason where it would but breaks something; its gain."""
-    if effect.status != "run" or not _gains(gain, aim):
-        return effect, gain
-    lost = _lost(effect, base, wanted, aim)
-    helps = not (lost or effect.beyond)
-    return dataclasses.replace(effect, helps=helps, reason=lost), gain
+    marked = []
+    for each in effects:
+        effect, gain = each, _gain(each, base, wanted, aim)
+        if effect.status == "run" and _gains(gain, aim):
+            lost = _lost(effect, base, wanted, aim)  # what it breaks, where it would help
+            effect = dataclasses.replace(effect, helps=not (lost or effect.beyond), reason=lost)
+        place = 3 if effect.status != "run" else 0 if effect.helps else 1 if effect.noticed else 2
+        marked.append(((place, *(-part for part in gain)), effect))
+    return [effect for _, effect in sorted(marked, key=lambda pair: pair[0])]  # stable
 
 
 def _gain(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -> tuple[float, ...]:
@@ -195,12 +190,6 @@ def _lost(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -
 def _after(effect: Effect, base: Mapping[str, float]) -> dict[str, float]:
     """Metrics with the step; NaN where the step leaves one undefined."""
     return {name: value + effect.differences.get(name, 0.0) for name, value in base.items()}
-
-
-def _class(effect: Effect) -> int:
-    if effect.status != "run":
-        return 3
-    return 0 if effect.helps else 1 if effect.noticed else 2
 
 
 @dataclass(frozen=True, repr=False)

@@ -79,17 +79,8 @@ def indices(results: Results, metric: str) -> Indices:
     found = optional("SALib.analyze.sobol").analyze(
         problem, kept, calc_second_order=True, num_resamples=_RESAMPLES, seed=_SEED
     )
-    return Indices(
-        parameters=names,
-        first=np.asarray(found["S1"]),
-        first_interval=np.asarray(found["S1_conf"]),
-        total=np.asarray(found["ST"]),
-        total_interval=np.asarray(found["ST_conf"]),
-        second=np.asarray(found["S2"]),
-        second_interval=np.asarray(found["S2_conf"]),
-        blocks=len(whole),
-        left_out=int((~whole).sum()),
-    )
+    arrays = [np.asarray(found[name]) for name in ("S1", "S1_conf", "ST", "ST_conf", "S2", "S2_conf")]
+    return Indices(names, *arrays, blocks=len(whole), left_out=int((~whole).sum()))
 
 
 def _blocks(results: Results, metric: str) -> np.ndarray:

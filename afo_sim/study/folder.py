@@ -99,7 +99,8 @@ class FolderKind:
             raise
         if manifest["fingerprint"] == now:
             return manifest
-        if changed == "restart" or not self.holds_cases(folder):
+        finished = any((folder / name).is_file() for name in self.computed)
+        if changed == "restart" or not (finished or any((folder / self.cases).glob("*.parquet"))):
             return None
         self._check_change(folder, manifest["fingerprint"], now, changed)
         return manifest
@@ -118,11 +119,6 @@ class FolderKind:
         else:
             return
         raise InputError(problem, field="out", value=str(folder), allowed=allowed)
-
-    def holds_cases(self, folder: pathlib.Path) -> bool:
-        """True where a case is computed."""
-        finished = any((folder / name).is_file() for name in self.computed)
-        return finished or any((folder / self.cases).glob("*.parquet"))
 
     def clear(self, folder: pathlib.Path) -> None:
         """Take away all that is computed; what the folder says of itself stays until it is replaced."""

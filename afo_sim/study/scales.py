@@ -62,18 +62,13 @@ def scale(results: Results, name: str) -> Scale:
 
 def human_scale(unit: str, values: np.ndarray) -> tuple[float, str]:
     """The factor to the unit in which people read values that are given in `unit`, and that unit."""
-    human = _human_unit(unit, values)
-    return in_unit(1.0, unit, human) if human != unit else 1.0, human
-
-
-def _human_unit(unit: str, values: np.ndarray) -> str:
-    """The unit in which people read values that are given in `unit`."""
+    human = EXAMPLES[unit].partition(" ")[2] if unit in EXAMPLES else unit
     if unit in _SIZES and values.dtype.kind in "fiu":
         largest = float(np.nanmax(np.abs(values), initial=0.0))
-        return next(human for limit, human in _SIZES[unit] if largest < limit)
-    if unit in _FURTHER or not unit:
-        return _FURTHER.get(unit, "")
-    return EXAMPLES[unit].partition(" ")[2] if unit in EXAMPLES else unit
+        human = next(each for limit, each in _SIZES[unit] if largest < limit)
+    elif unit in _FURTHER or not unit:
+        human = _FURTHER.get(unit, "")
+    return in_unit(1.0, unit, human) if human != unit else 1.0, human
 
 
 def _written(unit: str) -> str:

@@ -3,7 +3,8 @@
 import json
 import pathlib
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -69,13 +70,8 @@ class Store:
 
     def write(self, chunk: int, outcomes: Sequence[Outcome]) -> None:
         """Put a chunk's rows on disk."""
-        with disk(self.folder, AGAIN):
-            try:
-                with keeping(self._path(chunk)) as path:
-                    write_parquet(path, self.table(chunk, outcomes), "chunk")
-            except FileNotFoundError:  # another process has gathered all chunks, this one among them
-                if not self.finished:
-                    raise
+        with self._beside_others(), keeping(self._path(chunk)) as path:
+            write_parquet(path, self.table(chunk, outcomes), "chunk")
 
     def table(self, chunk: int, outcomes: Sequence[Outcome]) -> Any:
         """A chunk's rows as a pyarrow Table."""
@@ -128,24 +124,10 @@ class Store:
 
     def finish(self) -> None:
         """Gather all chunks into the results."""
-        with disk(self.folder, AGAIN):
-            try:
-                self._gather()
-            except FileNotFoundError:  # another process has gathered them first
-                if not self.finished:
-                    raise
-
-    def tidy(self) -> None:
-        """Take away what finished results make needless, or a killed process has left."""
-        shutil.rmtree(self.folder / CHUNKS, ignore_errors=True)
-        for path in self.folder.glob(f".{RESULTS}.*"):
-            path.unlink(missing_ok=True)
-
-    def _gather(self) -> None:
         import pyarrow as pa
 
         damaged = []
-        with keeping(self.folder / RESULTS) as path:
+        with self._beside_others(), keeping(self.folder / RESULTS) as path:
             with parquet_writer(path, self.schema(), "results") as writer:
                 gathered = max(_GATHERED, -(-self.jobs.count // MOST_GROUPS))
                 for first in range(0, self.jobs.count, gathered):
@@ -156,6 +138,22 @@ class Store:
                         writer.write_table(pa.concat_tables(tables.values()))
             if damaged:
                 self._discard(damaged)
+
+    @contextmanager
+    def _beside_others(self) -> Iterator[None]:
+        """The disk, while another process may gather all chunks and take them away."""
+        with disk(self.folder, AGAIN):
+            try:
+                yield
+            except FileNotFoundError:
+                if not self.finished:
+                    raise
+
+    def tidy(self) -> None:
+        """Take away what finished results make needless, or a killed process has left."""
+        shutil.rmtree(self.folder / CHUNKS, ignore_errors=True)
+        for path in self.folder.glob(f".{RESULTS}.*"):
+            path.unlink(missing_ok=True)
 
     def _read(self, chunk: int) -> Any:
         """A chunk's rows, or None if they are not what `write` has written for this sweep."""

@@ -171,7 +171,10 @@ def evolve(
             evolution.tell(problem.aim.ranks(columns))
             done.append(columns)
             if report is not None:
-                report(_progress(problem.aim, done, generations * len(evolutions)))
+                together = store.joined(done)
+                best = row(together, best_of(problem.aim, together))
+                most, feasible = generations * len(evolutions), bool(problem.aim.feasible(best)[0])
+                report(SearchProgress(len(done), most, best, feasible))
     return store.joined(done), all(evolution.converged for evolution in evolutions)
 
 
@@ -210,11 +213,6 @@ def row(columns: Columns, number: int) -> Columns:
     return {name: values[number : number + 1] for name, values in columns.items()}
 
 
-def of_start(columns: Columns, start: int) -> Columns:
-    """The designs of one start."""
-    return {name: values[columns["start"] == start] for name, values in columns.items()}
-
-
 def _judged(
     problem: Problem, which: tuple[int, int], first: int, values: Columns, evaluate: Evaluate
 ) -> Columns:
@@ -231,9 +229,3 @@ def _judged(
     head = {name: np.full(count, value) for name, value in zip(("generation", "start"), which, strict=True)}
     head["design"] = np.arange(first, first + count)
     return head | values | {OUTSIDE: off, LACKING: judged.pop(LACKING)} | judged | {"reason": reasons}
-
-
-def _progress(aim: Aim, done: Sequence[Columns], most: int) -> SearchProgress:
-    together = store.joined(done)
-    best = row(together, best_of(aim, together))
-    return SearchProgress(len(done), most, best, bool(aim.feasible(best)[0]))

@@ -28,7 +28,6 @@ from afo_sim.study.search.loop import (
     answers,
     best_of,
     evolve,
-    of_start,
     row,
 )
 from afo_sim.study.search.plan import SearchPlan
@@ -196,7 +195,7 @@ def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
     problem = opened.problem
     found: list[dict[str, Any]] = []
     for start, seed in enumerate(problem.seeds):
-        own = of_start(columns, start)
+        own = {name: values[columns["start"] == start] for name, values in columns.items()}
         best = row(own, best_of(problem.aim, own))
         found.append(
             {

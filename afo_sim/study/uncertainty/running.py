@@ -10,7 +10,7 @@ import numpy as np
 
 from afo_sim.common import InputError, with_code
 from afo_sim.description import Scenario, load
-from afo_sim.metrics import BELOW, ORTHOSIS, Stride, settled, words
+from afo_sim.metrics import BELOW, ORTHOSIS, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
 from afo_sim.simulation import Asked, Recording
@@ -260,7 +260,10 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
     """Share of the drawn strides whose forefoot comes to a height, and the band of one wearer's own share."""
     if not all(name in found.outcomes[int(np.argmax(found.ok))].curves for name in _FOREFOOT):
         return {}
-    stride = _last_stride(recording)
+    columns, time = recording.columns, recording["time"]
+    mass = person_of(load("scenario", recording.scenario)).body_mass
+    whole = strides(columns, float(time[1] - time[0]), mass)
+    stride = (settled(columns, whole) or whole)[-1]  # of the plain run, whose metrics are those shown
     first, *_, last = stride.phase[stride.passing]
     passing = (first <= CYCLE) & (last >= CYCLE)
     heights = np.min([found.curves(name)[:, passing] for name in _FOREFOOT], axis=(0, 2))
@@ -274,14 +277,6 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
         }
         for name, limit in (("touch", 0.0), ("within_10mm", BELOW))
     }
-
-
-def _last_stride(recording: Recording) -> Stride:
-    """The stride of the plain run that its metrics are of."""
-    columns, time = recording.columns, recording["time"]
-    mass = person_of(load("scenario", recording.scenario)).body_mass
-    whole = strides(columns, float(time[1] - time[0]), mass)
-    return (settled(columns, whole) or whole)[-1]
 
 
 def _explained(found: Found, name: str) -> Explained | None:

@@ -3,7 +3,6 @@
 import math
 import os
 import pathlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, Literal
@@ -73,29 +72,13 @@ class Distribution:
 
     def _deviate(self, bound: float, own: float) -> float:
         """The standard normal deviate of a bound."""
-        return _INVERSE[self.kind](bound, own, self.width)
-
-
-def _normal(bound: float, own: float, width: float) -> float:
-    return (bound - own) / width
-
-
-def _lognormal(bound: float, own: float, width: float) -> float:
-    if math.isinf(bound) or bound <= 0.0:
-        return math.inf if bound > 0.0 else -math.inf
-    return math.log(bound / own) / width
-
-
-def _uniform(bound: float, own: float, width: float) -> float:
-    share = 0.5 + 0.5 * (bound - own) / width if math.isfinite(bound) else (0.0 if bound < 0.0 else 1.0)
-    return float(ndtri(min(max(share, 0.0), 1.0)))
-
-
-_INVERSE: dict[str, Callable[[float, float, float], float]] = {
-    "normal": _normal,
-    "lognormal": _lognormal,
-    "uniform": _uniform,
-}
+        if self.kind == "normal":
+            return (bound - own) / self.width
+        if self.kind == "uniform":
+            return float(ndtri(min(max(0.5 + 0.5 * (bound - own) / self.width, 0.0), 1.0)))
+        if math.isinf(bound) or bound <= 0.0:
+            return math.inf if bound > 0.0 else -math.inf
+        return math.log(bound / own) / self.width
 
 
 class SpreadTable(StrictTable):
