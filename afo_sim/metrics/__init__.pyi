@@ -43,6 +43,7 @@ from .metric import Metric as Metric
 from .metric import Metrics as Metrics
 from .metric import instead as instead
 from .metric import made_of as made_of
+from .metric import no_metric as no_metric
 from .metric import of_strides as of_strides
 from .metric import told as told
 from .metric_words import ROUND_OFF as ROUND_OFF

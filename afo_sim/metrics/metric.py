@@ -300,9 +300,13 @@ def told(problem: str, name: str) -> str:
     return f"{problem} any more ({RENAMED[name][1]})" if name in RENAMED else problem
 
 
+def no_metric(problem: str, name: str, names: Iterable[str], **at: Any) -> InputError:
+    """An error for a metric that is none of `names`; `at` as InputError has it."""
+    return InputError(told(problem, name), value=name, nearest=instead(name, names), **at)
+
+
 class Metrics(Brief[str, Metric]):
     """Metrics by name; one that is not there is refused, an old one with its new name."""
 
     def __missing__(self, name: str) -> Metric:
-        problem = told("the run has no such metric", name)
-        raise InputError(problem, field="metric", value=name, nearest=instead(name, self))
+        raise no_metric("the run has no such metric", name, self, field="metric")

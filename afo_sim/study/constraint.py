@@ -225,7 +225,10 @@ def _parse(text: str) -> ast.expr:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what is refused later on
             tree = ast.parse(text, mode="eval").body
-        depth = _depth(tree)
+        level: list[ast.AST] = [tree]
+        depth = 0  # to which it is nested
+        while level:
+            level, depth = [child for node in level for child in ast.iter_child_nodes(node)], depth + 1
     except SyntaxError as error:
         _refuse(text, max((error.offset or 1) - 1, 0), f"cannot be read: {error.msg}", _LANGUAGE)
     except (ValueError, RecursionError, MemoryError):
@@ -233,14 +236,6 @@ def _parse(text: str) -> ast.expr:
     if depth > _DEEPEST:
         _refuse(text, 0, "is nested too deeply", f"up to {_DEEPEST} levels")
     return tree
-
-
-def _depth(tree: ast.AST) -> int:
-    """Depth to which an expression is nested."""
-    level, depth = [tree], 0
-    while level:
-        level, depth = [child for node in level for child in ast.iter_child_nodes(node)], depth + 1
-    return depth
 
 
 def _finite(value: float) -> bool:

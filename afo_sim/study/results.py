@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from afo_sim.common import InputError, Shown, optional, read_parquet, titles
-from afo_sim.metrics import instead, told
+from afo_sim.metrics import no_metric
 
 if TYPE_CHECKING:
     import pandas
@@ -56,9 +56,7 @@ class Results(Shown):
 
     def __getitem__(self, column: str) -> np.ndarray:
         if column not in self.table.column_names:
-            problem = told("the sweep has no such column", column)
-            nearest = instead(column, self.table.column_names)
-            raise InputError(problem, field="column", value=column, nearest=nearest)
+            raise no_metric("the sweep has no such column", column, self.table.column_names, field="column")
         values = self.table[column].to_numpy()
         return values.astype(str) if values.dtype == object else values
 

@@ -33,7 +33,12 @@ def with_studies(
 
         recording = _told(recording, UNCERTAINTY, uncertainty(scenario, recording, draws, spreads, report))
     if effects and scenario.orthosis.muscle:  # ranked by the verdict, which the bands may have changed
-        recording = _told(recording, EFFECTS, _effects(recording, scenario, report))
+        seconds = _RUNS * float(recording.timing["wall_seconds"])
+        if seconds > _LONGEST:
+            why = f"some {_RUNS} runs such as this one would take about {seconds / 60.0:.0f} min"
+            return _told(recording, EFFECTS, {LEFT_OUT: why})
+        found = effects_of(scenario, recording=recording, report=report)
+        recording = _told(recording, EFFECTS, found.to_json())
     return recording
 
 
@@ -50,10 +55,3 @@ def check_studies(scenario: Scenario, *, draws: int = 0, spreads: str = "usual")
         from afo_sim.study.uncertainty.running import check_draws
 
         check_draws(scenario, draws, spreads)
-
-
-def _effects(recording: Recording, scenario: Scenario, report: Report | None) -> dict[str, Any]:
-    seconds = _RUNS * float(recording.timing["wall_seconds"])
-    if seconds > _LONGEST:
-        return {LEFT_OUT: f"some {_RUNS} runs such as this one would take about {seconds / 60.0:.0f} min"}
-    return effects_of(scenario, recording=recording, report=report).to_json()

@@ -11,7 +11,7 @@ from typing import Any
 
 from afo_sim.common import InputError
 from afo_sim.description import expand
-from afo_sim.metrics import COMPARED, REPORTED, instead, reference_metrics, told
+from afo_sim.metrics import COMPARED, REPORTED, reference_metrics
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
 from afo_sim.study.design import Cases, cases_of
@@ -20,7 +20,7 @@ from afo_sim.study.folder import Changed
 from afo_sim.study.pool import pool
 from afo_sim.study.results import Results, read
 from afo_sim.study.store import SWEEP, Store, fingerprint
-from afo_sim.study.sweep_plan import Plan
+from afo_sim.study.sweep_plan import Plan, check_metric
 
 Part = tuple[int, int]  # (k, n): the k-th of n parts
 WHOLE: Part = (1, 1)
@@ -94,9 +94,9 @@ def sweep(
 
 def estimate(store: Store, workers: int, part: Part = WHOLE) -> Workload:
     """The work that is left, by the time that the first cases took."""
-    count, left = _cases(store, _of_part(range(store.jobs.count), part)), _left(store, part)
+    count, rest = _cases(store, _of_part(range(store.jobs.count), part)), left(store, part)
     each = float(SWEEP.read(store.folder)["seconds_per_case"])
-    return Workload(count, count - left, store.cases.dropped, left * each / workers, _bytes(store, count))
+    return Workload(count, count - rest, store.cases.dropped, rest * each / workers, _bytes(store, count))
 
 
 def run(
@@ -111,7 +111,7 @@ def run(
     """Compute what is left of a sweep; killed at any time, the next call goes on from there."""
     pending = _of_part(store.pending(), part)
     count = _cases(store, _of_part(range(store.jobs.count), part))
-    state = SweepProgress(count, count - _left(store, part), 0, 0)
+    state = SweepProgress(count, count - left(store, part), 0, 0)
     if pending:
         _check_room(store)
         scenario = SWEEP.read(store.folder)["scenario"]
@@ -135,15 +135,11 @@ def run(
         store.finish()
     if store.finished:
         store.tidy()
-    return replace(state, done=count - _left(store, part))
+    return replace(state, done=count - left(store, part))
 
 
-def left(store: Store) -> int:
-    """Cases of the whole sweep that are not computed."""
-    return _left(store, WHOLE)
-
-
-def _left(store: Store, part: Part) -> int:
+def left(store: Store, part: Part = WHOLE) -> int:
+    """Cases that are not computed."""
     return _cases(store, _of_part(store.pending(), part))
 
 
@@ -197,12 +193,7 @@ def _tried(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[
         raise InputError(problem, file=plan.file, field="set.duration")
     known = units | comparisons(scenario, sets, units)
     for name in plan.metrics:
-        if name not in known:
-            problem, near = told("is not a metric of this scenario", name), instead(name, known)
-            allowed = ", ".join(sorted(known))
-            raise InputError(
-                problem, file=plan.file, field="metrics", value=name, allowed=allowed, nearest=near
-            )
+        check_metric(plan.file, "metrics", name, known)
     for parameter in plan.parameters:
         if parameter.name in units:
             problem = "is the name of a metric"

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from afo_sim.common import EXAMPLES, InputError, in_unit
-from afo_sim.metrics import instead, metric_words, told
+from afo_sim.metrics import metric_words, no_metric
 from afo_sim.study.results import Results
 
 Better = Literal["lowest", "highest"]
@@ -93,9 +93,8 @@ def chosen(results: Results, asked: list[str]) -> dict[str, Better]:
     for text in asked:
         name, colon, end = text.partition(":")
         if name not in results.metrics:
-            problem, near = told("the sweep has no such metric", name), instead(name, results.metrics)
-            allowed = ", ".join(results.metrics)
-            raise InputError(problem, field="metric", value=name, allowed=allowed, nearest=near)
+            problem, allowed = "the sweep has no such metric", ", ".join(results.metrics)
+            raise no_metric(problem, name, results.metrics, field="metric", allowed=allowed)
         if colon and end not in ("lowest", "highest"):
             raise InputError("is not a valid choice", field=name, value=end, allowed="lowest, highest")
         found[name] = end if colon else _better(name)  # type: ignore[assignment]

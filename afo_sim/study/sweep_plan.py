@@ -4,7 +4,7 @@ import hashlib
 import os
 import pathlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,7 +14,7 @@ from pydantic import InstanceOf, StrictInt, StrictStr, ValidationError, field_va
 from afo_sim.common import InputError, assets, nearest_name
 from afo_sim.description import Scenario, load, refusal
 from afo_sim.description.reader import split_key
-from afo_sim.metrics import OTHER, WORDS, instead, told, words
+from afo_sim.metrics import OTHER, WORDS, instead, no_metric, told, words
 from afo_sim.study.constraint import Constraint, read_constraint
 from afo_sim.study.parameter import Choice, Joint, Parameter, Span
 from afo_sim.study.parameter_table import (
@@ -86,6 +86,13 @@ def known_metric(name: str) -> str:
         problem = told(f"{name!r} is not a valid metric", name)
         raise refusal(problem, "see `afo-sim run`", nearest=instead(name, WORDS) or "")
     return name
+
+
+def check_metric(file: pathlib.Path, field: str, name: str, known: Collection[str]) -> None:
+    """Refuse a metric that no case has."""
+    if name not in known:
+        problem, allowed = "is not a metric of this scenario", ", ".join(sorted(known))
+        raise no_metric(problem, name, known, file=file, field=field, allowed=allowed)
 
 
 class Plan(SweepTable):
@@ -338,8 +345,7 @@ def _constraints(
 def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:
     """The same error, as one of this file and field; what it said of another file stays in its words."""
     problem = f"{error.problem} (in {error.file}: {error.field})" if error.file else error.problem
-    facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
-    return InputError(problem, file=file, field=field, **facts)  # type: ignore[arg-type]
+    return error.replaced(problem=problem, file=file, field=field)
 
 
 def plan_of(

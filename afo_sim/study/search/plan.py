@@ -21,7 +21,6 @@ from pydantic import Field as Option
 
 from afo_sim.common import InputError, assets, parse_quantity
 from afo_sim.description import refusal
-from afo_sim.metrics import instead, told
 from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range, Span
@@ -32,6 +31,7 @@ from afo_sim.study.sweep_plan import (
     Plan,
     SweepFile,
     check_keys,
+    check_metric,
     known_metric,
     one_of,
     parameter_tables,
@@ -107,12 +107,7 @@ class SearchPlan:
         fields = {"objective.metric": self.objective.metric}
         fields |= {f"limits[{k}].metric": limit.metric for k, limit in enumerate(self.limits)}
         for field, name in fields.items():
-            if name not in units:
-                problem, near = told("is not a metric of this scenario", name), instead(name, units)
-                allowed = ", ".join(sorted(units))
-                raise InputError(
-                    problem, file=self.file, field=field, value=name, allowed=allowed, nearest=near
-                )
+            check_metric(self.file, field, name, units)
         return Aim(self.objective, tuple(self._limit(k, units, sampled) for k in range(len(self.limits))))
 
     def _limit(self, number: int, units: Mapping[str, str], sampled: bool) -> Limit:
@@ -128,20 +123,14 @@ class SearchPlan:
 
     def judging(self) -> Cases | None:
         """The patients by which every design is judged."""
-        try:
-            return cases_of(self.patients) if self.patients else None
-        except InputError as error:
-            raise _of_patients(error) from None
+        return _patients_of(self.patients) if self.patients else None
 
     def fresh(self) -> Cases | None:
         """Patients that no design has seen: of another seed, and more of them; None where none can be."""
         if self.patients is None or self.patients.cases is None:
             return None
         count, seed = _FRESH * self.patients.cases, self.patients.seed + 1
-        try:
-            return cases_of(self.patients.model_copy(update={"cases": count, "seed": seed}))
-        except InputError as error:
-            raise _of_patients(error) from None
+        return _patients_of(self.patients.model_copy(update={"cases": count, "seed": seed}))
 
     def as_cases(self, values: Mapping[str, np.ndarray]) -> Cases:
         """Designs as cases of a sweep; {parameter: values (n,) [SI]}."""
@@ -324,11 +313,12 @@ def _patients(file: pathlib.Path, base: dict[str, Any], written: PatientsTable, 
         check_keys(file, (*designs.parameters, *found.parameters), {})
         return found
     except InputError as error:
-        raise _of_patients(error) from None
+        raise error.replaced(field=f"patients.{error.field}") from None
 
 
-def _of_patients(error: InputError) -> InputError:
-    """An error in a sweep's table as one in [patients], which is such a table."""
-    facts = {"value": error.value, "allowed": error.allowed, "nearest": error.nearest}
-    field = f"patients.{error.field}"
-    return InputError(error.problem, file=error.file, field=field, **facts)  # type: ignore[arg-type]
+def _patients_of(plan: Plan) -> Cases:
+    """The cases of [patients], which is a sweep's table."""
+    try:
+        return cases_of(plan)
+    except InputError as error:
+        raise error.replaced(field=f"patients.{error.field}") from None

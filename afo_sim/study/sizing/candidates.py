@@ -1,15 +1,14 @@
 """What may be of the smallest size: pressures; valves, tubes, sources and muscles of the catalogue."""
 
-import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
 from afo_sim.common import assets
-from afo_sim.description import Muscle, MuscleGroup, Scenario, Source, Tube, Valve, highest_pressures, load
+from afo_sim.description import Muscle, MuscleGroup, Scenario, Source, Valve, highest_pressures, load
 from afo_sim.model import valves_of
 from afo_sim.study.sizing.limits import Requirement
 from afo_sim.study.sizing.three_way import times_for
@@ -72,11 +71,6 @@ class Candidate:
 def _all(kind: str) -> dict[str, Any]:
     """Everything of a kind in the catalogue."""
     return {name: load(kind, name) for name in assets.names(kind)}
-
-
-def _ordered(found: Sequence[Candidate]) -> list[Candidate]:
-    """From the smallest; what states a reason is not run."""
-    return [dataclasses.replace(c, status="excluded", sets={}) if c.reason else c for c in found]
 
 
 def bar(pressure: float) -> str:
@@ -145,7 +139,7 @@ def valves(
         sets = {} if reason else _valve_sets(scenario, chamber, side, name, valve)
         notes = (_HELD,) if f"phases.{chamber}.outlet" in sets and valve.three_way else ()
         found.append(Candidate(name, valve.conductance, sets, facts, reason, notes))
-    return _ordered(found)
+    return found
 
 
 def why_not(scenario: Scenario, side: str, proportional: bool, valve: Valve) -> str:
@@ -174,26 +168,22 @@ def _valve_sets(scenario: Scenario, chamber: str, side: str, name: str, valve: V
 
 def tubes(scenario: Scenario, length: float) -> list[Candidate]:
     """Every tube, of one length [m] at every chamber, by bore."""
-    return [
-        _tube(scenario, length, name, tube)
-        for name, tube in sorted(_all("tube").items(), key=lambda item: (item[1].bore, item[0]))
-    ]
-
-
-def _tube(scenario: Scenario, length: float, name: str, tube: Tube) -> Candidate:
-    facts = {
-        "bore [mm]": f"{1e3 * tube.bore:.3g}",
-        "C": f"{_DM3 * tube.conductance(length):.3g}",
-        "b": f"{tube.critical_ratio(length):.2g}",
-        "air [ml]": f"{1e6 * tube.volume(length):.3g}",
-    }
-    sets: dict[str, Any] = {}
-    for chamber, now in scenario.orthosis.chamber.items():
-        key = f"orthosis.chamber.{chamber}"
-        sets |= {f"{key}.tube": name, f"{key}.tube_length": f"{length!r} m"}
-        if now.tube is None:  # the volume stood for the tube
-            sets[f"{key}.tube_volume"] = "0 ml"
-    return Candidate(name, tube.bore, sets, facts)
+    found = []
+    for name, tube in sorted(_all("tube").items(), key=lambda item: (item[1].bore, item[0])):
+        facts = {
+            "bore [mm]": f"{1e3 * tube.bore:.3g}",
+            "C": f"{_DM3 * tube.conductance(length):.3g}",
+            "b": f"{tube.critical_ratio(length):.2g}",
+            "air [ml]": f"{1e6 * tube.volume(length):.3g}",
+        }
+        sets: dict[str, Any] = {}
+        for chamber, now in scenario.orthosis.chamber.items():
+            key = f"orthosis.chamber.{chamber}"
+            sets |= {f"{key}.tube": name, f"{key}.tube_length": f"{length!r} m"}
+            if now.tube is None:  # the volume stood for the tube
+                sets[f"{key}.tube_volume"] = "0 ml"
+        found.append(Candidate(name, tube.bore, sets, facts))
+    return found
 
 
 def tube_notes(scenario: Scenario, length: float) -> list[str]:
@@ -213,7 +203,7 @@ def sources(scenario: Scenario) -> list[Candidate]:
     found = sorted(
         _all("source").items(), key=lambda item: (item[1].mass or math.inf, item[1].volume, item[0])
     )
-    return _ordered([_source(scenario, *each) for each in found])
+    return [_source(scenario, *each) for each in found]
 
 
 def _source(scenario: Scenario, name: str, source: Source) -> Candidate:
@@ -244,7 +234,7 @@ def muscles(scenario: Scenario, group: str, count: tuple[int, int] | None = None
         for name, muscle in _all("muscle").items()
         for n in range(low, high + 1)
     ]
-    return _ordered(sorted(found, key=lambda each: (each.size, each.name)))
+    return sorted(found, key=lambda each: (each.size, each.name))
 
 
 def _muscle(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from afo_sim.common import InputError, parse_quantity, unknown
 from afo_sim.description import USUAL_LIMITS, Scenario, load
-from afo_sim.metrics import FILL, OTHER, UNITS, VENT, WORDS, instead, is_filling, number, told, words
+from afo_sim.metrics import FILL, OTHER, UNITS, VENT, WORDS, is_filling, no_metric, number, words
 from afo_sim.metrics.metric_words import METRICS
 
 _FIRST_STRIDE = "toe_clearance_stride_1"
@@ -127,9 +127,8 @@ def _read(text: str, chamber: str) -> Requirement:
     row = words(metric)
     if row.group == OTHER:
         filled = [name.format(each) for name in METRICS if "{}" in name for each in (chamber, *_DIRECTIONS)]
-        near = instead(metric, [*WORDS, *_OF_CHAMBER, *filled])
-        problem = told("is not a valid metric", metric)
-        raise InputError(problem, field="limit", value=metric, allowed="see `afo-sim run`", nearest=near)
+        known = [*WORDS, *_OF_CHAMBER, *filled]
+        raise no_metric("is not a valid metric", metric, known, field="limit", allowed="see `afo-sim run`")
     try:
         value = parse_quantity(bound.replace("%", " percent"), row.unit)
     except ValueError as error:

@@ -132,7 +132,10 @@ class Trials:
         self, candidates: Sequence[Candidate], beyond: int = 0, asked: frozenset[str] = frozenset()
     ) -> list[Candidate]:
         """Run candidates that are not excluded."""
-        tried = [each if each.reason else self._with_fine_step(each) for each in candidates]
+        tried = [
+            dataclasses.replace(each, status="excluded", sets={}) if each.reason else self._fine(each)
+            for each in candidates
+        ]
         metrics = {self.air, *SHARES, *asked, *(each.metric for each in self.requirements)}
         cases = [dict(each.sets) for each in tried if not each.reason]
 
@@ -146,7 +149,7 @@ class Trials:
         self._check_told([each for each in tried if each.status == "run"])
         return tried
 
-    def _with_fine_step(self, candidate: Candidate) -> Candidate:
+    def _fine(self, candidate: Candidate) -> Candidate:
         """The candidate with half the time step, or half of that, where its air is coarse; else as it is."""
         try:
             orthosis = self.scenario.set(candidate.sets).orthosis

@@ -306,7 +306,10 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
     owners: list[tuple[str, SpreadTable, np.ndarray]] = []
     rejected = 0
     for unknown, part in zip(spreads.unknowns, parts, strict=False):
-        columns += _columns(unknown, part[:, 0])
+        for k, target in enumerate(unknown.targets, start=1):
+            name = f"{unknown.name}_{k}" if len(unknown.targets) > 1 else unknown.name
+            values = target.distribution.at(part[:, 0], target.own)
+            columns.append(Column(name, target.keys, target.unit, target.own, values, unknown.table))
         owners.append((unknown.name, unknown.table, part))
     for fit, part in zip(spreads.fits, parts[len(spreads.unknowns) :], strict=True):
         legal, again = _legal(fit, part, generator)
@@ -316,15 +319,6 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
     return Draws(
         count, seed, tuple(columns), tuple(_groups(owners)), rejected, spreads.left_out, spreads.notes
     )
-
-
-def _columns(unknown: Unknown, deviates: np.ndarray) -> Iterator[Column]:
-    """An unknown's values; one whose keys have several own values has a column for each."""
-    many = len(unknown.targets) > 1
-    for k, target in enumerate(unknown.targets, start=1):
-        name = f"{unknown.name}_{k}" if many else unknown.name
-        values = target.distribution.at(deviates, target.own)
-        yield Column(name, target.keys, target.unit, target.own, values, unknown.table)
 
 
 def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tuple[np.ndarray, int]:

@@ -126,8 +126,8 @@ def read(source: str | os.PathLike[str], beside: pathlib.Path | None = None) -> 
     try:
         file = assets.find("uncertainty", os.fspath(source), beside)
     except InputError as error:
-        problem, facts = "there are no such spreads", {"allowed": error.allowed, "nearest": error.nearest}
-        raise InputError(problem, file=beside, field="spreads", value=str(source), **facts) from None  # type: ignore[arg-type]
+        problem = "there are no such spreads"
+        raise error.replaced(problem=problem, file=beside, field="spreads", value=str(source)) from None
     table = assets.read_toml(file)
     try:
         written = SpreadsFile.model_validate(table)
