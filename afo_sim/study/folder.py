@@ -7,7 +7,7 @@ import pathlib
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, TypeVar
+from typing import Any, Literal
 
 from afo_sim.common import (
     InputError,
@@ -18,9 +18,7 @@ from afo_sim.common import (
     keeping,
     read_json,
     settle,
-    together,
     write_json,
-    write_text,
 )
 from afo_sim.common.versions import versions
 from afo_sim.description import as_found
@@ -155,29 +153,6 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
         f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
     ]
     return f" ({', '.join(changes)})" if changes else ""
-
-
-class Answer(Protocol):
-    """What a study finds, as a table and as plain data."""
-
-    def csv(self) -> str: ...
-    def to_json(self) -> dict[str, Any]: ...
-
-
-_A = TypeVar("_A", bound=Answer)
-
-
-def write_answer(
-    folder: pathlib.Path, stem: str, answer: _A, draw: Callable[[_A, pathlib.Path], None] | None
-) -> pathlib.Path:
-    """Write STEM.csv and STEM.json, and STEM.png if it is drawn, together or not at all; the folder."""
-    check_writable(folder)
-    with together(folder, tuple(f"{stem}.{ending}" for ending in ("csv", "json", "png"))) as scratch:
-        write_text(scratch / f"{stem}.csv", answer.csv())
-        write_json(scratch / f"{stem}.json", as_stored(answer.to_json(), folder), "answer")
-        if draw is not None:
-            draw(answer, scratch / f"{stem}.png")
-    return folder
 
 
 def _version(package: str) -> str:

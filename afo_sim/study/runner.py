@@ -76,19 +76,9 @@ def open_store(
     )
 
 
-def sweep(
-    plan: Plan,
-    folder: pathlib.Path,
-    *,
-    changed: Changed = "refuse",
-    threads: int = 0,
-    workers: int = 0,
-    scheduler: str = "",
-    report: Callable[[SweepProgress], None] | None = None,
-) -> Results:
+def sweep(plan: Plan, folder: pathlib.Path, *, threads: int = 0) -> Results:
     """Compute a whole sweep, or what is left of it."""
-    store = open_store(plan, cases_of(plan), folder, changed)
-    run(store, threads=threads, workers=workers, scheduler=scheduler, report=report)
+    run(open_store(plan, cases_of(plan), folder), threads=threads)
     return read(folder)
 
 

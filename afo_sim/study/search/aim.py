@@ -1,13 +1,14 @@
 """Aim of a search: an objective over the patients, and limits that a share of them must keep."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 OUTSIDE, LACKING, OBJECTIVE = "outside", "lacking", "objective"
+OF_LIMIT = ("level", "kept", "short")  # columns of each
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class Aim:
 
     def unknown(self, count: int) -> dict[str, np.ndarray]:
         """The columns of `judge` of designs that were not simulated."""
-        names = [f"{limit.name}_{what}" for limit in self.limits for what in ("level", "kept", "short")]
+        names = [f"{limit.name}_{what}" for limit in self.limits for what in OF_LIMIT]
         found = {name: np.full(count, math.nan) for name in (OBJECTIVE, *names)}
         return found | {LACKING: np.zeros(count, np.int64)}
 
@@ -117,11 +118,9 @@ class Aim:
 
         Source: Deb 2000, doi 10.1016/S0045-7825(99)00389-8
         """
-        outside, lacking = columns[OUTSIDE], columns[LACKING]
-        violation = self.violation(columns)
         sign = 1.0 if self.objective.goal == "lowest" else -1.0
-        cost = np.where(_feasible(outside, lacking, violation), sign * columns[OBJECTIVE], 0.0)
-        keys = np.column_stack([outside, lacking, violation, cost])
+        cost = np.where(self.feasible(columns), sign * columns[OBJECTIVE], 0.0)
+        keys = np.column_stack([columns[OUTSIDE], columns[LACKING], self.violation(columns), cost])
         order = np.lexsort(keys.T[::-1])
         new = np.any(keys[order][1:] != keys[order][:-1], axis=1)
         found = np.zeros(len(order), np.int64)
@@ -130,20 +129,10 @@ class Aim:
 
     def feasible(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Mask of the designs that keep everything (n,)."""
-        return _feasible(columns[OUTSIDE], columns[LACKING], self.violation(columns))
+        return (columns[OUTSIDE] == 0.0) & (columns[LACKING] == 0) & (self.violation(columns) == 0.0)
 
 
 def limit_name(metric: str, at_least: bool, number: int) -> str:
     """Name of a limit in columns."""
     name = f"{metric}_at_{'least' if at_least else 'most'}"
     return name if number == 1 else f"{name}_{number}"
-
-
-def _feasible(outside: np.ndarray, lacking: np.ndarray, violation: np.ndarray) -> np.ndarray:
-    """Mask of the designs that violate nothing (n,)."""
-    return (outside == 0.0) & (lacking == 0) & (violation == 0.0)
-
-
-def outside(excesses: Sequence[np.ndarray], count: int) -> np.ndarray:
-    """Distance of designs from within the constraints on the parameters (n,), all together."""
-    return np.sum(excesses, axis=0) if len(excesses) else np.zeros(count)

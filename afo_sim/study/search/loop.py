@@ -16,7 +16,7 @@ from afo_sim.study.engine import OK, Jobs
 from afo_sim.study.parameter import Parameter
 from afo_sim.study.pool import Pool
 from afo_sim.study.search import store
-from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, outside
+from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim
 
 _CHUNK = 20  # cases that a thread or a worker takes at a time
 
@@ -218,7 +218,8 @@ def _judged(
 ) -> Columns:
     """A generation's table, its designs numbered from `first`. What is outside the constraints is not run."""
     count = len(next(iter(values.values())))
-    off = outside([constraint.excess(values) for constraint in problem.constraints], count)
+    excesses = [constraint.excess(values) for constraint in problem.constraints]
+    off = np.sum(excesses, axis=0) if excesses else np.zeros(count)  # from within all constraints
     judged, reasons = problem.aim.unknown(count), np.full(count, "", dtype=object)
     inside = np.flatnonzero(off == 0.0)
     if len(inside):

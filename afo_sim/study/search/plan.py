@@ -25,7 +25,7 @@ from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range, Span
 from afo_sim.study.parameter_table import ParameterTable, StrictTable, first_error
-from afo_sim.study.search.aim import OBJECTIVE, Aim, Limit, Objective, limit_name
+from afo_sim.study.search.aim import OBJECTIVE, OF_LIMIT, Aim, Limit, Objective, limit_name
 from afo_sim.study.search.loop import Problem
 from afo_sim.study.sweep_plan import (
     Plan,
@@ -294,7 +294,7 @@ def _check_searched(
         problem = "is not a range that can be searched"
         field = f"parameters.{parameter.name}.{option}"
         raise InputError(problem, file=file, field=field, value=given.get(option), allowed="from and to")
-    taken = {f"{limit.name}_{what}" for limit in limits for what in ("level", "kept", "short")}
+    taken = {f"{limit.name}_{what}" for limit in limits for what in OF_LIMIT}
     if parameter.name in _FIXED_COLUMNS or parameter.name in taken:
         problem = "is what another column of the designs is called"
         raise InputError(problem, file=file, field=f"parameters.{parameter.name}", allowed="another name")

@@ -17,7 +17,7 @@ from afo_sim.study.folder import AGAIN, Changed
 from afo_sim.study.pool import Pool, pool
 from afo_sim.study.runner import comparisons, probe
 from afo_sim.study.search import store
-from afo_sim.study.search.aim import LACKING, OBJECTIVE, OUTSIDE, Aim
+from afo_sim.study.search.aim import LACKING, OBJECTIVE, OF_LIMIT, OUTSIDE, Aim
 from afo_sim.study.search.best import spread_over_starts
 from afo_sim.study.search.loop import (
     Answers,
@@ -96,15 +96,12 @@ def optimise(
     search: SearchPlan,
     folder: pathlib.Path,
     *,
-    changed: Changed = "refuse",
     threads: int = 0,
-    workers: int = 0,
-    scheduler: str = "",
     report: Callable[[SearchProgress], None] | None = None,
 ) -> dict[str, Any]:
     """A whole search, or what is left of it: `open_search` and `run` in one; returns and raises as these."""
-    with pool(threads, workers, scheduler) as who:
-        return run(open_search(search, folder, changed), who, report)
+    with pool(threads) as who:
+        return run(open_search(search, folder), who, report)
 
 
 def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | None = None) -> dict[str, Any]:
@@ -182,8 +179,8 @@ def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -
         "limits": [
             {"metric": limit.metric, "at": "least" if limit.at_least else "most", "bound": limit.bound}
             | {"unit": opened.units[limit.metric], "share": limit.share}
-            | {what: _number(best[f"{limit.name}_{what}"]) for what in ("level", "kept", "short")}
-            for limit in aim.limits
+            | values
+            for limit, values in zip(aim.limits, _found(aim, best), strict=True)
         ],
         "sets": sets,
     }
@@ -219,11 +216,13 @@ def _fresh(aim: Aim, fresh: Cases | None, columns: Columns | None) -> dict[str, 
         "lacking": int(columns[LACKING][0]),
         "reason": str(columns["reason"][0]),
         "objective": _number(columns[OBJECTIVE]),
-        "limits": [
-            {what: _number(columns[f"{limit.name}_{what}"]) for what in ("level", "kept", "short")}
-            for limit in aim.limits
-        ],
+        "limits": _found(aim, columns),
     }
+
+
+def _found(aim: Aim, columns: Columns) -> list[dict[str, float | None]]:
+    """A design's columns of each limit."""
+    return [{what: _number(columns[f"{limit.name}_{what}"]) for what in OF_LIMIT} for limit in aim.limits]
 
 
 def _number(column: np.ndarray) -> float | None:

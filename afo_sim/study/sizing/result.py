@@ -10,10 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from afo_sim.common import Shown, with_code
+from afo_sim.common import Shown, as_stored, check_writable, together, with_code, write_json, write_text
 from afo_sim.metrics import UNITS, words
 from afo_sim.study.effects import BEYOND_LIMIT
-from afo_sim.study.folder import write_answer
 from afo_sim.study.sizing.candidates import Candidate
 from afo_sim.study.sizing.limits import Requirement, signed
 
@@ -271,7 +270,14 @@ class Sizing(Shown):
         -------
         the folder
         """
-        return write_answer(pathlib.Path(folder), "size", self, draw)
+        target = pathlib.Path(folder)
+        check_writable(target)
+        with together(target, ("size.csv", "size.json", "size.png")) as scratch:
+            write_text(scratch / "size.csv", self.csv())
+            write_json(scratch / "size.json", as_stored(self.to_json(), target), "answer")
+            if draw is not None:
+                draw(self, scratch / "size.png")
+        return target
 
     def __repr__(self) -> str:
         return f"<Sizing of a {self.kind} for {self.scenario!r}, {len(self.ran)} run: {self.answer}>"
