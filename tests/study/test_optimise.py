@@ -239,26 +239,20 @@ def sphere(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2][: size(1, 3)])
-def test_sphere_with_the_optimum_inside(tmp_path: pathlib.Path, seed: int) -> None:
-    columns, best, _ = solved(tmp_path, of_functions(f=sphere), seed=seed)
-    assert [columns["x"][best], columns["y"][best]] == pytest.approx([2.0, 1.0], abs=5e-3)
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2][: size(1, 3)])
-def test_sphere_with_the_optimum_in_a_corner(tmp_path: pathlib.Path, seed: int) -> None:
-    """Beyond both bounds: the best of the box is its corner, and none is outside."""
-    columns, best, _ = solved(
-        tmp_path, of_functions(f=lambda x, y: (x - 7.0) ** 2 + (y + 1.0) ** 2), seed=seed
-    )
-    assert [columns["x"][best], columns["y"][best]] == pytest.approx([5.0, 0.1], abs=5e-3)
-    assert columns["x"].max() <= 5.0
-    assert columns["y"].min() >= 0.1
-
-
-def test_highest_is_the_opposite_of_lowest(tmp_path: pathlib.Path) -> None:
-    goal = Objective("f", "highest")
-    columns, best, _ = solved(tmp_path, of_functions(f=lambda x, y: -sphere(x, y)), objective=goal)
-    assert [columns["x"][best], columns["y"][best]] == pytest.approx([2.0, 1.0], abs=5e-3)
+@pytest.mark.parametrize(
+    ("function", "objective", "place"),
+    [
+        (sphere, LOWEST, [2.0, 1.0]),
+        (lambda x, y: -sphere(x, y), Objective("f", "highest"), [2.0, 1.0]),
+        (lambda x, y: (x - 7.0) ** 2 + (y + 1.0) ** 2, LOWEST, [5.0, 0.1]),  # beyond both: the box's corner
+    ],
+)
+def test_the_optimum_of_a_sphere(
+    tmp_path: pathlib.Path, function: object, objective: Objective, place: list[float], seed: int
+) -> None:
+    columns, best, _ = solved(tmp_path, of_functions(f=function), seed=seed, objective=objective)
+    assert [columns["x"][best], columns["y"][best]] == pytest.approx(place, abs=5e-3)
+    assert columns["x"].max() <= 5.0 and columns["y"].min() >= 0.1
 
 
 def test_one_parameter_with_a_log_scale(tmp_path: pathlib.Path) -> None:
@@ -474,11 +468,7 @@ def test_fresh_patients_that_are_invalid_are_refused_before_anything_runs(
 
 REFUSED = {
     "no objective": (OBJECTIVE_TABLE, "", r"objective: is missing"),
-    "unknown metric": (
-        "air_per_stride",
-        "air_per_strid",
-        r"objective.*did you mean 'air_per_stride'",
-    ),
+    "unknown metric": ("air_per_stride", "air_per_strid", r"objective.*did you mean 'air_per_stride'"),
     "unknown limit": ("toe_clearance", "toe_clearanc", r"limits.*did you mean 'toe_clearance'"),
     "goal": ('"lowest"', '"least"', r"objective\.goal = 'least'.*'lowest' or 'highest'"),
     "no goal": ('goal = "lowest"', "", r"objective\.goal: is missing"),
