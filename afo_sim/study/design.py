@@ -76,7 +76,11 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
             raise InputError(
                 "there is no such case", file=plan.file, field="keep", value=case, allowed=allowed
             )
-    _check_cases(cases)
+    for case in _telling(cases):  # so that what is wrong shows before the first is run
+        try:
+            load("scenario", plan.scenario, cases.sets(case))
+        except InputError as error:
+            raise _case_error(cases, case, error) from None
     return cases
 
 
@@ -205,16 +209,8 @@ def _saltelli(plan: Plan, dimensions: int) -> np.ndarray:
         return np.asarray(sobol.sample(problem, plan.cases, calc_second_order=True, seed=plan.seed))
 
 
-def _check_cases(cases: Cases) -> None:
-    """Read cases as scenarios, so that what is wrong shows before the first is run."""
-    for case in _telling(cases):
-        try:
-            load("scenario", cases.plan.scenario, cases.sets(case))
-        except InputError as error:
-            raise _case_error(cases, case, error) from None
-
-
 def _telling(cases: Cases) -> list[int]:
+    """The cases that are read as scenarios before any is run."""
     if len(cases) <= _FEW:
         return list(range(len(cases)))
     found: set[int] = set()

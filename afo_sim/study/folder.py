@@ -1,7 +1,6 @@
 """The folder of a study, sweep or search: its manifest, and the rules by which it goes on."""
 
 import hashlib
-import importlib.metadata
 import json
 import pathlib
 import shutil
@@ -137,7 +136,7 @@ def fingerprint(kind: str, canonical: Mapping[str, Any], *libraries: str) -> dic
     """Everything that decides the results: the study's description, this program's code, its libraries."""
     text = json.dumps(canonical, sort_keys=True)
     found = {kind: hashlib.sha256(text.encode()).hexdigest(), **program()}
-    return found | {"versions": found["versions"] | {name: _version(name) for name in libraries}}
+    return found | {"versions": found["versions"] | versions(libraries)}
 
 
 def program() -> dict[str, Any]:
@@ -153,10 +152,3 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
         f"{name} {old.get(name)} → {new}" for name, new in now["versions"].items() if old.get(name) != new
     ]
     return f" ({', '.join(changes)})" if changes else ""
-
-
-def _version(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return "not installed"

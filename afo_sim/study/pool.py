@@ -27,18 +27,6 @@ _one_chunk = threading.Lock()
 Report = Callable[[int, int, str], None]  # called with (done, in all, what)
 
 
-def _chunks(
-    scenario: Mapping[str, Any], jobs: Jobs, pending: Iterable[int], who: "Pool", asked: Asked = EVERYTHING
-) -> Iterator[tuple[int, list[Outcome]]]:
-    """Chunks as workers return them, in no particular order."""
-    distributed = optional("distributed")
-    try:
-        with _client(distributed, who) as client:
-            yield from _computed(distributed, client, scenario, jobs, iter(pending), asked)
-    except (OSError, TimeoutError, CancelledError) as error:  # scheduler or network is gone
-        raise _broken(error) from None
-
-
 def _computed(
     distributed: Any,
     client: Any,
@@ -114,11 +102,11 @@ def _broken(error: BaseException) -> InputError:
     return InputError(problem, allowed="the same command again; what is computed is kept")
 
 
-def _client(distributed: Any, who: "Pool") -> Any:
+def _client(distributed: Any, scheduler: str) -> Any:
     try:
-        return distributed.Client(who.scheduler, timeout="20 s")
+        return distributed.Client(scheduler, timeout="20 s")
     except (OSError, TypeError, ValueError) as error:  # TypeError: no keys are configured
-        raise InputError(f"cannot be reached: {error}", field="scheduler", value=who.scheduler) from None
+        raise InputError(f"cannot be reached: {error}", field="scheduler", value=scheduler) from None
 
 
 def unprotected(scheduler: str) -> Notice | None:
@@ -150,7 +138,12 @@ class Pool:
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
         if self.scheduler:
-            yield from _chunks(scenario, jobs, due, self, asked)
+            distributed = optional("distributed")
+            try:
+                with _client(distributed, self.scheduler) as client:
+                    yield from _computed(distributed, client, scenario, jobs, iter(due), asked)
+            except (OSError, TimeoutError, CancelledError) as error:  # scheduler or network is gone
+                raise _broken(error) from None
             return
         cases = ((number, jobs.sets(number)) for chunk in due for number in jobs.numbers(chunk))
         found: dict[int, dict[int, Outcome]] = {}

@@ -78,8 +78,7 @@ class Results(Shown):
     @property
     def warnings(self) -> np.ndarray:
         """Warnings of each case, a line each; "" where there are none (n,)."""
-        there = WARNINGS in self.table.column_names
-        return self[WARNINGS] if there else np.full(len(self), "")
+        return self[WARNINGS] if WARNINGS in self.table.column_names else np.full(len(self), "")
 
     @property
     def notices(self) -> np.ndarray:

@@ -192,7 +192,10 @@ def of_table(file: pathlib.Path, table: Mapping[str, Any]) -> Plan:
 def planned(file: pathlib.Path, written: SweepFile) -> Plan:
     """The plan of a sweep that stands in `file`; raises as `read`."""
     _check_count(file, written)
-    scenario = _scenario_of(file, written.scenario)
+    scenario = written.scenario
+    if isinstance(scenario, str) and scenario not in assets.names("scenario"):
+        beside = file.parent / scenario
+        scenario = str(beside.resolve()) if beside.is_file() else scenario
     sets = _flat(written.set)
     try:
         base = load("scenario", scenario, sets)
@@ -243,14 +246,6 @@ def _check_count(file: pathlib.Path, written: SweepFile) -> None:
                 problem += f": {whose} need every case of it"
             value = None if field == "parameters" else getattr(written, field)
             raise InputError(problem, file=file, field=field, value=value)
-
-
-def _scenario_of(file: pathlib.Path, name: str | dict[str, Any]) -> str | dict[str, Any]:
-    """The scenario's name, its whole path where it lies beside the sweep, or itself."""
-    if not isinstance(name, str):
-        return name
-    beside = file.parent / name
-    return str(beside.resolve()) if name not in assets.names("scenario") and beside.is_file() else name
 
 
 def _flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:

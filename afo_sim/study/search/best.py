@@ -58,7 +58,11 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     lines += spread_over_starts(best)
     if best.get("mixed"):
         lines.append("the designs were computed by more than one version of the code")
-    ends = [p["name"] for p in best["parameters"] if _at_an_end(p)]
+    ends = [
+        p["name"]
+        for p in best["parameters"]
+        if min(p["value"] - p["from"], p["to"] - p["value"]) < 0.01 * (p["to"] - p["from"])
+    ]
     if ends:
         lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
     fresh = best["fresh_patients"]
@@ -89,12 +93,6 @@ def spread_over_starts(best: Mapping[str, Any]) -> list[str]:
         f"{_value_text(high, goal['unit'])} of {label[:1].lower() + label[1:]}{share}"
         f"{lacking if len(values) < len(starts) else ''}"
     ]
-
-
-def _at_an_end(parameter: Mapping[str, Any]) -> bool:
-    """True where a value is within a hundredth of its range from either end."""
-    low, high = parameter["from"], parameter["to"]
-    return bool(min(parameter["value"] - low, high - parameter["value"]) < 0.01 * (high - low))
 
 
 def _lacks(best: Mapping[str, Any]) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.common import InputError, with_code
-from afo_sim.description import USUAL_LIMITS, Scenario, Source, load
+from afo_sim.description import USUAL_LIMITS, Scenario, load
 from afo_sim.metrics import is_filling
 from afo_sim.model import check_air
 from afo_sim.physics import AIR
@@ -106,8 +106,11 @@ class Trials:
         if each.status != "run":
             return each
         source, pressure = load("source", each.name), self.scenario.supply.pressure
-        flow = each.values["mean_flow"]
-        hours = _hours_of(source, flow, pressure)
+        flow, delivery = each.values["mean_flow"], 6e4 * source.delivery(pressure) * AIR.litres_per_gram
+        hours = math.inf
+        if flow > delivery:  # [kg/s]: a gram's litres are a kilogram's m³
+            taken = (flow - delivery) / 6e4 / source.real_gas.litres_per_gram
+            hours = source.given_at(pressure, taken) / taken / 3600.0
         values = {**each.values, HOURS: hours, STRIDES: 3600.0 * hours / each.values["stride_time"]}
         short = {r.label: r.shortfall(values[r.metric]) for r in lasting if not r.met(values[r.metric])}
         facts = {**each.facts, "mean": f"{flow:.3g}", "peak": f"{values['peak_flow']:.3g}"}
@@ -117,7 +120,6 @@ class Trials:
         if math.isfinite(values["source_empty_after"]):
             notes.append(f"below the set pressure after {shown(values['source_empty_after'], 's')}")
         if source.kind == "compressor":
-            delivery = _delivery_of(source, pressure)
             kept = "keeps up" if flow <= delivery else "cannot keep up"
             notes.append(f"the compressor {kept}: it delivers {delivery:.3g} l/min at {bar(pressure)}")
         short = {**each.short, **short}
@@ -206,17 +208,3 @@ class Trials:
 def _lacks(each: Candidate) -> set[str]:
     """What a pressure does not meet."""
     return set(each.short) if each.status == "run" else {each.status}
-
-
-def _hours_of(source: Source, flow: float, pressure: float) -> float:
-    """How long a full source lasts at a mean flow [l/min ANR] down to a gauge pressure [Pa]; inf: endless."""
-    lost = flow - _delivery_of(source, pressure)
-    if lost <= 0.0:
-        return math.inf
-    taken = lost / 6e4 / source.real_gas.litres_per_gram  # [kg/s]: a gram's litres are a kilogram's m³
-    return source.given_at(pressure, taken) / taken / 3600.0
-
-
-def _delivery_of(source: Source, pressure: float) -> float:
-    """Flow of a running compressor against a gauge pressure [Pa], as free air [l/min]; 0 of others."""
-    return 6e4 * source.delivery(pressure) * AIR.litres_per_gram

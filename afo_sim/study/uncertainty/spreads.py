@@ -161,7 +161,8 @@ def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
             raise wrong(problem, option, "a text with the unit of what is drawn, or a number if it has none")
     given = [option for option in _EVERY_WIDTH if getattr(table, option) is not None]
     if table.fit is not None:
-        if not _is_place(table.fit):
+        parts = table.fit.split(".")
+        if len(parts) != 4 or (parts[:2], parts[3]) != (["orthosis", "muscle"], "type"):
             raise wrong(
                 "is not a place of a muscle", "fit", "orthosis.muscle.*.type, or one group's name for *"
             )
@@ -203,12 +204,6 @@ def _check_key(file: pathlib.Path, name: str, key: str) -> None:
             allowed=", ".join(known) or "a key as afo-sim keys lists it, * for a name",
             nearest=nearest_name(part, known),
         )
-
-
-def _is_place(key: str) -> bool:
-    """Whether a key is the place of muscles: orthosis.muscle.GROUP.type."""
-    parts = key.split(".")
-    return len(parts) == 4 and (parts[:2], parts[3]) == (["orthosis", "muscle"], "type")
 
 
 def _no_quantity(given: Any, *, width: bool) -> str:
