@@ -102,9 +102,11 @@ def searched(folder: pathlib.Path, text: str = SEARCH) -> search_plan.SearchPlan
 
 def test_a_sweep_s_folder_is_no_search_s(tmp_path: pathlib.Path) -> None:
     opened(written_sweep(tmp_path, SEATED), tmp_path / "out")
+    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*")}
     for option in ("refuse", "restart", "continue"):
         with pytest.raises(InputError, match="something else than a search"):
             open_search(searched(tmp_path), tmp_path / "out", option)  # type: ignore[arg-type]
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*")} == before
 
 
 @pytest.mark.slow

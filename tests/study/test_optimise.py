@@ -531,20 +531,6 @@ def test_without_cma_it_says_what_to_install(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_with_something_else_is_left_alone(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "thesis.txt").write_text("mine")
-    for option in ("refuse", "restart"):
-        code, _, err = call(
-            capsys, "optimise", written(tmp_path), "--out", tmp_path / "out", "--if-changed", option
-        )
-        assert code == 2
-        assert "something else" in err
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
-
-
 # -- the real thing ---------------------------------------------------------------------------------------
 
 
