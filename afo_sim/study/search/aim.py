@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -29,23 +29,34 @@ class Objective:
 
 
 @dataclass(frozen=True)
-class Limit:
-    """At least, or at most, `bound` [the metric's unit] in a `share` of the patients.
-
-    Source: Weibull's plotting position: Gumbel 1958, Statistics of Extremes, section 1.2.7
-    """
+class StatedLimit:
+    """At least, or at most, `bound` in a `share` of the patients; the bound as it is written."""
 
     metric: str
     at_least: bool
-    bound: float
+    bound: Any
     share: float = 1.0
     number: int = 1
-    sampled: bool = False
+
+    @property
+    def option(self) -> str:
+        """The option that holds the bound."""
+        return "at_least" if self.at_least else "at_most"
 
     @property
     def name(self) -> str:
         """For columns: toe_clearance_at_least, toe_clearance_at_least_2."""
-        return limit_name(self.metric, self.at_least, self.number)
+        return f"{self.metric}_{self.option}" + (f"_{self.number}" if self.number > 1 else "")
+
+
+@dataclass(frozen=True)
+class Limit(StatedLimit):
+    """A limit whose bound is in the metric's unit.
+
+    Source: Weibull's plotting position: Gumbel 1958, Statistics of Extremes, section 1.2.7
+    """
+
+    sampled: bool = False
 
     def spare(self, patients: int) -> int:
         """Number of the patients that need not keep it."""
@@ -130,9 +141,3 @@ class Aim:
     def feasible(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
         """Mask of the designs that keep everything (n,)."""
         return (columns[OUTSIDE] == 0.0) & (columns[LACKING] == 0) & (self.violation(columns) == 0.0)
-
-
-def limit_name(metric: str, at_least: bool, number: int) -> str:
-    """Name of a limit in columns."""
-    name = f"{metric}_at_{'least' if at_least else 'most'}"
-    return name if number == 1 else f"{name}_{number}"

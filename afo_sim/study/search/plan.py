@@ -25,7 +25,7 @@ from afo_sim.study.design import Cases, case_seeds, cases_of
 from afo_sim.study.folder import fingerprint
 from afo_sim.study.parameter import Parameter, Range, Span
 from afo_sim.study.parameter_table import ParameterTable, StrictTable, first_error
-from afo_sim.study.search.aim import OBJECTIVE, OF_LIMIT, Aim, Limit, Objective, limit_name
+from afo_sim.study.search.aim import OBJECTIVE, OF_LIMIT, Aim, Limit, Objective, StatedLimit
 from afo_sim.study.search.loop import Problem
 from afo_sim.study.sweep_plan import (
     Plan,
@@ -56,27 +56,6 @@ _FIXED_COLUMNS = (
 )
 
 Metric = Annotated[StrictStr, AfterValidator(known_metric)]
-
-
-@dataclass(frozen=True)
-class StatedLimit:
-    """A limit before its metric's unit is known: the bound as it is written."""
-
-    metric: str
-    at_least: bool
-    bound: str | float
-    share: float
-    number: int
-
-    @property
-    def name(self) -> str:
-        """As `Limit.name`."""
-        return limit_name(self.metric, self.at_least, self.number)
-
-    @property
-    def option(self) -> str:
-        """The option that holds the bound."""
-        return "at_least" if self.at_least else "at_most"
 
 
 @dataclass(frozen=True)
@@ -119,7 +98,7 @@ class SearchPlan:
             field = f"limits[{number}].{written.option}"
             raise InputError(str(error), file=self.file, field=field, value=written.bound) from None
         drawn = sampled and self.patients is not None and self.patients.cases is not None
-        return Limit(written.metric, written.at_least, value, written.share, written.number, drawn)
+        return Limit(**vars(written) | {"bound": value}, sampled=drawn)
 
     def judging(self) -> Cases | None:
         """The patients by which every design is judged."""
