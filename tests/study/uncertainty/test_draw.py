@@ -6,19 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
+from spread_tables import spread, spreads_file
 
 from afo_sim.common import InputError
 from afo_sim.description import Scenario, load
 from afo_sim.study.uncertainty.draw import Draws, applied, draw
 from afo_sim.study.uncertainty.spreads import read
 
-FIT = """
-[parameters.muscle_fit]
-fit = "orthosis.muscle.*.type"
-scale = {scale}
-kind = "fitted"
-source = "a test"
-"""
+FIT = spread("muscle_fit", fit="orthosis.muscle.*.type", scale=1.0)
 LAW = "laws.tondu_lopez_2000_bladder."
 KEYS = ["braid_angle", LAW + "bladder_force"]
 
@@ -40,13 +35,11 @@ def walk() -> Scenario:
 
 
 def drawn(folder: pathlib.Path, text: str, scenario: Scenario, count: int, seed: int = 0) -> Draws:
-    file = folder / "spreads.toml"
-    file.write_text(text, encoding="utf-8")
-    return draw(applied(read(file), scenario), scenario, count, seed)
+    return draw(applied(read(spreads_file(folder, text)), scenario), scenario, count, seed)
 
 
 def test_a_fit_is_drawn_with_its_covariance(tmp_path: pathlib.Path, walk: Scenario) -> None:
-    angle, force = drawn(tmp_path, FIT.format(scale=1.0), walk, 4000).columns
+    angle, force = drawn(tmp_path, FIT, walk, 4000).columns
     assert (angle.name, force.name) == ("muscle_fit_braid_angle", "muscle_fit_bladder_force")
     assert np.degrees(angle.values.mean()) == pytest.approx(22.0, abs=0.05)
     assert np.degrees(angle.values.std()) == pytest.approx(1.0, rel=0.05)
@@ -55,7 +48,7 @@ def test_a_fit_is_drawn_with_its_covariance(tmp_path: pathlib.Path, walk: Scenar
 
 
 def test_all_groups_of_a_muscle_come_from_one_fit(tmp_path: pathlib.Path, walk: Scenario) -> None:
-    found = drawn(tmp_path, FIT.format(scale=1.0), walk, 20)
+    found = drawn(tmp_path, FIT, walk, 20)
     for k in (0, 19):
         sets = found.sets(k)
         for key in KEYS:
@@ -71,14 +64,14 @@ def test_all_groups_of_a_muscle_come_from_one_fit(tmp_path: pathlib.Path, walk: 
 def test_another_muscle_has_a_fit_of_its_own(tmp_path: pathlib.Path, walk: Scenario) -> None:
     muscle: Any = walk.orthosis.muscle["plantarflexor"].type.model_dump(mode="json", exclude_none=True)
     other = walk.set({"orthosis.muscle.plantarflexor.type": muscle | {"mass": "90 g"}})
-    found = drawn(tmp_path, FIT.format(scale=1.0), other, 500)
+    found = drawn(tmp_path, FIT, other, 500)
     assert len(found.columns) == 4 and len(found.groups) == 2
     angles = [column.values for column in found.columns if column.name.endswith("braid_angle")]
     assert abs(np.corrcoef(*angles)[0, 1]) < 0.15
 
 
 def test_draws_that_are_no_muscle_are_drawn_anew_and_counted(tmp_path: pathlib.Path, walk: Scenario) -> None:
-    found = drawn(tmp_path, FIT.format(scale=8.0), walk, 2000)
+    found = drawn(tmp_path, FIT.replace("1.0", "8.0"), walk, 2000)
     angle, force = (column.values for column in found.columns)
     assert np.degrees(angle.min()) >= 5.0 and force.min() >= 0.0 and found.rejected > 0
     # θ ≥ 5° (17° below) and F ≥ 0 (136 N below) at 8 standard errors of 1° and 10 N
@@ -92,7 +85,7 @@ def test_a_fit_that_gives_no_muscle_is_refused(tmp_path: pathlib.Path, walk: Sce
     for group in ("dorsiflexor", "plantarflexor"):
         table["orthosis"]["muscle"][group]["type"]["covariance"]["standard_errors"] = ["10 deg", "1e9 N"]
     with pytest.raises(InputError, match="hardly any draw"):
-        drawn(tmp_path, FIT.format(scale=10.0), load("scenario", table), 5000)
+        drawn(tmp_path, FIT.replace("1.0", "10.0"), load("scenario", table), 5000)
 
 
 def test_the_same_seed_draws_the_same(walk: Scenario) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
+from spread_tables import spread, spreads_file
 
 import afo_sim
 from afo_sim.common import InputError
@@ -28,61 +29,18 @@ from afo_sim.study.uncertainty.running import (
 )
 
 SHORT = {"timestep": "4 ms", "duration": "4 s"}
-NOTHING = """
-[parameters.muscle_fit]
-fit = "orthosis.muscle.*.type"
-scale = 0.0
-kind = "fitted"
-source = "a test"
-[parameters.{a}]
-key = "orthosis.anchor.*.stiffness"
-distribution = "lognormal"
-factor_sd = 0.0
-kind = "assumed"
-source = "a test"
-[parameters.{b}]
-keys = ["orthosis.chamber.*.inlet.conductance", "orthosis.muscle.*.type.bore"]
-distribution = "normal"
-relative_sd = 0.0
-kind = "assumed"
-source = "a test"
-[parameters.tissue]
-keys = ["patient.passive_scale", "orthosis.muscle.*.type.damping"]
-distribution = "lognormal"
-factor_sd = 0.0
-kind = "assumed"
-source = "a test"
-[parameters.toes]
-key = "leg.toes.swing_extension"
-distribution = "uniform"
-within = "0 deg"
-kind = "assumed"
-source = "a test"
-[parameters.pace]
-key = "gait.stride_time"
-each_stride = true
-distribution = "normal"
-relative_sd = 0.0
-kind = "assumed"
-source = "a test"
-[parameters.path]
-height = "each stride"
-each_stride = true
-distribution = "pearson3"
-sd = "0 mm"
-skew = 0.6
-kind = "assumed"
-source = "a test"
-""".format(a="mounting", b="device")
-PATH = """
-[parameters.path]
-height = "each stride"
-each_stride = true
-distribution = "normal"
-sd = "{sd}"
-kind = "assumed"
-source = "a test"
-"""
+DEVICE = ["orthosis.chamber.*.inlet.conductance", "orthosis.muscle.*.type.bore"]
+TISSUE = ["patient.passive_scale", "orthosis.muscle.*.type.damping"]
+NOTHING = (
+    spread("muscle_fit", fit="orthosis.muscle.*.type", scale=0.0)
+    + spread("mounting", "lognormal", key="orthosis.anchor.*.stiffness", factor_sd=0.0)
+    + spread("device", "normal", keys=DEVICE, relative_sd=0.0)
+    + spread("tissue", "lognormal", keys=TISSUE, factor_sd=0.0)
+    + spread("toes", "uniform", key="leg.toes.swing_extension", within="0 deg")
+    + spread("pace", "normal", key="gait.stride_time", each_stride=True, relative_sd=0.0)
+    + spread("path", "pearson3", height="each stride", each_stride=True, sd="0 mm", skew=0.6)
+)
+PATH = spread("path", "normal", height="each stride", each_stride=True, sd="{sd}")
 
 
 @pytest.fixture(scope="module")
@@ -96,16 +54,10 @@ def plain(walk: Scenario) -> Recording:
     return run(walk)
 
 
-def file_of(folder: pathlib.Path, text: str) -> str:
-    file = folder / "spreads.toml"
-    file.write_text(text, encoding="utf-8")
-    return str(file)
-
-
 def test_without_spread_every_draw_is_the_plain_run_to_the_bit(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
-    found = uncertainty(walk, plain, 20, file_of(tmp_path, NOTHING), threads=1)
+    found = uncertainty(walk, plain, 20, spreads_file(tmp_path, NOTHING), threads=1)
     assert found["failed"]["count"] == 0 and len(found["metrics"]) > 8
     for name, facts in found["metrics"].items():
         own = plain.metrics[name].value
@@ -119,7 +71,7 @@ def test_without_spread_every_draw_is_the_plain_run_to_the_bit(
 def test_curves_are_those_of_the_settled_stride(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
-    found = uncertainty(walk, plain, 20, file_of(tmp_path, NOTHING), threads=1)
+    found = uncertainty(walk, plain, 20, spreads_file(tmp_path, NOTHING), threads=1)
     solved = plain["gait/solved"] == 1.0
     progress = (plain["gait/stride"] + plain["gait/phase"])[solved]
     last = np.floor(progress[-1] + 1e-9) if progress[-1] % 1 < 1e-9 else np.floor(progress[-1])
@@ -132,7 +84,7 @@ def test_a_height_moves_clearance_and_trips_and_nothing_else(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
     # far above the floor and far below it, by turns: half of the strides trip
-    found = uncertainty(walk, plain, 200, file_of(tmp_path, PATH.format(sd="1 m")), threads=1)
+    found = uncertainty(walk, plain, 200, spreads_file(tmp_path, PATH.format(sd="1 m")), threads=1)
     own = plain.metrics["toe_clearance"].value
     low, middle, high = found["metrics"]["toe_clearance"]["quantiles"]
     assert (low, high) == pytest.approx((own - 1644.9, own + 1644.9), abs=30.0)
@@ -147,7 +99,7 @@ def test_a_height_moves_clearance_and_trips_and_nothing_else(
 def test_a_tiny_path_never_trips_a_foot_that_clears_the_floor(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
-    found = uncertainty(walk, plain, 20, file_of(tmp_path, PATH.format(sd="0.01 mm")), threads=1)
+    found = uncertainty(walk, plain, 20, spreads_file(tmp_path, PATH.format(sd="0.01 mm")), threads=1)
     passing = plain.metrics["swings_within_10mm"].value / 100.0  # of the same foot, by its own definition
     assert found["trips"]["touch"]["share"] == plain.metrics["swings_with_toe_contact"].value / 100.0
     assert found["trips"]["within_10mm"]["share"] == passing
@@ -168,17 +120,10 @@ def test_bands_are_of_this_scenario_and_the_same_however_computed(walk: Scenario
 def test_a_cuff_that_is_known_better_gives_a_narrower_band(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
-    cuff = """
-    [parameters.cuff]
-    key = "orthosis.anchor.shank.stiffness"
-    distribution = "lognormal"
-    factor_sd = {sd}
-    kind = "assumed"
-    source = "a test"
-    """
     widths = []
     for sd in (0.05, 0.1, 0.4):
-        found = uncertainty(walk, plain, 30, file_of(tmp_path, cuff.format(sd=sd)), threads=1)
+        cuff = spread("cuff", "lognormal", key="orthosis.anchor.shank.stiffness", factor_sd=sd)
+        found = uncertainty(walk, plain, 30, spreads_file(tmp_path, cuff), threads=1)
         low, _, high = found["metrics"]["torque_against_push_off"]["quantiles"]
         widths.append(high - low)
         assert found["groups"][0]["explained"]["torque_against_push_off"] > 0.95
@@ -191,15 +136,8 @@ def test_draws_that_fail_are_counted_with_their_reason(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
     # at hundreds of newton metres the ankle goes through its stops; at tens it does not
-    load_of = """
-    [parameters.load]
-    key = "load_moment"
-    distribution = "normal"
-    sd = "200 N*m"
-    kind = "assumed"
-    source = "a test"
-    """
-    found = uncertainty(walk, plain, 40, file_of(tmp_path, load_of), threads=1)
+    load_of = spread("load", "normal", key="load_moment", sd="200 N*m")
+    found = uncertainty(walk, plain, 40, spreads_file(tmp_path, load_of), threads=1)
     failed = found["failed"]
     assert 0 < failed["count"] < 40 and len(failed["draws"]) == failed["count"]
     assert sum(one["count"] for one in failed["reasons"]) <= failed["count"]

@@ -6,6 +6,7 @@ import pathlib
 import numpy as np
 import pytest
 from scipy import stats
+from spread_tables import spread, spreads_file
 
 from afo_sim.common import InputError, assets, format_quantity
 from afo_sim.description import Scenario, load
@@ -13,14 +14,7 @@ from afo_sim.study import outcomes
 from afo_sim.study.uncertainty.draw import Applied, applied
 from afo_sim.study.uncertainty.spreads import Distribution, Kind, read
 
-CUFF = """
-[parameters.cuff]
-key = "orthosis.anchor.shank.stiffness"
-distribution = "lognormal"
-factor_sd = 0.35
-kind = "assumed"
-source = "a test"
-"""
+CUFF = spread("cuff", "lognormal", key="orthosis.anchor.shank.stiffness", factor_sd=0.35)
 
 
 @pytest.fixture(scope="module")
@@ -29,14 +23,8 @@ def walk() -> Scenario:
     return found
 
 
-def written(folder: pathlib.Path, text: str) -> pathlib.Path:
-    file = folder / "spreads.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
 def applied_to(folder: pathlib.Path, text: str, scenario: Scenario) -> Applied:
-    return applied(read(written(folder, text)), scenario)
+    return applied(read(spreads_file(folder, text)), scenario)
 
 
 def refused(folder: pathlib.Path, text: str, scenario: Scenario) -> InputError:
@@ -52,27 +40,12 @@ def test_every_shipped_file_fits_the_shipped_walk(walk: Scenario) -> None:
 
 
 def test_the_own_value_stands_in_the_middle(tmp_path: pathlib.Path, walk: Scenario) -> None:
-    text = """
-    [parameters.valve]
-    keys = ["orthosis.chamber.*.inlet.conductance", "orthosis.chamber.*.outlet.conductance"]
-    distribution = "normal"
-    relative_sd = 0.1
-    kind = "assumed"
-    source = "a test"
-    [parameters.links]
-    key = "orthosis.muscle.*.link_length"
-    distribution = "normal"
-    sd = "2 mm"
-    kind = "assumed"
-    source = "a test"
-    [parameters.pace]
-    key = "gait.stride_time"
-    each_stride = true
-    distribution = "normal"
-    relative_sd = 0.03
-    kind = "assumed"
-    source = "a test"
-    """
+    valves = ["orthosis.chamber.*.inlet.conductance", "orthosis.chamber.*.outlet.conductance"]
+    text = (
+        spread("valve", "normal", keys=valves, relative_sd=0.1)
+        + spread("links", "normal", key="orthosis.muscle.*.link_length", sd="2 mm")
+        + spread("pace", "normal", key="gait.stride_time", each_stride=True, relative_sd=0.03)
+    )
     valve, links, pace = applied_to(tmp_path, text, walk).unknowns
     (target,) = valve.targets
     own = walk.orthosis.chamber["dorsiflexor"].inlet.conductance
@@ -85,15 +58,7 @@ def test_the_own_value_stands_in_the_middle(tmp_path: pathlib.Path, walk: Scenar
 
 
 def test_bounds_are_those_of_the_field_and_of_the_table(tmp_path: pathlib.Path, walk: Scenario) -> None:
-    text = """
-    [parameters.tissue]
-    key = "patient.passive_scale"
-    distribution = "lognormal"
-    factor_sd = 0.5
-    at_most = 4.0
-    kind = "assumed"
-    source = "a test"
-    """
+    text = spread("tissue", "lognormal", key="patient.passive_scale", factor_sd=0.5, at_most=4.0)
     ((target,),) = (unknown.targets for unknown in applied_to(tmp_path, text, walk).unknowns)
     assert (target.distribution.lower, target.distribution.upper) == (0.0, 4.0)
 
