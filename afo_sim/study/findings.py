@@ -16,6 +16,8 @@ _MOST_FAILED = 0.01  # of the cases
 _FEWEST_BLOCKS = 8
 _RESAMPLES = 500  # of the bootstrap
 _SEED = 1  # of the bootstrap, so that a figure drawn twice is the same; SALib takes 0 for no seed
+_OF_SALIB = {"first": "S1", "total": "ST", "second": "S2"}
+_OF_SALIB |= {f"{name}_interval": f"{key}_conf" for name, key in _OF_SALIB.items()}
 _BINNED = (
     "shares of the variance lie between the means of bins: what a metric does within a bin is not counted, "
     "so they are at most the first-order Sobol' indices, which the design saltelli gives"
@@ -79,8 +81,8 @@ def indices(results: Results, metric: str) -> Indices:
     found = optional("SALib.analyze.sobol").analyze(
         problem, kept, calc_second_order=True, num_resamples=_RESAMPLES, seed=_SEED
     )
-    arrays = [np.asarray(found[name]) for name in ("S1", "S1_conf", "ST", "ST_conf", "S2", "S2_conf")]
-    return Indices(names, *arrays, blocks=len(whole), left_out=int((~whole).sum()))
+    arrays = {name: np.asarray(found[key]) for name, key in _OF_SALIB.items()}
+    return Indices(names, **arrays, blocks=len(whole), left_out=int((~whole).sum()))
 
 
 def _blocks(results: Results, metric: str) -> np.ndarray:
