@@ -11,13 +11,12 @@ from scipy.stats import qmc
 
 from afo_sim.common import EXAMPLES, InputError, unknown
 from afo_sim.lab.fit_parameter import FitParameter
-from afo_sim.lab.measured import Measured
+from afo_sim.lab.measured import Measured, level_starts
 from afo_sim.lab.solution import FitProblem
 from afo_sim.physics import LAWS, Braid, Law, LawParameter, contractions, forces
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
-MOST_LEVELS = 12  # of pressure; more is a sweep
 GEOMETRY = {
     "braid_angle": LawParameter(
         "braid_angle", "α0", "rad", 0.0873, 0.872, "braid angle at rest", (0.3, 0.7), 0.436
@@ -29,6 +28,11 @@ NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws t
 
 
 OUTLYING = 0.01  # residual, over the data's range, from which a robust loss first doubts a point
+
+
+def described(law: Law) -> dict[str, LawParameter]:
+    """What can be free or held in a law: its parameters, and the braid's."""
+    return {p.name: p for p in (*law.parameters, *GEOMETRY.values())}
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class LawProblem(FitProblem):
 
     def describe(self, name: str) -> LawParameter:
         """The description of a free or fixed parameter."""
-        return GEOMETRY[name] if name in GEOMETRY else self.law.parameter(name)
+        return described(self.law)[name]
 
     @property
     def loaded(self) -> bool:
@@ -165,7 +169,6 @@ def pose(
     law, given = LAWS[law_name], dict(fixed or {})
     changes = data[0].contraction is None
     _require_sensible(law, data, free, given)
-    _require_possible(law, given)
     given = _stated(data, [*free, *given]) | given
     wanted = [*law.fitted, *free]
     if changes and "braid_angle" in law.fitted:
@@ -191,8 +194,8 @@ def _searched(problem: LawProblem, name: str) -> FitParameter:
 def _require_sensible(
     law: Law, data: Sequence[Measured], free: Sequence[str], given: Mapping[str, float]
 ) -> None:
-    """Refuse parameters that the law does not have, or that have no effect on these data."""
-    known = [*(p.name for p in law.parameters), *GEOMETRY]
+    """Refuse parameters that the law does not have, that it cannot have so, or that do nothing here."""
+    known = described(law)
     for name in (*free, *given):
         if name not in known:
             raise unknown(
@@ -213,12 +216,8 @@ def _require_sensible(
             field="free" if "end_length" in free else "fixed",
             value="end_length",
         )
-
-
-def _require_possible(law: Law, given: Mapping[str, float]) -> None:
-    """Refuse values to hold that the parameter cannot have."""
     for name, value in given.items():
-        parameter = GEOMETRY[name] if name in GEOMETRY else law.parameter(name)
+        parameter = known[name]
         if not parameter.lower <= value <= parameter.upper:
             raise InputError(
                 "is out of range",
@@ -250,7 +249,7 @@ def _settled(
 ) -> dict[str, float]:
     """The values of what is not free: as given, or the default."""
     settled = dict(given)
-    for name, parameter in (*((p.name, p) for p in law.parameters), *GEOMETRY.items()):
+    for name, parameter in described(law).items():
         if name in free or name in settled:
             continue
         if parameter.default is None:
@@ -305,12 +304,8 @@ def _require_enough(problem: LawProblem) -> None:
 
 def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
     """The pressure that each point was meant to be taken at: what a regulator and a sensor scatter is one."""
-    everything = np.concatenate([d.pressure for d in data])
-    ordered = np.sort(everything)
-    span = float(np.ptp(ordered))
-    starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > max(0.02 * span, 5e3))
-    if (len(starts) == 1 and span > 2e4) or len(starts) > MOST_LEVELS:
-        starts = np.linspace(0, len(ordered), 5, endpoint=False).astype(int)
+    ordered = np.sort(np.concatenate([d.pressure for d in data]))
+    starts = level_starts(ordered, 2e4)
     blocks = np.split(ordered, starts[1:])
     means = np.array([round(float(block.mean()) * 1e-5, 3) for block in blocks])
     edges = ordered[starts]

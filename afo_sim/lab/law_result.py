@@ -35,9 +35,9 @@ from afo_sim.lab.law_muscle import (
     residual_unit,
     taken_over,
 )
-from afo_sim.lab.law_problem import GEOMETRY, LawProblem, Loss, pose, select
+from afo_sim.lab.law_problem import LawProblem, Loss, described, pose, select
 from afo_sim.lab.measured import HEADER, Measured, check_facts, read_measured, require_once, several
-from afo_sim.lab.solution import held_out_json, held_out_lines
+from afo_sim.lab.solution import held_out_json, held_out_lines, require_left_out
 from afo_sim.physics import LAWS
 
 HOLD_OUT = ("all", "none", "pressure", "load", "curve", "muscle")
@@ -218,19 +218,13 @@ def _fitted(
         result = held_out(result, unseen, report, groups=hold_out != "none")
     if hold_out in ("all", "none"):
         return result
-    if hold_out not in result.held_out:
-        raise InputError(
-            "cannot be left out of these data",
-            field="hold_out",
-            value=hold_out,
-            allowed=", ".join(["all", "none", *result.held_out]),
-        )
+    require_left_out([hold_out], result.held_out)
     kept = {kind: e for kind, e in result.held_out.items() if kind in (hold_out, "file")}
     return dataclasses.replace(result, held_out=kept)
 
 
 def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, Any]) -> None:
-    parameters = {p.name for each in LAWS.values() for p in each.parameters} | set(GEOMETRY)
+    parameters = {name for each in LAWS.values() for name in described(each)}
     checks: list[tuple[str, str, Sequence[str], str]] = [
         ("hold_out", hold_out, HOLD_OUT, "is not a valid choice"),
         ("loss", loss, get_args(Loss), "is not a valid choice"),
@@ -269,7 +263,7 @@ def _read(sources: Sequence[Any], facts: Mapping[str, Any]) -> tuple[list[Measur
 
 def _fixed(law: str, texts: Mapping[str, Any], *, only: bool) -> dict[str, float]:
     """Values of the parameters that are held; with several laws, of those that this law has."""
-    units = {p.name: p.unit for p in (*LAWS[law].parameters, *GEOMETRY.values())}
+    units = {name: p.unit for name, p in described(LAWS[law]).items()}
     known = {name: text for name, text in texts.items() if name in units}
     if only and len(known) < len(texts):
         name = next(name for name in texts if name not in units)

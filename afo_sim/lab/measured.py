@@ -64,6 +64,7 @@ POSSIBLE = {
     "dead_volume": (1e-9, 0.1),
     "mass": (0.0, 20.0),
 }
+MOST_LEVELS = 12  # of pressure; more is a sweep
 SENSOR_OFFSET = 5e3  # below zero that a gauge may read without air [Pa]
 
 
@@ -88,6 +89,18 @@ class Measured:
     def name(self) -> str:
         """The file's name with its folder's, which is often the muscle's."""
         return f"{self.file.parent.name}/{self.file.stem}".removeprefix("/")
+
+
+def level_starts(ordered: np.ndarray, wide: float) -> np.ndarray:
+    """Where levels of rising pressures [Pa] begin: nearer than 2 % of their span is one.
+
+    More than a dozen, and one level wider than `wide`, are a sweep, which is cut into five blocks.
+    """
+    span = float(np.ptp(ordered))
+    starts = np.flatnonzero(np.diff(ordered, prepend=-np.inf) > max(0.02 * span, 5e3))
+    if (len(starts) == 1 and span > wide) or len(starts) > MOST_LEVELS:
+        starts = np.linspace(0, len(ordered), 5, endpoint=False).astype(int)
+    return starts
 
 
 def several(data: Any) -> list[Any]:

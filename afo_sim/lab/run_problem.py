@@ -87,13 +87,13 @@ class Log:
     channels: tuple[Channel, ...]
     facts: dict[str, Any]
 
-    def channel(self, name: str, field: str) -> Channel:
-        """A channel by its title or by its column; `field` names the argument in the message."""
+    def channel(self, name: str) -> Channel:
+        """A channel by its title or by its column."""
         for channel in self.channels:
             if name == channel.title or (name,) == channel.columns:
                 return channel
         titles = [channel.title for channel in self.channels]
-        raise unknown(name, titles, field=field, problem="the log has no such channel")
+        raise unknown(name, titles, field="noise", problem="the log has no such channel")
 
 
 def read_log(data: Any, scenario: Scenario) -> Log:
@@ -225,7 +225,7 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
             )
     noise = {channel.title: channel.noise(log.time) for channel in log.channels}
     for name, text in texts.items():
-        channel = log.channel(name, "noise")
+        channel = log.channel(name)
         deviation = quantity_at(f"noise.{name}", text, channel.si)
         if deviation <= 0.0:
             raise InputError("is out of range", field=f"noise.{name}", value=text, allowed="more than 0")
@@ -246,6 +246,12 @@ class RunParameterKind:
     typical: float
     logarithmic: bool
     unit: str = ""
+
+    def starting(self, name: str, start: float, keys: dict[str, float]) -> FitParameter:
+        """The parameter of a search that begins at the scenario's own value."""
+        size = (start or self.typical) if self.logarithmic else self.typical
+        ends = self.lower, self.upper, start, start
+        return FitParameter(name, self.unit, self.shown, *ends, size, logarithmic=self.logarithmic, keys=keys)
 
 
 _CONDUCTANCE = ("chamber", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
@@ -306,7 +312,7 @@ def _find(name: str, scenario: Scenario) -> FitParameter:
             else f"there is no such {kind.each or 'part'}",
         )
     if not kind.key:
-        return _parameter(name, kind, 0.0, {})
+        return kind.starting(name, 0.0, {})
     keys = [kind.key.format(member) for member in ([one] if dot else members)] if members else [kind.key]
     fields = [field_at(key, scenario) for key in keys]
     low, high = fields[0].bounds
@@ -323,14 +329,7 @@ def _find(name: str, scenario: Scenario) -> FitParameter:
             value=format_quantity(start, kind.unit),
             allowed=f"{low:g} to {high:g} {kind.shown}",
         )
-    return _parameter(name, kind, start, dict(zip(keys, shares, strict=True)))
-
-
-def _parameter(name: str, kind: RunParameterKind, start: float, keys: dict[str, float]) -> FitParameter:
-    """A search begins at the scenario's own value."""
-    size = (start or kind.typical) if kind.logarithmic else kind.typical
-    ends = kind.lower, kind.upper, start, start
-    return FitParameter(name, kind.unit, kind.shown, *ends, size, logarithmic=kind.logarithmic, keys=keys)
+    return kind.starting(name, start, dict(zip(keys, shares, strict=True)))
 
 
 Values = Mapping[str, float]

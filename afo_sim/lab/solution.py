@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-from afo_sim.common import Notice
+from afo_sim.common import InputError, Notice
 from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.identifiability import intervals, unidentified
 
@@ -262,6 +262,15 @@ def held_out(
             report(f"leaving out one {kind} after another")
             found[kind] = left_out(problem, masks, refit)
     return found
+
+
+def require_left_out(asked: Sequence[str], found: Mapping[str, HeldOut]) -> None:
+    """Refuse a kind that was asked for by its name and cannot be left out."""
+    for kind in asked:
+        if kind not in found:
+            allowed = ", ".join(["all", "none", *found])
+            problem = "cannot be left out of these data"
+            raise InputError(problem, field="hold_out", value=kind, allowed=allowed)
 
 
 def held_out_json(found: Mapping[str, HeldOut], factor: float = 1.0) -> dict[str, Any]:

@@ -94,21 +94,14 @@ def set_point_text(trial: Trial, curve: int) -> str:
 
 def table_of(trials: Sequence[Trial]) -> dict[str, np.ndarray]:
     """All rows of all curves, SI, very long curves thinned: {column: values (n,)}, LABELS first."""
-    texts: list[list[str]] = [[] for _ in LABELS]
-    values: dict[str, list[np.ndarray]] = {name: [] for name in COLUMNS}
-    for trial in trials:
-        for k, whole in enumerate(trial.curves):
-            every = -(-len(whole["time"]) // TABLE_ROWS)
-            columns = {name: column[::every] for name, column in whole.items()}
-            for column, text in zip(texts, _labels(trial, k), strict=False):
-                column += [text] * len(columns["time"])
-            texts[-1] += ["down" if branch % 2 else "up" for branch in columns["branch"]]
-            for name in COLUMNS:
-                values[name].append(np.asarray(columns[name], float))
-    found: dict[str, np.ndarray] = {
-        name: np.array(column, object) for name, column in zip(LABELS, texts, strict=True)
-    }
-    return found | {name: np.concatenate(parts) for name, parts in values.items()}
+    parts = []
+    for trial, (k, whole) in ((one, curve) for one in trials for curve in enumerate(one.curves)):
+        every = -(-len(whole["time"]) // TABLE_ROWS)
+        columns = {name: np.asarray(x[::every], float) for name, x in whole.items()}
+        count, ways = len(columns["time"]), np.where(columns["branch"] % 2 == 1, "down", "up").astype(object)
+        labels = [np.full(count, text, object) for text in _labels(trial, k)]
+        parts.append(dict(zip(LABELS, (*labels, ways), strict=True)) | columns)
+    return {name: np.concatenate([part[name] for part in parts]) for name in (*LABELS, *COLUMNS)}
 
 
 def _labels(trial: Trial, curve: int) -> list[str]:

@@ -18,7 +18,7 @@ from afo_sim.description import Orthosis, reader
 from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.identifiability import Believed, refused
 from afo_sim.lab.measured import require_once, several
-from afo_sim.lab.solution import HeldOut, Solution, held_out, unseen
+from afo_sim.lab.solution import HeldOut, Solution, held_out, require_left_out, unseen
 from afo_sim.lab.torque_belief import (
     SharedError,
     doubts,
@@ -53,7 +53,6 @@ from afo_sim.lab.torque_solution import (
 USUAL_FIT = ("series_stiffness", "offset")
 HOLD_OUT = ("all", "none", *KINDS)
 MEANINGS = ("device", "difference")
-FILE = "file"
 
 Progress = Callable[[str], None]
 
@@ -231,24 +230,18 @@ def fit_torque(
     groups = apart(solution, report)
     solution, contradictions = scattered(solution, groups)
     found = held_out(solution.problem, kinds, from_start(solution.x), report)
-    for kind in kinds:
-        if kind in filter(lambda each: isinstance(each, str), several(hold_out)) and kind not in found:
-            raise InputError(
-                "cannot be left out of these readings",
-                field="hold_out",
-                value=kind,
-                allowed=", ".join(["all", "none", *found]),
-            )
+    named = [each for each in several(hold_out) if isinstance(each, str)]
+    require_left_out([kind for kind in kinds if kind in named], found)
     kind, alone = alternatives(solution, found, report)
     lines = judged(solution, kind, alone, found)
+    laws = of_laws(solution, dict(found), report)
     if further:
-        found[FILE] = unseen(
+        found["file"] = unseen(
             [
                 (f"{g.readings.file.name} {g.readings.group}", replace(problem, groups=(g,)), solution.values)
                 for g in further
             ]
         )
-    laws = of_laws(solution, {k: each for k, each in found.items() if k != FILE}, report)
     shared = shared_errors(solution)
     moved = (each for each in moves(laws, problem.free) if each.severity == "warning")
     told = [*warnings_of(solution, [name for name in problem.names if name not in names])]

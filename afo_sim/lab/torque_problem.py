@@ -14,6 +14,7 @@ from afo_sim.common import EXAMPLES, InputError, Notice, unknown
 from afo_sim.description import Orthosis
 from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.identifiability import rms
+from afo_sim.lab.measured import level_starts
 from afo_sim.lab.solution import FitProblem
 from afo_sim.lab.torque_data import SAME_ANGLE, Readings
 from afo_sim.lab.torque_device import Change, Path, paths, statics
@@ -170,12 +171,7 @@ class TorqueProblem(FitProblem):
         """The number of each reading's pressure level; pressures nearer than 2 % of their span are one."""
         pressure = self.column("pressure")
         ordered = np.sort(pressure)
-        gap = max(0.02 * float(np.ptp(ordered)), 5e3)
-        edges = ordered[np.flatnonzero(np.diff(ordered, prepend=-np.inf) > gap)]
-        if len(edges) > 12 or (
-            len(edges) == 1 and np.ptp(ordered) > 1e5
-        ):  # swept: blocks of as many readings
-            edges = np.unique(ordered[np.linspace(0, len(ordered), 5, endpoint=False).astype(int)])
+        edges = np.unique(ordered[level_starts(ordered, 1e5)])
         return np.searchsorted(edges, pressure, side="right") - 1
 
     @property

@@ -192,7 +192,7 @@ ALIKE_HERE = About(SOURCE, "N·m", DERIVED, WHY_ALIKE)
 
 
 def _rigid() -> list[Row]:
-    """The law on anchors that do not give: error and excess, test by test."""
+    """The law on anchors that do not give, test by test; then the muscle as a run has it, by two laws."""
     found = []
     for name, test in knee_tests().items():
         errors = rigid_torque(test) - test.torque
@@ -201,13 +201,9 @@ def _rigid() -> list[Row]:
         excess = 100.0 * (np.abs(rigid_torque(test)).mean() / np.abs(test.torque).mean() - 1.0)
         strong = About(SOURCE, "%", DERIVED, WHY_PER_CENT)
         found.append(strong.implied(f"{what}: mean too strong by", TOO_STRONG[name], excess, 0.5))
-    return [*found, *_as_simulated()]
-
-
-def _as_simulated() -> list[Row]:
-    """The muscle as a run has it, by the author's law and by the one that it ships with."""
     shipped = reader.load("muscle", "dmsp_10").law
     return [
+        *found,
         _muscles(f"rigid anchors, the simulator's muscle by `{LAW}`", LAW, WHY_BRAID),
         _muscles(f"rigid anchors, the simulator's muscle by `{shipped}`", shipped, WHY_MAKERS),
         _muscles(f"`{shipped}` at the measured length and arm", shipped, WHY_MAKERS, measured=True),
@@ -241,7 +237,14 @@ def _one_stiffness() -> list[Row]:
     for name, unseen in UNSEEN.items():
         what = f"test {name}, predicted with {1e-3 * fitted[name]:.1f} kN/m, fitted to the other four: RMS"
         found.append(ALIKE_HERE.implied(what, unseen, rms(errors[name]), ALIKE))
-    return [*found, _with_offset(), *_as_measured(), *_beside_bolen(errors)]
+    found.append(_with_offset())
+    for name, test in knee_tests().items():
+        what = f"test {name}, law at the measured length and arm: RMS"
+        missed = rms(torque_as_measured(test) - test.torque)
+        found.append(ALIKE_HERE.implied(what, AS_MEASURED[name], missed, ALIKE))
+    printed = About(SOURCE, "N·m", "printed in a dissertation's proofs", WHY_BOLEN)
+    what = "RMS: bending brackets, one stiffness held out"
+    return found + [printed.compared(f"test {n}, {what}", BOLEN[n], rms(e)) for n, e in errors.items()]
 
 
 def _with_offset() -> Row:
@@ -251,25 +254,6 @@ def _with_offset() -> Row:
     pair = f"{1e-3 * stiffness:.1f} kN/m and {1e3 * offset:.1f} mm of offset"
     error = rms(torque(test, stiffness, offset) - test.torque)
     return ALIKE_HERE.implied(f"test {PREDICTED}, predicted with {pair}: RMS", WITH_OFFSET, error, ALIKE)
-
-
-def _as_measured() -> list[Row]:
-    """The law from the muscle's measured length and arm: whether the law or the geometry errs."""
-    return [
-        ALIKE_HERE.implied(
-            f"test {name}, law at the measured length and arm: RMS",
-            AS_MEASURED[name],
-            rms(torque_as_measured(test) - test.torque),
-            ALIKE,
-        )
-        for name, test in knee_tests().items()
-    ]
-
-
-def _beside_bolen(errors: dict[str, np.ndarray]) -> list[Row]:
-    printed = About(SOURCE, "N·m", "printed in a dissertation's proofs", WHY_BOLEN)
-    what = "RMS: bending brackets, one stiffness held out"
-    return [printed.compared(f"test {n}, {what}", BOLEN[n], rms(missed)) for n, missed in errors.items()]
 
 
 PARTS = (_rigid, _one_stiffness)

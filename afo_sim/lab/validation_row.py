@@ -81,16 +81,13 @@ class About:
     ) -> Row:
         """A printed number against ours."""
         error = float(simulated) - float(published)
-        numbers = {"published": float(published), "tolerance": tolerance}
-        return self.row(
-            "good", abs(error) <= tolerance, quantity, error, float(simulated), **numbers, **others
-        )
+        others = {"published": float(published), "tolerance": tolerance} | others
+        return self.row("good", abs(error) <= tolerance, quantity, error, float(simulated), **others)
 
     def implied(self, quantity: str, expected: float, simulated: float, tolerance: float) -> Row:
         """A number that follows from printed ones but is not printed, against ours."""
-        error = float(simulated) - float(expected)
-        numbers = {"expected": float(expected), "tolerance": tolerance}
-        return self.row("good", abs(error) <= tolerance, quantity, error, float(simulated), **numbers)
+        own = {"published": None, "expected": float(expected)}
+        return self.number(quantity, expected, simulated, tolerance, **own)
 
     def compared(self, quantity: str, published: float, simulated: float) -> Row:
         """A printed number beside ours where no agreement can be demanded."""
