@@ -58,12 +58,8 @@ def muscle(fit: LawFit, data: Measured, like: str = LIKE) -> Muscle:
     try:
         found: Muscle = reader.load("muscle", muscle_table(fit, data, like))
     except InputError as error:
-        raise InputError(
-            f"the fit of {fit.problem.law.name} is not a valid muscle: {error.field} {error.problem}",
-            file=data.file,
-            value=error.value,
-            allowed=error.allowed,
-        ) from None
+        problem = f"the fit of {fit.problem.law.name} is not a valid muscle: {error.field} {error.problem}"
+        raise error.replaced(problem=problem, file=data.file, field="", nearest=None) from None
     return found
 
 

@@ -260,20 +260,11 @@ def _settled(
             )
         settled[name] = parameter.default
     for d in data:
-        if "bore" not in d.facts:
-            raise InputError("must be stated", file=d.file, field="bore", allowed=_header("bore", "20 mm"))
-        if d.contraction is None and "total_length" not in d.facts:
-            raise InputError(
-                "must be stated",
-                file=d.file,
-                field="total_length",
-                allowed=_header("total_length", "21.5 cm"),
-            )
+        needed = {"bore": "20 mm"} | ({"total_length": "21.5 cm"} if d.contraction is None else {})
+        for name in (name for name in needed if name not in d.facts):
+            header = f'"# {name}: {needed[name]}"; in Python facts={{"{name}": "{needed[name]}"}} too'
+            raise InputError("must be stated", file=d.file, field=name, allowed=f"a header line {header}")
     return settled
-
-
-def _header(name: str, example: str) -> str:
-    return f'a header line "# {name}: {example}"; in Python facts={{"{name}": "{example}"}} too'
 
 
 def _require_enough(problem: LawProblem) -> None:

@@ -28,9 +28,7 @@ from afo_sim.lab.ledger_predictions import PREDICTIONS, si
 DRAWS, SEED = 64, 20070302
 LEVELS = (0.05, 0.5, 0.95)
 ALPHA = 0.1  # share of measured values that a band of 90 % misses
-SAYS_NOTHING = (
-    0.5  # half the band and the error, over the measured value, beyond which agreement says nothing
-)
+SAYS_NOTHING = 0.5  # (half the band + error)/measured beyond which agreement says nothing
 VERDICTS = ("agrees", "disagrees", "cannot tell")
 HEADER = ("device", "quantity", "predicted", "90 % band", "measured", "ratio", "verdict")
 

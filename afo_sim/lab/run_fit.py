@@ -315,11 +315,10 @@ def channel_errors(
     found = {}
     for title in first:
         whole = (noise[title], len(first[title]), rms(first[title]), rms(last[title]))
-        if unseen is None:
-            found[title] = Errors(*whole)
-        else:
-            parts = rms(first[title][rest]), rms(unseen[title][rest])
-            found[title] = Errors(*whole, int(rest.sum()), *parts)
+        parts: tuple[Any, ...] = ()
+        if unseen is not None:
+            parts = int(rest.sum()), rms(first[title][rest]), rms(unseen[title][rest])
+        found[title] = Errors(*whole, *parts)
     return found
 
 

@@ -194,13 +194,8 @@ def _require(table: Table, titles: list[Meaning]) -> None:
 def _check_time(table: Table, time: np.ndarray, scenario: Scenario) -> None:
     late = np.flatnonzero(np.diff(time) <= 0.0)
     if len(late):
-        line = table.rows[late[0] + 1][0]
-        raise InputError(
-            f"line {line}: time does not increase",
-            file=table.file,
-            field="time",
-            value=f"{time[late[0] + 1]:g} s",
-        )
+        line, at = table.rows[late[0] + 1][0], f"{time[late[0] + 1]:g} s"
+        raise InputError(f"line {line}: time does not increase", file=table.file, field="time", value=at)
     if time[0] < 0.0 or time[-1] > scenario.duration:
         early = time[0] < 0.0
         cure = "cut what is before the timer's start" if early else "a longer duration"

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import t
 
 from afo_sim.common import Notice
-from afo_sim.lab.identifiability import refused, unidentified
+from afo_sim.lab.identifiability import refused, rms, unidentified
 from afo_sim.lab.solution import HeldOut, Solution, verdict
 from afo_sim.lab.torque_data import WITHOUT_AIR, Readings
 from afo_sim.lab.torque_device import ANCHORS
@@ -190,7 +190,7 @@ def warnings_of(solution: Solution, added: Sequence[str]) -> Iterator[Notice]:
             "readings at three pressures tell them apart",
         )
     missed = errors(problem, solution.values)["torque"]
-    share = float(np.sqrt(np.mean(missed**2)) / np.abs(torque).mean())
+    share = rms(missed) / float(np.abs(torque).mean())
     if share > COARSE:
         yield Notice(
             "coarse",

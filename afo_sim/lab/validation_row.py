@@ -81,13 +81,16 @@ class About:
     ) -> Row:
         """A printed number against ours."""
         error = float(simulated) - float(published)
-        others = {"published": float(published), "tolerance": tolerance} | others
-        return self.row("good", abs(error) <= tolerance, quantity, error, float(simulated), **others)
+        numbers = {"published": float(published), "tolerance": tolerance}
+        return self.row(
+            "good", abs(error) <= tolerance, quantity, error, float(simulated), **numbers, **others
+        )
 
     def implied(self, quantity: str, expected: float, simulated: float, tolerance: float) -> Row:
         """A number that follows from printed ones but is not printed, against ours."""
-        own = {"published": None, "expected": float(expected)}
-        return self.number(quantity, expected, simulated, tolerance, **own)
+        error = float(simulated) - float(expected)
+        numbers = {"expected": float(expected), "tolerance": tolerance}
+        return self.row("good", abs(error) <= tolerance, quantity, error, float(simulated), **numbers)
 
     def compared(self, quantity: str, published: float, simulated: float) -> Row:
         """A printed number beside ours where no agreement can be demanded."""
