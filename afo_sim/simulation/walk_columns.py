@@ -273,7 +273,7 @@ WALKING = (
         "gait/needed_moment",
         "N*m",
         f"{MOMENT}; active moment of the recorded walking less what the patient gives",
-        lambda f: f.steps(f.active.needed),
+        lambda f: f.steps(f.active.needed),  # type: ignore[arg-type]
         needed=True,
     ),
     _column(
@@ -319,7 +319,7 @@ WALKING = (
     _column("foot/toe_load", "N", "under ball and toes, upward on the foot", lambda f: f.toe_load),
     _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),
     *(
-        _column(f"{point}/height", "m", sign, lambda f, p=point: _height(f, f.points, p))
+        _column(f"{point}/height", "m", sign, lambda f, p=point: _height(f, f.points, p))  # type: ignore[misc]
         for point, sign in HEIGHTS.items()
     ),
     _column(
