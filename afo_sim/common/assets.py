@@ -122,8 +122,10 @@ def file_beside(name: str, beside: pathlib.Path) -> str:
     """The whole path of a file that lies beside another, or is shipped as `models/…`; else the name."""
     root, _, rest = name.partition("/")
     shipped = [folder(root) / rest] if root in FOLDERS and rest else []
-    path = next((path for path in (beside.parent / name, *shipped) if path.is_file()), None)
-    return str(path.resolve()) if path else name
+    for path in (beside.parent / name, *shipped):
+        if path.is_file():
+            return str(path.resolve())
+    return name
 
 
 def shipped_name(file: pathlib.Path) -> str:

@@ -111,7 +111,7 @@ class FitCovariance(Described):
     @property
     def units(self) -> tuple[str, ...]:
         """SI unit of each parameter, "" of bare numbers."""
-        return tuple(_unit(name) for name in self.parameters)
+        return tuple(map(_unit, self.parameters))
 
     @property
     def matrix(self) -> np.ndarray:

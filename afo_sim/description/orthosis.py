@@ -362,10 +362,6 @@ class Orthosis(Described):
                 raise refusal("no muscle belongs to this chamber", "", f"chamber.{name}")
         if not self.range_of_motion[0] < self.range_of_motion[1]:
             raise refusal("the first angle is not below the second", "", "range_of_motion")
-        return self
-
-    @model_validator(mode="after")
-    def _air_is_connected(self) -> Self:
         check_network(self)
         return self
 

@@ -92,9 +92,8 @@ class Pace:
         described = gait.pace
         if not described or described[0][0] > 0.0:
             described = ((0.0, 1.0), *described)
-        return cls(
-            tuple(at for at, _ in described[1:]), tuple(factor for _, factor in described), gait.pace_change
-        )
+        times, factors = zip(*described, strict=True)
+        return cls(times[1:], factors, gait.pace_change)
 
     def walked(self, time: np.ndarray) -> np.ndarray:
         """Time that the walk takes at the walker's own cadence to come as far: the integral of the factor."""

@@ -178,8 +178,7 @@ class _Callbacks:
 
     def check(self) -> None:
         """Raise CallbackError where the pointers are no longer ours."""
-        ours = self.ours
-        if ours is None or any(now is not mine for now, mine in zip(_current(), ours, strict=True)):
+        if self.ours is None or _current() != self.ours:
             raise CallbackError(
                 "the muscle callbacks were replaced while they were held: the muscles would be limp. Close "
                 "the simulations that hold them, take the other program's callback away, and begin again."

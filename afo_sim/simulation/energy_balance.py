@@ -12,7 +12,7 @@ import itertools
 import math
 import operator
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import astuple, dataclass, fields
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def balance_of(orthosis: Orthosis, columns: Columns, static: Columns | None = No
     """As `balance`, from the description of the orthosis alone."""
     muscles = _muscles(orthosis, columns, static or {})
     parts = [*_chambers(orthosis, columns), *muscles, *_anchors(orthosis, columns)]
-    return Energy(*(sum(getattr(part, field.name) for part in parts) for field in fields(Energy)))
+    return Energy(*map(sum, zip(*map(astuple, parts), strict=True)))
 
 
 def _chambers(orthosis: Orthosis, columns: Columns) -> Iterator[Energy]:
@@ -88,16 +88,15 @@ def _muscles(orthosis: Orthosis, columns: Columns, known: Columns) -> Iterator[E
         # of alike muscles the first tells of all
         alike = 1 if group.alike else group.count
         for k in range(1, alike + 1):
-            own = {
-                column: columns[f"muscle/{name}_{k}/{column}"]
-                for column in ("force", "contraction", "path_length")
-            }
-            # without friction at its guides a muscle has no tension but its own
-            own["felt"] = columns.get(f"muscle/{name}_{k}/joint_force", own["force"])
+            muscle = f"muscle/{name}_{k}"
+            force, contraction = columns[f"{muscle}/force"], columns[f"{muscle}/contraction"]
             static = known.get(f"{name}_{k}")
             if static is None:
-                static = law_forces(group.type, own["contraction"], pressure)
-            own |= {"static": static, "pressure": pressure, "time": columns["time"]}
+                static = law_forces(group.type, contraction, pressure)
+            own = {"force": force, "contraction": contraction, "static": static, "pressure": pressure}
+            # without friction at its guides a muscle has no tension but its own
+            own["felt"] = columns.get(f"{muscle}/joint_force", force)
+            own |= {"path_length": columns[f"{muscle}/path_length"], "time": columns["time"]}
             yield _muscle(group, own, group.count if alike == 1 else 1)
 
 

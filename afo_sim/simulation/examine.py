@@ -1,7 +1,7 @@
 """Roll-out → Recording: rows become columns, columns become metrics and warnings."""
 
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -148,7 +148,12 @@ def timing_of(steps: int, seconds: float) -> dict[str, float]:
 def name_rows(built: Built, rollout: Rollout, *, solved: bool = False) -> Examined:
     """Columns, numbers and warnings of a roll-out; `solved` says that its last stride is the settled one."""
     columns, found = examine(built, rollout, solved=solved)
-    limits = tuple(_limits(built, rollout, columns)) if len(columns["time"]) else ()
+    limits: tuple[Notice, ...] = ()
+    if len(columns["time"]):
+        static = None
+        if _balanced(built, rollout, columns):  # a law counts as asked by the static force that it gave
+            static = with_static_forces(built, rollout, columns)[1]
+        limits = tuple(limit_warnings(built, columns, static))
     return Examined(dict(columns), found, limits)
 
 
@@ -211,8 +216,11 @@ def swing_of(built: Built, rollout: Rollout) -> np.ndarray:
 def _walked_near(built: Built, rollout: Rollout, settled: np.ndarray) -> tuple[int, float | None]:
     """Strides after which those that follow need not be walked, and the share of the way that each leaves."""
     angles = swing_of(built, rollout)
-    shares = ((k, share_left(angles[:k], settled)) for k in range(1, len(angles) + 1))
-    return next(((k, share) for k, share in shares if share is not None), (len(angles), None))
+    for k in range(1, len(angles) + 1):
+        share = share_left(angles[:k], settled)
+        if share is not None:
+            return k, share
+    return len(angles), None
 
 
 def _energy(built: Built, rollout: Rollout, columns: Columns) -> tuple[dict[str, Metric], list[Notice]]:
@@ -224,12 +232,6 @@ def _energy(built: Built, rollout: Rollout, columns: Columns) -> tuple[dict[str,
     reported = balance_metrics(built, rows, static, whole, _period(built.scenario))
     doubts = [*validity_warnings(built, rows, static, whole), *mismatch_warning(reported)]
     return reported, doubts
-
-
-def _limits(built: Built, rollout: Rollout, columns: Columns) -> Iterator[Notice]:
-    """Warnings of muscles beyond their limits; a law counts as asked by the static force that it gave."""
-    static = with_static_forces(built, rollout, columns)[1] if _balanced(built, rollout, columns) else None
-    yield from limit_warnings(built, columns, static)
 
 
 def _balanced(built: Built, rollout: Rollout, columns: Columns) -> bool:

@@ -97,17 +97,21 @@ def roll_out(
     """Roll simulations out side by side, each exactly as it runs alone."""
     recipe = recipe or Recipe()
     with native.installed(recipe.mode), native.without_clock():
-        failures = {k: found for k, case in enumerate(cases) if (found := limp(case)) is not None}
-        alive = [k for k in range(len(cases)) if k not in failures]
-        run = _Run([cases[k] for k in alive], n_step, recipe, workspace or Workspace())
+        failures = [limp(case) for case in cases]
+        alive = [case for case, failure in zip(cases, failures, strict=True) if failure is None]
+        run = _Run(alive, n_step, recipe, workspace or Workspace())
         start = time.perf_counter()
         if alive:
             run.through(progress, see)
         wall = (time.perf_counter() - start) / max(len(alive), 1)
-    ended = {k: run.rollout(place, wall) for place, k in enumerate(alive)}
-    return [
-        ended[k] if k in ended else not_begun(case.model, failures[k], recipe) for k, case in enumerate(cases)
-    ]
+    place, found = 0, []
+    for case, failure in zip(cases, failures, strict=True):
+        if failure is None:
+            found.append(run.rollout(place, wall))
+            place += 1
+        else:
+            found.append(not_begun(case.model, failure, recipe))
+    return found
 
 
 def not_begun(model: mujoco.MjModel, failure: Exception, recipe: Recipe | None = None) -> Rollout:
@@ -232,7 +236,12 @@ class _Run:
             alive, inputs = self._going(alive, inputs)
             if not alive:
                 return
-        out = self._out(alive, steps)
+        out: Rows = {}
+        for name, width in self.widths.items():
+            if self.in_place:
+                out[name] = self.rows[name][:, steps.start : steps.stop]
+            else:
+                out[name] = self.workspace.take(f"block of {name}", (len(alive), len(steps), width))
         out["time"][:] = np.nan  # tells the rows that no step has written
         stopped = stepper.advance(alive, inputs, out)
         for place, k in enumerate(alive):
@@ -277,13 +286,6 @@ class _Run:
         """The simulations that go on, and their inputs."""
         places = [place for place, k in enumerate(alive) if k not in self.stops]
         return [alive[place] for place in places], np.ascontiguousarray(inputs[places])
-
-    def _out(self, alive: list[int], steps: range) -> Rows:
-        """Arrays that a block is recorded into."""
-        if self.in_place:
-            return {name: values[:, steps.start : steps.stop] for name, values in self.rows.items()}
-        shape = len(alive), len(steps)
-        return {name: self.workspace.take(f"block of {name}", (*shape, w)) for name, w in self.widths.items()}
 
     def _keep(self, k: int, out: Rows, steps: range, done: int) -> None:
         """Copy every stride-th row of a block, aligned: states come after their step, forces before it."""

@@ -98,11 +98,11 @@ class BatchStepper:
     ):
         self.inputs = inputs
         self.batch = Batch(models[0], nsim=len(models), nthread=threads)
-        if any(model is not models[0] for model in models):
+        if len(set(map(id, models))) > 1:
             self.batch.set_models(list(models))
         self.batch.state[:] = states
-        before = (mujoco.mjtState.mjSTATE_TIME, mujoco.mjtState.mjSTATE_QPOS, mujoco.mjtState.mjSTATE_QVEL)
-        first = sum(mujoco.mj_stateSize(models[0], part) for part in before)
+        before = mujoco.mjtState.mjSTATE_TIME | mujoco.mjtState.mjSTATE_QPOS | mujoco.mjtState.mjSTATE_QVEL
+        first = mujoco.mj_stateSize(models[0], before)
         self.activations = slice(first, first + models[0].na)
 
     def restart(self, k: int, state: np.ndarray) -> None:

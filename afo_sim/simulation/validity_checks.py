@@ -427,10 +427,8 @@ def _source_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
     source, needed = built.scenario.supply.source, built.scenario.supply.pressure
     if source is None:
         return
-    pressure, temperature = (
-        columns.get(f"store/{SOURCE}/pressure"),
-        columns.get(f"store/{SOURCE}/temperature"),
-    )
+    pressure = columns.get(f"store/{SOURCE}/pressure")
+    temperature = columns.get(f"store/{SOURCE}/temperature")
     name = source.name or source.kind
     if pressure is not None and columns["time"][0] <= built.scenario.timestep and pressure[0] < needed:
         yield Notice(

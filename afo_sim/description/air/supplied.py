@@ -30,9 +30,9 @@ def check_supplied(orthosis: HasAir, supply: Supply) -> None:
 
 
 def _check_taken_from(orthosis: HasAir, supply: Supply) -> None:
-    taking = (way for way in ways(orthosis) if SUPPLY in (way.origin, way.end))
-    if any(AMBIENT not in (way.origin, way.end) for way in taking):
-        return
+    for way in ways(orthosis):
+        if SUPPLY in (way.origin, way.end) and AMBIENT not in (way.origin, way.end):
+            return
     for key in ("source", "regulator"):
         if getattr(supply, key) is not None:
             problem = f"its {key} has nothing to feed: no chamber and no volume takes air from the supply"
