@@ -242,8 +242,14 @@ def _column(
     )
 
 
-def _height(f: WalkFrame, points: Points, what: str) -> np.ndarray:
+def _needed(f: WalkFrame) -> np.ndarray:
+    assert f.active.needed is not None
+    return f.steps(f.active.needed)
+
+
+def _height(what: str, f: WalkFrame, points: Points | None = None) -> np.ndarray:
     """Height of the lowest of some of the outsole's points above the floor [m] (n,)."""
+    points = f.points if points is None else points
     lowest = np.minimum.reduce([points[name][1] for name in LOWEST.get(what, (what,))])
     return f.ankle_height + lowest
 
@@ -253,7 +259,7 @@ def _height_extended(f: WalkFrame, which: int) -> np.ndarray:
     toes = f.built.scenario.leg.toes
     assert toes is not None
     other = f.instants(_resting(f.walk, toes.swing_extension_range[which]))
-    return _height(f, f.foot.outsole(f.turn, f.extension + other - f.resting), "sole")
+    return _height("sole", f, f.foot.outsole(f.turn, f.extension + other - f.resting))
 
 
 MOMENT = "internal, dorsiflexion positive"
@@ -273,7 +279,7 @@ WALKING = (
         "gait/needed_moment",
         "N*m",
         f"{MOMENT}; active moment of the recorded walking less what the patient gives",
-        lambda f: f.steps(f.active.needed),  # type: ignore[arg-type]
+        _needed,
         needed=True,
     ),
     _column(
@@ -282,9 +288,9 @@ WALKING = (
         f"{MOMENT}; this ankle's tissue at the recorded angles",
         lambda f: f.steps(passive_along(f.walk, own_tissue(f.built.scenario))),
     ),
-    _column("gait/ball_height", "m", WORN, lambda f: _height(f, f.recorded_points, "ball")),
-    _column("gait/toe_height", "m", WORN, lambda f: _height(f, f.recorded_points, "toe")),
-    _column("gait/sole_height", "m", WORN, lambda f: _height(f, f.recorded_points, "sole")),
+    _column("gait/ball_height", "m", WORN, lambda f: _height("ball", f, f.recorded_points)),
+    _column("gait/toe_height", "m", WORN, lambda f: _height("toe", f, f.recorded_points)),
+    _column("gait/sole_height", "m", WORN, lambda f: _height("sole", f, f.recorded_points)),
     _column("gait/toe_extension", "rad", "at which the toes rest", lambda f: f.resting, toes=True),
     _column(
         "ankle/moment/orthosis",
@@ -319,7 +325,7 @@ WALKING = (
     _column("foot/toe_load", "N", "under ball and toes, upward on the foot", lambda f: f.toe_load),
     _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),
     *(
-        _column(f"{point}/height", "m", sign, lambda f, p=point: _height(f, f.points, p))  # type: ignore[misc]
+        _column(f"{point}/height", "m", sign, functools.partial(_height, point))
         for point, sign in HEIGHTS.items()
     ),
     _column(
