@@ -9,7 +9,7 @@ import matplotlib
 import numpy as np
 import pytest
 from figures import leave_blank
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from matplotlib.figure import Figure
@@ -316,6 +316,7 @@ def brute_ranks(points: np.ndarray) -> np.ndarray:
     return found
 
 
+@settings(suppress_health_check=[HealthCheck.too_slow])  # of a busy machine
 @given(st.data(), st.integers(2, 4), st.integers(1, 40))
 def test_fronts_are_those_of_every_pair(data: st.DataObject, m: int, n: int) -> None:
     points = data.draw(arrays(float, (n, m), elements=st.integers(-5, 5).map(float)))  # many ties
