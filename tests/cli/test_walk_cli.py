@@ -56,7 +56,7 @@ def test_a_walk_is_printed_and_written_whole(
     assert code == 2 and "responding walk" in err
     code, _, _ = call(capsys, *SHORT, "--vary", "supply.pressure=2 bar,4 bar", "--out", folder, "--force")
     assert code == 0 and {path.name for path in folder.iterdir()} == {"walk.json", "walk.csv"}
-    rows = list(csv.DictReader((folder / "walk.csv").read_text(encoding="utf-8").splitlines()))
+    rows = list(csv.DictReader((folder / "walk.csv").read_text(encoding="utf-8").splitlines()[1:]))
     assert [row["supply.pressure"] for row in rows] == ["2 bar", "4 bar"]
     bare = Response(found.scenario, {n: c for n, c in found.cases.items() if "adapted" not in n})
     own = {name: cell.replace("−", "-") for name, cell in in_brief(bare).items()}
