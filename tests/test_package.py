@@ -12,7 +12,7 @@ import zipfile
 from typing import Any
 
 import pytest
-from campaign import NIGHTLY
+from campaign import NIGHTLY, nightly
 from command import call
 from documents import PAGES, README, TEXT
 
@@ -114,6 +114,7 @@ def test_the_study_of_the_arm_runs(tmp_path: pathlib.Path) -> None:
     assert (tmp_path / "runs" / "s2_arm" / "arm" / "comparison.png").stat().st_size > 1000
 
 
+@nightly("what lands a change builds the wheel and runs it")
 @pytest.mark.slow
 def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]

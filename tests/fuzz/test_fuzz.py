@@ -60,7 +60,7 @@ def test_damaged_files_are_answered_or_refused(number: int, folder: pathlib.Path
     dice = random.Random(seed)
     names = names if NIGHTLY else dice.sample(names, 6)
     cases = [list(vars(damage).values()) for damage in FOUND] if number == 0 else []
-    cases += [[dice.choice(names), f"{seed} {k}"] for k in range(size(20, 5000))]
+    cases += [[dice.choice(names), f"{seed} {k}"] for k in range(size(12, 5000))]
     found = ended(cases, folder)
     counts = collections.Counter((case[0], case[-2]) for case in found)
     print(*(f"{count:6} {name}: {how}" for (name, how), count in sorted(counts.items())), sep="\n")
@@ -69,7 +69,7 @@ def test_damaged_files_are_answered_or_refused(number: int, folder: pathlib.Path
 
 @pytest.mark.slow
 def test_whole_files_are_answered(folder: pathlib.Path) -> None:
-    names = list(BASES) if NIGHTLY else random.Random(SEED).sample(list(BASES), 12)
+    names = list(BASES) if NIGHTLY else random.Random(SEED).sample(list(BASES), 6)
     found = ended([[name, "none", ""] for name in names], folder)
     assert [case for case in found if case[-2] != "fine"] == []
 

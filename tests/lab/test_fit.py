@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.stats
+from campaign import nightly
 from command import call
 
 import afo_sim
@@ -364,6 +365,7 @@ def gauge_readings(noise: float = 2.9) -> dict[str, Any]:
     }
 
 
+@nightly("a fit of every law, 13 s; laws are ranked by day")
 @pytest.mark.slow
 def test_a_slack_muscle_reads_zero_and_the_true_law_comes_back() -> None:
     readings = gauge_readings()

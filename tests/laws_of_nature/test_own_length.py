@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from campaign import size
+from campaign import nightly, size
 from laws_of_nature.own_length_case import device_of, rest, start_at, state_at, timed, walked
 from laws_of_nature.own_length_reference import Solution, solve
 
@@ -79,6 +79,7 @@ def test_a_settled_stride(mounting: str) -> None:
     assert_alike(solve(device, drive, state_at(built, run, first), time[rows]), run, rows)
 
 
+@nightly("10 s; a settled stride and a seated run are solved by day")
 @pytest.mark.slow
 def test_a_stride_of_a_walk_of_its_own() -> None:
     """As above, but the strides before are walked separately too; ten at night, until the air has settled."""

@@ -5,7 +5,7 @@ import pathlib
 
 import numpy as np
 import pytest
-from campaign import size
+from campaign import nightly, size
 from command import call
 
 import afo_sim as afo
@@ -87,6 +87,7 @@ def test_its_limits_are_what_s1_does_at_4_bar() -> None:
     assert bounds["cuff_skin_pressure"] == "14 kPa"
 
 
+@nightly("a whole search of 17 s; shorter ones run by day")
 @pytest.mark.slow
 def test_it_finds_less_pressure_for_the_same_torque(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
