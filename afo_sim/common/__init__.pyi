@@ -60,6 +60,7 @@ from .reading import read_bytes as read_bytes
 from .reading import read_text as read_text
 from .reading import unpack as unpack
 from .retired import RETIRED as RETIRED
+from .retired import refuse_retired as refuse_retired
 from .sealing import MOST_GROUPS as MOST_GROUPS
 from .sealing import WRITTEN as WRITTEN
 from .sealing import check_text as check_text

@@ -2,10 +2,10 @@
 
 import lazy_loader
 
-from afo_sim.rl.retired import ENTITY, refusing
+from afo_sim.common import refuse_retired
 
 _attached, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> object:
-    return refusing(ENTITY)(name) if name == "OrthosisEntity" else _attached(name)
+    return refuse_retired(name) if name == "OrthosisEntity" else _attached(name)

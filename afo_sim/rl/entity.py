@@ -1,5 +1,5 @@
 """The Composer entity, which is retired."""
 
-from afo_sim.rl.retired import ENTITY, refusing
+from afo_sim.common import refuse_retired
 
-__getattr__ = refusing(ENTITY)
+__getattr__ = refuse_retired

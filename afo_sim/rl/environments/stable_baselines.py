@@ -1,5 +1,5 @@
 """The adapter for Stable-Baselines3, which is retired."""
 
-from afo_sim.rl.retired import refusing
+from afo_sim.common import refuse_retired
 
-__getattr__ = refusing("stable_baselines3's own DummyVecEnv or SubprocVecEnv around gymnasium.make")
+__getattr__ = refuse_retired

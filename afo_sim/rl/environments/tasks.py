@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from afo_sim.common import InputError, unknown
+from afo_sim.common import RETIRED, refuse_retired, unknown
 from afo_sim.model import Built
 from afo_sim.rl.environments.episodes import Setting, setting
 from afo_sim.rl.environments.reward import HIGHEST, LOWEST, walking_reward
@@ -123,13 +123,12 @@ DROPFOOT_WALK = Task(
 )  # fmt: skip
 
 TASKS = {task.name: task for task in (SEATED_TRACKING, DROPFOOT_WALK)}
-RETIRED = "dropfoot_day"
 
 
 def task_of(name: str) -> Task:
     """A task by its name; InputError where there is none."""
-    if name == RETIRED:
-        retired_day()
+    if name in RETIRED:
+        refuse_retired(name)
     if name not in TASKS:
         raise unknown(name, list(TASKS), field="task", problem="there is no such task")
     return TASKS[name]
@@ -137,8 +136,7 @@ def task_of(name: str) -> Task:
 
 def retired_day(**_: Any) -> NoReturn:
     """Refuse the benchmark's task."""
-    allowed = "dropfoot_walk, with `sets` for other patients"
-    raise InputError("is retired", field="task", value=RETIRED, allowed=allowed)
+    refuse_retired("dropfoot_day")
 
 
 def setting_of(name: str, sets: Mapping[str, Any] | None = None) -> Setting:
