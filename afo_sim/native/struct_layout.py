@@ -94,8 +94,9 @@ def places() -> Any:
 
 
 def kinds() -> list[str]:
-    """The declared type of each field of READ."""
-    return [f"{struct}.{name}: {declarations(struct)[name].type}" for struct, name in READ]
+    """The declared type of each field of READ, and the size of MuJoCo's numbers [bytes]."""
+    size = ctypes.sizeof(_C_TYPES["mjtNum"])
+    return [f"mjtNum: {size}", *(f"{at}.{name}: {declarations(at)[name].type}" for at, name in READ)]
 
 
 @functools.cache
@@ -105,10 +106,12 @@ def verify() -> int:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     compared = 0
-    for name, owner in (("mjModel", model), ("mjData", data)):
-        raw = c_struct(name).from_address(owner._address)
+    owners: dict[str, Any] = {"mjModel": model, "mjData": data}
+    raw = {name: c_struct(name).from_address(owner._address) for name, owner in owners.items()}
+    owners["mjOption"], raw["mjOption"] = model.opt, raw["mjModel"].opt
+    for name, owner in owners.items():
         for field in declarations(name):
-            seen, stored = getattr(owner, field, None), getattr(raw, field)
+            seen, stored = getattr(owner, field, None), getattr(raw[name], field)
             if isinstance(seen, np.ndarray) and seen.size:
                 if stored is None:  # an arena array that is not allocated: a stand-in is shown
                     continue

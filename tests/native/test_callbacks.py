@@ -40,6 +40,12 @@ def test_wrong_layout_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         struct_layout.verify.__wrapped__()
 
 
+def test_code_for_numbers_of_another_size_has_another_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = struct_layout.kinds()
+    monkeypatch.setitem(struct_layout._C_TYPES, "mjtNum", ctypes.c_float)
+    assert struct_layout.kinds() != before
+
+
 @pytest.mark.parametrize("mode", ["native", "python"])
 def test_callbacks_are_restored(mode: native.Mode) -> None:
     assert mujoco.get_mjcb_act_bias() is None

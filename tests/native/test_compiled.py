@@ -145,6 +145,42 @@ def test_curves_of_a_later_process_are_the_same_and_need_no_compiler(tmp_path: p
     assert len(list(tmp_path.iterdir())) == 1
 
 
+SHIFTED = """
+import ctypes, mujoco
+from rig import charged, hanging_mass
+from afo_sim import native
+from afo_sim.native import compiled, struct_layout
+model = hanging_mass(3.0)
+with native.installed():
+    data = charged(model, 3e5)
+    mujoco.mj_step(model, data)
+wanted = SHIFT
+held, real = [], struct_layout.c_struct
+def moved(owner, name):
+    raw = ctypes.string_at(owner._address, ctypes.sizeof(real(name)))
+    at = real(name).opt.offset if name == "mjModel" else real(name).time.offset
+    held.append(ctypes.create_string_buffer(raw[:at] + bytes(wanted) + raw[at:]))
+    return ctypes.addressof(held[-1])
+if wanted:
+    def place(struct, name):
+        offset = getattr(real(struct), name).offset
+        first = {"mjModel": "opt", "mjData": "time"}.get(struct)
+        return offset + wanted * (first is not None and offset >= getattr(real(struct), first).offset)
+    table = (ctypes.c_int64 * len(struct_layout.READ))(*(place(*each) for each in struct_layout.READ))
+    compiled.places = lambda: table
+bias, _ = compiled.callbacks()
+print(*(bias(moved(model, "mjModel"), moved(data, "mjData"), k).hex() for k in range(model.nu)))
+"""
+
+
+def test_one_code_serves_another_layout() -> None:
+    """Copies of model and data, in which the fields stand elsewhere, have the same forces."""
+    (as_declared,), (elsewhere,) = (
+        said_at_once(SHIFTED.replace("SHIFT", str(shift)), user_cache.folder())[0] for shift in (0, 24)
+    )
+    assert as_declared == elsewhere and any(float.fromhex(each) for each in as_declared.split())
+
+
 @pytest.mark.slow
 def test_without_a_folder_code_is_compiled_each_time(
     counted: list[str | None], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
