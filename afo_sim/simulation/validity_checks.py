@@ -14,7 +14,7 @@ from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import WORN, Described, Muscle, MuscleGroup, Scenario, provenance_note
 from afo_sim.metrics import Facts, Metric, Window, cut, pressure_without_slap, skin_metrics, stance
 from afo_sim.model import ANKLE, SOURCE, Built, chamber_of, muscle_names
-from afo_sim.physics import BRAID_BLEND, LAWS, TRIPLE_TEMPERATURE
+from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_forces
 from afo_sim.physics.static_force import static_force
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
 from afo_sim.simulation.facts import facts_of
@@ -144,11 +144,10 @@ def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
         ("torque", "N·m", torque, KINKED, LEAST_TORQUE, cuff),
     ):
         for signed in (values, -values):
-            # Row of the largest value, and how much the slope changes in a step there, before it or behind
-            # it
+            # how much the slope changes in a step at the largest value, before it or behind it
             peak = int(np.argmax(signed))
             near = signed.take(range(peak - 2, peak + 3), mode="clip")
-            peak, kink = peak, float(np.abs(np.diff(near, 2)).max())
+            kink = float(np.abs(np.diff(near, 2)).max())
             height = float(signed[peak])
             if height > least and kink > most * height:
                 data: dict[str, Any] = {"kink": kink, "height": height, "beyond": kink / height, "unit": unit}
@@ -327,10 +326,7 @@ def _law_warnings(
     """Warnings of a muscle whose law gave a force outside its range of validity."""
     law = muscle.law_set
     # stretched, the braid carries; the law is asked at zero contraction
-    stretch, stiffness = np.maximum(-contraction, 0.0), muscle.braid_stiffness
-    blended = stiffness * stretch * stretch / (2.0 * BRAID_BLEND)
-    braid = np.where(stretch < BRAID_BLEND, blended, stiffness * (stretch - 0.5 * BRAID_BLEND))
-    pulling = force - braid > NEGLIGIBLE * muscle.limits.force
+    pulling = force - braid_forces(contraction, muscle.braid_stiffness) > NEGLIGIBLE * muscle.limits.force
     for word, values, (lower, upper), unit in (
         ("gauge pressure", pressure * 1e-5, np.multiply(law.pressure_range, 1e-5), " bar"),
         ("contraction", np.maximum(contraction, 0.0), muscle.contraction_range, ""),
