@@ -52,7 +52,7 @@ def test_more_pressure_is_told_to_be_worse_where_it_holds_push_off_back() -> Non
     assert found.best is not None
     meets = [each.meets for each in found.tried]
     assert meets.index(True) > 0 and not meets[-1]
-    assert found.worse()
+    assert found.worse() and set(found.worse()) <= set(found.notes)
     last = max(each.size for each in found.tried if each.meets)
     next_one = min(each.size for each in found.tried if each.size > last)
     assert next_one - last <= 5.01e3  # the upper end is found as closely
@@ -224,7 +224,7 @@ def test_limits_by_default_and_as_they_are_written() -> None:
         ("supply", "walk-dropfoot-afo", {"hours": 0}, "is out of range"),
         ("muscle", "walk-dropfoot-afo", {"group": "calf"}, "is not a group of muscles"),
         ("muscle", "walk-dropfoot-afo", {"count": (3, 2)}, "1 to 8"),
-        ("pressure", "walk-dropfoot-afo", {"cadence": 1000}, "30 to 240"),
+        ("pressure", "walk-dropfoot-afo", {"cadence": 1000}, "30 to 240 steps/min"),
         ("pressure", "walk-healthy", {}, "nothing to size"),
         ("pressure", "walk-dropfoot-afo", {"colour": 1}, "is not a valid option"),
     ],
@@ -240,7 +240,8 @@ def test_the_answer_as_a_table_a_frame_and_html() -> None:
     assert header[0] == "pressure" and len(rows) == len(found.tried) and "margins" in title
     assert sum(row[0].startswith("▶") for row in rows) == 1
     frame = found.to_pandas()
-    assert len(frame) == len(rows) and frame["meets"].sum() == sum(e.meets for e in found.tried)
+    assert list(frame.columns) == list(found.rows()[0]) and len(frame) == len(rows)
+    assert frame["meets"].sum() == sum(e.meets for e in found.tried)
     assert found.answer.split(":")[0] in repr(found) and "<table" in found._repr_html_()
 
 

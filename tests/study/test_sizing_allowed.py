@@ -1,5 +1,6 @@
 """What a sizing refuses to call sufficient, and what it refuses before anything is run."""
 
+import math
 from typing import Any
 
 import pytest
@@ -34,8 +35,21 @@ def test_the_least_pressure_is_never_beyond_a_limit() -> None:
     assert found.best is None and not found.holds
     assert max(each.size for each in found.tried) == 4.2e5
     assert "no pressure from 3 bar to 4.2 bar" in found.answer and "closest comes 4.2 bar" in found.answer
+    assert [note for note in found.notes if "4.2 bar" in note and "muscles" in note]  # 6 bar was asked for
+    none = size("pressure", "seated", SHORT, limits=limits, between=("5 bar", "6 bar"))
+    assert none.best is None and none.answer.endswith(
+        "5 bar is beyond what the muscles are allowed (4.2 bar)"
+    )
     high = size("pressure", "seated", SHORT | {"supply.pressure": "6 bar"}, limits=limits)
     assert high.best is None and max(each.size for each in high.tried) <= 4.2e5
+
+
+def test_a_pressure_that_suffices_at_the_lowest_tried_is_not_called_the_least_there_is() -> None:
+    limits, between = [f"{ANGLE} >= -60 deg"], ("1 bar", "2 bar")
+    found = size("pressure", "seated", SHORT, limits=limits, between=between)
+    assert found.best is found.tried[0] and found.answer.endswith(", the lowest that was tried")
+    asked = size("pressure", "seated", SHORT, limits=limits, between=between, at="1.5 bar")
+    assert "the least that does is 1 bar, the lowest that was tried" in asked.answer
 
 
 def test_a_valve_has_its_limit_too() -> None:
@@ -99,6 +113,7 @@ def test_a_muscle_that_nobody_measured_is_not_crowned_without_a_word() -> None:
     assert ideal.meets and found.best is not None and not found.best.doubt
     assert found.best.size > ideal.size
     assert f"1 × handmade_10mm would do too, but: {UPPER_BOUND}" in found.answer
+    assert "for dorsiflexor that meets" in found.answer
     grades = {row[0][2:]: row[found.table[1].index("grade")] for row in found.table[2]}
     assert grades["1 × handmade_10mm"] == grades["1 × dmsp_40"] == "D *" and grades["1 × dmsp_10"] == "B"
     assert any(UPPER_BOUND in line and "handmade_10mm" in line for line in found.remarks)
@@ -116,6 +131,8 @@ def test_sources_of_unknown_mass_are_named_beside_the_lightest() -> None:
     assert found.best is not None and found.best.name == "bottle_0_5l"
     unknown = [t.name for t in found.tried if t.meets and load("source", t.name).mass is None]
     assert unknown and all(name in found.answer.partition("; ")[2] for name in unknown)
+    masses = {row["name"]: row["mass of the source [kg]"] for row in found.rows()}
+    assert all(math.isnan(masses[name]) for name in unknown)
     long = size("supply", "seated", SHORT, hours=0.3)
     assert long.best is not None and load("source", long.best.name).mass is None
     assert long.best.doubt in long.answer

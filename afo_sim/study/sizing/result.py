@@ -76,6 +76,7 @@ class Sizing(Shown):
     requirements : the limits that were held
     tried : every candidate, from the smallest to the largest
     air : the metric of the air that it takes
+    part : whose it is: the group of muscles, or the chamber of a valve; "" of the others
     request : what was asked for, as plain data
     asked : the pressure that "does it suffice" was asked of; None where nobody asked
     interval : of a pressure: the next lower one that was tried, which fails, and the answer [Pa]
@@ -87,6 +88,7 @@ class Sizing(Shown):
     requirements: tuple[Requirement, ...]
     tried: tuple[Candidate, ...]
     air: str
+    part: str = ""
     request: dict[str, Any] = field(default_factory=dict)
     asked: Candidate | None = None
     interval: tuple[float, float] | None = None
@@ -109,6 +111,11 @@ class Sizing(Shown):
         return self.best is not None if self.asked is None else self.asked.meets
 
     @property
+    def _what(self) -> str:
+        """What is sized, in words."""
+        return KINDS[self.kind].what + (f" for {self.part}" if self.part else "")
+
+    @property
     def answer(self) -> str:
         """One sentence."""
         if self.asked is not None:
@@ -117,7 +124,7 @@ class Sizing(Shown):
         if best is None:
             return self._nearest_miss()
         doubt = f" ({best.doubt})" if best.doubt else ""
-        text = f"{best.name}{doubt} is the smallest {KINDS[self.kind].what} that meets all limits: "
+        text = f"{best.name}{doubt} is the smallest {self._what} that meets all limits: "
         text += self._reached(best)
         smaller = [each for each in self.ran if each.size < best.size]
         failing = [each for each in smaller if not each.meets]
@@ -127,7 +134,7 @@ class Sizing(Shown):
             )
             text += failing[-1].why
         elif not smaller:
-            text += "; no smaller one could be tried"
+            text += self._lowest(best) or "; no smaller one could be tried"
         if best.doubt:
             return f"{text}; none without a doubt meets them"
         would = [e for e in self.ran if e.meets and e.doubt and not best.size <= e.size < math.inf]
@@ -138,18 +145,26 @@ class Sizing(Shown):
     def _of_asked(self, asked: Candidate) -> str:
         """Whether a pressure suffices."""
         best = self.best
-        least = "no pressure that was tried does" if best is None else f"the least that does is {best.name}"
+        least = "no pressure that was tried does"
+        if best is not None:
+            least = f"the least that does is {best.name}{self._lowest(best)}"
         how = self._reached(asked) if asked.status == "run" else f"it was {asked.status} ({asked.reason})"
         verdict = f"is {asked.short[ALLOWED]}" if ALLOWED in asked.short else "does not suffice"
         minded = "".join(f"; mind: {note}" for note in with_code(asked.notes, BEYOND_LIMIT) if asked.meets)
         return f"{asked.name} {'suffices' if asked.meets else verdict}: {how}; {least}{minded}"
 
+    def _lowest(self, best: Candidate) -> str:
+        """That lower pressures than the best were not tried, where that is so."""
+        return ", the lowest that was tried" if self.kind == "pressure" and best is self.tried[0] else ""
+
     def _nearest_miss(self) -> str:
         """Where nothing meets what is wanted: the one that comes closest, and how close."""
-        ran, what = self.ran, KINDS[self.kind].what
+        ran, what = self.ran, self._what
         if not ran:
             why = f" could be run: {self.tried[0].reason}" if self.tried else " is there to try"
             return f"no {what}{why}"
+        if all(ALLOWED in each.short for each in ran):
+            return f"no {what} that was tried is allowed: {ran[0].name} is {ran[0].short[ALLOWED]}"
         labels = {each.label for each in self.requirements}
         closest = min(ran, key=lambda each: (bool(each.short.keys() - labels), self._missing(each)))
         how = self._reached(closest)
@@ -214,7 +229,10 @@ class Sizing(Shown):
         label, unit, factor = KINDS[self.kind].axis
         facts = list(dict.fromkeys(name for each in self.tried for name in each.facts))
         return [
-            {"name": each.name, f"{label} [{unit}]": factor * each.size}
+            {
+                "name": each.name,
+                f"{label} [{unit}]": factor * (each.size if math.isfinite(each.size) else math.nan),
+            }
             | {name: each.facts.get(name, "") for name in facts}
             | {"status": each.status, "meets": each.meets}
             | {f"{r.metric} [{r.unit}]": each.values.get(r.metric, math.nan) for r in self.requirements}

@@ -99,8 +99,17 @@ class Request:
         """Run what it takes."""
         scenario = _at_cadence(self.scenario, self.options.get("cadence"))
         with pool(threads) as who:
-            asked = (self.kind, scenario, self.requirements, self.chamber, self.options, self.to_json())
-            found: Sizing = getattr(Trials(*asked, who, report), self.kind)()
+            trials = Trials(
+                kind=self.kind,
+                scenario=scenario,
+                requirements=self.requirements,
+                chamber=self.chamber,
+                options=self.options,
+                asked_for=self.to_json(),
+                who=who,
+                report=report,
+            )
+            found: Sizing = getattr(trials, self.kind)()
         return found
 
 
@@ -195,7 +204,8 @@ def _quantity(field: str, value: Any, which: str) -> float:
     try:
         return _QUANTITIES[which].read(value)
     except ValueError as error:
-        raise InputError(str(error), field=field, value=value, allowed=_QUANTITIES[which].span) from None
+        allowed = _QUANTITIES[which].span + (" steps/min" if which == "cadence" else "")
+        raise InputError(str(error), field=field, value=value, allowed=allowed) from None
 
 
 def _read_count(value: Any) -> tuple[int, int]:

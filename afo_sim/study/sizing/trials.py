@@ -50,14 +50,13 @@ class Trials:
     def pressure(self) -> Sizing:
         """A scan of the allowed range, then every step between two of it where what is met may change."""
         at = self.options.get("at")
-        scan = tries.scanned(self.scenario, self.options.get("between"))
+        between = self.options.get("between")
+        scan = tries.scanned(self.scenario, between)
         tried = self._pressures(scan if at is None else sorted({*scan, at}))
         inner = [
             p
             for a, b in itertools.pairwise(tried)
-            if b.size <= scan[-1]
-            and (a.meets != b.meets or not _lacks(a) & _lacks(b))
-            and not a.meets & b.meets
+            if b.size <= scan[-1] and not (a.meets and b.meets) and not _lacks(a) & _lacks(b)
             for p in tries.steps_between(a.size, b.size)
         ]
         tried = sorted(tried + self._pressures(inner, beyond=len(tried)), key=lambda each: each.size)
@@ -66,7 +65,10 @@ class Trials:
         if first is not None:
             interval = (tried[first - 1].size if first else math.nan, tried[first].size)
         asked = next((each for each in tried if each.size == at), None)
-        return self._sizing(tried, asked=asked, interval=interval)
+        notes = []
+        if between and (limit := tries.exceeded(self.scenario, between[1])):
+            notes.append(f"above {bar(limit[0])} no pressure was tried: {limit[1]} allowed no more")
+        return self._sizing(tried, notes=notes, asked=asked, interval=interval)
 
     def _pressures(self, pressures: Sequence[float], beyond: int = 0) -> list[Candidate]:
         """One that is not allowed does not meet what is wanted."""
@@ -80,7 +82,8 @@ class Trials:
     def valve(self) -> Sizing:
         """Every valve on one chamber."""
         options = {k: v for k, v in self.options.items() if k in ("side", "proportional")}
-        return self._sizing(self._run(tries.valves(self.scenario, self.chamber, **options)))
+        tried = self._run(tries.valves(self.scenario, self.chamber, **options))
+        return self._sizing(tried, part=f"chamber {self.chamber}")
 
     def tube(self) -> Sizing:
         """Every tube at every chamber."""
@@ -107,7 +110,7 @@ class Trials:
             return each
         source, pressure = load("source", each.name), self.scenario.supply.pressure
         flow, delivery = each.values["mean_flow"], 6e4 * source.delivery(pressure) * AIR.litres_per_gram
-        hours = math.inf
+        hours = math.nan if math.isnan(flow) else math.inf
         if flow > delivery:  # [kg/s]: a gram's litres are a kilogram's m³
             taken = (flow - delivery) / 6e4 / source.real_gas.litres_per_gram
             hours = source.given_at(pressure, taken) / taken / 3600.0
@@ -128,7 +131,8 @@ class Trials:
     def muscle(self) -> Sizing:
         """Every muscle for one group."""
         group = self.options.get("group") or next(iter(self.scenario.orthosis.muscle))
-        return self._sizing(self._run(tries.muscles(self.scenario, group, self.options.get("count"))))
+        tried = self._run(tries.muscles(self.scenario, group, self.options.get("count")))
+        return self._sizing(tried, part=group)
 
     def _run(
         self, candidates: Sequence[Candidate], beyond: int = 0, asked: frozenset[str] = frozenset()
