@@ -28,7 +28,14 @@ CHANCE = 2.0  # standard errors 1/√n of a correlation: beyond them neighbourin
 
 @dataclass(frozen=True)
 class LawFit(Believed):
-    """Parameters of a law, and how far they can be believed. SI."""
+    """Parameters of a law, and how far they can be believed. SI.
+
+    `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `silent` is
+    the number of readings of a slack muscle that the law calls slack, too: they identify nothing. `held_out`
+    are the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
+    `covariance` is of the parameters that the data identify together, whether or not each alone; None
+    where the points are too few or the starts end in different places.
+    """
 
     solution: Solution
     agreeing_starts: int

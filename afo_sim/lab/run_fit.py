@@ -204,7 +204,7 @@ def fit_run(
         search.mask = np.ones_like(problem.seen)
     solution = believed(search, search.search(start))
     after, lines = run_at(problem, solution.values), verdict(solution)
-    for name in search.rough - refused(lines):
+    for name in (n for n in search.names if n in search.rough - refused(lines)):
         lines.append(unidentified("jumps", [name], "not identifiable: the run changes with it by jumps"))
     lacking = refused(lines)
     ends = {n: None if n in lacking else solution.interval(k) for k, n in enumerate(search.names)}

@@ -203,6 +203,9 @@ def _too_few(solution: Solution, points: int) -> Iterator[Notice]:
     for k, name in enumerate(names):
         if not solution.half[k] <= 1e100:
             without.append(name)
+            if not solution.inner[k]:
+                yield unidentified("at-bound", [name], "not identifiable: it ends at its bound")
+                continue
             yield unidentified("no-effect", [name], f"not identifiable: {_shown(solution, k)}")
     if rest := [name for name in names if name not in without]:
         wanted = f"{len(names)} parameter{'s' if len(names) > 1 else ''}"
@@ -212,7 +215,10 @@ def _too_few(solution: Solution, points: int) -> Iterator[Notice]:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Errors [SI] of data when they were left out, by what was left out; weights, mean squares within."""
+    """Errors [SI] of data when they were left out, by what was left out; weights, mean squares within.
+
+    `weight` are their readings, `scatter` the mean square [N²·m²] of these about their mean.
+    """
 
     errors: dict[str, np.ndarray] = field(default_factory=dict)
     weight: dict[str, np.ndarray] = field(default_factory=dict)
