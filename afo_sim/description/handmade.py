@@ -54,6 +54,7 @@ def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> No
     area = (bore / 2.0 / _S1.nominal_radius) ** 2  # relative to S1's muscle
     most = round(maximum_contraction(braid.braid_angle), 4)
     bladder = _S1_BLADDER[0] * blocked_force(braid, 1.0) / blocked_force(_S1, 1.0)
+    highest = parse_quantity(muscle["limits"]["pressure"]["value"], "Pa")
     rubber = "laws.tondu_lopez_2000_bladder.bladder"
     numbers: dict[str, str | float] = {
         **{place: given.get(key, f"{1e3 * q[key]:.6g} mm") for key, place in _PLACE.items()},
@@ -63,7 +64,7 @@ def fill_braid(muscle: MutableMapping[str, Any], given: Mapping[str, str]) -> No
         "mass": f"{7.5e3 * bore * total + 4e5 * bore**2:.3g} g",
         f"{rubber}_force": f"{bladder:.4g} N",
         f"{rubber}_stiffness": f"{_S1_BLADDER[1] * area:.4g} N",
-        "limits.force": f"{blocked_force(braid, _PRESSURE):.4g} N",
+        "limits.force": f"{blocked_force(braid, highest):.4g} N",
         "limits.contraction_min": -min(0.03, math.floor(-500.0 * braid.lock) * 1e-3),
         "limits.contraction_max": most,
     }

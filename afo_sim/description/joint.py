@@ -11,7 +11,13 @@ WORN: dict[str, str] = {"shank": "cuff", "proximal": "cuff", "foot": "plate", "d
 
 @dataclass(frozen=True)
 class Joint:
-    """A hinge between two segments."""
+    """A hinge between two segments.
+
+    above, below : the proximal and the distal segment's words
+    directions : what turning it to positive and to negative angles is called
+    turn : +1 where positive angles move a hanging distal segment forward (toes up), −1 where backward
+    segments : names of the proximal and the distal segment in a description
+    """
 
     above: str
     below: str

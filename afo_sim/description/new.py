@@ -76,7 +76,6 @@ def new(
             source = base.parent / str(values[key])
             values[key] = source.name
             files[source.name] = source
-    files = files
     check_writable(target.parent)
     _write(target, tomlkit.dumps(values), kind, files)
     return target
@@ -157,7 +156,14 @@ def _prepared(text: str, orthosis: pathlib.Path, uses: Mapping[str, str]) -> str
         for name in former[len(found) :]:
             values.get(key, {}).pop(name, None)
     names = dict(zip(former, found, strict=False))
-    return re.sub(rf"\b({'|'.join(former)})\b", lambda it: names.get(it[0], it[0]), tomlkit.dumps(values))
+    chambers = re.compile(rf"\b({'|'.join(former)})\b")
+    # tables and keys, also behind #; no defaults, nor a controller's side, which is no chamber
+    return re.sub(
+        r"^(?:# )?(?!side = )(?:\[|[\w.]+ = ).*$",
+        lambda line: chambers.sub(lambda it: names.get(it[0], it[0]), line[0]),
+        tomlkit.dumps(values),
+        flags=re.MULTILINE,
+    )
 
 
 def _write(target: pathlib.Path, text: str, kind: str, files: Mapping[str, pathlib.Path]) -> None:

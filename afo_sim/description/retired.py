@@ -7,7 +7,7 @@ from afo_sim.description.tree import Tree
 
 # What stands for it now, by (table, key).
 RETIRED = {
-    ("controller", "impedance"): "a function of your own, afo_sim.run(…, controller=…): three lines, "
+    ("controller", "impedance"): "a function of your own, afo_sim.run(…, controller=…): a few lines, "
     "docs/controllers.md; or [controller.pid]",
     ("leg", "subtalar"): "a leg without it: the foot does not turn to its side, and peak_inversion_moment is "
     "of the muscles about the ankle",

@@ -21,7 +21,13 @@ class HasAir(Protocol):
 
 @dataclass(frozen=True)
 class Way:
-    """A way that air can take from one node to another."""
+    """A way that air can take from one node to another.
+
+    key : what it belongs to, such as "restriction.feed"
+    origin, end : nodes
+    part : kind of the restriction whose own way it is; None of a chamber's valves, and of branches to the
+        ambient air
+    """
 
     key: str
     origin: str
