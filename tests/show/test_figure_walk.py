@@ -44,7 +44,7 @@ def test_figures_are_those_that_have_something_to_show(
     for run in (bare, helped):
         for name in run_figure.figures_of(run):
             run_figure.FIGURES[name](run, tmp_path / f"{name}.png")
-            assert drawn[-1].axes
+            assert drawn[-1].axes and (tmp_path / f"{name}.png").is_file()
 
 
 def test_clearance_panel_draws_both_feet(bare: Recording) -> None:
@@ -62,7 +62,7 @@ def test_clearance_panel_draws_both_feet(bare: Recording) -> None:
 def test_stance_is_shaded_where_the_ground_pushes(bare: Recording) -> None:
     axis = panel(panels.sole, bare)
     spans = [patch.get_extents().transformed(axis.transData.inverted()) for patch in axis.patches]
-    assert len(spans) == len(bare.strides)  # one a stride
+    assert len(spans) == len(bare.strides) >= 3  # one a stride
     for time, force in zip(bare["time"][::50], bare["ground/force/z"][::50], strict=True):
         assert any(span.x0 <= time < span.x1 for span in spans) == (force > STANDING)
 

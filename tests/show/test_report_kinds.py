@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from campaign import size
+from campaign import NIGHTLY, size
 
 from afo_sim.metrics import Metric
 from afo_sim.show.report import page, read_runs
@@ -76,7 +76,7 @@ def words_of(text: str) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["three", "seated"])  # the others' runs are among the three
+@pytest.mark.parametrize("kind", KINDS if NIGHTLY else ("three", "seated"))  # the others' are in the three
 def test_no_page_shows_a_key_or_a_name_of_a_file(pages: Callable[[str], pathlib.Path], kind: str) -> None:
     found = set(KEY.findall(words_of(pages(kind).read_text(encoding="utf-8"))))
     assert found - ALLOWED == set()
