@@ -39,7 +39,7 @@ class Commands(TyperGroup):
         """A command by its name; of one that is no more, an error that says what to use."""
         found = super().get_command(ctx, name)
         if found is None and name in RETIRED:
-            raise InputError("is no command any more", field=name, allowed=RETIRED[name])
+            raise InputError("is retired", field=name, allowed=RETIRED[name])
         return found
 
     def invoke(self, ctx: Any) -> Any:

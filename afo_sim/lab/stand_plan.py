@@ -32,7 +32,14 @@ LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is lo
 
 @dataclass(frozen=True)
 class Laboratory:
-    """Surroundings of the muscle on the stand."""
+    """Surroundings of the muscle on the stand.
+
+    supply : gauge pressure that no test goes beyond [Pa]; the muscle's own limit by default
+    valve : solenoid valve that fills and vents it in `step`, and feeds it in `release` where given
+    tube_volume : between valve and muscle [m³]
+    wall_conductance : heat to the wall [W/K]
+    timestep : [s]; by default 2 ms, for `step` 1 ms, for `release` 0.1 ms, or less where the braid needs it
+    """
 
     supply: float | None = None
     valve: Valve | None = None
@@ -46,7 +53,24 @@ USUAL = Laboratory()
 
 @dataclass(frozen=True)
 class StandPlan:
-    """One test of one muscle: per curve, how pressure and length go between two values and back."""
+    """One test of one muscle: per curve, how pressure and length go between two values and back.
+
+    A branch takes `duration`; "up" goes from the first value to the second, "down" back, along half a
+    cosine, so that motion starts and ends at rest. With a solenoid valve the pressure is the supply's:
+    up opens the inlet, down the outlet.
+
+    set_points : what tells the curves apart: pressure [Pa], load [N] or contraction [-] (n,)
+    pressure : gauge, from and to [Pa] (n, 2)
+    contraction : from and to [-] (n, 2); where the carriage hangs free, its start only
+    load : weight on the carriage [N] (n,); NaN where the length is prescribed
+    start_pressure : in the chamber before the test [Pa] (n,)
+    timestep, duration : of a step, of one branch [s]
+    branches : how many
+    stride : every how many steps a row is kept; turning points are
+    valve : solenoid valve at inlet and outlet; None is the regulator
+    outlet : another valve at the outlet
+    spring : stiffness of a spring that the carriage is drawn against [N/m]
+    """
 
     kind: Kind
     muscle: Muscle

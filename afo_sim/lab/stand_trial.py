@@ -295,7 +295,14 @@ def _release(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
 
 @dataclass(frozen=True)
 class StaticLoad:
-    """F_ce and K at each pressure, and the straight line of F_ce."""
+    """F_ce and K at each pressure, and the straight line of F_ce.
+
+    pressure : gauge [Pa] (n,)
+    contractile_force : F_ce [N] (n,)
+    stiffness : K [N/m] (n,)
+    start, slope : F_ce = start + slope p [N], [N/Pa]
+    worst : greatest distance of F_ce from its line [N]
+    """
 
     pressure: np.ndarray
     contractile_force: np.ndarray

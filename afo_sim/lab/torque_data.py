@@ -47,7 +47,13 @@ FEWEST_SAMPLES = 10  # of a log
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Static torques of one group (a test, a day, a wearer), SI, one number a setting."""
+    """Static torques of one group (a test, a day, a wearer), SI, one number a setting.
+
+    `angle` and `torque` are dorsiflexion positive, `pressure` is gauge, `cuff` the displacement of the cuff
+    along the pull, not a number where none was read. `weight` is how many readings a setting is the mean of;
+    a stretch of a log counts as one. `scatter` is the mean square of their torques about their mean. `path`
+    holds measured path lengths and moment arms [m] (2, n) by the muscle in their titles, "" for the only one.
+    """
 
     file: pathlib.Path
     group: str

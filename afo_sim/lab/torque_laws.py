@@ -34,7 +34,10 @@ CHANCE = 0.95  # up to which a ratio of mean squared errors is chance
 @dataclass(frozen=True, eq=False)
 class OfLaw:
     """A fit with one law; `comparable` says whether it lies as close as the closest, as far as chance
-    allows."""
+    allows.
+
+    `rms_held_out` is of what was left out [N·m], `beyond` says where the law is asked beyond its range.
+    """
 
     law: str
     solution: Solution

@@ -36,7 +36,11 @@ def from_start(start: np.ndarray) -> Refit:
 
 @dataclass(frozen=True)
 class Alternative:
-    """The fit without one parameter, which is held where it does nothing."""
+    """The fit without one parameter, which is held where it does nothing.
+
+    `values` are those of the others [SI], `rms` is of what was left out [N·m], `beaten` whether this fit
+    predicts it as well.
+    """
 
     dropped: str
     values: dict[str, float]

@@ -322,10 +322,6 @@ def with_sole(leg: Tree) -> tuple[Tree, str]:
     return _placed(leg, derived), "derived from the lower edge of the foot's shapes"
 
 
-def _below_foot(leg: Tree) -> list[Part]:
-    return leg.below(FOOT)
-
-
 def from_ankle(leg: Tree, part: Part) -> np.ndarray:
     """Pose of a part from the ankle, in the axes of the leg (4, 4)."""
     found = leg.world_pose(part.name).copy()

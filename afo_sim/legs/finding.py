@@ -29,7 +29,22 @@ ASIDE = 0.02  # [m] of an ankle's centre beside the foot's, of a foot beside the
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A leg within a tree."""
+    """A leg within a tree.
+
+    shank, foot : names of the parts; the foot is what the ankle turns, whatever part below it was named
+    ankle : name of the hinge between them
+    side : of the body that it stands on
+    centre : of the ankle on its axis, in the world [m] (3,)
+    axes : forward, left and up of shank and foot at angle zero, in the world; columns of a rotation (3, 3)
+    sign : +1 where the file's hinge is dorsiflexion positive, else −1
+    zero : the file's coordinate of the hinge at which the ankle's angle is zero [rad]
+    tilt : of the hinge's axis against the perpendicular to the shank [rad]
+    welded : names of joints between shank and foot, or below the foot, that are taken as stiff
+    shank_length, foot_length : [m]; None where nothing shows
+    how : {what was found: how it was found}, in words
+    sole : slope of the sole against forward at angle zero, toe up [rad]; None where nothing shows
+    notes : notices for the user
+    """
 
     shank: str
     foot: str

@@ -16,7 +16,14 @@ ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint between a part and its parent."""
+    """A joint between a part and its parent.
+
+    axis : in the part's axes, of length one (3,)
+    position : in the part's axes [m] (3,)
+    range : stops [rad] or [m]; None without stops
+    stiffness, spring_reference : about which its spring rests
+    zero : its coordinate in the posture that the tree stands in
+    """
 
     name: str
     kind: JointKind
@@ -33,7 +40,13 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What a part looks like."""
+    """What a part looks like.
+
+    pose : in the part's axes (4, 4)
+    size : as MuJoCo's geom_size [m] (3,); half lengths and radii; of no meaning for a mesh
+    vertices, faces : of a mesh [m] (n, 3), (m, 3); empty otherwise
+    touches : it is there for contact, beside those that are seen
+    """
 
     name: str
     kind: ShapeKind
@@ -47,7 +60,14 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A rigid body."""
+    """A rigid body.
+
+    parent : name of the part that it hangs on; None of a root
+    pose : in the parent's axes, or the world's, in the posture where each joint is at its `zero` (4, 4)
+    mass [kg]; centre, of mass [m] (3,); inertia about that centre [kg·m²] (3, 3); in its own axes
+    joints : between it and its parent; none where it is fixed
+    points : named places in its axes [m] (3,)
+    """
 
     name: str
     parent: str | None
@@ -62,7 +82,14 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """Parts, parents before children, and what else the file holds."""
+    """Parts, parents before children, and what else the file holds.
+
+    file : it came from
+    parts : by name
+    beside : what else stands in the file, in words by kind: {"tendons": ("soleus_r", …), "actuators": …}
+    notes : remarks on reading it, for the user
+    couplings : joints that follow another: (joint, the other, offset, multiplier)
+    """
 
     file: pathlib.Path | None
     parts: dict[str, Part]

@@ -136,7 +136,10 @@ class Shapes:
 
 @dataclass
 class _Robot:
-    """Links and joints of yourdfpy, made of parts."""
+    """Links and joints of yourdfpy, made of parts.
+
+    frames : {part: place of its link's frame in the part's axes [m] (3,)}
+    """
 
     tree: Tree
     name: str
@@ -255,7 +258,11 @@ def _is_root(roots: list[Part]) -> bool:
 
 
 def _steps(part: Part, above: np.ndarray) -> Iterator[tuple[Joint | None, np.ndarray, np.ndarray]]:
-    """Each joint of a part with its origin in the link above, and its place in the part's axes."""
+    """Each joint of a part with its origin in the link above, and its place in the part's axes.
+
+    MuJoCo turns a part about its first joint first: T M₁ M₂ …, so that the first is the outermost link. The
+    first origin is shift(−above) T shift(p₁), each later one shift(pₖ − pₖ₋₁).
+    """
     before = shift(-above) @ part.pose
     last = np.zeros(3)
     for joint in part.joints or (None,):

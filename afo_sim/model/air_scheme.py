@@ -36,7 +36,14 @@ REGULATOR = "regulator of the supply"
 
 @dataclass(frozen=True)
 class AirNode:
-    """A place with a pressure of its own."""
+    """A place with a pressure of its own.
+
+    kind : "supply" (endless), "bottle", "cartridge", "compressor", "point" (regulator's outlet, valve end of
+        a tube), "volume", "chamber" or "ambient"
+    name : as people read it
+    lines : what is told of it, a line each
+    volume : of its air [m³]; of a chamber with its muscles at their nominal length; 0 where it is endless
+    """
 
     kind: str
     name: str
@@ -46,7 +53,22 @@ class AirNode:
 
 @dataclass(frozen=True)
 class AirEdge:
-    """What air flows through between two nodes."""
+    """What air flows through between two nodes.
+
+    kind : "tube", "orifice", "throttle", "check_valve", "quick_exhaust", "silencer", "leak", "valve",
+        "valve_3_2" or "regulator"
+    name : unique; of chambers' valves "<chamber> inlet" and so on
+    label : its name as people read it, without its chamber's
+    upstream, downstream : nodes
+    forward, back : sonic conductance each way [m³/(s·Pa)]; 0 where nothing flows, infinite of an ideal
+        regulator
+    ratio : critical pressure ratio b [-]
+    lines : what is told of it beside C and b
+    exhaust : node behind the third port of a 3/2 valve or a quick exhaust
+    venting : sonic conductance of that way [m³/(s·Pa)], from `downstream`
+    way : INLET or OUTLETS of a chamber's valve, else ""
+    marks : "proportional" of a valve, "spring" of a check valve that a pressure opens
+    """
 
     kind: str
     name: str
@@ -74,7 +96,10 @@ class AirEdge:
 
 @dataclass(frozen=True)
 class AirWay:
-    """The way of air between a node and a chamber."""
+    """The way of air between a node and a chamber.
+
+    edges : (its name, C [m³/(s·Pa)]) in the order of the flow; parts that hinder nothing are left out
+    """
 
     edges: tuple[tuple[str, float], ...]
 

@@ -138,7 +138,16 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """A leg with its orthosis, compiled without pictures and parameters. It is shared."""
+    """A leg with its orthosis, compiled without pictures and parameters. It is shared.
+
+    model : what is stepped
+    bare : the leg alone, of recorded walking; whose turn it is writes masses into it
+    index, circuit : actuators by name
+    angles : over the range of motion [rad] (n,)
+    lengths : of the muscles' paths at these angles [m] (n, n_muscle)
+    side_arms : lever arms of the muscles to the foot's sides; None where they have none
+    load, bare_load : what goes with the person's mass in them
+    """
 
     model: mujoco.MjModel
     bare: mujoco.MjModel | None

@@ -48,7 +48,15 @@ TOE_JOINT = 25.0  # of a leg without toes, as PredSim's [N·m/rad]
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """The floor over the steps (n,)."""
+    """The floor over the steps (n,).
+
+    floor [m] and load [N], recorded, of each pad (n, n_pad); moment is what the recorded ground force has
+    about the ankle beside the pads' [N·m]; shift is how far it stands ahead of the pads' centre [m]; support
+    is what the body above gives so that the ankle stays where it was recorded, upward [N]; flexors is the
+    moment of the toes' own muscles beside their spring, extension positive [N·m], None of a rigid foot. lost
+    is what of the recorded force no floor has the pads carry; loaded is the force from which on a pad stands
+    on the floor [N].
+    """
 
     floor: np.ndarray
     load: np.ndarray
@@ -80,7 +88,15 @@ class Contact:
 
 @dataclass(frozen=True)
 class Lost:
-    """Recorded force that the pads do not carry, since the recorded foot rises too fast under it."""
+    """Recorded force that the pads do not carry, since the recorded foot rises too fast under it.
+
+    Mean curves of fast walkers have most of it: late in push-off their derived path lifts the foot while the
+    published force still presses.
+
+    most : at once, in body weights [-]
+    phase : where that is [-]
+    damping : greatest `ground.damping` that loses nothing, to the full hundredth below [s/m]
+    """
 
     most: float
     phase: float

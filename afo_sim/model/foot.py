@@ -64,7 +64,11 @@ def turned_all(
 
 @dataclass(frozen=True)
 class ToeSegment:
-    """The toes of a foot, in its axes where they are not extended."""
+    """The toes of a foot, in its axes where they are not extended.
+
+    hinge from the ankle (x, z) [m]; mass [kg]; centre, of mass from the hinge (x, z) [m]; inertia about the
+    hinge [kg·m²].
+    """
 
     hinge: tuple[float, float]
     mass: float
@@ -89,7 +93,11 @@ class ToeSegment:
 
 @dataclass(frozen=True)
 class Foot:
-    """In the foot's axes from the ankle, x forward and z up with the foot flat."""
+    """In the foot's axes from the ankle, x forward and z up with the foot flat.
+
+    mass [kg], centre of mass (x, z) [m] and inertia about the ankle [kg·m²] are of the whole foot with its
+    toes straight; points, of the outsole, by name (x, z) [m]; toes is None of a rigid foot.
+    """
 
     mass: float
     centre: tuple[float, float]

@@ -36,7 +36,13 @@ SAMPLES = 4096  # of a stride in which the change of sides is looked for
 
 @dataclass(frozen=True, eq=False)
 class Active:
-    """The patient's active ankle over the steps (n,)."""
+    """The patient's active ankle over the steps (n,).
+
+    moment [N·m] and stiffness [N·m/rad] are what drives it; recorded [N·m] is the whole internal moment of
+    the recorded walking; needed [N·m] is what a healthy ankle would give in that walking, less what this
+    patient's muscles and tissue give in the same motion, None of a patient's own walk, which no healthy ankle
+    is known of. Dorsiflexion positive.
+    """
 
     moment: np.ndarray
     stiffness: np.ndarray
@@ -70,7 +76,10 @@ def needed_moment(walk: Walk, foot: Foot, body_mass: float) -> np.ndarray:
 def _carried(
     walk: Walk, hinge: tuple[float, float], centre: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Second difference of the toes' pitch, and their moment about the ankle as a point, over its mass."""
+    """Second difference of the toes' pitch, and their moment about the ankle as a point, over its mass.
+
+    Units: hinge, centre [m], returns [rad], [m²/s²] (n_step,).
+    """
     pitch, turn = walk.ankle - walk.pose[:, 2], walk.sole
     at = turned(hinge, turn)
     if walk.toe is not None:
@@ -161,7 +170,7 @@ def _strength(
     passed = int(np.searchsorted(edges, start % 1.0, side="right"))
     dorsal = bool(moment[0] > 0.0) != bool(passed % 2)
     ahead = every[(every > start) & (every <= end)]
-    switches, dorsal = np.interp(ahead, walk.phase, walk.time), dorsal
+    switches = np.interp(ahead, walk.phase, walk.time)
     return activated(time, switches, sides[(np.arange(len(switches) + 1) + dorsal) % 2])
 
 

@@ -32,7 +32,24 @@ NAMED = np.radians([-20.0, 0.0, 20.0])  # angles at which the text gives them [r
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathFacts(Shown):
-    """The alike muscles of one group, over the ankle's angle, at rest and without friction."""
+    """The alike muscles of one group, over the ankle's angle, at rest and without friction.
+
+    muscles : their names
+    group, chamber : what they are, and on what they hang
+    angles : over the ankle's stops, with the ends of the range of motion, and zero [rad] (n,)
+    range : of motion [rad]
+    length : of the path [m] (n,); over a pulley, of muscle and path that is left to it
+    hardware : of what is in series and does not contract: fittings, link, slack [m]
+    path : contraction ratio that the path leaves the muscle [-] (n,)
+    arm : moment arm −dL/dθ [m] (n,)
+    pressures : gauge: none, half, full [Pa] (3,)
+    own : contraction ratio of a muscle itself at these pressures [-] (n, 3)
+    force : tension of one muscle [N] (n, 3)
+    torque : of all of them, dorsiflexion positive [N·m] (n, 3)
+    slack : angles at which it hangs through without air, and at full pressure
+    locked, stretched, short : angles at which, without air, the braid would lock or be stretched beyond its
+        limit; and at which it would have to be shorter than its limit
+    """
 
     muscles: tuple[str, ...]
     group: MuscleGroup

@@ -165,7 +165,12 @@ def _moved(place: Any, by: Ratio) -> Any:
 
 @dataclass(frozen=True)
 class Fit:
-    """How one group fits its leg."""
+    """How one group fits its leg.
+
+    arm : moment arm at angle zero, dorsiflexion positive [m]
+    contraction : ratio that the path leaves over the range of motion, least and most [-]
+    taut : angle from which on the muscle is taut without air [rad]; NaN where none is
+    """
 
     arm: float
     contraction: tuple[float, float]

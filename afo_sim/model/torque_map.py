@@ -17,7 +17,11 @@ NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}
 
 @dataclass(frozen=True)
 class TorqueMap:
-    """Static torque of one chamber's muscles alone; the others are at ambient pressure."""
+    """Static torque of one chamber's muscles alone; the others are at ambient pressure.
+
+    angles [rad] (n,), pressures gauge [Pa] (m,), torque, positive as the angles are [N·m] (n, m),
+    contraction, the least of its muscles' own contraction ratios [-] (n, m); joint, about which.
+    """
 
     chamber: str
     angles: np.ndarray

@@ -53,7 +53,6 @@ class Clock:
                 merged[-1] = (merged[-1][0], max(end, merged[-1][1]))
             else:
                 merged.append((start, end))
-        merged = merged
         if not merged:
             return np.zeros(len(self.start[0]))
         moved = np.asarray(self.step) > LEAST_STEP
@@ -80,7 +79,10 @@ def _until(merged: list[tuple[float, float]], periods: np.ndarray, beyond: np.nd
 
 @dataclass(frozen=True)
 class Pace:
-    """Factors on the cadence: `factors[0]` first; from `times[k]` [s] on it becomes `factors[k + 1]`."""
+    """Factors on the cadence: `factors[0]` first; from `times[k]` [s] on it becomes `factors[k + 1]`.
+
+    Each change takes `change` [s].
+    """
 
     times: tuple[float, ...]
     factors: tuple[float, ...]
@@ -121,7 +123,15 @@ class Pace:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A gait cycle over the steps of a run; arrays hold one sample more before and after the run."""
+    """A gait cycle over the steps of a run; arrays hold one sample more before and after the run.
+
+    phase counts strides [-]; pose is ankle x, ankle z [m] and shank angle [rad]; ankle is the recorded
+    ankle angle, as this outsole has it [rad]; knee the recorded knee angle [rad]; toe the toes' rest
+    extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
+    the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
+    upward positive [m]; wave is of the phase; resting gives the toes' rest extension at any phase; bent_from
+    is the same walk of a rigid foot, of whatever person.
+    """
 
     cycle: GaitCycle
     shift: tuple[float, float]
@@ -217,7 +227,12 @@ def lay_out(scenario: Scenario, foot: Foot) -> Walk:
 
 @dataclass(frozen=True)
 class _Stands:
-    """What the recorded ankle is fitted to."""
+    """What the recorded ankle is fitted to.
+
+    outsole : points at a recorded pitch of 0 [m]
+    stack : thickness of what is worn under the ankle [m]
+    sole_thickness : of what the recorded walker wore, at the person's size [m]; None as the recording says
+    """
 
     outsole: tuple[Point, ...]
     stack: float

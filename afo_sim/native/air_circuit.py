@@ -12,7 +12,13 @@ AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
 
 @dataclass(frozen=True)
 class CircuitVolume:
-    """A rigid volume: reservoir, manifold, end of a tube."""
+    """A rigid volume: reservoir, manifold, end of a tube.
+
+    volume : [m³]
+    wall_conductance : heat to the wall [W/K]
+    start : gauge pressure that it begins with [Pa]
+    start_as : chamber whose pressure it begins with instead; none by default
+    """
 
     name: str
     volume: float
@@ -23,7 +29,11 @@ class CircuitVolume:
 
 @dataclass(frozen=True)
 class CircuitStore:
-    """A finite source: gas bottle or cartridge."""
+    """A finite source: gas bottle or cartridge.
+
+    row : its own parameters, as `store_row` takes them
+    content : [kg]
+    """
 
     name: str
     row: Mapping[str, Any]

@@ -56,7 +56,15 @@ TO_AMBIENT, TO_SUPPLY, NOWHERE = -1, -2, -3  # instead of an actuator
 
 
 class Way(NamedTuple):
-    """A valve or restriction."""
+    """A valve or restriction.
+
+    actuator : its own
+    origin, end : actuators of the nodes, or TO_AMBIENT, TO_SUPPLY
+    valve : whether a coil opens it
+    law, conductance, critical_ratio, parameters : as of `FlowEdge`
+    pilot : actuator of the node that keeps a quick exhaust shut, or NOWHERE
+    upstream : actuator of what the supply draws from, or NOWHERE
+    """
 
     actuator: int
     origin: int
@@ -146,7 +154,12 @@ def touching(model: mujoco.MjModel, node: int) -> list[tuple[int, float]]:
 
 
 class AirEnd(NamedTuple):
-    """A valve or restriction at the supply or the ambient air."""
+    """A valve or restriction at the supply or the ambient air.
+
+    edge : its actuator
+    sign : of its flow out of the supply, or into the ambient air
+    node : actuator of the node on its other side; −1 where that is one of the two as well
+    """
 
     edge: int
     sign: float

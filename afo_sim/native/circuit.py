@@ -56,7 +56,10 @@ class ValveParameters(Protocol):
 
 @dataclass(frozen=True)
 class CircuitValve:
-    """A valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s]."""
+    """A valve by its numbers: conductance [m³/(s·Pa)], critical pressure ratio [-], delays [s].
+
+    bandwidth, dead_band : of a proportional valve [Hz], [-]
+    """
 
     conductance: float
     critical_ratio: float
@@ -73,7 +76,12 @@ class CircuitValve:
 
 @dataclass(frozen=True)
 class CircuitAnchor:
-    """What a limb gives way where muscles are anchored: a cuff, a plate."""
+    """What a limb gives way where muscles are anchored: a cuff, a plate.
+
+    stiffness : linear [N/m]; or 0, and then
+    force, length : a [N] and x0 [m] of the stiffening F = a (e^(x/x0) − 1)
+    damping : [N·s/m]
+    """
 
     name: str
     stiffness: float = 0.0
@@ -84,7 +92,17 @@ class CircuitAnchor:
 
 @dataclass(frozen=True)
 class CircuitMuscle:
-    """Alike parallel muscles, one on each tendon, which share one own contraction."""
+    """Alike parallel muscles, one on each tendon, which share one own contraction.
+
+    name : of the muscle, and of its friction
+    tendons : names of the tendons, which are of one length in every posture
+    row : the muscle's own parameters, as `muscle_row` takes them
+    series_length : all of the tendon that is neither muscle nor stretch [m]
+    chamber : name of the chamber that fills it
+    cable_stiffness : of the cable or bracket of each muscle [N/m]
+    anchors : names of the anchors that its pull displaces
+    wrap_friction : coefficient of friction at the tendons' guides [-]
+    """
 
     name: str
     tendons: tuple[str, ...]
@@ -103,7 +121,11 @@ class CircuitMuscle:
 
 @dataclass(frozen=True)
 class CircuitDrive:
-    """A pressure drive of a chamber's two valves."""
+    """A pressure drive of a chamber's two valves.
+
+    row : its own parameters, as `drive_row` takes them
+    bandwidth : of the two valves, where they are proportional [Hz]; 0 for solenoid valves
+    """
 
     row: Mapping[str, Any]
     bandwidth: float = 0.0
@@ -111,7 +133,16 @@ class CircuitDrive:
 
 @dataclass(frozen=True)
 class CircuitChamber:
-    """Air that muscles share, behind an inlet and an outlet valve."""
+    """Air that muscles share, behind an inlet and an outlet valve.
+
+    joint : that MuJoCo asks for; nothing here puts a force on it
+    tube_volume : between valves and muscles [m³]
+    wall_conductance : heat to the wall [W/K]
+    drive : what makes coils of a pressure that is asked for; none where coils are the inputs
+    feed, exhaust : nodes before the inlet and behind the outlet
+    port : node that the valves open into, where a tube leads on to the muscles; the chamber itself by default
+    three_way : whether the outlet is the other way of the inlet valve, open while that is shut
+    """
 
     name: str
     joint: str
@@ -128,7 +159,11 @@ class CircuitChamber:
 
 @dataclass(frozen=True, eq=False)
 class Circuit:
-    """Muscles, chambers and anchors, in the order of their actuators, and the rest of the air path."""
+    """Muscles, chambers and anchors, in the order of their actuators, and the rest of the air path.
+
+    upstream : store or volume that the supply draws from; none where it never sags
+    gas_constant, heat_capacity_ratio : of the gas, R [J/(kg·K)] and γ [-]
+    """
 
     muscles: tuple[CircuitMuscle, ...]
     chambers: tuple[CircuitChamber, ...]

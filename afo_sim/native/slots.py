@@ -63,7 +63,19 @@ def places(table: Any, first: int = 0, **widths: int) -> Any:
 
 
 class MuscleRow(NamedTuple):
-    """Of a muscle."""
+    """Of a muscle.
+
+    leader : actuator id of the first of the alike muscles, which has the states of all
+    parallel : how many alike muscles there are
+    chamber, next : actuator ids of its chamber, and of the chamber's next muscle; −1 for none
+    state, userdata : of the leader, in `act` and `userdata`
+    inverse_mass : J M⁻¹ Jᵀ of its path [1/kg], which the compiled model gives
+    friction_states : actuator id of what holds them; −1 for none
+
+    Units: series_length, nominal_length, nominal_radius [m], cable_stiffness [N/m], damping [N·s/Pa],
+    braid_stiffness, return_stiffness, returning [N], dead_volume [m³], lowest_pressure [Pa],
+    wrap_friction, contraction_scale [-].
+    """
 
     leader: int
     parallel: int
@@ -121,7 +133,21 @@ class StoreRow(NamedTuple):
 
 
 class AirRow(NamedTuple):
-    """Of every node of the air, behind its own four numbers."""
+    """Of every node of the air, behind its own four numbers.
+
+    volume : of a chamber without its muscles [m³]
+    wall_conductance : [W/K]
+    following : actuator id of the next node; −1 for none
+    number : in the network
+    first_edge : actuator id of the first valve or restriction; of the node that leads, else −1
+    upstream : number of the node that the supply draws from; 0 for none
+    leads : 1 of the node that leads, which is the last one in the order of the actuators; else 0
+    gas_constant, heat_capacity_ratio : R [J/(kg·K)], γ [-]
+    first_node : actuator id of the first chamber
+    steepness : largest slope of the flows at the node by its pressure, all open [kg/(s·Pa)]; that of a flow
+        between two volumes counts twice
+    real_gas : of a store: R, c_v, b0, b1, c0, c1, whether it liquefies
+    """
 
     volume: int
     wall_conductance: int
@@ -170,7 +196,16 @@ class ValveRow(NamedTuple):
 
 
 class EdgeRow(NamedTuple):
-    """Of every valve or restriction between two nodes of the air, behind a valve's own numbers."""
+    """Of every valve or restriction between two nodes of the air, behind a valve's own numbers.
+
+    origin, end : numbers of the nodes
+    following : actuator id of the next one; −1 for none
+    place : of its flow in `userdata`
+    law, parameters : of its flow
+    follows : actuator id of the valve whose other way it is, and one more; 0 for none
+    steepness : largest slope of the flow by a pressure difference [kg/(s·Pa)]
+    tank : actuator id of a compressor's tank
+    """
 
     origin: int
     end: int
@@ -325,7 +360,12 @@ class AnchorAct(NamedTuple):
 
 
 class DriveAct(NamedTuple):
-    """States of a drive."""
+    """States of a drive.
+
+    given : the side of two-point switching, or the signed width of the present pulse [s]
+    clock : time since that began [s]
+    stage : 0 before the first step, 1 off, 2 on
+    """
 
     reading: int
     integral: int

@@ -21,7 +21,18 @@ class LegMuscleRow(NamedTuple):
 
 
 class ReflexRow(NamedTuple):
-    """Of a leg's reflexes."""
+    """Of a leg's reflexes.
+
+    other : actuator id of the other leg's
+    muscle, pad : actuator ids of its first muscle and its first pad; the others follow
+    tissue : actuator id of the passive ankle, whose input is the knee's angle
+    extension : of the toes, on whose hinge the actuator is, at most [N·m]
+    foot, trunk : bodies whose centres of mass are compared
+    knee, knee_rate, pitch, pitch_rate : places in `qpos` and `qvel`
+    userdata, slots : of the nerves' memory, and how many steps it holds
+    weight : of the body [N]
+    gains : as `physics.reflexes` names them
+    """
 
     other: int
     muscle: int

@@ -366,5 +366,6 @@ def serve(
 def _show(address: str, folder: pathlib.Path) -> None:
     """Open the browser by a file of the user's own: others see an address among a program's arguments."""
     file = folder / "open.html"
+    file.touch(mode=0o600)  # it names the address with its token
     write_text(file, f'<meta http-equiv="refresh" content="0;url={address}">')
     webbrowser.open(file.as_uri())

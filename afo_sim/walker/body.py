@@ -57,7 +57,16 @@ SHANK_SHARE = 0.246  # of the body's height (Winter)
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A walker, compiled, with its parameters."""
+    """A walker, compiled, with its parameters.
+
+    model : MuJoCo's
+    scenario : whose patient, leg, shoe and orthosis it has
+    size : against the adult of 75 kg and 1.75 m
+    circuit, ids : of the orthosis' air; None without chambers
+    weight : of everything [N]
+    muscles : actuator ids by side and muscle (2, 7)
+    reflexes, pads : actuator ids by side (2,), (2, 4)
+    """
 
     model: mujoco.MjModel
     scenario: Scenario

@@ -22,7 +22,13 @@ TABLES = ("description", "speed", "start", "pose", "gains", "left", "search")
 
 @dataclass(frozen=True, eq=False)
 class Gait:
-    """A gait that a walker knows."""
+    """A gait that a walker knows.
+
+    name, description : of the file
+    speed : that it was searched for [m/s]
+    vector : first pose and gains
+    search : how it was found, in words and numbers
+    """
 
     name: str
     description: str

@@ -48,7 +48,20 @@ STRONGER = (0.3, 0.15, 0.07)
 
 @dataclass(frozen=True)
 class Cost:
-    """What a gait is searched for: the sum of these, each a stated weight times a number."""
+    """What a gait is searched for: the sum of these, each a stated weight times a number.
+
+    fall : times the share of the time that is lost by a fall
+    speed : times the distance from the speed beyond 0.02 m/s [1/(m/s)]
+    effort : times the muscles' energy per mass and way [J/(kg·m)]
+    activation : times the mean cube of all activations
+    force : times the mean load beyond 1.25 body weights
+    knee : times the mean extension beyond 4° of flexion [1/rad]
+    lean : times the mean lean of the trunk beyond 3° backward and 7° forward [1/rad]
+    norm : times the mean distance from the norm's angles, over 6°, and load, over 0.1 body weights
+    cadence : times the distance of the stride's time from the norm's beyond 4 %
+    target : speed [m/s]
+    pushed : whether ±50 N push the trunk about every 1.3 s, from a drawn start
+    """
 
     target: float
     fall: float = 150.0
@@ -106,7 +119,14 @@ def healthy_cost(speed: float) -> Cost:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a search found."""
+    """What a search found.
+
+    vector : mean of the last population
+    history : of each generation, the cost of its best and its median
+    evaluations : walks
+    parts : of the cost of `vector`, by name, in a walk whose pushes no generation had
+    walked : that walk
+    """
 
     vector: Vector
     history: np.ndarray

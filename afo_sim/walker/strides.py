@@ -27,7 +27,14 @@ NORM = "bovi2011_natural"
 
 @dataclass(frozen=True, eq=False)
 class Strides:
-    """The counted strides of one leg of a walk."""
+    """The counted strides of one leg of a walk.
+
+    begins : rows at which the foot comes down, one more than strides
+    curves : of each stride over its cycle, {name: (n_stride, 101)}: thigh (against the vertical), knee
+        flexion, ankle [rad]; load over the body weight; moment of the ankle, plantarflexion positive
+        [N·m/kg]; power of the ankle [W/kg]; torque of the device [N·m]
+    duration, length : of each stride [s], [m]
+    """
 
     begins: np.ndarray
     curves: Mapping[str, np.ndarray]

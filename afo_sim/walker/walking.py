@@ -35,7 +35,13 @@ class Push:
 
 @dataclass(frozen=True, eq=False)
 class Walked:
-    """A walk as it was recorded, a row each 10 ms."""
+    """A walk as it was recorded, a row each 10 ms.
+
+    body : whose
+    columns : by name, SI, (n,); "left/…" of the leg without the device, "right/…" of the one with it
+    fell : when the walker had fallen [s]; None where it did not
+    pushes : that it was given
+    """
 
     body: Body
     columns: Mapping[str, np.ndarray]

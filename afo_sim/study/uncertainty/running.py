@@ -72,7 +72,20 @@ def shares_of_one(heights: np.ndarray, path: np.ndarray, limit: float) -> np.nda
 
 
 def explained(groups: Sequence[np.ndarray], metric: np.ndarray) -> Explained | None:
-    """First-order shares of a metric's variance, by a regression on linear and quadratic terms."""
+    """First-order shares of a metric's variance, by a regression on linear and quadratic terms.
+
+    All groups' terms z, z² − 1 and z_i z_j of their own deviates are fitted at once, so that what one group
+    does is no noise to another. The groups are independent, so the variance of y is the sum of the variances
+    V_g of the groups' parts f_g of the fit, and of what is left, σ²:
+
+        V_g = mean(f_g²) − σ² tr(X_gᵀ X_g C_gg) / n,   C = (XᵀX)⁻¹,   σ² = RSS / (n − 1 − p)
+        S_g = V_g / (Σ V + σ²)
+
+    The second term of V_g is what chance alone would give, as in an adjusted R². What a group does only
+    together with another, and what is not quadratic, is in no share but in the rest.
+
+    Units: groups (n, k_g), metric (n,).
+    """
     blocks = [_terms(deviates) for deviates in groups]
     n, spread = len(metric), metric - metric.mean()
     if n < fewest(groups) or np.abs(spread).max() <= 1e-12 * np.abs(metric).max():
