@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from campaign import SEED
+from campaign import SEED, of_the_day
 
 import afo_sim
 from afo_sim.common.versions import CORE
@@ -59,8 +59,16 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
 CORE_FOLDERS = {*CORE, "air", "laws_of_nature"}
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests of the core's rooms, so that `-m core` runs them alone."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark the core's tests, so that `-m core` runs them alone; leave out slow tests of other days.
+
+    Who names a folder, a file or a test runs all of it: only the whole suite is drawn from.
+    """
     for item in items:
         if CORE_FOLDERS & set(item.path.parts):
             item.add_marker("core")
+    if config.args_source is not config.ArgsSource.TESTPATHS:
+        return
+    left_out = [i for i in items if i.get_closest_marker("slow") and not of_the_day(i.nodeid)]
+    config.hook.pytest_deselected(items=left_out)
+    items[:] = [item for item in items if item not in set(left_out)]

@@ -160,6 +160,7 @@ def test_the_picture_is_that_of_the_code() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_the_table_has_every_room_and_its_extra(script: types.ModuleType) -> None:
     from afo_sim.common import EXTRAS
 

@@ -39,6 +39,7 @@ def test_measures_of_a_motion_that_is_known(script: types.ModuleType) -> None:
     assert (found.lowest, found.highest) == pytest.approx((-4.0, 4.0), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_faster_valves_follow_better_and_nothing_leaves_the_muscles_range(script: types.ModuleType) -> None:
     gains, sine = script.Gains(1.0, 0.01, None), script.Sine(10.0, 0.5)
     slow, fast = (script.follow(factor, gains, sine)[1] for factor in script.FACTORS)
@@ -47,6 +48,7 @@ def test_faster_valves_follow_better_and_nothing_leaves_the_muscles_range(script
     assert -7.4 < fast.lowest < fast.highest < 7.4
 
 
+@pytest.mark.slow
 def test_the_least_error_of_a_grid_is_taken(script: types.ModuleType) -> None:
     grid = [(8.0, 0.1, None), (1.0, 0.01, None)]
     assert script.tuned(4.0, grid) == script.Gains(1.0, 0.01, None)

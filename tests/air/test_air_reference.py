@@ -184,6 +184,7 @@ def test_steady_tube_has_eckerstens_characteristic():
             assert -0.085 < steady_flow(tube, max(ratio, 1e-6), tube.friction) / iso - 1.0 < 0.005
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tube", [Tube(2.5e-3, 0.8), Tube(4e-3, 0.3), Tube(4e-3, 2.0)])
 @pytest.mark.parametrize(("ratio", "tolerance"), [(0.95, 2e-3), (0.6, 7e-3), (0.3, 7e-3), (0.02, 7e-3)])
 def test_one_dimensional_tube_becomes_steady(tube, ratio, tolerance):

@@ -103,6 +103,7 @@ def test_what_is_refused_of_size(
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_the_pages_cheap_examples_answer_as_they_say(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
 ) -> None:
@@ -134,6 +135,7 @@ def test_both_legs_on_the_terminal_and_on_disk(
     assert sorted(p.name for p in (tmp_path / "a").iterdir()) == ["both.json", "both.png", "left", "right"]
 
 
+@pytest.mark.slow
 def test_two_walking_legs_answer_on_a_dozen_lines_and_hide_no_bad_answer(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -466,6 +466,7 @@ def test_check_takes_the_folder_of_a_description(capsys: pytest.CaptureFixture[s
     assert "orthosis.toml" in said
 
 
+@pytest.mark.slow
 def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
 ) -> None:

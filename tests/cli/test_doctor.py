@@ -19,6 +19,7 @@ print("heavy:", "mujoco" in sys.modules)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "name", "heavy"),
     [("muscle", "dmsp_20", False), ("valve", "mh1", False), ("orthosis", "s1", True)],

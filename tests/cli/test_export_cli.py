@@ -98,6 +98,7 @@ def test_a_timer_is_written_and_its_own_commands_read_back(
     assert code == 1 and "switching 1: outlet at 4020.000 ms, simulated outlet at 4000.000 ms" in out
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("cc"), reason="firmware is compiled by cc")
 def test_an_export_runs_in_the_loop(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
     seated = ("electronics", "seated", "--set", "duration=4.2 s")

@@ -19,6 +19,7 @@ from afo_sim.description import toml_text
 SHORT = ("--set", "timestep=4 ms", "--set", "duration=4 s", "--no-rrd", "--no-change")
 
 
+@pytest.mark.slow
 def test_a_run_prints_its_bands(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
     words = ("run", "walk-dropfoot-afo", *SHORT, "--uncertainty", 20, "--out", tmp_path / "run", "--force")
     code, out, _ = call(capsys, *words)

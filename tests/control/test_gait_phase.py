@@ -111,6 +111,7 @@ def test_it_waits_until_the_phase_is_known() -> None:
     assert orders[11:] == ([(1.0, 0.0)] * 5 + [(0.0, 0.0)] * 5) * 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("told", [{"estimator": "foot_switch"}, {}, {"switch": "foot/heel_load"}])
 def test_at_an_even_cadence_it_does_what_the_true_phase_does(told: dict[str, Any]) -> None:
     phases = told | {"dorsiflexor": {"inlet": [[0.5, 0.9]], "outlet": [[0.15, 0.45]]}}

@@ -5,6 +5,7 @@ import io
 import pathlib
 
 import numpy as np
+import pytest
 
 import afo_sim
 from afo_sim.description import load
@@ -64,6 +65,7 @@ def test_metrics_go_with_it(walked: Recording, tmp_path: pathlib.Path) -> None:
     assert {row[0]: row[3] for row in rows}["toe_clearance"] == words("toe_clearance").label
 
 
+@pytest.mark.slow
 def test_bands_stand_beside_their_metric(tmp_path: pathlib.Path) -> None:
     drawn = with_studies(
         afo_sim.run("walk-dropfoot-afo-short", {"duration": "1.2 s"}),

@@ -66,6 +66,7 @@ def test_paths_become_words() -> None:
     }
 
 
+@pytest.mark.slow
 @given(st.lists(st.text(max_size=90), unique=True, max_size=40))
 def test_names_are_legal_and_different(names: list[str]) -> None:
     legal = legal_names(names)

@@ -88,6 +88,7 @@ def files(folder: pathlib.Path, laboratory: Laboratory, stances: tuple[int, ...]
     ]
 
 
+@pytest.mark.slow
 def test_another_stride_is_taken(tmp_path: pathlib.Path) -> None:
     laboratory = Laboratory()
     done = import_gait(files(tmp_path, laboratory, (0,)), Choices())

@@ -12,6 +12,8 @@ NIGHTLY = bool(os.environ.get("AFO_SIM_NIGHTLY"))
 # of damaged files: a fresh one a day, the last digit for the ten of a night
 SEED = int(os.environ.get("AFO_SIM_FUZZ_SEED") or f"{datetime.date.today():%Y%m%d}0")
 
+DAYS = 4  # on one of so many, by its name, a slow test runs in the whole suite
+
 
 def size(slice_: int, whole: int) -> int:
     """How many cases to run: a slice in the suite, the whole campaign at night."""
@@ -24,6 +26,11 @@ def sampled(cases: Iterable[Any], most: int) -> list[Any]:
     if NIGHTLY or len(told) <= most:
         return told
     return [told[k] for k in sorted(random.Random(SEED).sample(range(len(told)), most))]
+
+
+def of_the_day(test: str) -> bool:
+    """Whether a slow test runs today, by its name: on one day of DAYS, and every night."""
+    return NIGHTLY or random.Random(f"{SEED} {test}").random() < 1.0 / DAYS
 
 
 def nightly(reason: str) -> Any:

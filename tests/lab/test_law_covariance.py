@@ -61,6 +61,7 @@ def spread_out(found: LawFit) -> tuple[np.ndarray, np.ndarray]:
     return np.array([found.values[name] - PLANTED[name] for name in names]), found.covariance.matrix
 
 
+@pytest.mark.slow
 def test_planted_values_lie_within_their_intervals_as_often_as_these_say() -> None:
     inside, within = [], []
     for found in trials():

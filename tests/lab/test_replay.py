@@ -131,6 +131,7 @@ def test_what_a_bench_lacks_is_said(more: dict[str, Any], problem: str) -> None:
         replay(ramp(**more))
 
 
+@pytest.mark.slow
 def test_the_command_writes_measured_beside_predicted(tmp_path: pathlib.Path, capsys: Any) -> None:
     log = tmp_path / "bench.csv"
     rows = "".join(f"{0.01 * k:.2f},{2.0 * (k > 5)},{100.0 * (k > 5)}\n" for k in range(40))
@@ -160,6 +161,7 @@ OF_20 = {  # fitted to the pressures of the four logs of the 20 cm muscle, and t
 }
 
 
+@pytest.mark.slow
 @needed
 @pytest.mark.parametrize(("cut", "kink"), [(10, "Unkink"), (30, "kinked25"), (30, "kinked75")])
 def test_a_bench_fitted_on_one_length_predicts_the_pressure_at_others(cut: int, kink: str) -> None:
@@ -179,6 +181,7 @@ def rows_of(folder: pathlib.Path, *logs: dict[str, Any]) -> dict[str, Any]:
     return {row.quantity.partition(", limit")[0]: row for row in bench_sets.bench(folder) if row.band}
 
 
+@pytest.mark.slow
 def test_the_rows_find_the_bench_that_made_the_recordings(tmp_path: pathlib.Path) -> None:
     """1 nm³/(s·Pa), a cell that shows 0.9 of the force: nothing fitted errs by a ninth of it, a fit not."""
     blank = {key: each for key, each in pulsed().items() if key not in (*VALVES, "contraction")} | OWN

@@ -39,6 +39,7 @@ def planted(noise: float, seed: int, change: Change = DEVICE) -> dict[str, Any]:
     return data_of(exact + np.random.default_rng(seed).normal(0.0, noise, len(exact)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("repeats", [1, 4])
 def test_planted_stiffness_and_offset_lie_in_their_intervals(repeats: int) -> None:
     """As often as 95 % intervals must, and these are no wider than the estimates scatter."""

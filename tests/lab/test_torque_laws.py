@@ -45,6 +45,7 @@ def fitted(data: Any, law: str = "sarosi_2012", others: Sequence[str] = LAWS, **
     return fit_torque(data, by(law, *others), chamber="flexor", **{"hold_out": "none"} | options)
 
 
+@pytest.mark.slow
 def test_the_hull_is_that_of_fits_with_each_law_given_in_the_orthosis() -> None:
     """Each law as the only one in use, in a fit of its own; the ratio of mean squares by hand."""
     data = readings("maximum_force", 0.15, 3)
@@ -63,6 +64,7 @@ def test_the_hull_is_that_of_fits_with_each_law_given_in_the_orthosis() -> None:
         assert found.intervals[name] == pytest.approx(ends, rel=1e-4, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_planted_value_though_another_law_made_the_torques() -> None:
     """By the law in use alone most intervals miss it; those over the laws miss it as often as 95 % may."""
     held, held_alone = [], []
@@ -75,6 +77,7 @@ def test_intervals_hold_the_planted_value_though_another_law_made_the_torques() 
     assert np.mean(held) >= 0.85 and np.mean(held_alone) <= 0.5
 
 
+@pytest.mark.slow
 def test_a_law_that_fits_far_worse_widens_nothing_and_is_in_table_file_and_remarks(
     tmp_path: pathlib.Path,
 ) -> None:

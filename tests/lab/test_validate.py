@@ -221,6 +221,7 @@ def changed(**values: Any) -> Any:
     return Reader
 
 
+@pytest.mark.slow
 def test_a_wrong_muscle_number_fails(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

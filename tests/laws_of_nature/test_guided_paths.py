@@ -39,6 +39,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scenario", "friction"), CASES)
 def test_energy_is_kept_and_friction_only_takes(scenario: str, friction: float) -> None:
     described, recording = ran(scenario, friction)

@@ -175,6 +175,7 @@ def told() -> dict[str, Metric]:
     }
 
 
+@pytest.mark.slow
 def test_every_registered_metric_is_told_by_its_function() -> None:
     rows = {name for name, row in METRICS.items() if not any(row.fill(one) for one in told())}
     assert rows == set()

@@ -110,6 +110,7 @@ def at_rest(built: Built, data: mujoco.MjData, gauge: dict[int, float]) -> np.nd
     return np.array([float(native.read_flows(built.model, data.userdata, k).volume) for k in gauge])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("delay", "step", "bar"), [(70, 1.0, 1.5), (35, 0.5, 6.0), (100, 1.0, 1.0)])
 def test_a_minute_fills_to_the_supply_whatever_step_and_delay(delay: int, step: float, bar: float) -> None:
     """Muscles at rest at the supply's pressure, their air as warm as the room."""

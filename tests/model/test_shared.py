@@ -94,6 +94,7 @@ def drawn(random: np.random.Generator) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 def test_random_cases_one_after_the_other_are_those_built_alone() -> None:
     random = np.random.default_rng(1)
     cases = [load("scenario", WALK, drawn(random)) for _ in range(12)]

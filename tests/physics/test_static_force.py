@@ -203,6 +203,7 @@ def _muscle(case, contraction, pressure, lowest=0.0, braid_stiffness=BRAID_STIFF
     )[0]
 
 
+@pytest.mark.slow
 @every_set
 def test_a_muscles_force_falls_with_its_own_contraction(case):
     """Stretched, at its nominal length, slack: so that one length balances any tension at any pressure.

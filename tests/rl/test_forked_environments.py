@@ -75,6 +75,7 @@ def test_a_task_is_reseeded_as_shimmy_does_it() -> None:
     env.close()
 
 
+@pytest.mark.slow
 def test_a_body_in_two_orthoses_is_an_environment() -> None:
     models = pytest.importorskip("musclemimic_models")
     body = Path(models.__file__).parent / "model/body/myofullbody.xml"

@@ -303,6 +303,7 @@ def test_exhausts_are_marked_and_arrows_lead_with_the_air(drawn: tuple[AirScheme
     assert sum("CurveFilledB" in style for style in styles) == len(ends)
 
 
+@pytest.mark.slow
 def test_files_and_what_the_command_tells(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

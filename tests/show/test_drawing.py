@@ -199,6 +199,7 @@ def test_stacked_labels_keep_their_order_and_their_room() -> None:
     assert tops[0] <= 1.0 and tops[3] - 0.2 >= -1e-12
 
 
+@pytest.mark.slow
 def test_kinds_of_files_open(tmp_path: pathlib.Path) -> None:
     for suffix in ("png", "pdf", "svg"):
         afo.draw("s1", tmp_path / f"s1.{suffix}")
@@ -224,6 +225,7 @@ def test_the_viewers_file_holds_the_facts(tmp_path: pathlib.Path) -> None:
     assert values[:, 0] == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_command_writes_all_that_is_asked_for(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

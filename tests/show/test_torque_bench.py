@@ -32,6 +32,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     return file
 
 
+@pytest.mark.slow
 def test_command_writes_table_figure_numbers_and_an_orthosis_that_runs(
     bench: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -53,6 +54,7 @@ def test_command_writes_table_figure_numbers_and_an_orthosis_that_runs(
     assert code == 0, complaint
 
 
+@pytest.mark.slow
 def test_command_predicts_a_file_that_it_does_not_fit(
     bench: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -69,6 +71,7 @@ def test_command_predicts_a_file_that_it_does_not_fit(
     assert told["held_out"]["file"]["rms"] == pytest.approx(expected, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_command_takes_an_orthosis_for_each_group(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -127,6 +130,7 @@ def test_command_refuses_what_is_no_table(
     assert code == 2 and complaint.startswith("afo-sim: ")
 
 
+@pytest.mark.slow
 def test_figure_shows_every_reading_and_the_fit(
     bench: pathlib.Path, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

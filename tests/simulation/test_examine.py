@@ -78,6 +78,7 @@ def calls_of(work: Callable[[], object]) -> int:
     return calls
 
 
+@pytest.mark.slow
 @pytest.mark.alone
 @pytest.mark.parametrize("asked", CALLS)
 def test_a_design_takes_few_calls_after_its_steps(walked: tuple[Any, Settled], asked: Asked) -> None:
@@ -86,6 +87,7 @@ def test_a_design_takes_few_calls_after_its_steps(walked: tuple[Any, Settled], a
     assert calls_of(lambda: examine(*args, transient=False, solved=True, asked=asked)) <= CALLS[asked]
 
 
+@pytest.mark.slow
 @pytest.mark.alone
 def test_no_row_of_a_run_is_a_call() -> None:
     """Of 8,000 rows, of muscles that are stretched at rest; a fifth more than there are."""

@@ -120,6 +120,7 @@ def test_a_state_and_its_replay_agree_in_every_bit(case: str) -> None:
                 fork.close()
 
 
+@pytest.mark.slow
 def test_another_process_replays_a_simulator_to_the_bit(tmp_path: Path) -> None:
     with made("state machine") as simulator:
         onward(simulator, 0.4)

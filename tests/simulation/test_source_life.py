@@ -88,6 +88,7 @@ def test_nothing_comes_out_of_what_has_too_little() -> None:
     assert source.given_at(6e6, 1e-4) == source.given_at(4e5, 1e-4, 1e-4) == 0.0
 
 
+@pytest.mark.slow
 def test_the_life_of_a_settled_walk_is_that_of_a_long_one() -> None:
     """Solved for, and walked until it is empty; the first strides of that one take up to a fifth more."""
     source = {"supply.source": "co2_12g", "reference": None}

@@ -117,6 +117,7 @@ def test_what_is_no_side_of_a_walk_is_refused(scenario: str, side: Any, says: st
         afo.both(scenario, affected=side)
 
 
+@pytest.mark.slow
 def test_one_command_and_one_report(
     sides: dict[str, pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

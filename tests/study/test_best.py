@@ -70,6 +70,7 @@ def test_results_in_words() -> None:
     assert "best cases" in page and page.count("<table>") == page.count("</table>") >= 3
 
 
+@pytest.mark.slow
 def test_fit_in_words() -> None:
     found = afo.fit(FORCES, law="tondu_lopez_2000", hold_out="none")
     assert repr(found).startswith("<StaticFit: tondu_lopez_2000 with ")

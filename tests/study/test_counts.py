@@ -87,6 +87,7 @@ def test_a_run_of_a_search_builds_a_model_and_one_more_for_first_strides(
     assert counted["build"] == builds * 8
 
 
+@pytest.mark.slow
 @pytest.mark.alone
 def test_python_calls_of_a_sweep_beside_its_simulations(tmp_path: pathlib.Path) -> None:
     """Those of this room's own functions; from description to outcome it calls four other rooms."""

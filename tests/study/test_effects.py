@@ -95,6 +95,7 @@ def test_idle_muscles_go_last_and_their_valves_are_told_to_be_without_air(found:
     assert not set(found.idle) & {effect.name for effect in found.helping}
 
 
+@pytest.mark.slow
 def test_a_chamber_that_is_filled_has_no_idle_valves() -> None:
     found = afo.effects(WALK, BOTH)
     plantar = [effect for effect in found.ranked if effect.name.startswith("plantarflexor")]
@@ -173,6 +174,7 @@ def test_a_table_of_all_steps(found: Effects) -> None:
     assert "steps run" in repr(found)
 
 
+@pytest.mark.slow
 def test_threads_change_nothing_nor_does_who_runs_the_walk_and_progress_is_reported(found: Effects) -> None:
     seen: list[tuple[int, int]] = []
     alone = afo.effects(WALK, FAST, threads=1, report=lambda done, total, what: seen.append((done, total)))
@@ -199,6 +201,7 @@ def test_a_walk_that_fails_has_none() -> None:
 # --- told with a run
 
 
+@pytest.mark.slow
 def test_a_run_is_told_with_them_and_a_file_keeps_them(
     walked: Recording, found: Effects, tmp_path: pathlib.Path
 ) -> None:

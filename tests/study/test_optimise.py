@@ -582,6 +582,7 @@ def test_every_design_is_what_its_patients_say(uninterrupted: pathlib.Path) -> N
         assert row["feasible"] == (min(toe) >= -15.0)
 
 
+@pytest.mark.slow
 def test_the_best_design_runs_and_is_told(
     uninterrupted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -61,6 +61,7 @@ def counted(sets: dict[str, Any]) -> Counted:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.alone
 def test_a_case_after_the_first_does_only_what_its_keys_change() -> None:
     assert counted(case_of(0) | {"timestep": "2.1 ms"}).built_in["compile"] > 0  # the counter sees it

@@ -62,6 +62,7 @@ def ready(beside: Processes) -> list[int]:
     return [child.process.pid for child in beside.children]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "threads"), [(1, 1), (2, 2)])
 def test_outcomes_are_those_of_one_process_and_the_others_are_kept(
     alone: dict[int, Any], count: int, threads: int, monkeypatch: pytest.MonkeyPatch
@@ -132,6 +133,7 @@ def test_what_another_process_does_not_know_is_computed_here(
         assert len(beside.children) == (mine == "code")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_no_process_outlives_a_script_and_none_takes_modules_of_its_folder(
     how: signal.Signals, tmp_path: pathlib.Path

@@ -42,6 +42,7 @@ def test_free_numbers_go_in_and_out() -> None:
     assert (vector.gains == read_gait("natural").vector.gains).all()  # the given one stays
 
 
+@pytest.mark.slow
 def test_a_search_does_not_depend_on_threads_and_keeps_what_is_not_free() -> None:
     body, vector = build_body(prepared("walk-healthy", {"timestep": "1 ms"})), read_gait("natural").vector
     free, cost = Free(("lean", "vasti_force"), pose=False), Cost(1.2, pushed=False)

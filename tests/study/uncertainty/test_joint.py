@@ -53,6 +53,7 @@ def test_heights_stand_in_no_row_and_that_is_told(tmp_path: pathlib.Path) -> Non
     assert any("own_walking" in note and "swing_path" in note for note in plan.notes)
 
 
+@pytest.mark.slow
 def test_rows_are_the_same_however_computed_and_replayed(tmp_path: pathlib.Path) -> None:
     one, two = tmp_path / "one", tmp_path / "two"
     one.mkdir()
@@ -104,6 +105,7 @@ def test_what_does_not_go_together_is_refused(tmp_path: pathlib.Path, old: str, 
     assert caught.value.field == field and caught.value.file == tmp_path / "sweep.toml"
 
 
+@pytest.mark.slow
 def test_the_library_draws_the_same_cases(tmp_path: pathlib.Path) -> None:
     fixed = {"duration": "2.6 s", "timestep": "4 ms"}
     asked: dict[str, Any] = {

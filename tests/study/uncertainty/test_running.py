@@ -80,6 +80,7 @@ def test_curves_are_those_of_the_settled_stride(
     assert np.array(found["curves"]["ankle/angle"][1])[inside] == pytest.approx(angle[inside], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_height_moves_clearance_and_trips_and_nothing_else(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
@@ -105,6 +106,7 @@ def test_a_tiny_path_never_trips_a_foot_that_clears_the_floor(
     assert found["trips"]["within_10mm"]["share"] == passing
 
 
+@pytest.mark.slow
 def test_bands_are_of_this_scenario_and_the_same_however_computed(walk: Scenario, plain: Recording) -> None:
     calls: list[tuple[int, int, str]] = []
     one = uncertainty(
@@ -117,6 +119,7 @@ def test_bands_are_of_this_scenario_and_the_same_however_computed(walk: Scenario
     assert other["metrics"]["toe_clearance"] != one["metrics"]["toe_clearance"]
 
 
+@pytest.mark.slow
 def test_a_cuff_that_is_known_better_gives_a_narrower_band(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
@@ -184,6 +187,7 @@ def test_a_run_that_failed_has_no_bands(walk: Scenario, plain: Recording) -> Non
     assert with_studies(failed, walk, draws=20).studies == {}
 
 
+@pytest.mark.slow
 def test_the_library_tells_the_same() -> None:
     found = afo_sim.uncertainty("walk-dropfoot-afo", SHORT, draws=20, seed=7)
     again = afo_sim.uncertainty(load("scenario", "walk-dropfoot-afo"), SHORT, draws=20, seed=7)
