@@ -5,7 +5,7 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +25,9 @@ _SPELLED = str.maketrans(  # for a terminal that does not know them
 
 def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
     """Print a run: on a dozen lines what decides, or with `numbers` all that is known."""
-    from afo_sim.metrics import seated_answers
-    from afo_sim.simulation import limits_of
+    from afo_sim.simulation import answers_of
 
-    answers = recording.verdict
-    if recording.ok and not answers:
-        answers = seated_answers(recording.metrics, limits_of(recording))
+    answers = answers_of(recording)
     look = f"; to view: afo-sim view {folder}" if installed("rerun") else ""
     written = f"written to {folder}{look}"
     if numbers:
@@ -42,16 +39,20 @@ def print_run(recording: Any, folder: Path, *, numbers: bool = False) -> None:
 
 def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> None:
     """The answers, then as many warnings, changes and notes as a dozen lines hold."""
+    from afo_sim.metrics import decides
     from afo_sim.show import bands, effects, in_brief, known
 
     notes = [(f"note: {in_brief(note_lines(recording))}", 6)] if note_lines(recording) else []
     step = effects.first_step(recording)
-    remarks = [*warning_lines(recording, bool(answers)), *notes, *([(step, 2)] if step else [])]
+    warned = warning_lines(recording, bool(answers))
+    decisive = warning_lines(recording, bool(answers), only=decides)  # printed however many lines it takes
+    folded = [line for line in warned if line not in decisive]
+    remarks = [*folded, *notes, *([(step, 2)] if step else [])]
     if not answers:
         remarks += [(f"{name} {value}", 2) for name, value in known(recording.metrics)]
     print_line(_title(recording), style="bold")
     drawn = [(line, 2) for line in bands.brief(recording)]
-    print_answers([(recording, answer) for answer in answers], remarks, [(written, 2)], first=drawn)
+    print_answers([(recording, answer) for answer in answers], remarks, [(written, 2)], first=[*decisive, *drawn])
 
 
 def print_answers(
@@ -68,12 +69,12 @@ def print_answers(
     tail : lines that end it
     whole : the answers in full and every remark
     """
-    from afo_sim.metrics import NO_DEVICE
+    from afo_sim.metrics import closing
     from afo_sim.show import verdict_texts as verdict
 
     shown = verdict.full(judged) if whole else verdict.brief(judged, _width())
     answered = [(line, verdict.INDENT) for line in shown]
-    ends = [*([(NO_DEVICE, 0)] if judged else []), *tail]
+    ends = [*([(closing([answer for _, answer in judged]), 0)] if judged else []), *tail]
     for line, hang in answered:
         print_line(line, hang=hang, badge=hang)
     room = _LINES - 1 - _rows([*answered, *first, *ends])
@@ -146,10 +147,10 @@ def _print_numbers(recording: Any) -> None:
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 
 
-def warning_lines(recording: Any, has_answers: bool) -> list[_Line]:
+def warning_lines(recording: Any, has_answers: bool, only: Callable[[str], bool] = bool) -> list[_Line]:
     """Each warning once; of several of a kind the first, and whom else it concerns."""
     kinds: dict[str, list[Any]] = {}
-    for warning in dict.fromkeys(recording.warnings):
+    for warning in filter(only, dict.fromkeys(recording.warnings)):
         code = getattr(warning, "code", "")
         if not (has_answers and code == "skin-pressure"):  # the answer about the skin says it
             kinds.setdefault(code or str(warning), []).append(warning)

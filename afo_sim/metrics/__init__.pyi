@@ -67,6 +67,8 @@ from .strides import progress as progress
 from .strides import settled as settled
 from .strides import stance as stance
 from .strides import stance_force as stance_force
+from .validity import capped as capped
+from .validity import decides as decides
 from .valves import FILL as FILL
 from .valves import VENT as VENT
 from .valves import is_filling as is_filling
@@ -80,6 +82,7 @@ from .verdict import PUSH_OFF as PUSH_OFF
 from .verdict import QUESTIONS as QUESTIONS
 from .verdict import REFERENCES as REFERENCES
 from .verdict import SKIN as SKIN
+from .verdict import closing as closing
 from .verdict import seated_answers as seated_answers
 from .verdict import status_of as status_of
 from .verdict import undecided as undecided

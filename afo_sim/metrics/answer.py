@@ -58,9 +58,16 @@ class Answer:
     text: str
     limit: str
     brief: str = ""
+    kept: float | None = None
+    """Share of draws of what is not known that keep a good answer; None where nothing was drawn."""
 
     def __str__(self) -> str:
-        return f"{self.status.upper()}: {self.question} {self.text} Limit: {self.limit}."
+        return f"{self.word}: {self.question} {self.text} Limit: {self.limit}."
+
+    @property
+    def word(self) -> str:
+        """The status for people; a good one that was not tried on draws is marked."""
+        return self.status.upper() + "*" * (self.status == "good" and self.kept is None)
 
 
 def at_least(value: float, limit: tuple[float, float]) -> Status:

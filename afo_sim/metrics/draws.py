@@ -2,25 +2,41 @@
 
 import dataclasses
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from afo_sim.metrics.answer import Answer, Status, at_most, worst
 from afo_sim.metrics.verdict import ENOUGH, HELP, LIFT, UNSURE
 
+KEPT = 0.9  # share of draws that a good answer must survive; assumed [-]
 SURE = 0.95  # confidence in a bound on a share of draws, one-sided [-]
 MOST_DRAWS = 100_000  # that anybody would make
 
 
 def with_draws(
-    answers: Sequence[Answer], trips: float, draws: int, limit: tuple[float, float]
+    answers: Sequence[Answer],
+    trips: float,
+    draws: int,
+    limit: tuple[float, float],
+    kept: Mapping[str, float],
 ) -> tuple[Answer, ...]:
-    """The answers of a run that was drawn over what is not known; help and toe are the worse of both."""
+    """The answers of a run that was drawn over what is not known; help and toe are the worse of both.
+
+    trips : share of drawn strides that touch the floor
+    kept : share of draws that keep each good answer, by its name; less than KEPT make it doubtful
+    """
     drawn, remark = _judged(trips, draws, limit)
     touching = of_draws(trips, draws, "touches the floor", "touch the floor")
     stated = f"Of {draws} strides drawn over what is not known, {touching}{remark}."
     against = f"; of drawn strides at most {percent(limit[0])}, bad beyond {percent(limit[1])}"
 
     def judged(answer: Answer) -> Answer:
+        if answer.status == "good" and answer.name in kept:
+            share = kept[answer.name]
+            answer = dataclasses.replace(answer, kept=share)
+            if share < KEPT:
+                text = f"{answer.text} Only {percent(share)} of {draws} draws of what is not known keep that."
+                brief = f"{answer.brief}; {percent(share)} of draws keep it" if answer.brief else ""
+                answer = dataclasses.replace(answer, status="doubtful", text=text, brief=brief)
         status = worst([answer.status, drawn])
         if answer.name == LIFT:
             text, wide = f"{answer.text} {stated}", answer.limit + against

@@ -7,7 +7,7 @@ by a colour.
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from afo_sim.metrics.answer import (
     Answer,
@@ -39,6 +39,7 @@ QUESTIONS = {
     SKIN: "Can the skin tolerate it?",
 }
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
+UNJUDGED = "* Good as described, not judged for uncertainty: --uncertainty 200 does that."
 ENOUGH, UNSURE = "it helps enough", "it helps, but not with certainty in every stride"
 REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the run}
     "shoe": ("Without the device", "with it"),
@@ -267,7 +268,9 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     torque, work = limits.torque_against_push_off, limits.work_against_push_off
     limit = f"good up to {torque[0]:g} N·m/kg and {work[0]:g} J/kg, bad beyond {torque[1]:g} or {work[1]:g}"
     if not worn:
-        return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], "good", "Nothing is worn that could hinder it.", limit)
+        return Answer(
+            PUSH_OFF, QUESTIONS[PUSH_OFF], "good", "Nothing is worn that could hinder it.", limit, kept=1.0
+        )
     if not any(has(metrics, name) for name in AGAINST):
         return _unknown(PUSH_OFF, "torque and work against push-off are undefined", limit)
     each = {
@@ -303,12 +306,12 @@ def _air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Ans
     if feed is not None or _sags(metrics):
         limit += f"; sag at most {SAG:g} %"
     if not worn:
-        return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that takes any.", limit)
+        return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that takes any.", limit, kept=1.0)
     if not has(metrics, "air_per_stride"):
         return _unknown(AIR, "the air per stride is undefined", limit)
     grams = metrics["air_per_stride"].value
     if grams <= 0.0:
-        return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit)
+        return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit, kept=1.0)
     parts = [f"A stride takes {grams:.3g} g of air"]
     if has(metrics, "free_air_per_minute"):
         parts.append(f"{three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
@@ -386,7 +389,7 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     limit = f"discomfort from {1e-3 * discomfort:.3g}, pain from {1e-3 * pain:.3g}, sustained "
     limit += f"{1e-3 * flow:.3g} kPa (blood flow)"
     if not worn:
-        return Answer(SKIN, QUESTIONS[SKIN], "good", "Nothing is worn that presses on it.", limit)
+        return Answer(SKIN, QUESTIONS[SKIN], "good", "Nothing is worn that presses on it.", limit, kept=1.0)
     statuses: list[Status] = []
     parts, short = [], []
     for part, name in _PARTS.items():
@@ -442,6 +445,12 @@ def seated_answers(metrics: Numbers, limits: Limits) -> tuple[Answer, ...]:
 
 
 # --- words
+
+
+def closing(answers: Iterable[Answer]) -> str:
+    """What stands under answers: what they are not, and what the mark of a good one means."""
+    marked = any(answer.word.endswith("*") for answer in answers)
+    return f"{UNJUDGED} {NO_DEVICE}" if marked else NO_DEVICE
 
 
 def _unknown(name: str, reason: str, limit: str) -> Answer:

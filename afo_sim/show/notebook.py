@@ -12,12 +12,12 @@ from afo_sim import lab, show, study
 from afo_sim.common import ROOM, InputError, missing_extra
 from afo_sim.description import amount, facts
 from afo_sim.description.scenario_text import reference
-from afo_sim.metrics import in_short, seated_answers
+from afo_sim.metrics import closing, in_short
 from afo_sim.show import bands, drawing, effects
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import decisive, known
 from afo_sim.show.run_figure import draw_in_short
-from afo_sim.simulation import limits_of
+from afo_sim.simulation import answers_of
 
 _EDGES = {"GOOD": "#1b7a4b", "DOUBTFUL": "#b57900", "BAD": "#a52a1a", "UNKNOWN": "#777"}  # of an answer
 _STYLE = "<style>.afo td,.afo th,.afo caption{text-align:left}</style>"
@@ -83,7 +83,8 @@ def _recording(run: Any) -> _Parts:
         said = ((each, f"{each.question} {each.text}") for each in run.verdict)
         yield "", (), ((verdict.badge(a), f"{text} Limit: {verdict.limit(run, a)}.") for a, text in said)
     elif run.ok:
-        yield from verdict.brief([(run, a) for a in seated_answers(run.metrics, limits_of(run))], None)
+        yield from verdict.brief([(run, a) for a in answers_of(run)], None)
+    yield closing(answers_of(run))
     yield partial(draw_in_short, run)
     yield from (*bands.lines(run), *_marked(run.warnings), *effects.lines(run))
     if run.verdict:

@@ -6,10 +6,10 @@ The mark and the word say what the colour says: on paper, and to who cannot tell
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from afo_sim.metrics import AIR, HEEL, HELP, LIFT, NO_DEVICE, PUSH_OFF, QUESTIONS, SKIN, Answer
+from afo_sim.metrics import AIR, HEEL, HELP, LIFT, PUSH_OFF, QUESTIONS, SKIN, Answer, closing
 from afo_sim.show.run_names import begun
 from afo_sim.show.run_view import RunView
-from afo_sim.simulation import Recording, limits_of
+from afo_sim.simulation import Recording, Worse, limits_of
 
 MARKS = {"good": "✓", "doubtful": "!", "bad": "✗", "unknown": "?"}  # of a text font: one cell wide
 INDENT = 12  # columns of a terminal before an answer
@@ -44,15 +44,15 @@ class _VerdictRow:
     cells: tuple[_Cell, ...]
 
 
-def badge(answer: Answer) -> str:
+def badge(answer: Answer | Worse) -> str:
     """The status as mark and word."""
-    return f"{MARKS[answer.status]} {answer.status.upper()}"
+    return f"{MARKS[answer.status]} {answer.word}"
 
 
 def lines(recording: Recording) -> list[str]:
     """For the terminal, each behind its badge in `INDENT` columns; none where there is nothing to report."""
     found = full([(recording, answer) for answer in recording.verdict])
-    return [*found, " " * INDENT + NO_DEVICE] if found else []
+    return [*found, " " * INDENT + closing(recording.verdict)] if found else []
 
 
 def full(judged: Sequence[Judged]) -> list[str]:
@@ -68,7 +68,7 @@ def lead(recording: Recording, among: int = 1) -> str:
     first, *others = recording.verdict
     found, statuses = [first.text], ["bad", "doubtful", "unknown"]
     if among == 2 and first.brief:
-        found = [f"{first.status.upper()}: {first.brief}."]
+        found = [f"{first.word}: {first.brief}."]
     elif among > 1:
         found, others, statuses = [], list(recording.verdict), [*statuses, "good"]
     for status in statuses:
@@ -99,11 +99,10 @@ def brief(judged: Sequence[Judged], room: int | None) -> list[str]:
 def markdown(recording: Recording) -> str:
     """For the viewer, as a list; "" where there is nothing to report."""
     items = [
-        f"- **{answer.status.upper()}** · **{answer.question}** {answer.text} "
-        f"*Limit: {limit(recording, answer)}.*"
+        f"- **{answer.word}** · **{answer.question}** {answer.text} *Limit: {limit(recording, answer)}.*"
         for answer in recording.verdict
     ]
-    return "\n".join([*items, "", f"*{NO_DEVICE}*"] if items else [])
+    return "\n".join([*items, "", f"*{closing(recording.verdict)}*".replace("* G", "\\* G")] if items else [])
 
 
 def of_report(runs: Sequence[RunView]) -> list[_VerdictRow]:

@@ -3,6 +3,7 @@ from .bilateral import Both as Both
 from .bilateral import both as both
 from .bilateral import checked as checked
 from .bilateral import described as described
+from .bilateral_air import Worse as Worse
 from .bilateral_air import litres_a_minute as litres_a_minute
 from .checks import read_checks as read_checks
 from .checks import run_checks as run_checks
@@ -35,6 +36,7 @@ from .loop import Loop as Loop
 from .loop import described_policy as described_policy
 from .loop import unit_of as unit_of
 from .recording import Recording as Recording
+from .recording import answers_of as answers_of
 from .recording import limits_of as limits_of
 from .recording import read_recording as read_recording
 from .recording import recording_header as recording_header

@@ -230,6 +230,11 @@ class Worse:
     leg: Literal["right", "left", "both"]
     answers: dict[str, Answer]
 
+    @property
+    def word(self) -> str:
+        """The status for people, as of the worse answer."""
+        return max((a.word for a in self.answers.values() if a.status == self.status), key=len)
+
 
 def worse_of(right: Recording, left: Recording, numbers: Mapping[str, Metric]) -> tuple[Worse, ...]:
     """The verdict of two legs: of each question the worse one's, of the air that of both together."""

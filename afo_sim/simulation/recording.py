@@ -11,7 +11,7 @@ import numpy as np
 
 from afo_sim.common import Brief, InputError, Notice, Shown, as_stored, installed, nearest_name, shown, titles
 from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
-from afo_sim.metrics import Answer, Feed, Metric, Metrics, undecided, with_draws
+from afo_sim.metrics import Answer, Feed, Metric, Metrics, capped, seated_answers, undecided, with_draws
 from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, read_undamaged, write_run
@@ -309,6 +309,8 @@ class HasVerdict(Protocol):
     @property
     def strides(self) -> dict[int, dict[str, Metric]]: ...
     @property
+    def warnings(self) -> tuple[str, ...]: ...
+    @property
     def studies(self) -> dict[str, Any]: ...
 
 
@@ -343,7 +345,15 @@ def verdict_of(recording: HasVerdict) -> tuple[Answer, ...]:
     over = recording.scenario.get("reference") or "shoe"
     found = verdict(recording.metrics, recording.strides, limits, feed_of(recording), over)
     study = recording.studies.get("uncertainty", {})
-    if not study.get("trips"):
-        return found
-    draws = study["draws"] - study["failed"]["count"]
-    return with_draws(found, study["trips"]["touch"]["share"], draws, limits.drawn_trips)
+    if study.get("trips"):
+        draws = study["draws"] - study["failed"]["count"]
+        touch = study["trips"]["touch"]["share"]
+        found = with_draws(found, touch, draws, limits.drawn_trips, study.get("kept", {}))
+    return capped(found, recording.warnings)
+
+
+def answers_of(recording: Recording) -> tuple[Answer, ...]:
+    """The verdict of a walk; of another run the answers about a joint that is moved."""
+    if recording.scenario.get("gait") or not recording.ok:
+        return recording.verdict
+    return capped(seated_answers(recording.metrics, limits_of(recording)), recording.warnings)

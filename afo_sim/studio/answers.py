@@ -13,7 +13,7 @@ import numpy as np
 from afo_sim.common import InputError, SimulationError
 from afo_sim.description import Scenario
 from afo_sim.gait import norm
-from afo_sim.metrics import NO_DEVICE, Stride, words
+from afo_sim.metrics import Stride, closing, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import ANKLE, Built, muscle_names, person_of, persons_stride, two_strides, why_walked
 from afo_sim.model import supply_and_timer as inputs
@@ -208,7 +208,9 @@ class Answers:
             "lead": verdict.lead(recording),
             "verdict": answers,
             "warnings": [str(warning) for warning in recording.warnings],
-            "device": f"{in_brief(notes)}. {NO_DEVICE}" if notes else NO_DEVICE,
+            "device": f"{in_brief(notes)}. {closing(recording.verdict)}"
+            if notes
+            else closing(recording.verdict),
             "clearance": recording.metrics["toe_clearance"].value,
             "results": results + [(one["question"], one["mark"], one["status"]) for one in answers],
         }

@@ -215,7 +215,7 @@ def test_a_share_of_draws_is_judged_by_the_exact_bounds_of_every_count(
     assert binom.cdf(trips, draws, high) == pytest.approx(0.05)
     assert low == 0.0 if not trips else binom.sf(trips - 1, draws, low) == pytest.approx(0.05)
     told = tuple(judge({}).values())
-    found = with_draws(told, trips / draws, draws, (0.02, 0.1))
+    found = with_draws(told, trips / draws, draws, (0.02, 0.1), {})
     help_, lift = found[:2]
     assert help_.status == lift.status == status and found[2:] == told[2:]
     assert ("enough" in help_.text) is (status == "good") and f"at most {percent(high)}" in lift.text
@@ -234,7 +234,7 @@ def test_a_share_of_draws_is_judged_by_the_exact_bounds_of_every_count(
 
 def test_draws_make_no_answer_better() -> None:
     bad = dataclasses.replace(judge({})["lift"], status="bad")
-    assert with_draws([bad], 0.0, 500, (0.02, 0.1))[0].status == "bad"
+    assert with_draws([bad], 0.0, 500, (0.02, 0.1), {})[0].status == "bad"
 
 
 def test_strides_on_an_empty_source_tell_nothing_good() -> None:
@@ -430,7 +430,7 @@ def test_the_limits_of_the_scenario_decide(designs: dict[str, Recording]) -> Non
 def test_the_summary_holds_the_verdict(designs: dict[str, Recording]) -> None:
     run = designs["hinders"]
     (told,) = [each for each in run.summary()["verdict"] if each["name"] == "push_off"]
-    assert set(told) == {"name", "question", "status", "text", "limit", "brief"} and told["status"] == "bad"
+    assert set(told) == {"name", "question", "status", "text", "limit", "brief", "kept"} and told["status"] == "bad"
     assert f"{run.metrics['torque_against_push_off_10ms'].value:.1f} N·m" in told["text"]
 
 

@@ -1,5 +1,6 @@
 """Bands of a run of walking: draws of what is not known, each with its settled stride, and what they say."""
 
+import dataclasses
 import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -10,7 +11,7 @@ import numpy as np
 
 from afo_sim.common import InputError, with_code
 from afo_sim.description import Scenario, load
-from afo_sim.metrics import BELOW, ORTHOSIS, settled, words
+from afo_sim.metrics import BELOW, ORTHOSIS, Metric, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
 from afo_sim.simulation import Asked, Recording
@@ -40,6 +41,17 @@ _METRICS = (
     "plantarflexion_lost_at_toe_off",
     "air_per_stride",
     "free_air_per_stride",
+)
+_JUDGED = (  # metrics that the other answers of a verdict are made of
+    "strides_counted",
+    "strides_per_bottle",
+    "compressor_duty",
+    "source_share",
+    *(
+        f"{part}_skin_pressure{of}"
+        for part in ("cuff", "plate")
+        for of in ("", "_sustained", "_without_slap")
+    ),
 )
 _HEIGHTS = (_CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
 _HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
@@ -171,7 +183,7 @@ def uncertainty(
 ) -> dict[str, Any]:
     """Bands of a run's numbers and curves, by drawing all that is not known together."""
     drawn = draw(check_draws(scenario, draws, spreads), scenario, draws, seed)
-    kept = frozenset(name for name in _METRICS if name in recording.metrics)
+    kept = frozenset(name for name in (*_METRICS, *_JUDGED) if name in recording.metrics)
     pressures = tuple(f"chamber/{name}/pressure" for name in scenario.orthosis.chamber)
     asked = Asked(kept, doubts=False, curves=(*_CURVES, *pressures))
     cases = [drawn.sets(k) for k in range(draws)]
@@ -197,6 +209,7 @@ def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
         "metrics": {},
         "curves": {},
         "trips": {},
+        "kept": {},
     }
     if not ok.any():
         return bands
@@ -213,6 +226,7 @@ def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     kept = next(outcome.curves for outcome in found.outcomes if outcome.status == OK)
     bands["curves"] = {name: quantiles(found.curves(name)[:, ::_EVERY]) for name in kept}
     bands["trips"] = _trips(found, recording)
+    bands["kept"] = _kept(found, recording)
     shares = {name: _explained(found, name) for name in _EXPLAINED if name in bands["metrics"]}
     bands["groups"] = _groups(draws, shares)
     bands["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
@@ -290,6 +304,23 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
         }
         for name, limit in (("touch", 0.0), ("within_10mm", BELOW))
     }
+
+
+def _kept(found: Found, recording: Recording) -> dict[str, float]:
+    """Share of the draws that are judged good, by the answer's name; the walk without the device is the
+    run's."""
+    compared = {name: m for name, m in recording.metrics.items() if name.startswith("reference_")}
+    judged: dict[str, list[str]] = {}
+    values = {name: found.metric(name) for name in (*_METRICS, *_JUDGED) if name in recording.metrics}
+    for k in np.flatnonzero(found.ok):
+        metrics = {name: Metric(float(of[k]), recording.metrics[name].unit) for name, of in values.items()}
+        drawn = dataclasses.replace(
+            recording, columns={}, metrics=metrics | compared, strides={}, studies={}, warnings=()
+        )
+        for answer in drawn.verdict:
+            judged.setdefault(answer.name, []).append(answer.status)
+    known = {name: found for name, found in judged.items() if set(found) != {"unknown"}}
+    return {name: statuses.count("good") / len(statuses) for name, statuses in known.items()}
 
 
 def _explained(found: Found, name: str) -> Explained | None:

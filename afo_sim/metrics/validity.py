@@ -1,0 +1,85 @@
+"""What a warning does to an answer: no answer is good whose numbers a warning doubts.
+
+Each answer rests on columns of the recording. A warning doubts columns, and caps the answers that rest on
+them: at doubtful where the number may be off, at unknown where it means nothing, at bad where the device
+would not survive.
+"""
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+
+from afo_sim.common import Notice
+from afo_sim.metrics.answer import Answer, Status, worst
+
+FORCE, MOTION, FLOW, SWING = "muscle/force", "ankle/angle", "supply/mass_flow", "toe/height"
+MOMENT = "ankle/moment/orthosis"
+RESTS_ON = {  # {answer: the columns that it is made of; all follow from the muscles' force}
+    "help": (FORCE, MOTION, SWING),
+    "lift": (FORCE, MOTION, SWING),
+    "heel": (FORCE, MOTION),
+    "push_off": (FORCE, MOMENT),
+    "air": (FORCE, FLOW),
+    "skin": (FORCE, MOMENT),
+    "move": (FORCE, MOTION),
+}
+_ALL = (FORCE, MOTION, MOMENT, FLOW, SWING)
+CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its cap, the columns it doubts}
+    "muscle-pressure": ("bad", (FORCE,)),
+    "muscle-force": ("bad", (FORCE,)),
+    "muscle-contraction": ("unknown", (FORCE,)),
+    "muscle-stretch": ("unknown", (FORCE,)),
+    "law-outside-its-pressure": ("doubtful", (FORCE,)),
+    "law-outside-its-contraction": ("doubtful", (FORCE,)),
+    "law-mismatch": ("doubtful", (FORCE,)),
+    "muscle-length": ("doubtful", (FORCE,)),
+    "muscle-bends": ("doubtful", (FORCE,)),
+    "path-through-bone": ("doubtful", (FORCE,)),
+    "surface-not-touched": ("doubtful", (FORCE,)),
+    "passive-ankle-extrapolated": ("doubtful", (MOTION,)),
+    "side-assumed": ("doubtful", (MOTION,)),
+    "stop-reached": ("doubtful", (MOTION,)),
+    "ground-force-lost": ("doubtful", (MOTION,)),
+    "stop-in-the-air": ("doubtful", (MOTION,)),
+    "no-swing-minimum": ("doubtful", (SWING,)),
+    "plate-without-outsole": ("doubtful", (SWING,)),
+    "timer-drifts": ("doubtful", _ALL),
+    "too-few-strides": ("doubtful", _ALL),
+    "strides-differ": ("doubtful", _ALL),
+    "strides-unsettled": ("doubtful", _ALL),
+    "air-coarse": ("doubtful", _ALL),
+    "volume-too-fast": ("doubtful", _ALL),
+    "step-matters": ("doubtful", _ALL),
+    "step-not-checked": ("doubtful", _ALL),
+    "muscle-jumps": ("doubtful", _ALL),
+    "energy-lost": ("doubtful", _ALL),
+    "energy-from-friction": ("doubtful", _ALL),
+    "torque-jumps": ("doubtful", (MOMENT,)),
+    "power-jumps": ("doubtful", (MOMENT,)),
+    "air-temperature": ("doubtful", _ALL),
+    "source-freezes": ("unknown", (FLOW,)),
+    "source-short": ("bad", (FLOW,)),
+    "recovered": ("unknown", _ALL),
+}
+
+
+def decides(warning: str) -> bool:
+    """Whether a warning caps an answer, so that no list of them may leave it out."""
+    return isinstance(warning, Notice) and warning.code in CAPS
+
+
+def capped(answers: Sequence[Answer], warnings: Iterable[str]) -> tuple[Answer, ...]:
+    """The answers, none better than what the warnings leave of the columns that it rests on."""
+    found = [one for one in warnings if isinstance(one, Notice) and decides(one)]
+    return tuple(_capped(answer, found) for answer in answers) if found else tuple(answers)
+
+
+def _capped(answer: Answer, warnings: Sequence[Notice]) -> Answer:
+    about = [one for one in warnings if set(CAPS[one.code][1]) & set(RESTS_ON[answer.name])]
+    status = worst([answer.status, *(CAPS[one.code][0] for one in about)])
+    if status == answer.status:
+        return answer
+    # of several the one that decides; of those the first
+    why = next(one for one in about if worst([answer.status, CAPS[one.code][0]]) == status)
+    text = f"{answer.text} Not {answer.status}, since {why}."
+    brief = f"{answer.brief}; {why.code.replace('-', ' ')}" if answer.brief else ""
+    return dataclasses.replace(answer, status=status, text=text, brief=brief)
