@@ -52,7 +52,9 @@ def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> Non
         remarks += [(f"{name} {value}", 2) for name, value in known(recording.metrics)]
     print_line(_title(recording), style="bold")
     drawn = [(line, 2) for line in bands.brief(recording)]
-    print_answers([(recording, answer) for answer in answers], remarks, [(written, 2)], first=[*decisive, *drawn])
+    print_answers(
+        [(recording, answer) for answer in answers], remarks, [(written, 2)], first=[*decisive, *drawn]
+    )
 
 
 def print_answers(

@@ -42,6 +42,9 @@ class Gait(Described):
     """Hip flexion that is added in mid-swing, as people do whose foot hangs."""
     steppage_knee: Annotated[float, Quantity("rad", at_least=0.0, at_most=0.7)] = 0.0
     """Knee flexion that is added in mid-swing."""
+    compensation: Literal["kept", "removed"] = "kept"
+    """Whether hip, knee and path are the recorded ones, or those of healthy people of the person's size and
+    speed under the recorded ankle: what the toe clears if nothing makes up for the foot."""
     sole_thickness: Annotated[float, Quantity("m", at_least=0.0, at_most=0.15)] | None = None
     """Thickness of the sole that the recorded walker wore under the ankle; the recording's by default, or
     none."""

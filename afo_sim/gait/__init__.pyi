@@ -18,6 +18,8 @@ from .checks import closing_errors as closing_errors
 from .checks import examine as examine
 from .checks import findings as findings
 from .checks import stance as stance
+from .compensation import signs as signs
+from .compensation import uncompensated as uncompensated
 from .cycle import DEGREE as DEGREE
 from .cycle import KINEMATICS as KINEMATICS
 from .cycle import GaitCycle as GaitCycle

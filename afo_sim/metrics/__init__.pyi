@@ -11,6 +11,7 @@ from .beside_strides import TOUCHES as TOUCHES
 from .beside_strides import energy_metrics as energy_metrics
 from .beside_strides import reference_metrics as reference_metrics
 from .beside_strides import settling_metrics as settling_metrics
+from .beside_strides import uncompensated_metrics as uncompensated_metrics
 from .bottle import air_given as air_given
 from .bottle import compressor_metrics as compressor_metrics
 from .bottle import emptied as emptied

@@ -66,6 +66,29 @@ def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]
 
 
 @reported(
+    CLEARANCE,
+    (
+        "uncompensated_reference_toe_clearance",
+        "mm",
+        "Toe clearance of the reference without compensation",
+        "the patient's ankle in swing on healthy hip, knee and path",
+    ),
+    (
+        "uncompensated_toe_clearance",
+        "mm",
+        "Toe clearance without compensation",
+        "the patient's ankle in swing on healthy hip, knee and path, with the device",
+    ),
+    of=Of.BESIDE,
+    made_of=(COMPARED,),
+)
+def uncompensated_metrics(reference: Mapping[str, Metric], worn: Mapping[str, Metric]) -> dict[str, Metric]:
+    """Clearances without and with the device of a patient who makes up for nothing."""
+    pair = {"uncompensated_reference_toe_clearance": reference, "uncompensated_toe_clearance": worn}
+    return all_measured((name, float(of[COMPARED])) for name, of in pair.items() if COMPARED in of)
+
+
+@reported(
     ENERGY,
     ("air_work", "J", "Work of the air on the muscles", EACH),
     ("skeleton_work", "J", "Work of the muscles on the skeleton", EACH),

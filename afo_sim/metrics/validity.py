@@ -40,7 +40,6 @@ CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its c
     "stop-reached": ("doubtful", (MOTION,)),
     "ground-force-lost": ("doubtful", (MOTION,)),
     "stop-in-the-air": ("doubtful", (MOTION,)),
-    "no-swing-minimum": ("doubtful", (SWING,)),
     "plate-without-outsole": ("doubtful", (SWING,)),
     "timer-drifts": ("doubtful", _ALL),
     "too-few-strides": ("doubtful", _ALL),

@@ -46,6 +46,7 @@ REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the
     "barefoot": ("Barefoot and without the device", "with it"),
     "orthosis-off": ("With the device and no air", "with air"),
 }
+_UNCOMPENSATED = ("uncompensated_reference_toe_clearance", "uncompensated_toe_clearance")
 _CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm]
 _TOUCHING = "swings_with_toe_contact"
 _SLAPPED = 0.95  # share of a peak, below which the pressure without a slap stands beside it
@@ -77,14 +78,17 @@ def verdict(
     limits: Limits,
     feed: Feed | None = None,
     reference: str = "shoe",
+    own_walk: bool = False,
 ) -> tuple[Answer, ...]:
-    """The answers of a walking run; none of other runs."""
+    """The answers of a walking run; none of other runs. `own_walk`: the patient's, without the device."""
     if "strides_counted" not in metrics and not strides:
         return ()
     worn = any(map(_worn, (metrics, *strides.values())))
     lift = _lift(metrics, strides, limits.toe_clearance)
+    if own_walk and lift.status == "good":
+        lift = _lift_by_the_ankle(lift, metrics, limits.toe_clearance)
     found = (
-        *_help(metrics, worn, lift.status, limits.toe_clearance, reference),
+        *_help(metrics, worn, lift.status, limits.toe_clearance, reference, own_walk),
         lift,
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
@@ -121,9 +125,17 @@ def status_of(name: str, value: float, limits: Limits) -> Status | None:
 
 
 def _help(
-    metrics: Numbers, worn: bool, lift: Status, pair: tuple[float, float], reference: str
+    metrics: Numbers,
+    worn: bool,
+    lift: Status,
+    pair: tuple[float, float],
+    reference: str,
+    own_walk: bool,
 ) -> Iterator[Answer]:
-    """The toe without the device and with it, in the settled stride; none without a walked reference."""
+    """The toe without the device and with it, in the settled stride; none without a walked reference.
+
+    In an own walk hip and knee may make up for the foot: what is said must hold without that, too.
+    """
     if not worn or not has(metrics, "reference_toe_clearance") or not has(metrics, "toe_clearance"):
         return
     wanted, trips = (clean(1e3 * each) for each in pair)
@@ -148,7 +160,30 @@ def _help(
     start = REFERENCES[reference][0]
     brief = f"toe {low} {start[0].lower()}{start[1:]}, {high} {REFERENCES[reference][1]}"
     brief += f": {answer}" if answer != ENOUGH else ""
-    yield Answer(HELP, QUESTIONS[HELP], status, f"{', '.join(parts)}: {answer}.", limit, brief)
+    text = f"{', '.join(parts)}: {answer}."
+    if own_walk:
+        status, text, brief = _without_compensation(metrics, (status, text, brief), without, wanted, trips)
+    yield Answer(HELP, QUESTIONS[HELP], status, text, limit, brief)
+
+
+def _without_compensation(
+    metrics: Numbers, answer: tuple[Status, str, str], as_walked: float, wanted: float, trips: float
+) -> tuple[Status, str, str]:
+    """Status, text and short text of help in an own walk, which may be lifted by hip, knee or pelvis."""
+    status, text, brief = answer
+    if not all(has(metrics, name) for name in _UNCOMPENSATED):
+        unknown = " Whether hip, knee or pelvis make up for the foot is not known."
+        return worst([status, "unknown"]), text + unknown, ""
+    without, own = (metrics[name].value for name in _UNCOMPENSATED)
+    otherwise, words = _helped(without, own, wanted, trips)
+    stated = f"without the device {_passes(without)}, with it {_passes(own)}: {words}"
+    text = f"{text} On healthy people's hip, knee and path the same ankle has the toe {stated}."
+    brief = f"{brief}; without compensation {millimetres(without)} → {millimetres(own)}"
+    if without >= wanted:  # nothing hangs that would be made up for
+        return status, text, brief
+    if as_walked >= wanted:  # she clears, and only since something else lifts the foot
+        return otherwise, f"{text} It is the compensation that lifts the toe, not the ankle.", brief
+    return worst([status, otherwise]), text, brief
 
 
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
@@ -203,6 +238,18 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
         parts.insert(0, _trips(metrics, short, settled < trips))
         brief = f"{parts[0]} {brief}" if brief else ""
     return Answer(LIFT, QUESTIONS[LIFT], status, " ".join(parts), limit, brief)
+
+
+def _lift_by_the_ankle(lift: Answer, metrics: Numbers, pair: tuple[float, float]) -> Answer:
+    """A good clearance of an own walk, which is doubtful where hip, knee or pelvis give it."""
+    known = has(metrics, _UNCOMPENSATED[1])
+    height = metrics[_UNCOMPENSATED[1]].value if known else math.nan
+    if height >= clean(1e3 * pair[0]):
+        return lift
+    text = f"{lift.text} Without compensation by hip, knee or pelvis "
+    text += f"the toe passes {_passes(height)}." if known else "it is not known."
+    brief = f"{lift.brief}; without compensation {millimetres(height)}" if known and lift.brief else ""
+    return dataclasses.replace(lift, status="doubtful" if known else "unknown", text=text, brief=brief)
 
 
 def _heights(metrics: Numbers, stated: Mapping[int, float], lowest: float, less: float) -> str:

@@ -28,7 +28,16 @@ from afo_sim.model.mounting import ANKLE, Index
 from afo_sim.model.muscle_weakness import Active, active, own_active
 from afo_sim.model.path_checks import check_guides, check_paths, check_stretch
 from afo_sim.model.periodic import unseen_drift, why_walked
-from afo_sim.model.person import Person, Size, as_recorded, in_contact, own_tissue, person_of, walker_of
+from afo_sim.model.person import (
+    Person,
+    Size,
+    as_recorded,
+    in_contact,
+    own_tissue,
+    person_of,
+    signs_of_compensation,
+    walker_of,
+)
 from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
 from afo_sim.physics import KNEE_LIMIT
@@ -194,9 +203,10 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     walk = lay_out(scenario, foot)
     if walker_of(scenario) == "patient":
         own = _recorded_active(scenario, built.body_mass)
+        signs = signs_of_compensation(scenario)
     else:
-        own = active(walk, bare, scenario, built.body_mass)
-    contact, warnings = None, (*built.warnings, *_paced(scenario, walk))
+        own, signs = active(walk, bare, scenario, built.body_mass), ()
+    contact, warnings = None, (*built.warnings, *signs, *_paced(scenario, walk))
     if in_contact(scenario):
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from afo_sim.common import InputError, assets
+from afo_sim.common import InputError, Notice, assets
 from afo_sim.description import Gait, Ground, Provenance, Scenario, load
-from afo_sim.gait import Chain, GaitCycle, Walker, family, scaled, stepped
+from afo_sim.gait import Chain, GaitCycle, Walker, family, scaled, signs, stepped, uncompensated
 from afo_sim.gait import file as gait_file
 
 # What nothing switches, measures or compares: of a scenario of the leg alone.
@@ -119,12 +119,24 @@ def persons_stride(scenario: Scenario) -> GaitCycle:
     gait = scenario.gait
     assert gait is not None
     stride = recorded_stride(gait, taller_than_recorded(scenario))
+    if gait.compensation == "removed":
+        return uncompensated(stride, person_of(scenario).body_height)
     return _stepped(stride, gait.steppage_hip, gait.steppage_knee, person_of(scenario).body_height)
 
 
 @functools.lru_cache(maxsize=8)  # cases of a sweep share it
 def _stepped(stride: GaitCycle, hip: float, knee: float, body_height: float) -> GaitCycle:
     return stepped(stride, hip, knee, Chain.of_height(body_height))
+
+
+def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
+    """What a patient's own walk shows of a foot that hangs, unless the compensation is removed."""
+    gait = scenario.gait
+    assert gait is not None
+    if gait.compensation == "removed":
+        return ()
+    stride = recorded_stride(gait, taller_than_recorded(scenario))
+    return tuple(signs(stride, person_of(scenario).body_height))
 
 
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:

@@ -10,7 +10,7 @@ from typing import Any
 from afo_sim.common import InputError, Notice
 from afo_sim.description import Scenario, load
 from afo_sim.description.scenario_text import reference as in_words
-from afo_sim.metrics import COMPARED, TOUCHES, Metric, reference_metrics
+from afo_sim.metrics import COMPARED, TOUCHES, Metric, reference_metrics, uncompensated_metrics
 from afo_sim.model import UNDRIVEN, in_contact, two_strides, walker_of, why_walked
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
@@ -62,13 +62,17 @@ def walk_reference(scenario: Scenario) -> Reference:
     """Walk a scenario's reference: its settled stride alone, or the whole run where none repeats."""
     if in_contact(scenario) and walker_of(scenario) == "healthy":
         return Reference({}, "the floor of ground.mode = contact catches both feet, and hides what is lifted")
-    reference = reference_of(scenario)
-    solved = not why_walked(reference)
-    built = build(two_strides(reference) if solved else reference)
+    return _walked(reference_of(scenario))
+
+
+def _walked(scenario: Scenario) -> Reference:
+    """The clearance of a scenario's settled stride, or of the whole run where none repeats."""
+    solved = not why_walked(scenario)
+    built = build(two_strides(scenario) if solved else scenario)
     control = schedule.controls(built)
     rollout: Rollout
     if solved:
-        rollout = settle([built], [control], mode=reference.callback)[0].rollout
+        rollout = settle([built], [control], mode=scenario.callback)[0].rollout
     else:
         rollout = simulate(built, control)
     if rollout.failure is not None:
@@ -101,10 +105,25 @@ def not_compared(scenario: Scenario, reference: Reference) -> tuple[Notice, ...]
 
 
 def compared(recording: Recording, scenario: Scenario) -> Recording:
-    """A recording with its distance from the scenario's reference, which is walked for it."""
-    if scenario.reference is None or not recording.ok:
+    """A recording with its distance from the scenario's reference, which is walked for it, and with what the
+    toe clears if nothing makes up for the foot."""
+    if not recording.ok:
         return recording
-    reference = walk_reference(scenario)
-    found = reference_metrics(recording.metrics, reference.metrics)
-    warned = not_compared(scenario, reference)
+    found: dict[str, Metric] = {}
+    warned: tuple[Notice, ...] = ()
+    if scenario.reference is not None:
+        reference = walk_reference(scenario)
+        found = reference_metrics(recording.metrics, reference.metrics)
+        warned = not_compared(scenario, reference)
+    gait = scenario.gait
+    if gait is not None and gait.compensation == "kept" and walker_of(scenario) == "patient":
+        # the recorded sole goes with the recorded path
+        removed = gait.model_copy(update={"compensation": "removed", "sole_thickness": None})
+        without = scenario.with_values(gait=removed)
+        worn = _walked(without)
+        bare = worn if scenario.reference is None else _walked(reference_of(without))
+        found |= uncompensated_metrics(bare.metrics, worn.metrics)
+        if failed := bare.failure or worn.failure:
+            text = "what the toe clears without compensation is not known: {why}"
+            warned = (*warned, Notice("compensation-unknown", text, subject="gait.compensation", why=failed))
     return replace(recording, metrics=recording.metrics | found, warnings=(*recording.warnings, *warned))

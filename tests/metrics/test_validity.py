@@ -1,4 +1,4 @@
-"""What warnings do to answers: each row of the table, runs beyond a limit, and draws that a good one survives."""
+"""What warnings do to answers: each row of the table, runs beyond a limit, draws that a good one survives."""
 
 import pathlib
 import re
@@ -47,7 +47,9 @@ def test_every_code_of_the_table_is_of_a_warning_that_somebody_gives() -> None:
         ("walk-dropfoot-afo", {}, ()),
     ],
 )
-def test_no_answer_is_good_beyond_a_limit(scenario: str, sets: dict[str, str], rests: tuple[str, ...]) -> None:
+def test_no_answer_is_good_beyond_a_limit(
+    scenario: str, sets: dict[str, str], rests: tuple[str, ...]
+) -> None:
     walk = afo_sim.run(scenario, sets)
     statuses = {answer.name: answer.status for answer in walk.verdict}
     assert len(statuses) == 6 and any(map(decides, walk.warnings)) is bool(rests)

@@ -430,7 +430,10 @@ def test_the_limits_of_the_scenario_decide(designs: dict[str, Recording]) -> Non
 def test_the_summary_holds_the_verdict(designs: dict[str, Recording]) -> None:
     run = designs["hinders"]
     (told,) = [each for each in run.summary()["verdict"] if each["name"] == "push_off"]
-    assert set(told) == {"name", "question", "status", "text", "limit", "brief", "kept"} and told["status"] == "bad"
+    assert (
+        set(told) == {"name", "question", "status", "text", "limit", "brief", "kept"}
+        and told["status"] == "bad"
+    )
     assert f"{run.metrics['torque_against_push_off_10ms'].value:.1f} N·m" in told["text"]
 
 

@@ -309,7 +309,9 @@ def _trips(found: Found, recording: Recording) -> dict[str, Any]:
 def _kept(found: Found, recording: Recording) -> dict[str, float]:
     """Share of the draws that are judged good, by the answer's name; the walk without the device is the
     run's."""
-    compared = {name: m for name, m in recording.metrics.items() if name.startswith("reference_")}
+    compared = {
+        name: m for name, m in recording.metrics.items() if name.startswith(("reference_", "uncompensated_"))
+    }
     judged: dict[str, list[str]] = {}
     values = {name: found.metric(name) for name in (*_METRICS, *_JUDGED) if name in recording.metrics}
     for k in np.flatnonzero(found.ok):
