@@ -50,7 +50,7 @@ class _Walk:
 @common.app.command("walk")
 @common.one_group
 def walk_command(walk: _Walk) -> None:
-    """A walker that responds by reflexes: does the wearer fall, what do they change, what does it cost?"""
+    """Experimental: a walker that responds. Does the wearer fall, what do they change, what does it cost?"""
     key, values = _varied(walk.vary)
     sets = [common.read_sets(walk.sets) | ({key: value} if key else {}) for value in values]
     common.check_counts(walk.threads, 0)
@@ -137,7 +137,7 @@ def _varied(text: str | None) -> tuple[str, list[Any]]:
 
 def _print(found: Any, written: str, view: str) -> None:
     from afo_sim.metrics import NO_DEVICE
-    from afo_sim.walker import table, verdict
+    from afo_sim.walker import EXPERIMENTAL, table, verdict
 
     common.print_table(f"{found.scenario.name}: a walker that responds", *table(found), whole_names=True)
     for case, (low, middle, high) in found.asked.get("drawn", {}).get("falls_5_50_95", {}).items():
@@ -148,5 +148,5 @@ def _print(found: Any, written: str, view: str) -> None:
         print_line(f"{reply.question} {reply.text}")
     for each in dict.fromkeys(text for reply in replies for text in reply.assumptions):
         print_line(f"assumed: {each}", hang=2)
-    print_line(NO_DEVICE)
+    print_line(f"{EXPERIMENTAL} {NO_DEVICE}")
     print(f"{written}: walk.html, walk.png, walk.gif, walk.json{view}")

@@ -126,16 +126,20 @@ class BraidFacts:
 
 
 def new_braid_facts(muscle: Muscle) -> list[tuple[str, str]]:
-    """Facts of a new hand-made braid at its highest pressure, and what a rubber bladder leaves of them."""
+    """Facts of a new hand-made braid at its highest pressure, and what each of its laws makes of them."""
     facts = BraidFacts.of(muscle)
-    wall = muscle.law_set.parameters.get("wall_thickness", 0.0)
-    walled = f"{float(muscle.force(facts.pressure, contraction=0.0)):.4g} N at no contraction"
-    rubber = muscle.using(law="tondu_lopez_2000_bladder")
-    force = float(rubber.force(facts.pressure, contraction=0.0))
-    contraction = float(rubber.contraction(facts.pressure, force=0.0))
-    left = f"{force:.4g} N, contraction at most {100.0 * contraction:.3g} %"
-    thick = [(f"with the wall of {1e3 * wall:g} mm", walled)] if wall else []
-    return [*facts.rows(), *thick, ("with a rubber bladder like S1's (law tondu_lopez_2000_bladder)", left)]
+    found = [*facts.rows()]
+    in_use = float(muscle.force(facts.pressure, contraction=0.0))
+    for law in muscle.laws:
+        other = muscle.using(law=law)
+        force, most = (
+            other.force(facts.pressure, contraction=0.0),
+            other.contraction(facts.pressure, force=0.0),
+        )
+        beside = "in use" if law == muscle.law else f"{100.0 * (float(force) / in_use - 1.0):+.0f} %"
+        said = f"{float(force):.4g} N ({beside}), contraction at most {100.0 * float(most):.3g} %"
+        found.append((f"by the law {law} at {facts.pressure * 1e-5:.4g} bar", said))
+    return found
 
 
 def _read(given: Mapping[str, str]) -> dict[str, float]:

@@ -19,7 +19,8 @@ from afo_sim.gait.hip_path import Chain
 from afo_sim.gait.variants import scaled
 
 _HEALTHY = "bovi2011_natural"  # of a family from 0.84 to 1.97 m/s; their ankle's path is derived
-_JOINED = 0.1  # share of swing at either end, over which the ankle passes to and from the healthy one's [-]
+_JOINED = 0.15  # share of swing at either end, over which the ankle passes to and from the healthy one's [-]
+_HARMONICS = 24  # that the passing over needs
 _SHARES = np.linspace(0.2, 0.8, 61)  # of swing, in which the foot passes the floor
 _LOW, _BENT, _FLEXED = 6.0 * DEGREE, 6.0 * DEGREE, 10.0 * DEGREE  # off healthy people; assumed [rad]
 _RISEN = 0.04  # rise of the swinging hip beyond healthy people's [m]; assumed
@@ -59,6 +60,7 @@ def uncompensated(cycle: GaitCycle, body_height: float) -> GaitCycle:
         stride_time=cycle.stride_time,
         body_mass=cycle.body_mass,
         walker=cycle.walker,
+        harmonics=_HARMONICS,
     )
     vars(found)["flat"] = healthy.flat  # its ankle in stance is the same
     return found

@@ -9,6 +9,7 @@ from .answer import Status as Status
 from .beside_strides import COMPARED as COMPARED
 from .beside_strides import TOUCHES as TOUCHES
 from .beside_strides import energy_metrics as energy_metrics
+from .beside_strides import filled_once_metrics as filled_once_metrics
 from .beside_strides import reference_metrics as reference_metrics
 from .beside_strides import settling_metrics as settling_metrics
 from .beside_strides import uncompensated_metrics as uncompensated_metrics
@@ -73,6 +74,7 @@ from .validity import decides as decides
 from .valves import FILL as FILL
 from .valves import VENT as VENT
 from .valves import is_filling as is_filling
+from .verdict import ADDS as ADDS
 from .verdict import AGAINST as AGAINST
 from .verdict import AIR as AIR
 from .verdict import HEEL as HEEL

@@ -88,6 +88,34 @@ def uncompensated_metrics(reference: Mapping[str, Metric], worn: Mapping[str, Me
     return all_measured((name, float(of[COMPARED])) for name, of in pair.items() if COMPARED in of)
 
 
+_ONCE = "filled once before the first step and shut, at the best pressure"
+_KEPT = (
+    "pressure",
+    COMPARED,
+    "torque_against_push_off_per_mass",
+    "work_against_push_off",
+)
+
+
+@reported(
+    CLEARANCE,
+    ("filled_once_pressure", "bar", "Pressure of the best single filling", _ONCE),
+    ("filled_once_toe_clearance", "mm", "Toe clearance after a single filling", _ONCE),
+    (
+        "filled_once_torque_against_push_off_per_mass",
+        "N*m/kg",
+        "Torque against push-off after a single filling",
+        _ONCE,
+    ),
+    ("filled_once_work_against_push_off", "J/kg", "Work against push-off after a single filling", _ONCE),
+    of=Of.BESIDE,
+    made_of=_KEPT[1:],
+)
+def filled_once_metrics(filled: Mapping[str, Metric]) -> dict[str, Metric]:
+    """The walk with valves that never open: a device that is a spring."""
+    return all_measured((f"filled_once_{name}", float(filled[name])) for name in _KEPT if name in filled)
+
+
 @reported(
     ENERGY,
     ("air_work", "J", "Work of the air on the muscles", EACH),

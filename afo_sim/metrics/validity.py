@@ -19,6 +19,7 @@ RESTS_ON = {  # {answer: the columns that it is made of; all follow from the mus
     "heel": (FORCE, MOTION),
     "push_off": (FORCE, MOMENT),
     "air": (FORCE, FLOW),
+    "air_adds": (FORCE, MOTION, SWING, MOMENT),
     "skin": (FORCE, MOMENT),
     "move": (FORCE, MOTION),
 }
@@ -36,9 +37,9 @@ CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its c
     "path-through-bone": ("doubtful", (FORCE,)),
     "surface-not-touched": ("doubtful", (FORCE,)),
     "passive-ankle-extrapolated": ("doubtful", (MOTION,)),
+    "walker-not-usual": ("doubtful", (MOTION,)),
     "side-assumed": ("doubtful", (MOTION,)),
     "stop-reached": ("doubtful", (MOTION,)),
-    "ground-force-lost": ("doubtful", (MOTION,)),
     "stop-in-the-air": ("doubtful", (MOTION,)),
     "plate-without-outsole": ("doubtful", (SWING,)),
     "timer-drifts": ("doubtful", _ALL),

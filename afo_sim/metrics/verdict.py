@@ -30,12 +30,14 @@ from afo_sim.metrics.answer import (
 )
 
 HELP, LIFT, HEEL, PUSH_OFF, AIR, SKIN = "help", "lift", "heel", "push_off", "air", "skin"
+ADDS = "air_adds"
 QUESTIONS = {
     HELP: "Does it help?",
     LIFT: "Does it lift the toe?",
     HEEL: "Does it land on the heel?",
     PUSH_OFF: "Does it hinder push-off?",
     AIR: "How much air does it use?",
+    ADDS: "What does the air add?",
     SKIN: "Can the skin tolerate it?",
 }
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
@@ -47,6 +49,10 @@ REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the
     "orthosis-off": ("With the device and no air", "with air"),
 }
 _UNCOMPENSATED = ("uncompensated_reference_toe_clearance", "uncompensated_toe_clearance")
+_HEIGHT = "toe_clearance"
+_EASIER = (
+    1.1  # times that push-off must be hindered more by a single filling, for air to be worth it; assumed
+)
 _CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm]
 _TOUCHING = "swings_with_toe_contact"
 _SLAPPED = 0.95  # share of a peak, below which the pressure without a slap stands beside it
@@ -93,6 +99,7 @@ def verdict(
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
         _air(metrics, worn, limits, feed),
+        *_air_adds(metrics, limits),
         _skin(metrics, worn, limits),
     )
     return tuple(map(_on_empty, found)) if has(metrics, "strides_without_air") else found
@@ -189,8 +196,9 @@ def _without_compensation(
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
     """What two toe clearances [mm] say of a device."""
     if without >= wanted:
-        lowered = " and lowers it too far" if own < wanted else ""
-        return ("doubtful" if own >= trips else "bad"), f"not needed for the toe{lowered}"
+        if own >= without - _CHANGED:
+            return "doubtful", "not needed for the toe"
+        return "bad", f"not needed for the toe, which it lowers{' too far' * (own < wanted)}"
     if own >= wanted:
         return "good", ENOUGH
     if own < without - _CHANGED:
@@ -425,6 +433,43 @@ def _sag(metrics: Numbers) -> str:
         low, sag = metrics["lowest_supply_pressure"].value, metrics["supply_sag"].value
         parts.append(f"The supply falls to {low:.2f} bar, {sag:.0f} % below its set pressure.")
     return " ".join(parts)
+
+
+# --- what the air adds
+
+
+def _air_adds(metrics: Numbers, limits: Limits) -> Iterator[Answer]:
+    """The same device filled once and shut, which is a spring: what valves and air give beyond it."""
+    names = (_HEIGHT, *AGAINST, "pressure")
+    once = {n: metrics[f"filled_once_{n}"].value for n in names if has(metrics, f"filled_once_{n}")}
+    if _HEIGHT not in once or not has(metrics, _HEIGHT) or not all(has(metrics, name) for name in AGAINST):
+        return
+    wanted = clean(1e3 * limits.toe_clearance[0])
+    own = metrics[_HEIGHT].value
+    firsts = {name: max(getattr(limits, key)[0], 1e-12) for name, key in AGAINST.items()}
+    against = max(metrics[name].value / first for name, first in firsts.items())
+    shut = max(once.get(name, math.inf) / first for name, first in firsts.items())
+    torque = "torque_against_push_off_per_mass"
+    text = (
+        f"Filled once to {once['pressure']:.2g} bar and shut, with no air after that, the toe passes "
+        f"{_passes(once[_HEIGHT])} and push-off meets {once.get(torque, math.nan):.3f} N·m/kg; with air "
+        f"{_passes(own)} and {metrics[torque].value:.3f} N·m/kg"
+    )
+    status: Status = "doubtful"
+    if own < wanted and once[_HEIGHT] < own - _CHANGED:
+        said = "air lifts the toe higher, but not enough"
+    elif own < wanted:
+        said = "neither is enough"
+    elif once[_HEIGHT] < wanted:
+        status, said = "good", "only air lifts the toe enough"
+    elif shut > _EASIER * against:
+        status, said = "good", "air gives push-off back"
+    else:
+        said = "a spring that is set once does as well, and the air adds nothing"
+    limit = f"wanted {in_digits(wanted)} mm, or {_EASIER:g} times less against push-off"
+    low, high = map(millimetres, (once[_HEIGHT], own))
+    brief = f"filled once to {once['pressure']:.2g} bar toe {low}, with air {high}: {said}"
+    yield Answer(ADDS, QUESTIONS[ADDS], status, f"{text}: {said}.", limit, brief)
 
 
 # --- skin

@@ -203,10 +203,9 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     walk = lay_out(scenario, foot)
     if walker_of(scenario) == "patient":
         own = _recorded_active(scenario, built.body_mass)
-        signs = signs_of_compensation(scenario)
     else:
-        own, signs = active(walk, bare, scenario, built.body_mass), ()
-    contact, warnings = None, (*built.warnings, *signs, *_paced(scenario, walk))
+        own = active(walk, bare, scenario, built.body_mass)
+    contact, warnings = None, (*built.warnings, *signs_of_compensation(scenario), *_paced(scenario, walk))
     if in_contact(scenario):
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)

@@ -130,13 +130,20 @@ def _stepped(stride: GaitCycle, hip: float, knee: float, body_height: float) -> 
 
 
 def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
-    """What a patient's own walk shows of a foot that hangs, unless the compensation is removed."""
+    """What a walk shows of a foot that hangs; of a healthy walker's it is a doubt about whose walk it is."""
     gait = scenario.gait
     assert gait is not None
     if gait.compensation == "removed":
         return ()
     stride = recorded_stride(gait, taller_than_recorded(scenario))
-    return tuple(signs(stride, person_of(scenario).body_height))
+    seen = tuple(signs(stride, person_of(scenario).body_height))
+    if walker_of(scenario) == "patient":
+        return seen
+    text = (
+        "the walk is described as a healthy walker's, and {seen}: if it is the patient's own, "
+        "gait.walker=patient, else the weakness counts twice"
+    )
+    return tuple(Notice("walker-not-usual", text, subject="gait.walker", seen=str(each)) for each in seen)
 
 
 def recorded_stride(gait: Gait, taller: float = 1.0) -> GaitCycle:

@@ -6,7 +6,7 @@ The mark and the word say what the colour says: on paper, and to who cannot tell
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from afo_sim.metrics import AIR, HEEL, HELP, LIFT, PUSH_OFF, QUESTIONS, SKIN, Answer, closing
+from afo_sim.metrics import ADDS, AIR, HEEL, HELP, LIFT, PUSH_OFF, QUESTIONS, SKIN, Answer, closing
 from afo_sim.show.run_names import begun
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording, Worse, limits_of
@@ -20,6 +20,7 @@ _LIMITS_OF = {  # {answer: the limits that it is compared with}
     HEEL: ("contact_pitch",),
     PUSH_OFF: ("torque_against_push_off", "work_against_push_off"),
     AIR: ("strides_per_bottle", "bottle_volume", "bottle_pressure"),
+    ADDS: ("toe_clearance",),
     SKIN: ("skin_pressure", "blood_flow_pressure"),
 }
 

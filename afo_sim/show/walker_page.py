@@ -8,7 +8,7 @@ from afo_sim.metrics import NO_DEVICE
 from afo_sim.show.report import rendered
 from afo_sim.show.walker_figure import draw_response
 from afo_sim.show.walker_film import draw_film
-from afo_sim.walker import PICTURES, Response, table, verdict
+from afo_sim.walker import EXPERIMENTAL, PICTURES, Response, table, verdict
 
 
 def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> None:
@@ -19,7 +19,7 @@ def write_pictures(response: Response, folder: pathlib.Path, *, rrd: bool) -> No
     page = rendered(
         "walk.html.j2",
         title=f"{response.scenario.name}: a walker that responds",
-        no_device=NO_DEVICE,
+        no_device=f"{EXPERIMENTAL} {NO_DEVICE}",
         replies=verdict(response),
         table=table(response),
         figure=base64.b64encode(figure.read_bytes()).decode(),

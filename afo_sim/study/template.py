@@ -12,7 +12,7 @@ from afo_sim.description.new import reference
 _WALKING = {
     "range_of_motion": "toe_clearance",
     "air_per_cycle": "air_per_stride",
-    "15 deg": "0 mm",
+    "15 deg": "10 mm",
     "8 s": "7.2 s",
 }
 

@@ -1,4 +1,5 @@
 from .answer import CASES as CASES
+from .answer import EXPERIMENTAL as EXPERIMENTAL
 from .answer import LEGS as LEGS
 from .answer import difference as difference
 from .answer import in_brief as in_brief

@@ -14,6 +14,8 @@ CASES = {
     "device adapted": "with device, adapted",
 }
 LEGS = {"right": "device's leg", "left": "other leg"}
+EXPERIMENTAL = "Experimental: these gaits are not yet people's; compare cases, take no number for a patient."
+
 LEAST = 0.10  # relative difference of a cost of transport from which on it is claimed [-]
 NONE = "–"
 

@@ -28,6 +28,7 @@ from afo_sim.metrics import (
     first_stride_metrics,
     reference_metrics,
     settling_metrics,
+    uncompensated_metrics,
     walk_metrics,
     walking,
     words,
@@ -121,7 +122,7 @@ def told() -> dict[str, Metric]:
     terms = {field.name: 1.0 for field in dataclasses.fields(Energy) if field.name != "turnover"}
     balance = energy_metrics(terms, 2, 1e-4)
     walking = walk_metrics(columns, STEP, MASS).totals | settling_metrics(5, 1e-6, 1e-5)
-    compared = reference_metrics(walking, walking)
+    compared = reference_metrics(walking, walking) | uncompensated_metrics(walking, walking)
     first, _ = first_stride_metrics([walking] * 10, walking, 1e-3)
     bottle = bottle_metrics(0.08, 1.1, 140.0) | cycle_metrics(0.8, 0.1, 140.0)
     supply = {

@@ -7,8 +7,8 @@ import pytest
 
 import afo_sim
 from afo_sim.common import Notice
-from afo_sim.metrics import QUESTIONS, Answer, with_draws
-from afo_sim.metrics.validity import CAPS, RESTS_ON, capped, decides
+from afo_sim.metrics import QUESTIONS, Answer, capped, decides, with_draws
+from afo_sim.metrics.validity import CAPS, RESTS_ON
 
 ORDER = ("good", "doubtful", "unknown", "bad")
 NAMES = (*QUESTIONS, "move")
