@@ -37,6 +37,7 @@ CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its c
     "path-through-bone": ("doubtful", (FORCE,)),
     "surface-not-touched": ("doubtful", (FORCE,)),
     "passive-ankle-extrapolated": ("doubtful", (MOTION,)),
+    "design-implausible": ("doubtful", _ALL),
     "walker-not-usual": ("doubtful", (MOTION,)),
     "side-assumed": ("doubtful", (MOTION,)),
     "stop-reached": ("doubtful", (MOTION,)),
@@ -62,14 +63,22 @@ CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its c
 }
 
 
+_TOLD = {
+    "steppage",
+    "hip-rises-in-swing",
+    "ankle-low-in-swing",
+    "compensation-unknown",
+}  # by help, in numbers
+
+
 def decides(warning: str) -> bool:
-    """Whether a warning caps an answer, so that no list of them may leave it out."""
-    return isinstance(warning, Notice) and warning.code in CAPS
+    """Whether an answer depends on a warning, so that no list of them may leave it out."""
+    return isinstance(warning, Notice) and warning.code in CAPS.keys() | _TOLD
 
 
 def capped(answers: Sequence[Answer], warnings: Iterable[str]) -> tuple[Answer, ...]:
     """The answers, none better than what the warnings leave of the columns that it rests on."""
-    found = [one for one in warnings if isinstance(one, Notice) and decides(one)]
+    found = [one for one in warnings if isinstance(one, Notice) and one.code in CAPS]
     return tuple(_capped(answer, found) for answer in answers) if found else tuple(answers)
 
 

@@ -99,7 +99,7 @@ def verdict(
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
         _air(metrics, worn, limits, feed),
-        *_air_adds(metrics, limits),
+        *_air_adds(metrics, limits, own_walk),
         _skin(metrics, worn, limits),
     )
     return tuple(map(_on_empty, found)) if has(metrics, "strides_without_air") else found
@@ -167,30 +167,33 @@ def _help(
     start = REFERENCES[reference][0]
     brief = f"toe {low} {start[0].lower()}{start[1:]}, {high} {REFERENCES[reference][1]}"
     brief += f": {answer}" if answer != ENOUGH else ""
-    text = f"{', '.join(parts)}: {answer}."
-    if own_walk:
-        status, text, brief = _without_compensation(metrics, (status, text, brief), without, wanted, trips)
-    yield Answer(HELP, QUESTIONS[HELP], status, text, limit, brief)
+    found = Answer(HELP, QUESTIONS[HELP], status, f"{', '.join(parts)}: {answer}.", limit, brief)
+    yield (
+        _without_compensation(metrics, found, ", ".join(parts), without, wanted, trips) if own_walk else found
+    )
 
 
 def _without_compensation(
-    metrics: Numbers, answer: tuple[Status, str, str], as_walked: float, wanted: float, trips: float
-) -> tuple[Status, str, str]:
-    """Status, text and short text of help in an own walk, which may be lifted by hip, knee or pelvis."""
-    status, text, brief = answer
+    metrics: Numbers, answer: Answer, walked: str, as_walked: float, wanted: float, trips: float
+) -> Answer:
+    """Help in an own walk, where hip, knee or pelvis may lift the toe; `walked` says how it passes."""
     if not all(has(metrics, name) for name in _UNCOMPENSATED):
-        unknown = " Whether hip, knee or pelvis make up for the foot is not known."
-        return worst([status, "unknown"]), text + unknown, ""
+        text = f"{answer.text} Whether hip, knee or pelvis make up for the foot is not known."
+        return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief="")
     without, own = (metrics[name].value for name in _UNCOMPENSATED)
-    otherwise, words = _helped(without, own, wanted, trips)
-    stated = f"without the device {_passes(without)}, with it {_passes(own)}: {words}"
-    text = f"{text} On healthy people's hip, knee and path the same ankle has the toe {stated}."
-    brief = f"{brief}; without compensation {millimetres(without)} → {millimetres(own)}"
-    if without >= wanted:  # nothing hangs that would be made up for
-        return status, text, brief
-    if as_walked >= wanted:  # she clears, and only since something else lifts the foot
-        return otherwise, f"{text} It is the compensation that lifts the toe, not the ankle.", brief
-    return worst([status, otherwise]), text, brief
+    status, words = _helped(without, own, wanted, trips)
+    pair = f"without the device {_passes(without)}, with it {_passes(own)}: {words}"
+    stated = f"On healthy people's hip, knee and path the same ankle has the toe {pair}."
+    short = f"{millimetres(without)} without the device, {millimetres(own)} with it"
+    if without < wanted <= as_walked:  # she clears, and only since something else lifts the foot
+        text = f"{walked}, lifted by hip, knee or pelvis and not by the ankle. {stated}"
+        return dataclasses.replace(
+            answer, status=status, text=text, brief=f"without compensation {short}: {words}"
+        )
+    # where nothing hangs, nothing would be made up for
+    status = answer.status if without >= wanted else worst([answer.status, status])
+    brief = f"{answer.brief}; without compensation {short}"
+    return dataclasses.replace(answer, status=status, text=f"{answer.text} {stated}", brief=brief)
 
 
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
@@ -438,14 +441,18 @@ def _sag(metrics: Numbers) -> str:
 # --- what the air adds
 
 
-def _air_adds(metrics: Numbers, limits: Limits) -> Iterator[Answer]:
-    """The same device filled once and shut, which is a spring: what valves and air give beyond it."""
+def _air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answer]:
+    """The same device filled once and shut, which is a spring: what valves and air give beyond it.
+
+    Of an own walk both heights are those without compensation.
+    """
+    height = _UNCOMPENSATED[1] if own_walk else _HEIGHT
     names = (_HEIGHT, *AGAINST, "pressure")
     once = {n: metrics[f"filled_once_{n}"].value for n in names if has(metrics, f"filled_once_{n}")}
-    if _HEIGHT not in once or not has(metrics, _HEIGHT) or not all(has(metrics, name) for name in AGAINST):
+    if _HEIGHT not in once or not has(metrics, height) or not all(has(metrics, name) for name in AGAINST):
         return
     wanted = clean(1e3 * limits.toe_clearance[0])
-    own = metrics[_HEIGHT].value
+    own = metrics[height].value
     firsts = {name: max(getattr(limits, key)[0], 1e-12) for name, key in AGAINST.items()}
     against = max(metrics[name].value / first for name, first in firsts.items())
     shut = max(once.get(name, math.inf) / first for name, first in firsts.items())

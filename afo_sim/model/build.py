@@ -38,6 +38,7 @@ from afo_sim.model.person import (
     signs_of_compensation,
     walker_of,
 )
+from afo_sim.model.plausible_design import implausible
 from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
 from afo_sim.physics import KNEE_LIMIT
@@ -150,7 +151,7 @@ def _build(scenario: Scenario) -> Built:
     numbers, coarse = time_step_limits.check_stability(model, index, circuit, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
-    described = (*check_description(scenario), *check_air_path(scenario))
+    described = (*check_description(scenario), *implausible(scenario, model), *check_air_path(scenario))
     warnings = (*described, *stretch, *coarse, *guided, *_walked(scenario))
     built = Built(scenario, model, index, numbers, warnings, foot=foot, side_arms=geometry.side_arms)
     if foot is None:

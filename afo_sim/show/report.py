@@ -1,5 +1,6 @@
 """A report of one run or of several side by side: one HTML file that needs nothing outside itself."""
 
+import datetime
 import pathlib
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,7 +30,7 @@ from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.numbers import doubts, of_walker, readable, undefined
 from afo_sim.show.report_figures import figures_over_cycle, figures_over_time
 from afo_sim.show.report_walkers import walkers
-from afo_sim.show.run_names import apart, begun, in_words
+from afo_sim.show.run_names import apart, begun, in_words, whom
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
 from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_recording
@@ -314,6 +315,8 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
     return rendered(
         _TEMPLATE,
         title=begun(_title(runs, " compared with" if both is None else " and")),
+        whom=[(run, line) for run in runs if (line := whom(run.recording.scenario))],
+        today=datetime.date.today().isoformat(),
         walkers=walkers(walking),
         leads=[(run, verdict.lead(run.recording, len(runs))) for run in judged if run.recording.verdict],
         runs=runs,

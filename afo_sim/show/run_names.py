@@ -1,6 +1,7 @@
 """Names of runs for people: of their scenarios' descriptions, what sets them apart."""
 
 import itertools
+import pathlib
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -24,6 +25,22 @@ def in_words(scenario: Mapping[str, Any]) -> tuple[str, list[str]]:
     words, _ = unchanged(whole)
     keys = (part.removeprefix("set ").partition("=") for part in whole.split("; ") if part.startswith("set "))
     return words, [f"{re.sub(r'[._]', ' ', key)} {value}".rstrip() for key, _, value in keys]
+
+
+def whom(scenario: Mapping[str, Any]) -> str:
+    """Patient, walk, side and device of a walk, and what was set otherwise, as a line for its page."""
+    gait, patient = scenario.get("gait") or {}, scenario.get("patient") or {}
+    if not gait:
+        return ""
+    whose = "the patient's own" if gait.get("walker") == "patient" else "a healthy walker's"
+    parts = [
+        f"Patient: {patient.get('name') or 'not named (patient.name)'}",
+        f"walk: {pathlib.Path(gait['cycle']).stem}, {whose}",
+        f"{scenario.get('side') or scenario['leg'].get('side', 'right')} side",
+        f"device: {scenario['orthosis'].get('name') or 'not named'}",
+        f"set: {'; '.join(changed)}" if (changed := in_words(scenario)[1]) else "nothing set otherwise",
+    ]
+    return " · ".join(parts)
 
 
 def apart(scenarios: Sequence[Mapping[str, Any]]) -> tuple[str, list[str]]:

@@ -127,16 +127,19 @@ def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metri
     gait = scenario.gait
     assert gait is not None
     limits = scenario.limits or load("limits", USUAL_LIMITS)
-    step = max(scenario.timestep, COARSE)
+    # a floor is too stiff for the coarse one
+    step = scenario.timestep if in_contact(scenario) else max(scenario.timestep, COARSE)
     changed = {
         **UNDRIVEN,
         "timestep": step,
         "gait": gait.model_copy(update={"settled": "solved"}),
         "phases": valves,
     }
+    groups = [group for name, group in scenario.orthosis.muscle.items() if (group.chamber or name) in lifting]
+    highest = min([scenario.supply.pressure, *(group.type.limits.pressure for group in groups)])
     tried: list[tuple[tuple[bool, float], dict[str, Metric]]] = []
     for share in FILLINGS:
-        pressure = share * scenario.supply.pressure
+        pressure = share * highest
         start = {name: {"pressure": f"{pressure!r} Pa"} for name in lifting}
         found = _walked(scenario.with_values(**changed | {"start": start}), FILLED).metrics
         if COMPARED not in found:
@@ -167,19 +170,19 @@ def compared(recording: Recording, scenario: Scenario) -> Recording:
         reference = walk_reference(scenario)
         found = reference_metrics(recording.metrics, reference.metrics)
         warned = not_compared(scenario, reference)
-        if found and (lifting := _lifting(recording, scenario)):
-            found |= filled_once(scenario, lifting)
-    gait = scenario.gait
+    gait, judged = scenario.gait, scenario
     if gait is not None and gait.compensation == "kept" and walker_of(scenario) == "patient":
         # the recorded sole goes with the recorded path
         removed = gait.model_copy(update={"compensation": "removed", "sole_thickness": None})
-        without = scenario.with_values(gait=removed)
-        worn = _walked(without)
-        bare = worn if scenario.reference is None else _walked(reference_of(without))
+        judged = scenario.with_values(gait=removed)
+        worn = _walked(judged)
+        bare = worn if scenario.reference is None else _walked(reference_of(judged))
         found |= uncompensated_metrics(bare.metrics, worn.metrics)
         if failed := bare.failure or worn.failure:
             text = "what the toe clears without compensation is not known: {why}"
             warned = (*warned, Notice("compensation-unknown", text, subject="gait.compensation", why=failed))
+    if "reference_toe_clearance" in found and (lifting := _lifting(recording, scenario)):
+        found |= filled_once(judged, lifting)
     return replace(recording, metrics=recording.metrics | found, warnings=(*recording.warnings, *warned))
 
 

@@ -45,6 +45,10 @@ GOOD = {
     "reference_toe_clearance": -5.0,
     "cuff_skin_pressure": 10.0,
     "cuff_skin_pressure_sustained": 3.0,
+    "filled_once_pressure": 3.0,
+    "filled_once_toe_clearance": 5.0,
+    "filled_once_torque_against_push_off_per_mass": 0.06,
+    "filled_once_work_against_push_off": 0.015,
 }
 
 
@@ -65,7 +69,7 @@ def judge(
 
 
 def test_answers_in_their_order_and_none_of_what_does_not_walk() -> None:
-    assert list(judge()) == ["help", "lift", "heel", "push_off", "air", "skin"] == list(QUESTIONS)
+    assert list(judge()) == ["help", "lift", "heel", "push_off", "air", "air_adds", "skin"] == list(QUESTIONS)
     assert all(answer.status == "good" for answer in judge().values())
     assert verdict({"range_of_motion": Metric(20.0, "deg")}, {}, LIMITS) == ()
 
@@ -74,7 +78,8 @@ def test_answers_in_their_order_and_none_of_what_does_not_walk() -> None:
     ("without", "own", "status", "words"),
     [
         (17.0, 28.7, "doubtful", "not needed for the toe."),
-        (17.0, 5.0, "doubtful", "not needed for the toe and lowers it too far."),
+        (17.0, 5.0, "bad", "not needed for the toe, which it lowers too far."),
+        (135.0, 120.0, "bad", "not needed for the toe, which it lowers."),
         (-26.0, 13.0, "good", "it helps enough."),
         (-26.0, 5.0, "doubtful", "it helps, but not enough."),
         (-26.0, -5.0, "bad", "it helps, but not enough: the toe trips."),
@@ -441,3 +446,66 @@ def test_the_verdict_names_what_it_is_compared_with() -> None:
     """A walk in the device without air is not one without the device."""
     found = verdict(numbers(GOOD), {}, LIMITS, reference="orthosis-off")[0].text
     assert found.startswith("With the device and no air the toe passes") and ", with air " in found
+
+
+# --- what the air adds
+
+
+@pytest.mark.parametrize(
+    ("changes", "status", "says"),
+    [
+        ({}, "good", "only air lifts the toe enough"),
+        ({"filled_once_toe_clearance": 12.0}, "doubtful", "a spring that is set once does as well"),
+        (
+            {"filled_once_toe_clearance": 12.0, "filled_once_torque_against_push_off_per_mass": 0.0771},
+            "good",  # 1.1 times 0.07 N·m/kg, from which on push-off meets that much more
+            "air gives push-off back",
+        ),
+        (
+            {"filled_once_toe_clearance": 12.0, "filled_once_work_against_push_off": 0.0177},
+            "good",
+            "push-off back",
+        ),
+        ({"toe_clearance": 4.0}, "doubtful", "neither is enough"),
+        ({"toe_clearance": 7.0}, "doubtful", "air lifts the toe higher, but not enough"),
+    ],
+)
+def test_what_air_adds_over_one_filling(changes: dict[str, float], status: str, says: str) -> None:
+    base = {"torque_against_push_off_per_mass": 0.07, "work_against_push_off": 0.016}
+    answer = judge(base | changes)["air_adds"]
+    assert answer.status == status and says in answer.text
+
+
+def test_nothing_is_said_of_air_that_nobody_compared() -> None:
+    assert "air_adds" not in judge(without=("filled_once_toe_clearance",))
+    assert "air_adds" not in judge(without=("toe_clearance",))
+
+
+# --- an own walk
+
+
+@pytest.mark.parametrize(
+    ("walked", "alone", "status", "lift"),
+    [
+        # without and with the device: as she walks, and on healthy hip, knee and path
+        ((44.0, 60.0), (-35.7, 9.4), "doubtful", "doubtful"),  # helps, and not enough
+        ((44.0, 60.0), (-35.7, 12.0), "good", "good"),
+        ((44.0, 60.0), (-35.7, -2.0), "bad", "doubtful"),
+        ((44.0, 60.0), (14.0, 25.0), "doubtful", "good"),  # not needed, either way
+        ((-5.0, 30.0), (-20.0, 8.0), "doubtful", "doubtful"),
+        ((-5.0, 30.0), (-20.0, 12.0), "good", "good"),
+        ((-5.0, 30.0), (12.0, 25.0), "good", "good"),  # a weak hip: what she does counts
+        ((44.0, 20.0), (14.0, 12.0), "bad", "good"),  # lowers the toe, though it is not needed
+    ],
+)
+def test_an_own_walk_is_judged_without_compensation_too(
+    walked: tuple[float, float], alone: tuple[float, float], status: str, lift: str
+) -> None:
+    heights = {"toe_clearance": walked[1], "toe_clearance_stride_1": walked[1]}
+    heights |= {"lowest_toe_clearance_first_ten": walked[1], "reference_toe_clearance": walked[0]}
+    without = {"uncompensated_reference_toe_clearance": alone[0], "uncompensated_toe_clearance": alone[1]}
+    known = numbers(GOOD | heights | without)
+    found = {answer.name: answer for answer in verdict(known, {}, LIMITS, own_walk=True)}
+    assert (found["help"].status, found["lift"].status) == (status, lift)
+    unknown = {answer.name: answer for answer in verdict(numbers(GOOD | heights), {}, LIMITS, own_walk=True)}
+    assert {unknown["help"].status, unknown["lift"].status} <= {"unknown", "bad"}
