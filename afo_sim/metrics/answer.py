@@ -14,6 +14,25 @@ from afo_sim.metrics.metric import Metric
 Status = Literal["good", "doubtful", "bad", "unknown"]
 WORST: tuple[Status, ...] = ("good", "doubtful", "bad")  # the later, the worse
 
+HELP, LIFT, HEEL, PUSH_OFF, AIR, SKIN = "help", "lift", "heel", "push_off", "air", "skin"
+ADDS = "air_adds"
+QUESTIONS = {
+    HELP: "Does it help?",
+    LIFT: "Does it lift the toe?",
+    HEEL: "Does it land on the heel?",
+    PUSH_OFF: "Does it hinder push-off?",
+    ADDS: "What does the air add?",
+    AIR: "How much air does it use?",
+    SKIN: "Can the skin tolerate it?",
+}
+# {metric of push-off: the limits that it is held against}
+AGAINST = {
+    "torque_against_push_off_per_mass": "torque_against_push_off",
+    "work_against_push_off": "work_against_push_off",
+}
+CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm]
+UNCOMPENSATED = ("uncompensated_reference_toe_clearance", "uncompensated_toe_clearance")
+
 Numbers = Mapping[str, Metric]
 
 
@@ -144,3 +163,13 @@ def in_digits(value: float, form: str = "g") -> str:
 def clean(value: float) -> float:
     """A limit without the last digits of its conversion."""
     return round(value, 9) + 0.0
+
+
+def passes(height: float) -> str:
+    """A toe clearance [mm] in words, to the digit of the answer about the toe."""
+    return f"{millimetres(abs(height))} {'above' if height >= 0.0 else 'below'} the floor"
+
+
+def unknown(name: str, reason: str, limit: str) -> Answer:
+    """The answer where a number is missing."""
+    return Answer(name, QUESTIONS[name], "unknown", f"Not known: {reason}.", limit)

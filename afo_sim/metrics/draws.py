@@ -4,8 +4,8 @@ import dataclasses
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 
-from afo_sim.metrics.answer import Answer, Status, at_most, worst
-from afo_sim.metrics.verdict import ENOUGH, HELP, LIFT, UNSURE
+from afo_sim.metrics.answer import HELP, LIFT, Answer, Status, at_most, worst
+from afo_sim.metrics.verdict import ENOUGH, UNSURE
 
 KEPT = 0.9  # share of draws that a good answer must survive; assumed [-]
 SURE = 0.95  # confidence in a bound on a share of draws, one-sided [-]

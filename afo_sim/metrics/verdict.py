@@ -10,6 +10,16 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from afo_sim.metrics.answer import (
+    ADDS,
+    AGAINST,
+    CHANGED,
+    HEEL,
+    HELP,
+    LIFT,
+    PUSH_OFF,
+    QUESTIONS,
+    SKIN,
+    UNCOMPENSATED,
     Answer,
     Feed,
     Limits,
@@ -17,56 +27,34 @@ from afo_sim.metrics.answer import (
     Status,
     at_least,
     at_most,
-    capital,
     clean,
     has,
     in_digits,
-    lasting,
     listed,
     millimetres,
     numbered,
+    passes,
     three,
+    unknown,
     worst,
 )
+from afo_sim.metrics.verdict_air import adds_limit, air, air_adds
 
-HELP, LIFT, HEEL, PUSH_OFF, AIR, SKIN = "help", "lift", "heel", "push_off", "air", "skin"
-ADDS = "air_adds"
-QUESTIONS = {
-    HELP: "Does it help?",
-    LIFT: "Does it lift the toe?",
-    HEEL: "Does it land on the heel?",
-    PUSH_OFF: "Does it hinder push-off?",
-    AIR: "How much air does it use?",
-    ADDS: "What does the air add?",
-    SKIN: "Can the skin tolerate it?",
-}
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
-UNJUDGED = "* Good as described, not judged for uncertainty: --uncertainty 200 does that."
+UNJUDGED = "* Not judged for uncertainty."
 ENOUGH, UNSURE = "it helps enough", "it helps, but not with certainty in every stride"
 REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the run}
     "shoe": ("Without the device", "with it"),
     "barefoot": ("Barefoot and without the device", "with it"),
     "orthosis-off": ("With the device and no air", "with air"),
 }
-_UNCOMPENSATED = ("uncompensated_reference_toe_clearance", "uncompensated_toe_clearance")
-_HEIGHT = "toe_clearance"
-_EASIER = (
-    1.1  # times that push-off must be hindered more by a single filling, for air to be worth it; assumed
-)
-_CHANGED = 0.5  # toe clearances that differ by less are the same to a person [mm]
 _TOUCHING = "swings_with_toe_contact"
 _SLAPPED = 0.95  # share of a peak, below which the pressure without a slap stands beside it
 _PARTS = {"cuff": "cuff", "plate": "foot's strap"}  # that press on the skin
-# {metric of push-off: the limits that it is held against}
-AGAINST = {
-    "torque_against_push_off_per_mass": "torque_against_push_off",
-    "work_against_push_off": "work_against_push_off",
-}
 _UNITS = dict(zip(AGAINST, ("N·m/kg", "J/kg"), strict=True))
 MOVE = "move"
 _NEUTRAL = 0.0  # dorsiflexion of a foot in mid-swing: Perry & Burnfield 2010, Gait analysis [deg]
 _SWING = 0.4  # a swing's length, 0.4 of a stride of a good second: the same [s]
-SAG = 10.0  # of the set pressure, by which the supply may fall below it [percent]
 FIRST = "toe_clearance_stride_1"
 HEIGHTS = (
     "toe_clearance",
@@ -98,8 +86,8 @@ def verdict(
         lift,
         _heel(metrics, strides, limits.contact_pitch),
         _push_off(metrics, worn, limits),
-        _air(metrics, worn, limits, feed),
-        *_air_adds(metrics, limits, own_walk),
+        *air_adds(metrics, limits, own_walk),
+        air(metrics, worn, limits, feed),
         _skin(metrics, worn, limits),
     )
     return tuple(map(_on_empty, found)) if has(metrics, "strides_without_air") else found
@@ -117,7 +105,8 @@ def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
         _lift({}, {}, limits.toe_clearance),
         _heel({}, {}, limits.contact_pitch),
         _push_off({}, True, limits),
-        _air({}, True, limits, None),
+        unknown(ADDS, why, adds_limit(limits)),
+        air({}, True, limits, None),
         _skin({}, True, limits),
     )
     return tuple(dataclasses.replace(answer, text=f"Not known: {why}.", brief="") for answer in found)
@@ -160,7 +149,7 @@ def _help(
     both = zip(REFERENCES[reference], heights, touch, (" the toe passes", ""), strict=True)
     limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
     parts = [
-        f"{how}{toe} {_passes(height)}" + " after the forefoot has touched the floor" * touches
+        f"{how}{toe} {passes(height)}" + " after the forefoot has touched the floor" * touches
         for how, height, touches, toe in both
     ]
     low, high = map(millimetres, heights)
@@ -177,12 +166,12 @@ def _without_compensation(
     metrics: Numbers, answer: Answer, walked: str, as_walked: float, wanted: float, trips: float
 ) -> Answer:
     """Help in an own walk, where hip, knee or pelvis may lift the toe; `walked` says how it passes."""
-    if not all(has(metrics, name) for name in _UNCOMPENSATED):
+    if not all(has(metrics, name) for name in UNCOMPENSATED):
         text = f"{answer.text} Whether hip, knee or pelvis make up for the foot is not known."
         return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief="")
-    without, own = (metrics[name].value for name in _UNCOMPENSATED)
+    without, own = (metrics[name].value for name in UNCOMPENSATED)
     status, words = _helped(without, own, wanted, trips)
-    pair = f"without the device {_passes(without)}, with it {_passes(own)}: {words}"
+    pair = f"without the device {passes(without)}, with it {passes(own)}: {words}"
     stated = f"On healthy people's hip, knee and path the same ankle has the toe {pair}."
     short = f"{millimetres(without)} without the device, {millimetres(own)} with it"
     if without < wanted <= as_walked:  # she clears, and only since something else lifts the foot
@@ -199,20 +188,15 @@ def _without_compensation(
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
     """What two toe clearances [mm] say of a device."""
     if without >= wanted:
-        if own >= without - _CHANGED:
+        if own >= without - CHANGED:
             return "doubtful", "not needed for the toe"
         return "bad", f"not needed for the toe, which it lowers{' too far' * (own < wanted)}"
     if own >= wanted:
         return "good", ENOUGH
-    if own < without - _CHANGED:
+    if own < without - CHANGED:
         return "bad", "it lowers the toe"
-    helps = "it helps, but not enough" if own > without + _CHANGED else "it changes nothing"
+    helps = "it helps, but not enough" if own > without + CHANGED else "it changes nothing"
     return ("bad", f"{helps}: the toe trips") if own < trips else ("doubtful", helps)
-
-
-def _passes(height: float) -> str:
-    """A toe clearance [mm] in words, to the digit of the answer about the toe."""
-    return f"{millimetres(abs(height))} {'above' if height >= 0.0 else 'below'} the floor"
 
 
 # --- toe
@@ -223,7 +207,7 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     wanted, trips = (clean(1e3 * each) for each in pair)
     limit = f"wanted {in_digits(wanted)}, trips below {in_digits(trips)} mm"
     if not has(metrics, "toe_clearance"):
-        return _unknown(LIFT, "the toe clearance is undefined", limit)
+        return unknown(LIFT, "the toe clearance is undefined", limit)
     stated = {k: s["toe_clearance"].value for k, s in strides.items() if has(s, "toe_clearance")}
     lowest = min([*stated.values(), *(metrics[name].value for name in HEIGHTS if has(metrics, name))])
     touching = [k for k, s in strides.items() if _touches(s)] if trips >= 0.0 else []
@@ -253,12 +237,12 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
 
 def _lift_by_the_ankle(lift: Answer, metrics: Numbers, pair: tuple[float, float]) -> Answer:
     """A good clearance of an own walk, which is doubtful where hip, knee or pelvis give it."""
-    known = has(metrics, _UNCOMPENSATED[1])
-    height = metrics[_UNCOMPENSATED[1]].value if known else math.nan
+    known = has(metrics, UNCOMPENSATED[1])
+    height = metrics[UNCOMPENSATED[1]].value if known else math.nan
     if height >= clean(1e3 * pair[0]):
         return lift
     text = f"{lift.text} Without compensation by hip, knee or pelvis "
-    text += f"the toe passes {_passes(height)}." if known else "it is not known."
+    text += f"the toe passes {passes(height)}." if known else "it is not known."
     brief = f"{lift.brief}; without compensation {millimetres(height)}" if known and lift.brief else ""
     return dataclasses.replace(lift, status="doubtful" if known else "unknown", text=text, brief=brief)
 
@@ -295,7 +279,7 @@ def _heel(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     heel, forefoot = (clean(math.degrees(each)) for each in pair)
     limit = f"heel from {in_digits(heel)}° on, forefoot below {in_digits(forefoot)}°"
     if not has(metrics, "foot_pitch_at_contact"):
-        return _unknown(HEEL, "the pitch of the foot at initial contact is undefined", limit)
+        return unknown(HEEL, "the pitch of the foot at initial contact is undefined", limit)
     pitch = metrics["foot_pitch_at_contact"].value
     # the contact that stride 0 begins with is where the walk was started, not what a swing came to
     landed = [
@@ -330,7 +314,7 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
             PUSH_OFF, QUESTIONS[PUSH_OFF], "good", "Nothing is worn that could hinder it.", limit, kept=1.0
         )
     if not any(has(metrics, name) for name in AGAINST):
-        return _unknown(PUSH_OFF, "torque and work against push-off are undefined", limit)
+        return unknown(PUSH_OFF, "torque and work against push-off are undefined", limit)
     each = {
         name: at_most(metrics[name].value, getattr(limits, key)) if has(metrics, name) else "unknown"
         for name, key in AGAINST.items()
@@ -350,133 +334,6 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     short = [f"{metrics[name].value:.3g} {unit}" for name, unit in _UNITS.items() if has(metrics, name)]
     brief = f"{', '.join(short)} (good to {torque[0]:g}, {work[0]:g})"
     return Answer(PUSH_OFF, QUESTIONS[PUSH_OFF], status, text, limit, brief)
-
-
-# --- air
-
-
-def _air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Answer:
-    """Air per stride and hour, and how long its source lasts or whether it keeps up."""
-    wanted, few = limits.strides_per_bottle
-    limit = f"wanted {wanted:g} strides, too few below {few:g}"
-    if feed is not None and feed.runs:
-        limit = "mean flow up to its delivery at the set pressure"
-    if feed is not None or _sags(metrics):
-        limit += f"; sag at most {SAG:g} %"
-    if not worn:
-        return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that takes any.", limit, kept=1.0)
-    if not has(metrics, "air_per_stride"):
-        return _unknown(AIR, "the air per stride is undefined", limit)
-    grams = metrics["air_per_stride"].value
-    if grams <= 0.0:
-        return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit, kept=1.0)
-    parts = [f"A stride takes {grams:.3g} g of air"]
-    if has(metrics, "free_air_per_minute"):
-        parts.append(f"{three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
-    words = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
-    if feed is not None and feed.runs:
-        status, stated = _compressor(metrics, feed.words)
-    else:
-        status, stated = _bottle(metrics, (wanted, few), words if feed is None else feed.words)
-    found = [f"{', '.join(parts)}.", stated]
-    if _sags(metrics):
-        status = "bad"
-        found.append(_sag(metrics))
-    lasts = metrics.get("strides_per_bottle", math.nan)
-    plain = lasts > 0.0 and not _sags(metrics) and not (feed is not None and feed.runs)
-    brief = (
-        f"{words if feed is None else feed.words}: {lasts:.0f} strides (wanted {wanted:g})" if plain else ""
-    )
-    return Answer(AIR, QUESTIONS[AIR], status, " ".join(found), limit, brief)
-
-
-def _bottle(metrics: Numbers, limit: tuple[float, float], words: str) -> tuple[Status, str]:
-    """How long a bottle or cartridge lasts."""
-    if not has(metrics, "strides_per_bottle"):
-        return "unknown", "The run does not hold the strides of a bottle: run it again."
-    strides = metrics["strides_per_bottle"].value
-    if strides <= 0.0:
-        stated = f"{capital(words)} lasts no stride: its pressure is not above the supply's."
-        return at_least(strides, limit), stated
-    lasts = f"{strides:.0f} strides" if strides >= 10.0 else f"{strides:.1f} strides"
-    if has(metrics, "stride_time"):
-        lasts += f", {lasting(strides * metrics['stride_time'].value)}"
-    return at_least(strides, limit), f"{capital(words)} lasts {lasts}."
-
-
-def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
-    """Whether a compressor keeps up, and how long it runs; one that never rests is no good one."""
-    if not has(metrics, "compressor_duty"):
-        return "unknown", "The run does not hold the compressor's duty: run it again."
-    duty = metrics["compressor_duty"].value
-    share = metrics["source_share"].value if has(metrics, "source_share") else math.inf
-    stated = f"{capital(words)} runs {three(duty)} % of the time"
-    if has(metrics, "compressor_power"):
-        stated += f", {metrics['compressor_power'].value:.3g} W on average"
-    if share > 100.0:
-        gives = "nothing"
-        if math.isfinite(share) and has(metrics, "free_air_per_minute"):
-            gives = f"{100.0 * metrics['free_air_per_minute'].value / share:.1f} l/min"
-        return "bad", f"{stated} and cannot keep up: at the set pressure it gives {gives}."
-    return ("doubtful" if duty >= 100.0 else "good"), f"{stated}, at {three(share)} % of what it can give."
-
-
-def _sags(metrics: Numbers) -> bool:
-    """Whether the supply falls too far below its set pressure, or the source runs empty."""
-    return has(metrics, "source_empty_after") or (
-        has(metrics, "supply_sag") and metrics["supply_sag"].value > SAG
-    )
-
-
-def _sag(metrics: Numbers) -> str:
-    parts = []
-    if has(metrics, "source_empty_after"):
-        parts.append(f"It is empty after {lasting(metrics['source_empty_after'].value)}.")
-    if has(metrics, "supply_sag") and has(metrics, "lowest_supply_pressure"):
-        low, sag = metrics["lowest_supply_pressure"].value, metrics["supply_sag"].value
-        parts.append(f"The supply falls to {low:.2f} bar, {sag:.0f} % below its set pressure.")
-    return " ".join(parts)
-
-
-# --- what the air adds
-
-
-def _air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answer]:
-    """The same device filled once and shut, which is a spring: what valves and air give beyond it.
-
-    Of an own walk both heights are those without compensation.
-    """
-    height = _UNCOMPENSATED[1] if own_walk else _HEIGHT
-    names = (_HEIGHT, *AGAINST, "pressure")
-    once = {n: metrics[f"filled_once_{n}"].value for n in names if has(metrics, f"filled_once_{n}")}
-    if _HEIGHT not in once or not has(metrics, height) or not all(has(metrics, name) for name in AGAINST):
-        return
-    wanted = clean(1e3 * limits.toe_clearance[0])
-    own = metrics[height].value
-    firsts = {name: max(getattr(limits, key)[0], 1e-12) for name, key in AGAINST.items()}
-    against = max(metrics[name].value / first for name, first in firsts.items())
-    shut = max(once.get(name, math.inf) / first for name, first in firsts.items())
-    torque = "torque_against_push_off_per_mass"
-    text = (
-        f"Filled once to {once['pressure']:.2g} bar and shut, with no air after that, the toe passes "
-        f"{_passes(once[_HEIGHT])} and push-off meets {once.get(torque, math.nan):.3f} N·m/kg; with air "
-        f"{_passes(own)} and {metrics[torque].value:.3f} N·m/kg"
-    )
-    status: Status = "doubtful"
-    if own < wanted and once[_HEIGHT] < own - _CHANGED:
-        said = "air lifts the toe higher, but not enough"
-    elif own < wanted:
-        said = "neither is enough"
-    elif once[_HEIGHT] < wanted:
-        status, said = "good", "only air lifts the toe enough"
-    elif shut > _EASIER * against:
-        status, said = "good", "air gives push-off back"
-    else:
-        said = "a spring that is set once does as well, and the air adds nothing"
-    limit = f"wanted {in_digits(wanted)} mm, or {_EASIER:g} times less against push-off"
-    low, high = map(millimetres, (once[_HEIGHT], own))
-    brief = f"filled once to {once['pressure']:.2g} bar toe {low}, with air {high}: {said}"
-    yield Answer(ADDS, QUESTIONS[ADDS], status, f"{text}: {said}.", limit, brief)
 
 
 # --- skin
@@ -512,7 +369,7 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
             parts[-1] += f" ({landed:.3g} kPa without the slap in stance, which no floor stops)"
             short[-1] += f", no slap {landed:.3g}"
     if not statuses:
-        return _unknown(SKIN, "no cuff and no strap is described", limit)
+        return unknown(SKIN, "no cuff and no strap is described", limit)
     text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on it."
     against = f"(to {1e-3 * discomfort:.3g}, always {1e-3 * flow:.3g})"
     brief = f"{', '.join(short)}, µ assumed {against}" if short else ""
@@ -550,10 +407,6 @@ def closing(answers: Iterable[Answer]) -> str:
     """What stands under answers: what they are not, and what the mark of a good one means."""
     marked = any(answer.word.endswith("*") for answer in answers)
     return f"{UNJUDGED} {NO_DEVICE}" if marked else NO_DEVICE
-
-
-def _unknown(name: str, reason: str, limit: str) -> Answer:
-    return Answer(name, QUESTIONS[name], "unknown", f"Not known: {reason}.", limit)
 
 
 def _worn(metrics: Numbers) -> bool:

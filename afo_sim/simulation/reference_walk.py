@@ -132,6 +132,7 @@ def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metri
     changed = {
         **UNDRIVEN,
         "timestep": step,
+        "record_rate": None,
         "gait": gait.model_copy(update={"settled": "solved"}),
         "phases": valves,
     }

@@ -69,7 +69,7 @@ def judge(
 
 
 def test_answers_in_their_order_and_none_of_what_does_not_walk() -> None:
-    assert list(judge()) == ["help", "lift", "heel", "push_off", "air", "air_adds", "skin"] == list(QUESTIONS)
+    assert list(judge()) == ["help", "lift", "heel", "push_off", "air_adds", "air", "skin"] == list(QUESTIONS)
     assert all(answer.status == "good" for answer in judge().values())
     assert verdict({"range_of_motion": Metric(20.0, "deg")}, {}, LIMITS) == ()
 
@@ -101,7 +101,7 @@ def test_the_verdict_opens_with_whether_the_toe_needs_the_device(
     [
         ((True, False), 17.0, 28.7, "good", "it helps enough."),
         ((True, False), 17.0, 5.0, "doubtful", "it helps, but not enough."),
-        ((False, True), 17.0, 28.7, "bad", "not needed for the toe and lowers it too far."),
+        ((False, True), 17.0, 28.7, "bad", "not needed for the toe, which it lowers too far."),
         ((False, True), 3.0, 28.7, "bad", "it lowers the toe."),
         ((True, True), 3.0, 28.7, "bad", "it changes nothing: the toe trips."),
     ],
@@ -395,6 +395,16 @@ def expected(run: Recording) -> dict[str, str]:
             band(-run.metrics["work_against_push_off"].value, -0.016, -0.032),
         ]
         found["push_off"] = max(both, key=kinds.index)
+        once = {
+            n.removeprefix("filled_once_"): float(m) for n, m in run.metrics.items() if "filled_once" in n
+        }
+        if once:
+            own = run.metrics
+            ratio = max(
+                once["torque_against_push_off_per_mass"] / 0.07, once["work_against_push_off"] / 0.016
+            ) / max(own["torque_against_push_off_per_mass"] / 0.07, own["work_against_push_off"] / 0.016)
+            pays = once["toe_clearance"] < 10.0 or ratio > 1.1
+            found["air_adds"] = "good" if own["toe_clearance"] >= 10.0 and pays else "doubtful"
         supply = float(str(run.scenario["supply"]["pressure"]).split()[0]) * 1e-5
         litres = 136.0 - 0.5 * (supply + 1.0)  # of 0.5 l at 300 bar: some 136 l ANR, less what stays in it
         found["air"] = band(litres * 1.185 / run.metrics["air_per_stride"].value, 2000.0, 1000.0)

@@ -63,7 +63,7 @@ def test_each_place_opens_with_the_answers(shipped: Recording) -> None:
         "\n".join(verdict.lines(shipped)),
     ):
         places = [place.index(answer.question) for answer in shipped.verdict]
-        assert places == sorted(places) and len(places) == 6
+        assert places == sorted(places) and len(places) == 7
         for answer in shipped.verdict:
             assert answer.status.upper() in place and answer.text in place and answer.limit in place
 
@@ -75,7 +75,7 @@ def test_a_mark_and_a_word_tell_what_a_colour_tells() -> None:
 
 def test_runs_stand_side_by_side_with_their_own_limits(shipped: Recording, short_links: Recording) -> None:
     rows = verdict.of_report(views(shipped, short_links))
-    assert [len(row.cells) for row in rows] == [2] * 6
+    assert [len(row.cells) for row in rows] == [2] * 7
     assert [bool(row.limit) for row in rows] == [
         True,
         True,
@@ -83,12 +83,13 @@ def test_runs_stand_side_by_side_with_their_own_limits(shipped: Recording, short
         True,
         True,
         True,
+        True,
     ]  # another pitch is wanted
     found = page(views(shipped, short_links))
     table = found.partition('<table class="verdict-table">')[2].partition("</table>")[0]
-    assert table.count('scope="row"') == 6 and table.count('scope="col"') == 3
+    assert table.count('scope="row"') == 7 and table.count('scope="col"') == 3
     assert table.count("heel from 8°") == table.count("heel from 5°") == 1
-    assert len(re.findall(r'<td class="verdict-(good|doubtful|bad|unknown)">', table)) == 12
+    assert len(re.findall(r'<td class="verdict-(good|doubtful|bad|unknown)">', table)) == 14
 
 
 def test_what_does_not_walk_has_none(shipped: Recording, sitting: Recording) -> None:
@@ -242,5 +243,5 @@ def test_a_terminal_without_the_marks_gets_others(tmp_path: pathlib.Path) -> Non
         text=True,
         check=True,
     )
-    assert "+ GOOD      lift " in done.stdout and "x BAD       push-off " in done.stdout
+    assert "+ GOOD*     lift " in done.stdout and "x BAD       push-off " in done.stdout
     assert "N*m/kg" in done.stdout and "... " in done.stdout and done.stdout.isascii()

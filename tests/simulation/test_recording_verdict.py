@@ -36,6 +36,6 @@ def test_a_recording_without_limits_is_held_against_the_usual_ones(walk: Recordi
 
 def test_of_what_failed_nothing_is_known(walk: Recording) -> None:
     answers = dataclasses.replace(walk, status="failed: unstable").verdict
-    assert [answer.status for answer in answers] == 5 * ["unknown"]
+    assert [answer.status for answer in answers] == 6 * ["unknown"]
     assert [answer.question for answer in answers] == [answer.question for answer in walk.verdict[1:]]
     assert all("stopped early" in answer.text and answer.limit for answer in answers)

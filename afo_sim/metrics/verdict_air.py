@@ -1,0 +1,160 @@
+"""The answers about air: how much a stride takes, how long its source lasts, what it adds."""
+
+import math
+from collections.abc import Iterator
+
+from afo_sim.metrics.answer import (
+    ADDS,
+    AGAINST,
+    AIR,
+    CHANGED,
+    QUESTIONS,
+    UNCOMPENSATED,
+    Answer,
+    Feed,
+    Limits,
+    Numbers,
+    Status,
+    at_least,
+    capital,
+    clean,
+    has,
+    in_digits,
+    lasting,
+    millimetres,
+    passes,
+    three,
+    unknown,
+)
+
+SAG = 10.0  # of the set pressure, by which the supply may fall below it [percent]
+_HEIGHT = "toe_clearance"
+_EASIER = 1.1  # times as much a single filling must hinder push-off, for air to be worth it; assumed
+
+
+def air(metrics: Numbers, worn: bool, limits: Limits, feed: Feed | None) -> Answer:
+    """Air per stride and hour, and how long its source lasts or whether it keeps up."""
+    wanted, few = limits.strides_per_bottle
+    limit = f"wanted {wanted:g} strides, too few below {few:g}"
+    if feed is not None and feed.runs:
+        limit = "mean flow up to its delivery at the set pressure"
+    if feed is not None or _sags(metrics):
+        limit += f"; sag at most {SAG:g} %"
+    if not worn:
+        return Answer(AIR, QUESTIONS[AIR], "good", "None: nothing is worn that takes any.", limit, kept=1.0)
+    if not has(metrics, "air_per_stride"):
+        return unknown(AIR, "the air per stride is undefined", limit)
+    grams = metrics["air_per_stride"].value
+    if grams <= 0.0:
+        return Answer(AIR, QUESTIONS[AIR], "good", "None: no stride takes any.", limit, kept=1.0)
+    parts = [f"A stride takes {grams:.3g} g of air"]
+    if has(metrics, "free_air_per_minute"):
+        parts.append(f"{three(60.0 * metrics['free_air_per_minute'].value)} l/h (ANR)")
+    words = f"a bottle of {1e3 * limits.bottle_volume:g} l at {1e-5 * limits.bottle_pressure:g} bar"
+    if feed is not None and feed.runs:
+        status, stated = _compressor(metrics, feed.words)
+    else:
+        status, stated = _bottle(metrics, (wanted, few), words if feed is None else feed.words)
+    found = [f"{', '.join(parts)}.", stated]
+    if _sags(metrics):
+        status = "bad"
+        found.append(_sag(metrics))
+    lasts = metrics.get("strides_per_bottle", math.nan)
+    plain = lasts > 0.0 and not _sags(metrics) and not (feed is not None and feed.runs)
+    brief = (
+        f"{words if feed is None else feed.words}: {lasts:.0f} strides (wanted {wanted:g})" if plain else ""
+    )
+    return Answer(AIR, QUESTIONS[AIR], status, " ".join(found), limit, brief)
+
+
+def _bottle(metrics: Numbers, limit: tuple[float, float], words: str) -> tuple[Status, str]:
+    """How long a bottle or cartridge lasts."""
+    if not has(metrics, "strides_per_bottle"):
+        return "unknown", "The run does not hold the strides of a bottle: run it again."
+    strides = metrics["strides_per_bottle"].value
+    if strides <= 0.0:
+        stated = f"{capital(words)} lasts no stride: its pressure is not above the supply's."
+        return at_least(strides, limit), stated
+    lasts = f"{strides:.0f} strides" if strides >= 10.0 else f"{strides:.1f} strides"
+    if has(metrics, "stride_time"):
+        lasts += f", {lasting(strides * metrics['stride_time'].value)}"
+    return at_least(strides, limit), f"{capital(words)} lasts {lasts}."
+
+
+def _compressor(metrics: Numbers, words: str) -> tuple[Status, str]:
+    """Whether a compressor keeps up, and how long it runs; one that never rests is no good one."""
+    if not has(metrics, "compressor_duty"):
+        return "unknown", "The run does not hold the compressor's duty: run it again."
+    duty = metrics["compressor_duty"].value
+    share = metrics["source_share"].value if has(metrics, "source_share") else math.inf
+    stated = f"{capital(words)} runs {three(duty)} % of the time"
+    if has(metrics, "compressor_power"):
+        stated += f", {metrics['compressor_power'].value:.3g} W on average"
+    if share > 100.0:
+        gives = "nothing"
+        if math.isfinite(share) and has(metrics, "free_air_per_minute"):
+            gives = f"{100.0 * metrics['free_air_per_minute'].value / share:.1f} l/min"
+        return "bad", f"{stated} and cannot keep up: at the set pressure it gives {gives}."
+    return ("doubtful" if duty >= 100.0 else "good"), f"{stated}, at {three(share)} % of what it can give."
+
+
+def _sags(metrics: Numbers) -> bool:
+    """Whether the supply falls too far below its set pressure, or the source runs empty."""
+    return has(metrics, "source_empty_after") or (
+        has(metrics, "supply_sag") and metrics["supply_sag"].value > SAG
+    )
+
+
+def _sag(metrics: Numbers) -> str:
+    parts = []
+    if has(metrics, "source_empty_after"):
+        parts.append(f"It is empty after {lasting(metrics['source_empty_after'].value)}.")
+    if has(metrics, "supply_sag") and has(metrics, "lowest_supply_pressure"):
+        low, sag = metrics["lowest_supply_pressure"].value, metrics["supply_sag"].value
+        parts.append(f"The supply falls to {low:.2f} bar, {sag:.0f} % below its set pressure.")
+    return " ".join(parts)
+
+
+def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answer]:
+    """The same device filled once and shut, which is a spring: what valves and air give beyond it.
+
+    Of an own walk both heights are those without compensation.
+    """
+    height = UNCOMPENSATED[1] if own_walk else _HEIGHT
+    names = (_HEIGHT, *AGAINST, "pressure")
+    once = {n: metrics[f"filled_once_{n}"].value for n in names if has(metrics, f"filled_once_{n}")}
+    if _HEIGHT not in once or not has(metrics, height) or not all(has(metrics, name) for name in AGAINST):
+        return
+    wanted = clean(1e3 * limits.toe_clearance[0])
+    own = metrics[height].value
+    firsts = {name: max(getattr(limits, key)[0], 1e-12) for name, key in AGAINST.items()}
+    against = max(metrics[name].value / first for name, first in firsts.items())
+    shut = max(once.get(name, math.inf) / first for name, first in firsts.items())
+    torque = "torque_against_push_off_per_mass"
+    text = (
+        f"Filled once to {once['pressure']:.2g} bar and shut, with no air after that, the toe passes "
+        f"{passes(once[_HEIGHT])} and push-off meets {once.get(torque, math.nan):.3f} N·m/kg; with air "
+        f"{passes(own)} and {metrics[torque].value:.3f} N·m/kg"
+    )
+    status: Status = "doubtful"
+    if own < wanted and once[_HEIGHT] < own - CHANGED:
+        said, short = "air lifts the toe higher, but not enough", "not enough"
+    elif own < wanted:
+        said, short = "neither is enough", "neither is enough"
+    elif once[_HEIGHT] < wanted:
+        status, said, short = "good", "only air lifts the toe enough", "air is needed"
+    elif shut > _EASIER * against:
+        status, said, short = "good", "air gives push-off back", "air gives push-off back"
+    else:
+        said, short = (
+            "a spring that is set once does as well, and the air adds nothing",
+            "a spring does as well",
+        )
+    low, high = map(millimetres, (once[_HEIGHT], own))
+    brief = f"filled once {low}, with air {high}: {short}"
+    yield Answer(ADDS, QUESTIONS[ADDS], status, f"{text}: {said}.", adds_limit(limits), brief)
+
+
+def adds_limit(limits: Limits) -> str:
+    wanted = in_digits(clean(1e3 * limits.toe_clearance[0]))
+    return f"wanted {wanted} mm, or {_EASIER:g} times less against push-off"
