@@ -17,6 +17,7 @@ from .answer import Feed as Feed
 from .answer import Status as Status
 from .beside_strides import COMPARED as COMPARED
 from .beside_strides import TOUCHES as TOUCHES
+from .beside_strides import by_laws_metrics as by_laws_metrics
 from .beside_strides import energy_metrics as energy_metrics
 from .beside_strides import filled_once_metrics as filled_once_metrics
 from .beside_strides import reference_metrics as reference_metrics

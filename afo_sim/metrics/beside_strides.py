@@ -34,6 +34,7 @@ def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric
     return all_measured(values.items())
 
 
+BY_LAWS = "toe_clearance_by_other_laws"
 COMPARED = "toe_clearance"  # of both walks
 TOUCHES = "swings_with_toe_contact"  # of the reference: a toe that passes high may touch earlier in swing
 
@@ -86,6 +87,17 @@ def uncompensated_metrics(reference: Mapping[str, Metric], worn: Mapping[str, Me
     """Clearances without and with the device of a patient who makes up for nothing."""
     pair = {"uncompensated_reference_toe_clearance": reference, "uncompensated_toe_clearance": worn}
     return all_measured((name, float(of[COMPARED])) for name, of in pair.items() if COMPARED in of)
+
+
+@reported(
+    CLEARANCE,
+    (BY_LAWS, "mm", "Lowest toe clearance by another law", "of those that the muscles' files hold"),
+    of=Of.BESIDE,
+    made_of=(COMPARED,),
+)
+def by_laws_metrics(lowest: float) -> dict[str, Metric]:
+    """The lowest clearance [mm] by any other law of the muscles."""
+    return {BY_LAWS: measured(BY_LAWS, lowest)}
 
 
 _ONCE = "filled once before the first step and shut, at the best pressure"

@@ -38,6 +38,7 @@ from afo_sim.metrics.answer import (
     unknown,
     worst,
 )
+from afo_sim.metrics.beside_strides import BY_LAWS
 from afo_sim.metrics.verdict_air import adds_limit, air, air_adds
 
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
@@ -221,6 +222,9 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     statuses += ["doubtful"] if less < wanted else []
     if unstated := [k for k in strides if k not in stated]:
         parts.append(f"It is undefined in {numbered(unstated)}.")
+        statuses.append("doubtful")
+    if has(metrics, BY_LAWS) and metrics[BY_LAWS].value < wanted <= lowest:
+        parts.append(f"By another law of its muscles it is {millimetres(metrics[BY_LAWS].value)}.")
         statuses.append("doubtful")
     status = worst(statuses)
     settled = metrics["toe_clearance"].value

@@ -16,6 +16,7 @@ from afo_sim.metrics import (
     COMPARED,
     TOUCHES,
     Metric,
+    by_laws_metrics,
     filled_once_metrics,
     reference_metrics,
     uncompensated_metrics,
@@ -160,6 +161,20 @@ def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metri
     return filled_once_metrics(max(tried, key=lambda each: each[0])[1]) if tried else {}
 
 
+def by_other_laws(scenario: Scenario) -> dict[str, Metric]:
+    """The lowest clearance by any other law that the muscles' files hold; none where they hold one."""
+    groups = scenario.orthosis.muscle
+    laws = {law for group in groups.values() for law in group.type.laws}
+    heights = []
+    for law in sorted(laws):
+        keys = {n: law for n, group in groups.items() if law in group.type.laws and law != group.type.law}
+        if keys:
+            other = scenario.set({f"orthosis.muscle.{name}.type.law": law for name in keys})
+            found = _walked(other).metrics
+            heights += [float(found[COMPARED])] if COMPARED in found else []
+    return by_laws_metrics(min(heights)) if heights else {}
+
+
 def compared(recording: Recording, scenario: Scenario) -> Recording:
     """A recording with its distance from the scenario's reference, which is walked for it, and with what the
     toe clears if nothing makes up for the foot."""
@@ -182,6 +197,8 @@ def compared(recording: Recording, scenario: Scenario) -> Recording:
         if failed := bare.failure or worn.failure:
             text = "what the toe clears without compensation is not known: {why}"
             warned = (*warned, Notice("compensation-unknown", text, subject="gait.compensation", why=failed))
+    if "reference_toe_clearance" in found:
+        found |= by_other_laws(scenario)
     if "reference_toe_clearance" in found and (lifting := _lifting(recording, scenario)):
         found |= filled_once(judged, lifting)
     return replace(recording, metrics=recording.metrics | found, warnings=(*recording.warnings, *warned))

@@ -204,3 +204,19 @@ def test_length_of_the_template_is_one_number() -> None:
     assert longer.force(P, contraction=0.1) == pytest.approx(
         load("muscle", "handmade_10mm").force(P, contraction=0.1), rel=1e-12
     )
+
+
+def test_a_walk_by_the_upper_bound_names_what_the_other_law_gives() -> None:
+    """By the ideal braid alone the toe would be judged GOOD."""
+    sets = {
+        "orthosis.muscle.dorsiflexor.type": "handmade_10mm",
+        "duration": "3 s",
+        "supply.pressure": "3 bar",
+    }
+    sets |= {"orthosis.muscle.dorsiflexor.link_length": "12.6 cm"}
+    scenario = load("scenario", "walk-dropfoot-afo", sets)
+    bladder = afo.run(scenario)
+    ideal = afo.run(scenario.set({"orthosis.muscle.dorsiflexor.type.law": IDEAL}))
+    assert ideal.metrics["toe_clearance"] > "10 mm" > bladder.metrics["toe_clearance"]
+    assert ideal.metrics["toe_clearance_by_other_laws"] == bladder.metrics["toe_clearance"]
+    assert {answer.name: answer.status for answer in ideal.verdict}["lift"] == "doubtful"

@@ -23,6 +23,7 @@ from afo_sim.metrics import (
     Metric,
     Skin,
     ankle_metrics,
+    by_laws_metrics,
     compressor_metrics,
     energy_metrics,
     filled_once_metrics,
@@ -124,6 +125,7 @@ def told() -> dict[str, Metric]:
     balance = energy_metrics(terms, 2, 1e-4)
     walking = walk_metrics(columns, STEP, MASS).totals | settling_metrics(5, 1e-6, 1e-5)
     compared = reference_metrics(walking, walking) | uncompensated_metrics(walking, walking)
+    compared |= by_laws_metrics(9.0)
     compared |= filled_once_metrics(walking | {"pressure": Metric(3.0, "bar")})
     first, _ = first_stride_metrics([walking] * 10, walking, 1e-3)
     bottle = bottle_metrics(0.08, 1.1, 140.0) | cycle_metrics(0.8, 0.1, 140.0)

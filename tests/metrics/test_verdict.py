@@ -458,6 +458,12 @@ def test_the_verdict_names_what_it_is_compared_with() -> None:
     assert found.startswith("With the device and no air the toe passes") and ", with air " in found
 
 
+@pytest.mark.parametrize(("by_others", "status"), [(9.9, "doubtful"), (10.0, "good"), (40.0, "good")])
+def test_another_law_that_lifts_too_little_is_said(by_others: float, status: str) -> None:
+    answer = judge({"toe_clearance_by_other_laws": by_others})["lift"]
+    assert answer.status == status and ("By another law" in answer.text) is (status != "good")
+
+
 # --- what the air adds
 
 
