@@ -108,9 +108,10 @@ def signs(cycle: GaitCycle, body_height: float) -> Iterator[Notice]:
         )
     yield Notice(
         code,
-        "in swing the ankle is {low:.0f}° lower than that of healthy people of this height and speed; "
+        "in swing the ankle is {low:.0f}° lower than healthy people's of this height at {speed:.2g} m/s; "
         + seen,
         subject="swing",
+        speed=healthy.walking_speed,
         low=-low / DEGREE,
         bent=bent / DEGREE,
         flexed=flexed / DEGREE,

@@ -66,27 +66,27 @@ def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]
     return all_measured(values.items())
 
 
+_ALONE, _ALONE_BARE = "without compensation", "without compensation, of the reference"
+_HER = "the patient's ankle in swing on healthy hip, knee and path"
+_COMPARED = (COMPARED, TOUCHES)
+_WORN = (*_COMPARED, "torque_against_push_off_per_mass", "work_against_push_off")
+
+
 @reported(
     CLEARANCE,
-    (
-        "uncompensated_reference_toe_clearance",
-        "mm",
-        "Toe clearance of the reference without compensation",
-        "the patient's ankle in swing on healthy hip, knee and path",
-    ),
-    (
-        "uncompensated_toe_clearance",
-        "mm",
-        "Toe clearance without compensation",
-        "the patient's ankle in swing on healthy hip, knee and path, with the device",
-    ),
+    ("uncompensated_reference_toe_clearance", "mm", f"Toe clearance {_ALONE_BARE}", _HER),
+    ("uncompensated_toe_clearance", "mm", f"Toe clearance {_ALONE}", f"{_HER}, with the device"),
+    (f"uncompensated_reference_{TOUCHES}", "percent", f"Swings that touch the floor {_ALONE_BARE}", _HER),
+    (f"uncompensated_{TOUCHES}", "percent", f"Swings that touch the floor {_ALONE}", _HER),
+    (f"uncompensated_{_WORN[2]}", "N*m/kg", f"Torque against push-off {_ALONE}", _HER),
+    (f"uncompensated_{_WORN[3]}", "J/kg", f"Work against push-off {_ALONE}", _HER),
     of=Of.BESIDE,
-    made_of=(COMPARED,),
+    made_of=_WORN,
 )
 def uncompensated_metrics(reference: Mapping[str, Metric], worn: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Clearances without and with the device of a patient who makes up for nothing."""
-    pair = {"uncompensated_reference_toe_clearance": reference, "uncompensated_toe_clearance": worn}
-    return all_measured((name, float(of[COMPARED])) for name, of in pair.items() if COMPARED in of)
+    """The walk without and with the device of a patient who makes up for nothing."""
+    pairs = (("uncompensated_", worn, _WORN), ("uncompensated_reference_", reference, _COMPARED))
+    return all_measured((of + n, float(walk[n])) for of, walk, names in pairs for n in names if n in walk)
 
 
 @reported(
@@ -101,12 +101,7 @@ def by_laws_metrics(lowest: float) -> dict[str, Metric]:
 
 
 _ONCE = "filled once before the first step and shut, at the best pressure"
-_KEPT = (
-    "pressure",
-    COMPARED,
-    "torque_against_push_off_per_mass",
-    "work_against_push_off",
-)
+_KEPT = ("pressure", COMPARED, *_WORN[2:])
 
 
 @reported(

@@ -6,6 +6,7 @@ would not survive.
 """
 
 import dataclasses
+import math
 from collections.abc import Iterable, Sequence
 
 from afo_sim.common import Notice
@@ -25,13 +26,21 @@ RESTS_ON = {  # {answer: the columns that it is made of; all follow from the mus
 }
 _ALL = (FORCE, MOTION, MOMENT, FLOW, SWING)
 CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its cap, the columns it doubts}
-    "muscle-pressure": ("bad", (FORCE,)),
-    "muscle-force": ("bad", (FORCE,)),
+    "muscle-pressure": ("bad", (SWING,)),  # what bursts lifts nothing
+    "muscle-force": ("bad", (SWING,)),
     "muscle-contraction": ("unknown", (FORCE,)),
     "muscle-stretch": ("unknown", (FORCE,)),
     "law-outside-its-pressure": ("doubtful", (FORCE,)),
     "law-outside-its-contraction": ("doubtful", (FORCE,)),
     "law-mismatch": ("doubtful", (FORCE,)),
+    "law-volume": ("doubtful", (FLOW,)),
+    "flow-jumps": ("doubtful", (FLOW,)),
+    "path-jumps-below-range": ("doubtful", (FORCE,)),
+    "path-jumps-above-range": ("doubtful", (FORCE,)),
+    "valve-pressure-low": ("doubtful", _ALL),
+    "valve-pressure-high": ("doubtful", _ALL),
+    "pulse-short": ("doubtful", _ALL),
+    "tube-long": ("doubtful", _ALL),
     "muscle-length": ("doubtful", (FORCE,)),
     "muscle-bends": ("doubtful", (FORCE,)),
     "path-through-bone": ("doubtful", (FORCE,)),
@@ -71,6 +80,9 @@ _TOLD = {
 }  # by help, in numbers
 
 
+LITTLE = 0.02  # of a limit, by which a muscle may pass it and survive; assumed [-]
+
+
 def decides(warning: str) -> bool:
     """Whether an answer depends on a warning, so that no list of them may leave it out."""
     return isinstance(warning, Notice) and warning.code in CAPS.keys() | _TOLD
@@ -82,13 +94,22 @@ def capped(answers: Sequence[Answer], warnings: Iterable[str]) -> tuple[Answer, 
     return tuple(_capped(answer, found) for answer in answers) if found else tuple(answers)
 
 
+def _cap(one: Notice, answer: str) -> Status:
+    """The best that a warning leaves of an answer; a limit that is passed by little is in doubt alone."""
+    cap, columns = CAPS[one.code]
+    if set(columns) & set(RESTS_ON[answer]):
+        little = one.data.get("beyond", math.inf) <= LITTLE * abs(one.data.get("limit", 0.0))
+        return "doubtful" if cap == "bad" and little else cap
+    return "doubtful" if cap == "bad" else "good"
+
+
 def _capped(answer: Answer, warnings: Sequence[Notice]) -> Answer:
-    about = [one for one in warnings if set(CAPS[one.code][1]) & set(RESTS_ON[answer.name])]
-    status = worst([answer.status, *(CAPS[one.code][0] for one in about)])
+    caps = [_cap(one, answer.name) for one in warnings]
+    status = worst([answer.status, *caps])
     if status == answer.status:
         return answer
     # of several the one that decides; of those the first
-    why = next(one for one in about if worst([answer.status, CAPS[one.code][0]]) == status)
-    text = f"{answer.text} Not {answer.status}, since {why}."
+    why = next(o for o, cap in zip(warnings, caps, strict=True) if worst([answer.status, cap]) == status)
+    text = f"{answer.text} {status.upper()}, since {why}."
     brief = f"{answer.brief}; {why.code.replace('-', ' ')}" if answer.brief else ""
     return dataclasses.replace(answer, status=status, text=text, brief=brief)

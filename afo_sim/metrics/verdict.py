@@ -49,6 +49,8 @@ REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the
     "barefoot": ("Barefoot and without the device", "with it"),
     "orthosis-off": ("With the device and no air", "with air"),
 }
+_LOWERED = 5.0  # toe clearance that a needless device may take, half of what is wanted; assumed [mm]
+_ALONE = tuple(name.replace("toe_clearance", "swings_with_toe_contact") for name in UNCOMPENSATED)
 _TOUCHING = "swings_with_toe_contact"
 _SLAPPED = 0.95  # share of a peak, below which the pressure without a slap stands beside it
 _PARTS = {"cuff": "cuff", "plate": "foot's strap"}  # that press on the skin
@@ -159,26 +161,42 @@ def _help(
     brief += f": {answer}" if answer != ENOUGH else ""
     found = Answer(HELP, QUESTIONS[HELP], status, f"{', '.join(parts)}: {answer}.", limit, brief)
     yield (
-        _without_compensation(metrics, found, ", ".join(parts), without, wanted, trips) if own_walk else found
+        _without_compensation(metrics, found, parts, lift, without, (wanted, trips)) if own_walk else found
     )
 
 
 def _without_compensation(
-    metrics: Numbers, answer: Answer, walked: str, as_walked: float, wanted: float, trips: float
+    metrics: Numbers,
+    answer: Answer,
+    walked: Sequence[str],
+    lift: Status,
+    as_walked: float,
+    limits: tuple[float, float],
 ) -> Answer:
     """Help in an own walk, where hip, knee or pelvis may lift the toe; `walked` says how it passes."""
+    wanted, trips = limits
     if not all(has(metrics, name) for name in UNCOMPENSATED):
         text = f"{answer.text} Whether hip, knee or pelvis make up for the foot is not known."
         return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief="")
-    without, own = (metrics[name].value for name in UNCOMPENSATED)
+    just_below = math.nextafter(trips, -math.inf)
+    without, own = (
+        just_below if metrics[n].value >= trips >= 0.0 and _touches(metrics, touch) else metrics[n].value
+        for n, touch in zip(UNCOMPENSATED, _ALONE, strict=True)
+    )
     status, words = _helped(without, own, wanted, trips)
     pair = f"without the device {passes(without)}, with it {passes(own)}: {words}"
     stated = f"On healthy people's hip, knee and path the same ankle has the toe {pair}."
     short = f"{millimetres(without)} without the device, {millimetres(own)} with it"
     if without < wanted <= as_walked:  # she clears, and only since something else lifts the foot
-        text = f"{walked}, lifted by hip, knee or pelvis and not by the ankle. {stated}"
+        bare, worn = walked
+        if lift != "good" and status == "good":
+            words = UNSURE
+            stated = stated.replace(ENOUGH, UNSURE)
         return dataclasses.replace(
-            answer, status=status, text=text, brief=f"without compensation {short}: {words}"
+            answer,
+            status=worst([status, lift]),
+            text=f"{bare}, lifted by hip, knee or pelvis and not by the ankle; {worn}. {stated}",
+            brief=f"without compensation {short}: {words}",
         )
     # where nothing hangs, nothing would be made up for
     status = answer.status if without >= wanted else worst([answer.status, status])
@@ -189,7 +207,7 @@ def _without_compensation(
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
     """What two toe clearances [mm] say of a device."""
     if without >= wanted:
-        if own >= without - CHANGED:
+        if own >= max(without - _LOWERED, wanted):
             return "doubtful", "not needed for the toe"
         return "bad", f"not needed for the toe, which it lowers{' too far' * (own < wanted)}"
     if own >= wanted:

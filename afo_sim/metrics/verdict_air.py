@@ -9,7 +9,6 @@ from afo_sim.metrics.answer import (
     AIR,
     CHANGED,
     QUESTIONS,
-    UNCOMPENSATED,
     Answer,
     Feed,
     Limits,
@@ -118,38 +117,42 @@ def _sag(metrics: Numbers) -> str:
 def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answer]:
     """The same device filled once and shut, which is a spring: what valves and air give beyond it.
 
-    Of an own walk both heights are those without compensation.
+    Of an own walk all is without compensation. Whose toe needs no device needs no air.
     """
-    height = UNCOMPENSATED[1] if own_walk else _HEIGHT
+    of = "uncompensated_" if own_walk else ""
     names = (_HEIGHT, *AGAINST, "pressure")
     once = {n: metrics[f"filled_once_{n}"].value for n in names if has(metrics, f"filled_once_{n}")}
-    if _HEIGHT not in once or not has(metrics, height) or not all(has(metrics, name) for name in AGAINST):
+    if _HEIGHT not in once or not all(has(metrics, f"{of}{name}") for name in (_HEIGHT, *AGAINST)):
         return
     wanted = clean(1e3 * limits.toe_clearance[0])
-    own = metrics[height].value
+    own = metrics[f"{of}{_HEIGHT}"].value
+    bare = metrics.get(f"{of}reference_{_HEIGHT}", -math.inf)
     firsts = {name: max(getattr(limits, key)[0], 1e-12) for name, key in AGAINST.items()}
-    against = max(metrics[name].value / first for name, first in firsts.items())
+    against = max(metrics[f"{of}{name}"].value / first for name, first in firsts.items())
     shut = max(once.get(name, math.inf) / first for name, first in firsts.items())
     torque = "torque_against_push_off_per_mass"
     text = (
         f"Filled once to {once['pressure']:.2g} bar and shut, with no air after that, the toe passes "
         f"{passes(once[_HEIGHT])} and push-off meets {once.get(torque, math.nan):.3f} N·m/kg; with air "
-        f"{passes(own)} and {metrics[torque].value:.3f} N·m/kg"
+        f"{passes(own)} and {metrics[of + torque].value:.3f} N·m/kg"
     )
     status: Status = "doubtful"
-    if own < wanted and once[_HEIGHT] < own - CHANGED:
-        said, short = "air lifts the toe higher, but not enough", "not enough"
+    higher = own > once[_HEIGHT] + CHANGED
+    if bare >= wanted:
+        said = short = "the toe needs neither"
+    elif once[_HEIGHT] >= wanted > own:
+        said = short = "one filling is enough, and air is not"
     elif own < wanted:
-        said, short = "neither is enough", "neither is enough"
-    elif once[_HEIGHT] < wanted:
+        said, short = (
+            "air lifts the toe higher, but not enough" if higher else "neither is enough",
+            "not enough",
+        )
+    elif once[_HEIGHT] < wanted and higher:
         status, said, short = "good", "only air lifts the toe enough", "air is needed"
-    elif shut > _EASIER * against:
+    elif shut > max(_EASIER * against, 1.0):
         status, said, short = "good", "air gives push-off back", "air gives push-off back"
     else:
-        said, short = (
-            "a spring that is set once does as well, and the air adds nothing",
-            "a spring does as well",
-        )
+        said, short = "a spring that is set once does as well: air adds nothing", "a spring does as well"
     low, high = map(millimetres, (once[_HEIGHT], own))
     brief = f"filled once {low}, with air {high}: {short}"
     yield Answer(ADDS, QUESTIONS[ADDS], status, f"{text}: {said}.", adds_limit(limits), brief)

@@ -17,7 +17,7 @@ from afo_sim.model.person import person_of
 from afo_sim.model.walk import stride_time_of
 
 CODE = "design-implausible"
-BMI = (13.0, 50.0)  # mass over squared height: thin children to the heaviest [kg/m²]
+BMI = (13.0, 80.0)  # mass over squared height: thin children to the heaviest [kg/m²]
 _LEGS_BMI = (16.0, 38.0)  # of the body that a leg was made for
 _SHANK, _FOOT, _APART = 0.0465, 0.0145, 0.5  # share of the body's mass (Winter 2009), and how far off it
 _FOOT_LENGTH, _SHANK_LENGTH = 0.152, 0.246  # share of the body's height (Winter 2009)
@@ -72,12 +72,12 @@ def _person(scenario: Scenario) -> Iterator[Notice]:
         ("patient", person.body_mass, person.body_height, BMI),
         ("leg", leg.body_mass, leg.body_height, _LEGS_BMI),
     ):
-        if low <= mass / height**2 <= high and _TALL[0] <= height <= _TALL[1]:
-            continue
-        least, most = (bound * height**2 for bound in (low, high))
-        yield _doubt(f"{of}.body_mass", f"{mass:.4g} kg", f"{least:.0f} to {most:.0f} kg at {height:.3g} m")
-        tall = f"{_TALL[0]:g} to {_TALL[1]:g} m, and {low:g} to {high:g} kg/m² with {mass:.4g} kg"
-        yield _doubt(f"{of}.body_height", f"{height:.3g} m", tall)
+        if not _TALL[0] <= height <= _TALL[1]:
+            yield _doubt(f"{of}.body_height", f"{height:.3g} m", f"{_TALL[0]:g} to {_TALL[1]:g} m")
+        if not low <= mass / height**2 <= high:
+            least, most = (bound * height**2 for bound in (low, high))
+            pair = f"{of}.body_mass beside {of}.body_height"
+            yield _doubt(pair, f"{mass:.4g} kg", f"{least:.0f} to {most:.0f} kg at {height:.3g} m")
 
 
 def _leg(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:

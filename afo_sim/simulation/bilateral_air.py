@@ -24,6 +24,7 @@ from afo_sim.metrics import (
     whole_cycles,
 )
 from afo_sim.metrics.strides import strides
+from afo_sim.metrics.validity import capped
 from afo_sim.metrics.verdict import verdict
 from afo_sim.model import SOURCE
 from afo_sim.physics import gas
@@ -249,7 +250,7 @@ def worse_of(right: Recording, left: Recording, numbers: Mapping[str, Metric]) -
             continue
         one, other = answers["right"], answers["left"]
         if one.name == AIR:
-            answer = _air_of_both(right, numbers)
+            answer = _air_of_both(right, left, numbers)
             found.append(Worse(one.name, one.question, answer.status, "both", answers | {"both": answer}))
             continue
         rank = RANKS.index(one.status) - RANKS.index(other.status)
@@ -258,7 +259,7 @@ def worse_of(right: Recording, left: Recording, numbers: Mapping[str, Metric]) -
     return tuple(found)
 
 
-def _air_of_both(right: Recording, numbers: Mapping[str, Metric]) -> Answer:
+def _air_of_both(right: Recording, left: Recording, numbers: Mapping[str, Metric]) -> Answer:
     """What the air of both legs costs, held against the right leg's limits."""
     summed = {
         "strides_counted": Metric(1.0, ""),
@@ -273,5 +274,5 @@ def _air_of_both(right: Recording, numbers: Mapping[str, Metric]) -> Answer:
         for who in ("alone", "both"):  # together it falls at least as far
             if f"{name}_{who}" in numbers:
                 summed[name] = numbers[f"{name}_{who}"]
-    answers = verdict(summed, {}, limits_of(right), feed_of(right))
+    answers = capped(verdict(summed, {}, limits_of(right), feed_of(right)), (*right.warnings, *left.warnings))
     return next(answer for answer in answers if answer.name == AIR)

@@ -343,7 +343,8 @@ def verdict_of(recording: HasVerdict) -> tuple[Answer, ...]:
     if not recording.ok:
         return undecided(limits, "the simulation stopped early")
     over = recording.scenario.get("reference") or "shoe"
-    own = recording.scenario["gait"].get("walker") == "patient"
+    gait = recording.scenario["gait"]
+    own = gait.get("walker") == "patient" and gait.get("compensation", "kept") == "kept"
     found = verdict(recording.metrics, recording.strides, limits, feed_of(recording), over, own)
     study = recording.studies.get("uncertainty", {})
     if study.get("trips"):

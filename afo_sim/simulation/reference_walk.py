@@ -32,9 +32,9 @@ from afo_sim.simulation.simulate import simulate
 
 OPEN = {"inlet": (), "outlet": ((0.0, 1.0),)}  # a chamber that never gets air
 ASKED = Asked(frozenset({COMPARED, TOUCHES}), doubts=False)
-FILLED = Asked(frozenset({COMPARED, *AGAINST}), doubts=False)
+FILLED = Asked(frozenset({COMPARED, TOUCHES, *AGAINST}), doubts=False)
 COARSE = 4e-3  # step at which a settled clearance is good to 0.1 mm, peak torque to 0.03 % [s]
-FILLINGS = (0.5, 0.625, 0.75, 0.875, 1.0)  # of the supply's pressure, that are tried
+FILLINGS = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)  # of the supply's pressure, that are tried
 
 
 def reference_of(scenario: Scenario) -> Scenario:
@@ -191,8 +191,8 @@ def compared(recording: Recording, scenario: Scenario) -> Recording:
         # the recorded sole goes with the recorded path
         removed = gait.model_copy(update={"compensation": "removed", "sole_thickness": None})
         judged = scenario.with_values(gait=removed)
-        worn = _walked(judged)
-        bare = worn if scenario.reference is None else _walked(reference_of(judged))
+        worn = _walked(judged, FILLED)
+        bare = Reference({}) if scenario.reference is None else _walked(reference_of(judged))
         found |= uncompensated_metrics(bare.metrics, worn.metrics)
         if failed := bare.failure or worn.failure:
             text = "what the toe clears without compensation is not known: {why}"

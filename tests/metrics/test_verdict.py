@@ -80,6 +80,7 @@ def test_answers_in_their_order_and_none_of_what_does_not_walk() -> None:
         (17.0, 28.7, "doubtful", "not needed for the toe."),
         (17.0, 5.0, "bad", "not needed for the toe, which it lowers too far."),
         (135.0, 120.0, "bad", "not needed for the toe, which it lowers."),
+        (30.0, 26.0, "doubtful", "not needed for the toe."),
         (-26.0, 13.0, "good", "it helps enough."),
         (-26.0, 5.0, "doubtful", "it helps, but not enough."),
         (-26.0, -5.0, "bad", "it helps, but not enough: the toe trips."),
@@ -483,6 +484,9 @@ def test_another_law_that_lifts_too_little_is_said(by_others: float, status: str
             "push-off back",
         ),
         ({"toe_clearance": 4.0}, "doubtful", "neither is enough"),
+        ({"toe_clearance": 9.0, "filled_once_toe_clearance": 11.0}, "doubtful", "one filling is enough"),
+        ({"toe_clearance": 10.0, "filled_once_toe_clearance": 9.9}, "doubtful", "a spring that is set once"),
+        ({"reference_toe_clearance": 12.0}, "doubtful", "needs neither"),
         ({"toe_clearance": 7.0}, "doubtful", "air lifts the toe higher, but not enough"),
     ],
 )
@@ -523,5 +527,12 @@ def test_an_own_walk_is_judged_without_compensation_too(
     known = numbers(GOOD | heights | without)
     found = {answer.name: answer for answer in verdict(known, {}, LIMITS, own_walk=True)}
     assert (found["help"].status, found["lift"].status) == (status, lift)
+    trips = known | numbers({"toe_clearance_stride_1": -5.0})
+    tripping = {answer.name: answer for answer in verdict(trips, {}, LIMITS, own_walk=True)}
+    assert (tripping["help"].status, tripping["lift"].status) != ("good", "good")
+    assert tripping["lift"].status == "bad" and tripping["help"].status in ("bad", "doubtful")
+    touches = known | numbers({"uncompensated_swings_with_toe_contact": 100.0})
+    touching = {answer.name: answer for answer in verdict(touches, {}, LIMITS, own_walk=True)}
+    assert alone[0] >= 10.0 or touching["help"].status == "bad"
     unknown = {answer.name: answer for answer in verdict(numbers(GOOD | heights), {}, LIMITS, own_walk=True)}
     assert {unknown["help"].status, unknown["lift"].status} <= {"unknown", "bad"}

@@ -56,7 +56,7 @@ def test_an_absurd_design_is_named_by_its_field_or_refused(sets: dict[str, Any])
     fields, refused = named(sets)
     for field in sets:
         start = field.removesuffix(".source") if field == "supply.source" else field
-        assert refused or any(name.startswith(start) for name in fields), (field, fields)
+        assert refused or any(start in name for name in fields), (field, fields)
 
 
 @pytest.mark.parametrize("sets", sampled(SINGLE, 6))

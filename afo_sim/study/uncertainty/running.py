@@ -11,7 +11,7 @@ import numpy as np
 
 from afo_sim.common import InputError, with_code
 from afo_sim.description import Scenario, load
-from afo_sim.metrics import BELOW, ORTHOSIS, Metric, settled, words
+from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, Metric, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
 from afo_sim.simulation import Asked, Recording
@@ -321,7 +321,13 @@ def _kept(found: Found, recording: Recording) -> dict[str, float]:
         )
         for answer in drawn.verdict:
             judged.setdefault(answer.name, []).append(answer.status)
-    known = {name: found for name, found in judged.items() if set(found) != {"unknown"}}
+    # of an own walk help and toe rest on a stride without compensation, too, which is not drawn
+    own = (recording.scenario["gait"] or {}).get("walker") == "patient"
+    known = {
+        name: found
+        for name, found in judged.items()
+        if set(found) != {"unknown"} and not (own and name in (HELP, LIFT))
+    }
     return {name: statuses.count("good") / len(statuses) for name, statuses in known.items()}
 
 
