@@ -152,7 +152,7 @@ def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answe
     elif shut > max(_EASIER * against, 1.0):
         status, said, short = "good", "air gives push-off back", "air gives push-off back"
     else:
-        said, short = "a spring that is set once does as well: air adds nothing", "a spring does as well"
+        said, short = "a spring that is set once does as well: air adds nothing", "a spring would do"
     low, high = map(millimetres, (once[_HEIGHT], own))
     brief = f"filled once {low}, with air {high}: {short}"
     yield Answer(ADDS, QUESTIONS[ADDS], status, f"{text}: {said}.", adds_limit(limits), brief)

@@ -159,7 +159,7 @@ def test_a_walk_is_told_on_one_screen(
     lines = ran(capsys, monkeypatch, studied, folder, width)
     assert len(lines) <= most and max(map(len, lines)) <= int(width)
     assert lines[0].startswith("walk-dropfoot-afo")
-    assert [line[:1] for line in lines[1:] if line[:1] in "✓!✗?"] == ["✓", "✓", "✓", "!", "!", "!"]
+    assert [line[:1] for line in lines[1:] if line[:1] in "✓!✗?"] == ["✓", "✓", "✓", "!", "!", "!", "!"]
     assert "air_per_stride" not in "\n".join(lines) and lines[-1].startswith("written to run")
 
 
