@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from campaign import SEED, of_the_day
+from campaign import SEED, of_other_days
 
 import afo_sim
 from afo_sim.common.versions import CORE
@@ -60,7 +60,7 @@ CORE_FOLDERS = {*CORE, "air", "laws_of_nature"}
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the core's tests, so that `-m core` runs them alone; leave out slow tests of other days.
+    """Mark the core's tests, so that `-m core` runs them alone; leave out those of other days.
 
     Who names a folder, a file or a test runs all of it: only the whole suite is drawn from.
     """
@@ -69,6 +69,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             item.add_marker("core")
     if config.args_source is not config.ArgsSource.TESTPATHS:
         return
-    left_out = [i for i in items if i.get_closest_marker("slow") and not of_the_day(i.nodeid)]
-    config.hook.pytest_deselected(items=left_out)
-    items[:] = [item for item in items if item not in set(left_out)]
+    left_out = of_other_days(items)
+    config.hook.pytest_deselected(items=list(left_out))
+    items[:] = [item for item in items if item not in left_out]

@@ -7,7 +7,6 @@ adults, scaled at equal Froude number.
 import dataclasses
 import functools
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -72,7 +71,8 @@ def _in_swing(cycle: GaitCycle, name: str, share: np.ndarray) -> np.ndarray:
     return cycle.signal(name, lifted + share * (1.0 - lifted))
 
 
-def signs(cycle: GaitCycle, body_height: float) -> Iterator[Notice]:
+@functools.lru_cache(maxsize=16)  # cases of a sweep share it
+def signs(cycle: GaitCycle, body_height: float) -> tuple[Notice, ...]:
     """What the stride of a person of a height [m] shows of a foot that hangs, and of making up for it.
 
     Of one leg's sagittal stride: whether the leg swings round or the other foot rises on its toes cannot be
@@ -95,7 +95,7 @@ def signs(cycle: GaitCycle, body_height: float) -> Iterator[Notice]:
     ankle, knee, hip, rise = (a - b for a, b in zip(posture(cycle), posture(healthy), strict=True))
     low, bent, flexed, risen = float(np.mean(ankle)), float(knee.max()), float(hip.max()), float(rise.max())
     if low > -_LOW:
-        return
+        return ()
     code, seen = LOW_ANKLE, "it hangs, or its zero is off"
     if bent >= _BENT or flexed >= _FLEXED:
         code = STEPPAGE
@@ -106,7 +106,7 @@ def signs(cycle: GaitCycle, body_height: float) -> Iterator[Notice]:
             "the hip is up to {risen:.0f} mm higher than theirs: vaulting, a raised pelvis or circumduction, "
             "which one leg's sagittal stride does not tell apart"
         )
-    yield Notice(
+    sign = Notice(
         code,
         "in swing the ankle is {low:.0f}° lower than healthy people's of this height at {speed:.2g} m/s; "
         + seen,
@@ -117,3 +117,4 @@ def signs(cycle: GaitCycle, body_height: float) -> Iterator[Notice]:
         flexed=flexed / DEGREE,
         risen=1e3 * risen,
     )
+    return (sign,)

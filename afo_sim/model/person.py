@@ -136,8 +136,8 @@ def signs_of_compensation(scenario: Scenario) -> tuple[Notice, ...]:
     if gait.compensation == "removed":
         return ()
     stride = recorded_stride(gait, taller_than_recorded(scenario))
-    seen = tuple(signs(stride, person_of(scenario).body_height))
-    if walker_of(scenario) == "patient":
+    seen = signs(stride, person_of(scenario).body_height)
+    if not seen or walker_of(scenario) == "patient":
         return seen
     text = (
         "the walk is described as a healthy walker's, and {seen}: if it is the patient's own, "

@@ -6,8 +6,8 @@ shipped or was read of.
 """
 
 import math
+import operator
 from collections.abc import Iterator
-from typing import Any
 
 import mujoco
 
@@ -25,37 +25,46 @@ _TALL = (0.7, 2.3)  # of people who walk [m]
 _BESIDE = 0.13  # of an anchor from the shank's axis [m]
 _ABOVE, _UNDER, _BEHIND = 0.06, 0.1, 0.12  # of an anchor on the foot, from the ankle [m]
 _BEYOND = 0.05  # a muscle that is longer than the shank by more has no place on it [m]
-_LIMITS = (  # (key, lowest, highest, factor to the unit in words, unit)
-    ("orthosis.muscle.*.count", 1.0, 8.0, 1.0, ""),
-    ("orthosis.muscle.*.link_length", 0.0, 0.4, 1e2, " cm"),
-    ("orthosis.muscle.*.slack", 0.0, 0.1, 1e2, " cm"),
-    ("orthosis.muscle.*.cable.stiffness", 1e3, 1e7, 1e-3, " kN/m"),
-    ("orthosis.muscle.*.type.bore", 3e-3, 0.06, 1e3, " mm"),
-    ("orthosis.muscle.*.type.limits.pressure", 5e4, 1.2e6, 1e-5, " bar"),
-    ("orthosis.anchor.*.stiffness", 200.0, 1e6, 1e-3, " kN/m"),
-    ("orthosis.interface.*.area", 5e-4, 0.08, 1e4, " cm²"),
-    ("orthosis.interface.*.friction", 0.1, 1.0, 1.0, ""),
-    ("orthosis.chamber.*.inlet.conductance", 0.0, 2e-7, 1e8, " dm³/(s·bar)"),
-    ("orthosis.chamber.*.outlet.conductance", 0.0, 2e-7, 1e8, " dm³/(s·bar)"),
-    ("orthosis.chamber.*.tube_volume", 0.0, 5e-4, 1e6, " ml"),
-    ("orthosis.outsole.heel_stack", 0.0, 0.08, 1e3, " mm"),
-    ("orthosis.outsole.ball_stack", 0.0, 0.08, 1e3, " mm"),
-    ("supply.pressure", 0.0, 1.2e6, 1e-5, " bar"),
-    ("supply.source.volume", 0.0, 0.02, 1e3, " l"),
-    ("supply.source.filling_pressure", 0.0, 3.6e7, 1e-5, " bar"),
-    ("limits.bottle_volume", 0.0, 0.02, 1e3, " l"),
-    ("limits.bottle_pressure", 0.0, 3.6e7, 1e-5, " bar"),
+_LIMITS = (  # (table of parts or "", key, lowest, highest, factor to the unit in words, unit)
+    ("orthosis.muscle", "count", 1.0, 8.0, 1.0, ""),
+    ("orthosis.muscle", "link_length", 0.0, 0.4, 1e2, " cm"),
+    ("orthosis.muscle", "slack", 0.0, 0.1, 1e2, " cm"),
+    ("orthosis.muscle", "cable.stiffness", 1e3, 1e7, 1e-3, " kN/m"),
+    ("orthosis.muscle", "type.bore", 3e-3, 0.06, 1e3, " mm"),
+    ("orthosis.muscle", "type.limits.pressure", 5e4, 1.2e6, 1e-5, " bar"),
+    ("orthosis.anchor", "stiffness", 200.0, 1e6, 1e-3, " kN/m"),
+    ("orthosis.interface", "area", 5e-4, 0.08, 1e4, " cm²"),
+    ("orthosis.interface", "friction", 0.1, 1.0, 1.0, ""),
+    ("orthosis.chamber", "inlet.conductance", 0.0, 2e-7, 1e8, " dm³/(s·bar)"),
+    ("orthosis.chamber", "outlet.conductance", 0.0, 2e-7, 1e8, " dm³/(s·bar)"),
+    ("orthosis.chamber", "tube_volume", 0.0, 5e-4, 1e6, " ml"),
+    ("", "orthosis.outsole.heel_stack", 0.0, 0.08, 1e3, " mm"),
+    ("", "orthosis.outsole.ball_stack", 0.0, 0.08, 1e3, " mm"),
+    ("", "supply.pressure", 0.0, 1.2e6, 1e-5, " bar"),
+    ("", "supply.source.volume", 0.0, 0.02, 1e3, " l"),
+    ("", "supply.source.filling_pressure", 0.0, 3.6e7, 1e-5, " bar"),
+    ("", "limits.bottle_volume", 0.0, 0.02, 1e3, " l"),
+    ("", "limits.bottle_pressure", 0.0, 3.6e7, 1e-5, " bar"),
 )
+# both in C: cases of a sweep ask them all
+_PARTS = {part: operator.attrgetter(part) for part, *_ in _LIMITS if part}
+_VALUES = {key: operator.attrgetter(key) for _, key, *_ in _LIMITS}
 
 
 def implausible(scenario: Scenario, model: mujoco.MjModel) -> Iterator[Notice]:
     """A warning for each key whose value no person or worn device has, and for keys that change nothing."""
-    for key, low, high, factor, unit in _LIMITS:
-        for name, value in _values(scenario, key):
-            if not low <= value <= high:
-                yield _doubt(
-                    name, f"{factor * value:.4g}{unit}", f"{factor * low:g} to {factor * high:g}{unit}"
-                )
+    for part, key, low, high, factor, unit in _LIMITS:
+        held = _PARTS[part](scenario) if part else scenario
+        value_of = _VALUES[key]
+        for name, each in held.items() if isinstance(held, dict) else (("", held),):
+            try:
+                value = value_of(each)
+            except AttributeError:  # what is not there, such as a source
+                continue
+            if value is not None and not low <= value <= high:
+                field = ".".join(filter(None, (part, name, key)))
+                allowed = f"{factor * low:g} to {factor * high:g}{unit}"
+                yield _doubt(field, f"{factor * value:.4g}{unit}", allowed)
     if scenario.leg.joint != "ankle":
         return
     yield from _person(scenario)
@@ -126,21 +135,6 @@ def _mounted(scenario: Scenario) -> Iterator[Notice]:
             yield _doubt(
                 field, f"{1e2 * long:.3g} cm", f"up to {1e2 * (knee + _BEYOND):.0f} cm on this shank"
             )
-
-
-def _values(root: Any, key: str, name: str = "") -> Iterator[tuple[str, float]]:
-    """Whole key and value of what a key with wildcards names; none of what is not there."""
-    if root is None:
-        return
-    first, _, rest = key.partition(".")
-    if first == "*":
-        for each, value in root.items():
-            yield from _values(value, rest, f"{name}.{each}")
-    elif not rest:
-        if isinstance(value := getattr(root, first, None), int | float):
-            yield f"{name}.{first}".removeprefix("."), float(value)
-    else:
-        yield from _values(getattr(root, first, None), rest, f"{name}.{first}".removeprefix("."))
 
 
 def _doubt(field: str, value: str, allowed: str) -> Notice:

@@ -12,7 +12,8 @@ NIGHTLY = bool(os.environ.get("AFO_SIM_NIGHTLY"))
 # of damaged files: a fresh one a day, the last digit for the ten of a night
 SEED = int(os.environ.get("AFO_SIM_FUZZ_SEED") or f"{datetime.date.today():%Y%m%d}0")
 
-DAYS = 4  # on one of so many, by its name, a slow test runs in the whole suite
+DAYS = 5  # on one of so many, by its name, a slow test runs in the whole suite
+CASES = 8  # of a test, that the whole suite runs of more a day
 
 
 def size(slice_: int, whole: int) -> int:
@@ -28,9 +29,20 @@ def sampled(cases: Iterable[Any], most: int) -> list[Any]:
     return [told[k] for k in sorted(random.Random(SEED).sample(range(len(told)), most))]
 
 
-def of_the_day(test: str) -> bool:
-    """Whether a slow test runs today, by its name: on one day of DAYS, and every night."""
-    return NIGHTLY or random.Random(f"{SEED} {test}").random() < 1.0 / DAYS
+def of_other_days(items: Iterable[pytest.Item]) -> set[pytest.Item]:
+    """What the whole suite leaves to other days: slow tests but one of DAYS, of a test's cases all but CASES."""
+    if NIGHTLY:
+        return set()
+    left_out, cases = set(), dict[str, list[pytest.Item]]()
+    for item in items:
+        if item.get_closest_marker("slow") and random.Random(f"{SEED} {item.nodeid}").random() > 1.0 / DAYS:
+            left_out.add(item)
+        elif "[" in item.nodeid:
+            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for name, each in cases.items():
+        drawn = random.Random(f"{SEED} {name}").sample(range(len(each)), max(len(each) - CASES, 0))
+        left_out |= {each[k] for k in drawn}
+    return left_out
 
 
 def nightly(reason: str) -> Any:
