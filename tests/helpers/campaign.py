@@ -30,7 +30,7 @@ def sampled(cases: Iterable[Any], most: int) -> list[Any]:
 
 
 def of_other_days(items: Iterable[pytest.Item]) -> set[pytest.Item]:
-    """What the whole suite leaves to other days: slow tests but one of DAYS, of a test's cases all but CASES."""
+    """What the suite leaves to other days: slow tests but one of DAYS, of a test's cases all but CASES."""
     if NIGHTLY:
         return set()
     left_out, cases = set(), dict[str, list[pytest.Item]]()
