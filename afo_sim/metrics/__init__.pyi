@@ -87,6 +87,7 @@ from .valves import is_filling as is_filling
 from .verdict import NO_DEVICE as NO_DEVICE
 from .verdict import REFERENCES as REFERENCES
 from .verdict import closing as closing
+from .verdict import needless as needless
 from .verdict import seated_answers as seated_answers
 from .verdict import status_of as status_of
 from .verdict import undecided as undecided

@@ -115,6 +115,13 @@ def undecided(limits: Limits, why: str) -> tuple[Answer, ...]:
     return tuple(dataclasses.replace(answer, text=f"Not known: {why}.", brief="") for answer in found)
 
 
+def needless(metrics: Numbers, limits: Limits) -> bool:
+    """Whether the toe clears what is wanted without the device, and without compensation, too."""
+    bare = ("reference_toe_clearance", UNCOMPENSATED[0])
+    heights = [metrics[name].value for name in bare if has(metrics, name)]
+    return bool(heights) and min(heights) >= clean(1e3 * limits.toe_clearance[0])
+
+
 def status_of(name: str, value: float, limits: Limits) -> Status | None:
     """The status of a metric of push-off [the registry's unit]; None of other metrics."""
     return at_most(value, getattr(limits, AGAINST[name])) if name in AGAINST else None

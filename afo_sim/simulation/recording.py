@@ -12,6 +12,7 @@ import numpy as np
 from afo_sim.common import Brief, InputError, Notice, Shown, as_stored, installed, nearest_name, shown, titles
 from afo_sim.description import USUAL_LIMITS, Limits, as_found, load
 from afo_sim.metrics import Answer, Feed, Metric, Metrics, capped, seated_answers, undecided, with_draws
+from afo_sim.metrics.validity import RESTS_ON
 from afo_sim.metrics.verdict import verdict
 from afo_sim.simulation.columns import describe
 from afo_sim.simulation.files import RERUN, model_of, read_header, read_run, read_undamaged, write_run
@@ -252,7 +253,8 @@ class Recording(Shown):
             "notices": [warning.as_json() for warning in self.warnings if isinstance(warning, Notice)],
         }
         if answers := self.verdict:
-            found["verdict"] = [asdict(answer) for answer in answers]
+            rest = [{"rests_on": list(RESTS_ON[answer.name])} for answer in answers]
+            found["verdict"] = [asdict(answer) | on for answer, on in zip(answers, rest, strict=True)]
         if self.strides:
             found["strides"] = [{"stride": k, "metrics": _as_json(m)} for k, m in self.strides.items()]
         if self.studies:

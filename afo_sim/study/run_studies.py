@@ -5,7 +5,8 @@ from typing import Any
 
 from afo_sim.common import InputError
 from afo_sim.description import Scenario
-from afo_sim.simulation import Recording
+from afo_sim.metrics import needless
+from afo_sim.simulation import Recording, limits_of
 from afo_sim.study.effects import effects as effects_of
 from afo_sim.study.pool import Report
 
@@ -33,6 +34,8 @@ def with_studies(
 
         recording = _told(recording, UNCERTAINTY, uncertainty(scenario, recording, draws, spreads, report))
     if effects and scenario.orthosis.muscle:  # ranked by the verdict, which the bands may have changed
+        if needless(recording.metrics, limits_of(recording)):
+            return _told(recording, EFFECTS, {LEFT_OUT: "the toe needs no device"})
         seconds = _RUNS * float(recording.timing["wall_seconds"])
         if seconds > _LONGEST:
             why = f"some {_RUNS} runs such as this one would take about {seconds / 60.0:.0f} min"

@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import binom
 
 import afo_sim
-from afo_sim.metrics import QUESTIONS, Answer, Metric, percent, with_draws
+from afo_sim.metrics import QUESTIONS, Answer, Metric, needless, percent, with_draws
 from afo_sim.metrics.draws import bounds
 from afo_sim.metrics.metric import measured
 from afo_sim.metrics.verdict import verdict
@@ -447,7 +447,7 @@ def test_the_summary_holds_the_verdict(designs: dict[str, Recording]) -> None:
     run = designs["hinders"]
     (told,) = [each for each in run.summary()["verdict"] if each["name"] == "push_off"]
     assert (
-        set(told) == {"name", "question", "status", "text", "limit", "brief", "kept"}
+        set(told) == {"name", "question", "status", "text", "limit", "brief", "kept", "rests_on"}
         and told["status"] == "bad"
     )
     assert f"{run.metrics['torque_against_push_off_10ms'].value:.1f} N·m" in told["text"]
@@ -499,6 +499,22 @@ def test_what_air_adds_over_one_filling(changes: dict[str, float], status: str, 
 def test_nothing_is_said_of_air_that_nobody_compared() -> None:
     assert "air_adds" not in judge(without=("filled_once_toe_clearance",))
     assert "air_adds" not in judge(without=("toe_clearance",))
+
+
+@pytest.mark.parametrize(
+    ("heights", "expected"),
+    [
+        ((12.0, None), True),
+        ((9.0, None), False),
+        ((30.0, -5.0), False),
+        ((30.0, 14.0), True),
+        ((None, None), False),
+    ],
+)
+def test_nothing_is_to_change_where_no_device_is_needed(heights: tuple[Any, Any], expected: bool) -> None:
+    names = ("reference_toe_clearance", "uncompensated_reference_toe_clearance")
+    told = {name: height for name, height in zip(names, heights, strict=True) if height is not None}
+    assert needless(numbers(told), LIMITS) is expected
 
 
 # --- an own walk

@@ -16,6 +16,7 @@ from afo_sim.gait import (
     GaitCycle,
     closing_doubts,
     off_norm,
+    signs,
     stance,
 )
 from afo_sim.gait_lab.trial.events import find_events
@@ -25,6 +26,7 @@ from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride
 
 _PEOPLE = 6.0  # standard deviation of the ankle angle between healthy adults; 4 to 8 (Bovi 2011) [deg]
+_ADULT = 1.75  # height of a person of whom none is known; assumed [m]
 _ZERO = (15.0, 60.0)  # of the ankle angle, moved by more than this: reported, refused; assumed [deg]
 _ANKLE_HEIGHT = (0.05, 0.12)  # of an adult in shoes or without; 0.079–0.082 measured barefoot [m]
 _ADULT_SHANK = 0.4  # knee to ankle; a shorter one makes the lower limit lower in proportion [m]
@@ -68,7 +70,8 @@ def doubts(
     reference: np.ndarray | None,
 ) -> tuple[Notice, ...]:
     """What a person should look at in a stride, one sentence with its number each."""
-    found = [*walker_doubts(cycle), *closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
+    compensated = signs(cycle, cycle.body_height or _ADULT) if cycle.walker == "patient" else ()
+    found = [*walker_doubts(cycle), *compensated, *closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
     found += [*_ankle_height(cycle, points), *_knee(cycle)]
     outline = _outline(points, motion)
     found += [] if outline is None else _pressure(cycle, *outline)
