@@ -18,13 +18,13 @@ from afo_sim.metrics import (
     Metric,
     Status,
     air_given,
+    capped,
     compressor_metrics,
     progress,
     settled,
     whole_cycles,
 )
 from afo_sim.metrics.strides import strides
-from afo_sim.metrics.validity import capped
 from afo_sim.metrics.verdict import verdict
 from afo_sim.model import SOURCE
 from afo_sim.physics import gas
