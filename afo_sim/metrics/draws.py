@@ -37,7 +37,8 @@ def with_draws(
                 text = f"{answer.text} Only {percent(share)} of {draws} draws of what is not known keep that."
                 brief = f"{answer.brief}; {percent(share)} of draws keep it" if answer.brief else ""
                 answer = dataclasses.replace(answer, status="doubtful", text=text, brief=brief)
-        status = worst([answer.status, drawn])
+        undecided = drawn == "unknown" and answer.status != "good"  # whether it is bad, too
+        status = answer.status if undecided else worst([answer.status, drawn])
         if answer.name == LIFT:
             text, wide = f"{answer.text} {stated}", answer.limit + against
             brief = f"{answer.brief}; drawn, {percent(trips)} trip" if answer.brief else ""
