@@ -4,7 +4,7 @@ What a device lifts depends on what it is compared with. A shoe alone changes th
 is worn with a sole.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -117,6 +117,14 @@ def not_compared(scenario: Scenario, reference: Reference) -> tuple[Notice, ...]
     return (Notice("not-compared", "not compared with {who}: {why}", who=who, why=reference.failure),)
 
 
+def _tried(scenario: Scenario, changed: Mapping[str, Any], asked: Asked = ASKED) -> Reference:
+    """As `_walked`, of a scenario with some keys changed; its refusal is the failure."""
+    try:
+        return _walked(scenario.with_values(**changed), asked)
+    except InputError as error:
+        return Reference({}, str(error))
+
+
 def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metric]:
     """The walk whose lifting chambers are filled before the first step and then shut, at the best pressure.
 
@@ -143,7 +151,7 @@ def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metri
     for share in FILLINGS:
         pressure = share * highest
         start = {name: {"pressure": f"{pressure!r} Pa"} for name in lifting}
-        found = _walked(scenario.with_values(**changed | {"start": start}), FILLED).metrics
+        found = _tried(scenario, changed | {"start": start}, FILLED).metrics
         if COMPARED not in found:
             continue
         height = 1e-3 * float(found[COMPARED])
@@ -152,25 +160,23 @@ def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metri
             for metric, limit in AGAINST.items()
         )
         clears = height >= limits.toe_clearance[0]
-        tried.append(
-            (
-                (clears, -hindrance if clears else height),
-                {**found, "pressure": Metric(1e-5 * pressure, "bar")},
-            )
-        )
+        rank = (clears, -hindrance if clears else height)
+        tried.append((rank, {**found, "pressure": Metric(1e-5 * pressure, "bar")}))
     return filled_once_metrics(max(tried, key=lambda each: each[0])[1]) if tried else {}
 
 
 def by_other_laws(scenario: Scenario) -> dict[str, Metric]:
     """The lowest clearance by any other law that the muscles' files hold; none where they hold one."""
-    groups = scenario.orthosis.muscle
-    laws = {law for group in groups.values() for law in group.type.laws}
-    heights = []
-    for law in sorted(laws):
-        keys = {n: law for n, group in groups.items() if law in group.type.laws and law != group.type.law}
-        if keys:
-            other = scenario.set({f"orthosis.muscle.{name}.type.law": law for name in keys})
-            found = _walked(other).metrics
+    groups, heights = scenario.orthosis.muscle, []
+    for law in sorted({law for group in groups.values() for law in group.type.laws}):
+        other = {
+            name: group.model_copy(update={"type": group.type.using(law=law)})
+            for name, group in groups.items()
+            if law in group.type.laws and law != group.type.law
+        }
+        if other:
+            orthosis = scenario.orthosis.model_copy(update={"muscle": {**groups, **other}})
+            found = _tried(scenario, {"orthosis": orthosis}).metrics
             heights += [float(found[COMPARED])] if COMPARED in found else []
     return by_laws_metrics(min(heights)) if heights else {}
 
@@ -191,8 +197,8 @@ def compared(recording: Recording, scenario: Scenario) -> Recording:
         # the recorded sole goes with the recorded path
         removed = gait.model_copy(update={"compensation": "removed", "sole_thickness": None})
         judged = scenario.with_values(gait=removed)
-        worn = _walked(judged, FILLED)
-        bare = Reference({}) if scenario.reference is None else _walked(reference_of(judged))
+        worn = _tried(judged, {}, FILLED)
+        bare = Reference({}) if scenario.reference is None else _tried(reference_of(judged), {})
         found |= uncompensated_metrics(bare.metrics, worn.metrics)
         if failed := bare.failure or worn.failure:
             text = "what the toe clears without compensation is not known: {why}"
