@@ -12,8 +12,8 @@ NIGHTLY = bool(os.environ.get("AFO_SIM_NIGHTLY"))
 # of damaged files: a fresh one a day, the last digit for the ten of a night
 SEED = int(os.environ.get("AFO_SIM_FUZZ_SEED") or f"{datetime.date.today():%Y%m%d}0")
 
-DAYS = 5  # on one of so many, by its name, a slow test runs in the whole suite
-CASES = 8  # of a test, that the whole suite runs of more a day
+DAYS = 8  # on one of so many, by its name, a slow test runs in the whole suite
+CASES = 6  # of a test, that the whole suite runs of more a day
 
 
 def size(slice_: int, whole: int) -> int:
