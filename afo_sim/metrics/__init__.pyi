@@ -16,6 +16,7 @@ from .answer import Answer as Answer
 from .answer import Feed as Feed
 from .answer import Status as Status
 from .beside_strides import COMPARED as COMPARED
+from .beside_strides import LESS as LESS
 from .beside_strides import TOUCHES as TOUCHES
 from .beside_strides import by_laws_metrics as by_laws_metrics
 from .beside_strides import energy_metrics as energy_metrics

@@ -35,6 +35,7 @@ def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric
 
 
 BY_LAWS = "toe_clearance_by_other_laws"
+LESS = "toe_clearance_less_extended"
 COMPARED = "toe_clearance"  # of both walks
 TOUCHES = "swings_with_toe_contact"  # of the reference: a toe that passes high may touch earlier in swing
 
@@ -69,7 +70,7 @@ def reference_metrics(own: Mapping[str, Metric], reference: Mapping[str, Metric]
 _ALONE, _ALONE_BARE = "without compensation", "without compensation, of the reference"
 _HER = "the patient's ankle in swing on healthy hip, knee and path"
 _COMPARED = (COMPARED, TOUCHES)
-_WORN = (*_COMPARED, "torque_against_push_off_per_mass", "work_against_push_off")
+_WORN = (*_COMPARED, "torque_against_push_off_per_mass", "work_against_push_off", LESS)
 
 
 @reported(
@@ -80,6 +81,7 @@ _WORN = (*_COMPARED, "torque_against_push_off_per_mass", "work_against_push_off"
     (f"uncompensated_{TOUCHES}", "percent", f"Swings that touch the floor {_ALONE}", _HER),
     (f"uncompensated_{_WORN[2]}", "N*m/kg", f"Torque against push-off {_ALONE}", _HER),
     (f"uncompensated_{_WORN[3]}", "J/kg", f"Work against push-off {_ALONE}", _HER),
+    (f"uncompensated_{LESS}", "mm", f"Toe clearance {_ALONE}, toes less extended", _HER),
     of=Of.BESIDE,
     made_of=_WORN,
 )
@@ -101,7 +103,7 @@ def by_laws_metrics(lowest: float) -> dict[str, Metric]:
 
 
 _ONCE = "filled once before the first step and shut, at the best pressure"
-_KEPT = ("pressure", COMPARED, *_WORN[2:])
+_KEPT = ("pressure", COMPARED, *_WORN[2:4])
 
 
 @reported(

@@ -38,7 +38,7 @@ from afo_sim.metrics.answer import (
     unknown,
     worst,
 )
-from afo_sim.metrics.beside_strides import BY_LAWS
+from afo_sim.metrics.beside_strides import BY_LAWS, LESS
 from afo_sim.metrics.verdict_air import adds_limit, air, air_adds
 
 NO_DEVICE = "A simulation, not a measurement and not a medical device."
@@ -191,6 +191,8 @@ def _without_compensation(
         for n, touch in zip(UNCOMPENSATED, _ALONE, strict=True)
     )
     status, words = _helped(without, own, wanted, trips)
+    if status == "good" and _less_alone(metrics) < wanted:
+        status, words = "doubtful", UNSURE
     pair = f"without the device {passes(without)}, with it {passes(own)}: {words}"
     stated = f"On healthy people's hip, knee and path the same ankle has the toe {pair}."
     short = f"{millimetres(without)} without the device, {millimetres(own)} with it"
@@ -209,6 +211,12 @@ def _without_compensation(
     status = answer.status if without >= wanted else worst([answer.status, status])
     brief = f"{answer.brief}; without compensation {short}"
     return dataclasses.replace(answer, status=status, text=f"{answer.text} {stated}", brief=brief)
+
+
+def _less_alone(metrics: Numbers) -> float:
+    """Toe clearance with the device without compensation, toes less extended [mm]; NaN where not known."""
+    name = f"uncompensated_{LESS}"
+    return metrics[name].value if has(metrics, name) else math.nan
 
 
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
@@ -268,6 +276,7 @@ def _lift_by_the_ankle(lift: Answer, metrics: Numbers, pair: tuple[float, float]
     """A good clearance of an own walk, which is doubtful where hip, knee or pelvis give it."""
     known = has(metrics, UNCOMPENSATED[1])
     height = metrics[UNCOMPENSATED[1]].value if known else math.nan
+    height = min(height, _less_alone(metrics)) if math.isfinite(_less_alone(metrics)) else height
     if height >= clean(1e3 * pair[0]):
         return lift
     text = f"{lift.text} Without compensation by hip, knee or pelvis "

@@ -14,6 +14,7 @@ from afo_sim.description.scenario_text import reference as in_words
 from afo_sim.metrics import (
     AGAINST,
     COMPARED,
+    LESS,
     TOUCHES,
     Metric,
     by_laws_metrics,
@@ -32,7 +33,7 @@ from afo_sim.simulation.simulate import simulate
 
 OPEN = {"inlet": (), "outlet": ((0.0, 1.0),)}  # a chamber that never gets air
 ASKED = Asked(frozenset({COMPARED, TOUCHES}), doubts=False)
-FILLED = Asked(frozenset({COMPARED, TOUCHES, *AGAINST}), doubts=False)
+FILLED = Asked(frozenset({COMPARED, LESS, TOUCHES, *AGAINST}), doubts=False)
 COARSE = 4e-3  # step at which a settled clearance is good to 0.1 mm, peak torque to 0.03 % [s]
 FILLINGS = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)  # of the supply's pressure, that are tried
 

@@ -547,6 +547,9 @@ def test_an_own_walk_is_judged_without_compensation_too(
     tripping = {answer.name: answer for answer in verdict(trips, {}, LIMITS, own_walk=True)}
     assert (tripping["help"].status, tripping["lift"].status) != ("good", "good")
     assert tripping["lift"].status == "bad" and tripping["help"].status in ("bad", "doubtful")
+    less = known | numbers({"uncompensated_toe_clearance_less_extended": 9.0})
+    shorter = {answer.name: answer.status for answer in verdict(less, {}, LIMITS, own_walk=True)}
+    assert "good" not in (shorter["help"], shorter["lift"])
     touches = known | numbers({"uncompensated_swings_with_toe_contact": 100.0})
     touching = {answer.name: answer for answer in verdict(touches, {}, LIMITS, own_walk=True)}
     assert alone[0] >= 10.0 or touching["help"].status == "bad"
