@@ -40,7 +40,7 @@ def whom(scenario: Mapping[str, Any]) -> str:
         f"device: {scenario['orthosis'].get('name') or 'not named'}",
         f"set: {'; '.join(changed)}" if (changed := in_words(scenario)[1]) else "nothing set otherwise",
     ]
-    return " · ".join(parts)
+    return " · ".join(parts).replace("_", " ")
 
 
 def apart(scenarios: Sequence[Mapping[str, Any]]) -> tuple[str, list[str]]:

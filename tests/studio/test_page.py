@@ -193,7 +193,7 @@ def test_two_tabs_and_a_reload_show_one_design_and_its_numbers_are_those_of_a_ru
     words = [sys.executable, "-m", "afo_sim", "run", str(served.folder), "--no-rrd", "--out", out]
     printed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     briefs = page.run("[...document.querySelectorAll('.answer > p + p')].map(one => one.textContent)")
-    assert len(briefs) == 6 and all(brief in printed for brief in briefs)
+    assert len(briefs) == 7 and all(brief in printed for brief in briefs)
     run = json.loads((tmp_path / "run" / "summary.json").read_text())
     clearance = f"{run['metrics']['toe_clearance']['value']:.1f} mm"
     assert text(page, "#with .lowest").endswith(clearance.replace("-", "−"))
