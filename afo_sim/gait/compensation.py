@@ -26,13 +26,12 @@ _RISEN = 0.04  # rise of the swinging hip beyond healthy people's [m]; assumed
 STEPPAGE, LOW_ANKLE, HIP_RISES = "steppage", "ankle-low-in-swing", "hip-rises-in-swing"
 
 
-def healthy_stride(speed: float, body_height: float) -> GaitCycle:
-    """The stride of healthy people of a height [m] at a speed [m/s], or the nearest that they walk at."""
-    return _healthy(float(speed), float(body_height))
-
-
 @functools.lru_cache(maxsize=16)  # cases of a sweep share it
-def _healthy(speed: float, body_height: float) -> GaitCycle:
+def healthy_stride(speed: float, body_height: float) -> GaitCycle:
+    """The stride of healthy people of a height [m] at a speed [m/s], or the nearest that they walk at.
+
+    Source: Bovi et al. 2011, Gait Posture 33(1):6-13, scaled after Hof 1996 (`scaled`).
+    """
     file = find_gait(_HEALTHY)
     members = [cycle for _, cycle in family.family_of(file)]
     taller = body_height / (members[0].body_height or body_height)

@@ -71,15 +71,8 @@ CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its c
     "recovered": ("unknown", _ALL),
 }
 
-
-_TOLD = {
-    "steppage",
-    "hip-rises-in-swing",
-    "ankle-low-in-swing",
-    "compensation-unknown",
-}  # by help, in numbers
-
-
+# Told by help, in numbers.
+_TOLD = {"steppage", "hip-rises-in-swing", "ankle-low-in-swing", "compensation-unknown"}
 LITTLE = 0.02  # of a limit, by which a muscle may pass it and survive; assumed [-]
 
 

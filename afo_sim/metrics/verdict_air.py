@@ -132,7 +132,7 @@ def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answe
     shut = max(once.get(name, math.inf) / first for name, first in firsts.items())
     torque = "torque_against_push_off_per_mass"
     text = (
-        f"Filled once to {once['pressure']:.2g} bar and shut, with no air after that, the toe passes "
+        f"Filled once to {once['pressure']:.3g} bar and shut, with no air after that, the toe passes "
         f"{passes(once[_HEIGHT])} and push-off meets {once.get(torque, math.nan):.3f} N·m/kg; with air "
         f"{passes(own)} and {metrics[of + torque].value:.3f} N·m/kg"
     )
@@ -152,12 +152,16 @@ def air_adds(metrics: Numbers, limits: Limits, own_walk: bool) -> Iterator[Answe
     elif shut > max(_EASIER * against, 1.0):
         status, said, short = "good", "air gives push-off back", "air gives push-off back"
     else:
-        said, short = "a spring that is set once does as well: air adds nothing", "a spring would do"
+        said, short = (
+            "for toe and push-off a spring that is set once does as well, if nothing leaks",
+            "a spring would do",
+        )
     low, high = map(millimetres, (once[_HEIGHT], own))
     brief = f"filled once {low}, with air {high}: {short}"
     yield Answer(ADDS, QUESTIONS[ADDS], status, f"{text}: {said}.", adds_limit(limits), brief)
 
 
 def adds_limit(limits: Limits) -> str:
+    """What air must give beyond one filling, in words."""
     wanted = in_digits(clean(1e3 * limits.toe_clearance[0]))
     return f"wanted {wanted} mm, or {_EASIER:g} times less against push-off"

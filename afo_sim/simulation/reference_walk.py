@@ -35,7 +35,8 @@ OPEN = {"inlet": (), "outlet": ((0.0, 1.0),)}  # a chamber that never gets air
 ASKED = Asked(frozenset({COMPARED, TOUCHES}), doubts=False)
 FILLED = Asked(frozenset({COMPARED, LESS, TOUCHES, *AGAINST}), doubts=False)
 COARSE = 4e-3  # step at which a settled clearance is good to 0.1 mm, peak torque to 0.03 % [s]
-FILLINGS = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)  # of the supply's pressure, that are tried
+FILLINGS = (0.2, 0.4, 0.6, 0.8, 1.0)  # of the pressures that supply, muscles and laws allow, tried first
+HALVINGS = 5  # between the last that does not clear and the first that does
 
 
 def reference_of(scenario: Scenario) -> Scenario:
@@ -129,41 +130,45 @@ def _tried(scenario: Scenario, changed: Mapping[str, Any], asked: Asked = ASKED)
 def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metric]:
     """The walk whose lifting chambers are filled before the first step and then shut, at the best pressure.
 
-    Of shares of the supply's pressure the best is that of least torque and work against push-off among those
-    that clear what is wanted, else the one that clears most.
+    Nothing leaks. The best is the lowest pressure that clears what is wanted, since torque against push-off
+    rises with it; where none does, the one that clears most.
     """
     shut = {"inlet": (), "outlet": ()}
-    valves = {name: shut if name in lifting else OPEN for name in scenario.orthosis.chamber}
     gait = scenario.gait
     assert gait is not None
-    limits = scenario.limits or load("limits", USUAL_LIMITS)
-    # a floor is too stiff for the coarse one
-    step = scenario.timestep if in_contact(scenario) else max(scenario.timestep, COARSE)
+    wanted = (scenario.limits or load("limits", USUAL_LIMITS)).toe_clearance[0]
     changed = {
         **UNDRIVEN,
-        "timestep": step,
+        # a floor is too stiff for the coarse one
+        "timestep": scenario.timestep if in_contact(scenario) else max(scenario.timestep, COARSE),
         "record_rate": None,
         "gait": gait.model_copy(update={"settled": "solved"}),
-        "phases": valves,
+        "phases": {name: shut if name in lifting else OPEN for name in scenario.orthosis.chamber},
     }
-    groups = [group for name, group in scenario.orthosis.muscle.items() if (group.chamber or name) in lifting]
-    highest = min([scenario.supply.pressure, *(group.type.limits.pressure for group in groups)])
-    tried: list[tuple[tuple[bool, float], dict[str, Metric]]] = []
-    for share in FILLINGS:
-        pressure = share * highest
+    types = [g.type for name, g in scenario.orthosis.muscle.items() if (g.chamber or name) in lifting]
+    low = max(muscle.law_set.pressure_range[0] for muscle in types)
+    tops = [min(muscle.limits.pressure, muscle.law_set.pressure_range[1]) for muscle in types]
+    high = min(scenario.supply.pressure, *tops)
+    found: dict[float, dict[str, Metric]] = {}
+
+    def clears(pressure: float) -> bool:
         start = {name: {"pressure": f"{pressure!r} Pa"} for name in lifting}
-        found = _tried(scenario, changed | {"start": start}, FILLED).metrics
-        if COMPARED not in found:
-            continue
-        height = 1e-3 * float(found[COMPARED])
-        hindrance = max(
-            float(found.get(metric, 0.0)) / max(getattr(limits, limit)[0], 1e-12)
-            for metric, limit in AGAINST.items()
-        )
-        clears = height >= limits.toe_clearance[0]
-        rank = (clears, -hindrance if clears else height)
-        tried.append((rank, {**found, "pressure": Metric(1e-5 * pressure, "bar")}))
-    return filled_once_metrics(max(tried, key=lambda each: each[0])[1]) if tried else {}
+        walk = _tried(scenario, changed | {"start": start}, FILLED).metrics
+        if COMPARED in walk:
+            found[pressure] = {**walk, "pressure": Metric(1e-5 * pressure, "bar")}
+        return COMPARED in walk and 1e-3 * float(walk[COMPARED]) >= wanted
+
+    below, above = low, None
+    for pressure in (low + share * (high - low) for share in FILLINGS if high > low):
+        if clears(pressure):
+            above = pressure
+            break
+        below = pressure
+    for _ in range(HALVINGS if above else 0):
+        middle = 0.5 * (below + above)  # type: ignore[operator]
+        below, above = (below, middle) if clears(middle) else (middle, above)
+    best = above or max(found, key=lambda pressure: float(found[pressure][COMPARED]), default=None)
+    return filled_once_metrics(found[best]) if best else {}
 
 
 def by_other_laws(scenario: Scenario) -> dict[str, Metric]:

@@ -130,3 +130,22 @@ def test_references_are_kept_by_all_that_decides_them() -> None:
     for kind, sets in (("shoe", {}), ("shoe", {"shoe": "leather"}), ("barefoot", {}), ("shoe", {})):
         kept.of(braced(kind, **sets))
     assert len(kept.known) == 3
+
+
+def test_the_single_filling_is_the_lowest_that_clears_what_is_wanted() -> None:
+    """Between the tries of a grid another pressure would do; a little less than the found one does not."""
+    metrics = afo_sim.run("walk-dropfoot-afo", {"duration": "3 s"}).metrics
+    pressure = float(metrics["filled_once_pressure"])
+    shut: dict[str, object] = {
+        "phases.dorsiflexor.inlet": [],
+        "phases.dorsiflexor.outlet": [],
+        "timestep": "2 ms",
+    }
+    heights = [
+        afo_sim.run(
+            "walk-dropfoot-afo", shut | {"duration": "3 s", "start.dorsiflexor": {"pressure": f"{bar} bar"}}
+        ).metrics["toe_clearance"]
+        for bar in (pressure - 0.05, pressure + 0.02)
+    ]
+    assert heights[0] < "10 mm" < heights[1]
+    assert metrics["filled_once_toe_clearance"] >= "10 mm"
