@@ -102,16 +102,16 @@ class Patient(Described):
 
 
 class Ground(Described):
-    """Ground under the foot: the recorded force, whatever the foot does, or contact.
+    """Ground under the foot: contact with a floor, or the recorded force, whatever the foot does.
 
     Source: toe_stiffness: PredSim's metatarsophalangeal joint (its 2 N·m·s/rad are not taken over). The
     others are assumed: a heel pad in its shoe has some 40 to 150 kN/m, a leg in walking some 20 kN/m,
     damped here to two thirds of critical with the mass of shank and foot.
     """
 
-    mode: Literal["recorded", "contact"] | None = None
-    """Recorded force, whatever the foot does, or contact of this foot with the floor; recorded by default,
-    and contact where the recording is the patient's own."""
+    mode: Literal["contact", "recorded"] = "contact"
+    """Contact of this foot with a floor, or the recorded force whatever the foot does: for a comparison with
+    inverse dynamics, where no foot may press otherwise than recorded."""
     stiffness: Annotated[float, Quantity("N/m", at_least=1e3, at_most=1e6)] = 5e4
     """Stiffness of the pads under the sole."""
     damping: Annotated[float, Quantity("s/m", at_least=0.0, at_most=2.0)] = 1.0

@@ -1,5 +1,6 @@
 from .ankle_alignment import Placed as Placed
 from .ankle_alignment import fit_to_leg as fit_to_leg
+from .ankle_alignment import lay_on_floor as lay_on_floor
 from .asymmetry import STRIKE as STRIKE
 from .asymmetry import TwoSides as TwoSides
 from .asymmetry import asymmetry as asymmetry

@@ -1,4 +1,9 @@
-"""Ankle alignment: a recorded walker's ankle point is brought to the axis of a leg's ankle."""
+"""Ankle alignment: a recorded walker's ankle point is brought to the axis of a leg's ankle, and in stance its
+sole to the floor.
+
+Markers, mean curves and a foot of few points leave the sole millimetres, at toe-off centimetres, off the
+floor while the recorded force acts. A foot that is caught by a floor must stand on it there.
+"""
 
 import dataclasses
 from collections.abc import Iterable
@@ -7,18 +12,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from afo_sim.common import GRAVITY
+from afo_sim.gait.checks import STANCE_FORCE, stance
 from afo_sim.gait.cycle import GaitCycle
+from afo_sim.gait.fourier import FourierSeries
 
+LEAVES, COMES = 0.15, 0.1  # of the stride, after toe-off and before heel strike; assumed
+SHARP = 20  # harmonics of that movement: as few as a path has would let it ring into mid-swing
 _NOTES = ("ankle_shift_along_shank_m", "ankle_shift_vertical_m")
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A cycle whose ankle is a leg's, and how far it went there, upward positive."""
+    """A cycle whose ankle is a leg's, and how far it went there, upward positive; how far it was laid on the
+    floor at most while the force acts [m]."""
 
     cycle: GaitCycle
     along: float
     vertical: float
+    laid: float = 0.0
 
 
 def fit_to_leg(
@@ -43,6 +54,36 @@ def fit_to_leg(
     placed = {name: moved.fitted(name) for name in ("ankle_x", "ankle_z")}
     vars(moved)["series"] = cycle.series | placed  # the others are the same
     return Placed(moved, along, vertical)
+
+
+def lay_on_floor(placed: Placed, low: np.ndarray) -> Placed:
+    """Move the ankle vertically, so that the sole's lowest point, at heights `low` [m] (n,), is on the floor
+    while it is loaded; the moment about the ankle stays.
+
+    The ankle is back on its recorded path `LEAVES` of the stride after toe-off, smoothly to its acceleration:
+    a shorter way would jerk the foot, a longer one reaches mid-swing, where clearance is read.
+    """
+    cycle, off = placed.cycle, stance(placed.cycle)
+    if off == 0.0:  # nothing is borne
+        return placed
+    on = float(cycle.phase[np.argmax(cycle.grf_z > STANCE_FORCE)])
+    stands = (cycle.phase >= on) & (cycle.phase <= off)
+    first, last = np.interp([on, off], cycle.phase, low)
+    leaves, comes = (cycle.phase - off) % 1.0 / LEAVES, (on - cycle.phase) % 1.0 / COMES
+    away = np.where(stands, low, last * _eased(1.0 - leaves) + first * _eased(1.0 - comes))
+    lift = FourierSeries.fit(cycle.phase, -away, SHARP)
+    raised = lift(cycle.phase)
+    ahead = raised * cycle.grf_x / np.where(cycle.grf_z > STANCE_FORCE, cycle.grf_z, np.inf)
+    moved = dataclasses.replace(cycle, ankle_z=cycle.ankle_z + raised, cop_x=cycle.cop_x - ahead)
+    vars(moved)["flat"] = cycle.flat
+    vars(moved)["series"] = cycle.series | {"ankle_z": cycle.series["ankle_z"] + lift}
+    return dataclasses.replace(placed, cycle=moved, laid=float(np.abs(raised[stands]).max()))
+
+
+def _eased(share: np.ndarray) -> np.ndarray:
+    """From 0 to 1 with a share, without a jump of the second derivative."""
+    s = np.clip(share, 0.0, 1.0)
+    return s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
 
 
 def standing_height(outsole: Iterable[tuple[float, float]], pitch: np.ndarray) -> np.ndarray:

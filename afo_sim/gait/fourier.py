@@ -1,5 +1,6 @@
 """Periodic signals as Fourier series: smooth at any phase, with exact derivatives."""
 
+import math
 from dataclasses import dataclass
 from typing import Self
 
@@ -49,6 +50,22 @@ class FourierSeries:
             sine=weights[harmonics + 1 :],
             closing_error=0.0 if progressing else closing,
             residual=float(np.sqrt(np.mean(left**2))),
+        )
+
+    def __add__(self, other: "FourierSeries") -> "FourierSeries":
+        """The sum of two signals, with the harmonics of the one that has more."""
+        count = max(len(self.cosine), len(other.cosine))
+
+        def longer(values: np.ndarray) -> np.ndarray:
+            return np.pad(values, (0, count - len(values)))
+
+        return FourierSeries(
+            mean=self.mean + other.mean,
+            progress=self.progress + other.progress,
+            cosine=longer(self.cosine) + longer(other.cosine),
+            sine=longer(self.sine) + longer(other.sine),
+            closing_error=self.closing_error + other.closing_error,
+            residual=math.hypot(self.residual, other.residual),
         )
 
     def __call__(self, phase: np.ndarray | float | Wave, derivative: int = 0) -> np.ndarray:

@@ -69,7 +69,6 @@ from .metric_words import unit as unit
 from .metric_words import words as words
 from .needed_torque import HEEL_RISE as HEEL_RISE
 from .needed_torque import NEEDED_MOMENT as NEEDED_MOMENT
-from .skin_pressure import pressure_without_slap as pressure_without_slap
 from .skin_pressure import skin_metrics as skin_metrics
 from .strides import INTERNAL as INTERNAL
 from .strides import ORTHOSIS as ORTHOSIS
@@ -80,6 +79,7 @@ from .strides import progress as progress
 from .strides import settled as settled
 from .strides import stance as stance
 from .strides import stance_force as stance_force
+from .strides import without_floor as without_floor
 from .validity import capped as capped
 from .validity import decides as decides
 from .valves import FILL as FILL

@@ -1,4 +1,7 @@
-"""Minimum clearance of the outsole in swing, where the foot is fast, and contact of a swinging foot."""
+"""Minimum clearance of the outsole in swing, where the foot is fast, and contact of a swinging foot.
+
+A height is that of a swing without a floor, which would catch the foot and hide what it lacks.
+"""
 
 import math
 from collections.abc import Iterator
@@ -7,7 +10,7 @@ import numpy as np
 
 from afo_sim.metrics.metric import CLEARANCE, Found, Of, reported
 from afo_sim.metrics.needed_torque import NEEDED_MOMENT
-from afo_sim.metrics.strides import Stride
+from afo_sim.metrics.strides import RECORDED_FORCE, Stride, without_floor
 
 NEAR = 0.01  # of the stride to each side: a local minimum is the lowest within it [-]
 HEIGHTS = {  # of a point's clearance: the column, and that of the same foot with the recorded ankle
@@ -52,6 +55,8 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
         "while the foot is fast",
     ),
     ("swings_with_ball_contact", "percent", "Swings in which the ball touches the floor", PASSING),
+    ("toe_drag", "percent", "Share of the swing in which the floor carries the forefoot", PASSING),
+    ("toe_drag_force", "N", "Force of the floor on a swinging forefoot, peak", PASSING),
     of=Of.STRIDE,
 )
 def clearances(stride: Stride) -> Found:
@@ -61,11 +66,14 @@ def clearances(stride: Stride) -> Found:
     Asha & Buckley 2015 (abstract). Floor: that of the same outsole standing flat.
     """
     for point, (column, recorded) in HEIGHTS.items():
+        column = without_floor(stride.columns, column)
         height = stride[column]
         if not np.isfinite(height[stride.swing]).all() or not stride.swing.any():
             yield f"{point}_clearance", math.nan
             continue
         own = event(stride, column)
+        if own is not None and stride.at(column, own) > stride.at(column, stride.fastest):
+            own = None  # a shoulder of a foot that sinks on to its landing
         at = stride.fastest if own is None else own
         least = float(stride.at(column, at))
         yield f"{point}_clearance", 1e3 * least
@@ -91,8 +99,8 @@ def _otherwise_extended(stride: Stride, at: float, by_event: bool) -> Iterator[t
 def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
     """Whether ball and forefoot touch the floor, or come near it, on the way past the standing leg."""
     part = stride.between(stride.begun, stride.upright)
-    ball = part.of(stride.columns["ball/height"])
-    forefoot = np.minimum(ball, part.of(stride.columns["toe/height"]))
+    ball = part.of(stride.columns[without_floor(stride.columns, "ball/height")])
+    forefoot = np.minimum(ball, part.of(stride.columns[without_floor(stride.columns, "toe/height")]))
     if not len(ball) or not np.isfinite(forefoot).all():
         return
     floor, under = np.zeros(len(ball)), np.zeros(len(ball))
@@ -101,6 +109,10 @@ def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
         floor = np.minimum(part.of(stride.columns["gait/toe_height"]), under)
     yield "swings_with_toe_contact", 100.0 * bool((forefoot <= floor - SAME * (floor < 0.0)).any())
     yield "swings_within_10mm", 100.0 * bool((forefoot <= floor + BELOW * (floor == 0.0)).any())
+    if RECORDED_FORCE in stride.columns:
+        load = stride["foot/toe_load"] * stride.passing
+        yield "toe_drag", 100.0 * float((load > 0.0).sum()) / float(stride.swing.sum())
+        yield "toe_drag_force", float(load.max())
     yield "swings_with_ball_contact", 100.0 * bool((ball <= under - SAME * (under < 0.0)).any())
 
 

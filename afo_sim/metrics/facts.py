@@ -118,6 +118,7 @@ class Facts:
     skins: Mapping[str, Skin] | None = None
     muscles: Mapping[str, MuscleLimits] | None = None
     rated_switches: Mapping[str, float] | None = None
+    laid: float | None = None  # of the recorded sole onto the floor in stance, at most [m]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,12 +5,25 @@ import math
 import numpy as np
 
 from afo_sim.metrics import peak
+from afo_sim.metrics.facts import Run
 from afo_sim.metrics.metric import CONTACT, Found, Of, reported
 from afo_sim.metrics.strides import Stride
 
 HEEL_PITCH, FOREFOOT_PITCH = 8.0, -1.6  # of the sole at contact; beyond them heel, forefoot come first [deg]
 LOADING = 0.12  # end of the loading response [-]
 SLAP = "highest plantarflexion velocity as the foot comes down after heel strike"
+LAID = "the recorded ankle is moved up or down by as much, the most late in push-off"
+
+
+@reported(
+    CONTACT,
+    ("sole_laid", "mm", "Recorded sole off the floor in stance, before it is laid there", LAID),
+    of=Of.RUN,
+)
+def laid(run: Run) -> Found:
+    """How far the recorded path was moved so that the sole stands on the floor."""
+    if run.facts.laid is not None:
+        yield "sole_laid", 1e3 * run.facts.laid
 
 
 @reported(

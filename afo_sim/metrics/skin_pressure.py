@@ -5,18 +5,12 @@ coefficient of friction. A strap is drawn tight once and for the strongest pull:
 presses with all the time.
 """
 
-import operator
-
 import numpy as np
 
-from afo_sim.metrics.facts import Columns, Facts, Run, cut
+from afo_sim.metrics.facts import Columns, Facts, Run
 from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, all_measured, reported
-from afo_sim.metrics.strides import RECORDED_FORCE, stance
 
 HOLDS = "least total force on the skin that prevents sliding: peak pull along the shank divided by friction"
-SLAP = "on the recorded ground no floor stops a slap: the loading response is left out if it has the peak"
-LOADING = 0.3  # of the stride: the first half of stance, in which a foot slaps; assumed [-]
-SLAPS = np.radians(5.0)  # below the recorded ankle, from which on the recorded force is another's; assumed
 
 
 @reported(
@@ -35,12 +29,6 @@ SLAPS = np.radians(5.0)  # below the recorded ankle, from which on the recorded 
         "kPa",
         "Pressure under the cuff, sustained",
         "from the force that prevents sliding alone: the strap stays as tight as the peak requires",
-    ),
-    (
-        "cuff_skin_pressure_without_slap",
-        "kPa",
-        "Pressure under the cuff without a slap, peak",
-        SLAP,
     ),
     (
         "cuff_share_of_discomfort",
@@ -107,12 +95,6 @@ def cuff_metrics(
         "mean over its area, all the time; 0 where friction on the sole is enough",
     ),
     (
-        "plate_skin_pressure_without_slap",
-        "kPa",
-        "Pressure under the plate's strap without a slap",
-        SLAP,
-    ),
-    (
         "plate_share_of_discomfort",
         "percent",
         "Strap pressure as a share of the discomfort limit",
@@ -157,8 +139,6 @@ def _skin(run: Run, part: str) -> Found:
     """What a part presses with in the rows that count; nothing where there is no such part."""
     if run.rows and part in (run.facts.skins or {}):
         yield from skin_metrics(run.facts, part, run.rows).items()
-        if (landed := pressure_without_slap(run.facts, part, run.rows)) is not None:
-            yield f"{part}_skin_pressure_without_slap", landed
 
 
 def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]:
@@ -168,19 +148,6 @@ def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]
     of = cuff_metrics if part == "cuff" else plate_metrics
     bounds = (None, None) if limits is None else (limits.skin_pressure, limits.blood_flow_pressure)
     return of(skin.pull(columns), skin.area, skin.friction, *bounds)
-
-
-def pressure_without_slap(facts: Facts, part: str, columns: Columns) -> float | None:
-    """Peak pressure on the recorded ground [kPa], outside the loading response if its slap is the highest."""
-    if not facts.walks or part not in (facts.skins or {}) or RECORDED_FORCE in columns:
-        return None
-    assert facts.skins is not None
-    landing = stance(columns, facts.body_mass) & (columns["gait/phase"] < LOADING)
-    peak = int(np.argmax(np.linalg.norm(facts.skins[part].pull(columns), axis=1)))
-    dives = columns["ankle/angle"][peak] < columns["gait/ankle_angle"][peak] - SLAPS
-    slaps = bool(landing[peak] and dives and not landing.all())
-    rows = cut(columns, operator.itemgetter(~landing)) if slaps else columns
-    return skin_metrics(facts, part, rows)[f"{part}_skin_pressure"].value
 
 
 def _shares(

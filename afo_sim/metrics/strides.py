@@ -138,6 +138,12 @@ def stance_force(columns: Container[str]) -> str:
     return RECORDED_FORCE if RECORDED_FORCE in columns else "ground/force/z"
 
 
+def without_floor(columns: Container[str], height: str) -> str:
+    """The column of a height as it is in a swing without a floor; of former recordings the height."""
+    free = f"{height}_without_floor"
+    return free if free in columns else height
+
+
 def stance(columns: Mapping[str, np.ndarray], body_mass: float) -> np.ndarray:
     """Mask of the rows in stance: the ground force is above 5 % of the body weight (n,)."""
     return loaded(columns[stance_force(columns)], body_mass)

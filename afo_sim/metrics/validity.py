@@ -50,6 +50,8 @@ CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its c
     "walker-not-usual": ("doubtful", (MOTION,)),
     "side-assumed": ("doubtful", (MOTION,)),
     "stop-reached": ("doubtful", (MOTION,)),
+    "ground-recorded": ("doubtful", (MOMENT,)),
+    "sole-off-floor": ("doubtful", (MOTION, MOMENT)),
     "stop-in-the-air": ("doubtful", (MOTION,)),
     "plate-without-outsole": ("doubtful", (SWING,)),
     "timer-drifts": ("doubtful", _ALL),

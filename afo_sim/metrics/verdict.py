@@ -52,7 +52,7 @@ REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the
 _LOWERED = 5.0  # toe clearance that a needless device may take, half of what is wanted; assumed [mm]
 _ALONE = tuple(name.replace("toe_clearance", "swings_with_toe_contact") for name in UNCOMPENSATED)
 _TOUCHING = "swings_with_toe_contact"
-_SLAPPED = 0.95  # share of a peak, below which the pressure without a slap stands beside it
+_AS_MUCH = 0.98  # share of a peak from which on what lasts is no number of its own
 _PARTS = {"cuff": "cuff", "plate": "foot's strap"}  # that press on the skin
 _UNITS = dict(zip(AGAINST, ("N·m/kg", "J/kg"), strict=True))
 MOVE = "move"
@@ -259,13 +259,18 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     if has(metrics, BY_LAWS) and metrics[BY_LAWS].value < wanted <= lowest:
         parts.append(f"By another law of its muscles it is {millimetres(metrics[BY_LAWS].value)}.")
         statuses.append("doubtful")
-    status = worst(statuses)
+    status, whole = worst(statuses), len(parts) == 1
+    drags = ""
+    if has(metrics, "toe_drag_force") and metrics["toe_drag_force"].value > 0.0:
+        share, force = metrics["toe_drag"].value, metrics["toe_drag_force"].value
+        parts.append(f"The toe drags: for {share:.0f} % of the swing the floor carries up to {force:.0f} N.")
+        drags = f", drags {share:.0f} % of the swing, to {force:.0f} N"
     settled = metrics["toe_clearance"].value
     brief = ""  # what takes a further sentence is not told in short
-    if len(parts) == 1:
+    if whole:
         extended = f", toes less extended {in_digits(less, '.1f')}" if math.isfinite(less) else ""
         low = in_digits(lowest, ".1f")
-        brief = f"{millimetres(settled)}, lowest {low}{extended} (wanted {in_digits(wanted)})"
+        brief = f"{millimetres(settled)}, lowest {low}{extended} (wanted {in_digits(wanted)}){drags}"
     if status == "bad":
         parts.insert(0, _trips(metrics, short, settled < trips))
         brief = f"{parts[0]} {brief}" if brief else ""
@@ -391,21 +396,14 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
             continue
         most = metrics[f"{part}_skin_pressure"].value
         lasting = metrics.get(f"{part}_skin_pressure_sustained", metrics[f"{part}_skin_pressure"]).value
-        peaked = at_most(1e3 * most, limits.skin_pressure)
-        landed = metrics.get(f"{part}_skin_pressure_without_slap", metrics[f"{part}_skin_pressure"]).value
-        slaps = landed < _SLAPPED * most
-        if slaps and peaked == "bad":  # no floor stops the slap: only what is bad without it is known to be
-            peaked = worst(("doubtful", at_most(1e3 * landed, limits.skin_pressure)))
-        statuses += [peaked, at_most(1e3 * lasting, (flow, math.inf))]
+        statuses += [at_most(1e3 * most, limits.skin_pressure), at_most(1e3 * lasting, (flow, math.inf))]
         if most <= 0.0:
             continue
         peak, always = (f"{value:.3g} kPa" for value in (most, lasting))
-        beside = f"at most {peak} and " if peak != always else ""
+        beside = f"at most {peak} and " if lasting < _AS_MUCH * most else ""
+        always = always if beside else peak
         parts.append(f"the {name} presses on it with {beside}{always} all the time")
         short.append(f"{name} {peak}" + (f", always {always}" if beside else ""))
-        if slaps:
-            parts[-1] += f" ({landed:.3g} kPa without the slap in stance, which no floor stops)"
-            short[-1] += f", no slap {landed:.3g}"
     if not statuses:
         return unknown(SKIN, "no cuff and no strap is described", limit)
     text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on it."

@@ -75,7 +75,6 @@ from .person import UNDRIVEN as UNDRIVEN
 from .person import Size as Size
 from .person import as_recorded as as_recorded
 from .person import healthy_tissue as healthy_tissue
-from .person import in_contact as in_contact
 from .person import own_tissue as own_tissue
 from .person import person_of as person_of
 from .person import persons_stride as persons_stride
@@ -114,6 +113,7 @@ from .walk import Walk as Walk
 from .walk import phase_at as phase_at
 from .walk import stride_time_of as stride_time_of
 from .walk_bodies import ACTIVE as ACTIVE
+from .walk_bodies import FLOORS as FLOORS
 from .walk_bodies import GROUND as GROUND
 from .walk_bodies import PADS as PADS
 from .walk_bodies import SINK as SINK

@@ -17,14 +17,14 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError
-from afo_sim.description import Described, Ground, Leg, MuscleGroup, Scenario
+from afo_sim.description import Described, Leg, MuscleGroup, Scenario
 from afo_sim.model.foot import Foot, foot_of
 from afo_sim.model.inversion import SideArms
 from afo_sim.model.leg import attach_parts, check_leg, leg_spec, times_of_change, weighed_later
 from afo_sim.model.mirror import mirror_shapes, orthosis_mirrored
 from afo_sim.model.mounting import ANKLE, Index, add_motor, sweep_lengths
 from afo_sim.model.paths import add_tendons
-from afo_sim.model.person import Size, in_contact
+from afo_sim.model.person import USUAL_GROUND, Size, in_contact
 from afo_sim.model.walk_bodies import SINK, add_walking, walking_actuators
 
 PASSIVE = "passive_ankle"
@@ -199,7 +199,7 @@ def geometry_of(scenario: Scenario, circuit: native.Circuit, size: Size) -> Geom
         scenario.timestep,
         (scenario.simulated_side, orthosis.side, orthosis.joint),
         scenario.walking,
-        _values(scenario.ground or Ground()) if in_contact(scenario) else None,
+        _values(scenario.ground or USUAL_GROUND) if in_contact(scenario) else None,
         _values(leg, LEG_NOT_COMPILED),
         tuple(None if each is None else _values(each) for each in (scenario.shoe, orthosis.outsole)),
         (orthosis.cuff, orthosis.plate, orthosis.range_of_motion, tuple(orthosis.anchor)),

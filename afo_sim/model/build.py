@@ -43,6 +43,8 @@ from afo_sim.model.walk import Pace, Walk, lay_out
 from afo_sim.model.walk_bodies import fill_walking
 from afo_sim.physics import KNEE_LIMIT
 
+MISFIT = 0.042  # of the recorded sole from the floor in stance; the shipped walkers' is at most 36 mm [m]
+
 
 @dataclass(frozen=True, repr=False)
 class Built(Shown):
@@ -211,7 +213,15 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)
         warnings = (*warnings, *contact.warnings())
-    return dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
+        if walk.laid > MISFIT * Size.of(scenario).taller:
+            text = "the recorded sole is {laid:.0f} mm off the floor while force acts: the two do not fit"
+            warnings = (*warnings, Notice("sole-off-floor", text, subject="gait.cycle", laid=1e3 * walk.laid))
+    else:
+        text = "the foot feels the recorded force, whatever it does: believe swing alone"
+        warnings = (*warnings, Notice("ground-recorded", text, subject="ground.mode"))
+    found = dataclasses.replace(built, warnings=warnings, walk=walk, active=own, contact=contact)
+    _ = found.person  # now: later the gait's file may be another
+    return found
 
 
 def _recorded_active(scenario: Scenario, body_mass: float) -> Active:

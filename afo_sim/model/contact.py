@@ -19,6 +19,7 @@ borne by the flexors, too: both act as recorded and cancel, so that neither is i
 presses on the tip. Its pad stops toes that drag.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -31,7 +32,7 @@ from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.description import Ground
 from afo_sim.model.foot import TOE_POINTS, Foot, turned
 from afo_sim.model.outsole import BEARING, padded
-from afo_sim.model.person import Size, walker_of
+from afo_sim.model.person import USUAL_GROUND, Size, walker_of
 from afo_sim.model.walk import Walk
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ RAMP = 0.02  # time in which the floor passes from its own height to the recorde
 NEAR, FAR = 0.003, 0.010  # height from which on a pad bears less, and from which on nothing [m]
 NOTICED = 0.01  # lost force from which on a warning says so [body weights]
 FASTEST = 0.1  # least share that the recorded velocity may leave of a pad's force [-]
-PAD_LIMIT = 1.0  # of (rate × time step)² of the pads under a foot whose toes are held
+PAD_LIMIT = 8.0  # of (rate × time step)² of the pads under a foot with toes held; of errors
 TOE_JOINT = 25.0  # of a leg without toes, as PredSim's [N·m/rad]
 
 
@@ -90,9 +91,6 @@ class Contact:
 class Lost:
     """Recorded force that the pads do not carry, since the recorded foot rises too fast under it.
 
-    Mean curves of fast walkers have most of it: late in push-off their derived path lifts the foot while the
-    published force still presses.
-
     most : at once, in body weights [-]
     phase : where that is [-]
     damping : greatest `ground.damping` that loses nothing, to the full hundredth below [s/m]
@@ -112,7 +110,7 @@ class Lost:
 
 def ground_of(scenario: "Scenario", size: Size) -> Ground:
     """The ground that a person of a size feels as one of the leg's size feels the scenario's."""
-    ground = scenario.ground or Ground()
+    ground = scenario.ground or USUAL_GROUND
     stiffer = size.heavier / size.taller
     joint = TOE_JOINT if ground.toe_stiffness is None else ground.toe_stiffness
     # a copy is not checked again: the bounds are of a person of the leg's size
@@ -153,7 +151,7 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
         for name in BEARING
     )
     if number > PAD_LIMIT:
-        enough = 1e3 * scenario.timestep / np.sqrt(number)
+        enough = 1e3 * scenario.timestep * np.sqrt(PAD_LIMIT / number)
         raise InputError(
             "the floor is too stiff for this time step",
             field="timestep",
@@ -162,12 +160,50 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
         )
 
 
+@dataclass(frozen=True)
+class _Carried:
+    """What the registered floor takes of a compiled model.
+
+    mass is that of shank and foot [kg]; shank its mass times its centre's place from the ankle (x, z)
+    [kg·m]; armature is of the toes' hinge [kg·m²].
+    """
+
+    mass: float
+    shank: tuple[float, float]
+    armature: float
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, foot: Foot, scenario: "Scenario") -> "_Carried":
+        """Of a leg with what it wears."""
+        data = native.scratch(model)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        body = model.body(scenario.leg.shank).id
+        mass, centre = float(model.body_subtreemass[body]), data.subtree_com[body]
+        ankle = data.xanchor[model.joint("ankle").id]
+        x, z = (mass * (centre - ankle)[[0, 2]] - foot.mass * np.array(foot.centre)).tolist()
+        toes = scenario.leg.toes
+        armature = 0.0 if toes is None else float(model.dof_armature[int(model.joint(toes.joint).dofadr[0])])
+        return cls(mass, (x, z), armature)
+
+
 def register(
     walk: Walk, foot: Foot, model: mujoco.MjModel, scenario: "Scenario", body_mass: float
 ) -> Contact:
     """Lay the floor so that the recorded motion carries the recorded force."""
-    size = Size.of(scenario)
-    ground = ground_of(scenario, size)
+    size, patient = Size.of(scenario), scenario.patient
+    assert patient is not None
+    left = 1.0 if walker_of(scenario) == "patient" else patient.plantarflexor_strength
+    carried = _Carried.of(model, foot, scenario)
+    return _registered(walk, foot, carried, ground_of(scenario, size), size, body_mass * GRAVITY, left)
+
+
+# Cases of a sweep share it.
+@functools.lru_cache(maxsize=8)
+def _registered(
+    walk: Walk, foot: Foot, leg: _Carried, ground: Ground, size: Size, weight: float, left: float
+) -> Contact:
+    """The same, with what is left of the toe flexors' strength."""
     pitch = walk.ankle - walk.pose[:, 2]
     sole = foot.outsole(pitch, 0.0 if walk.toe is None else walk.toe)
     points = [sole[name] for name in padded(foot.toes)]
@@ -179,8 +215,7 @@ def register(
     if walk.toe is not None:
         velocity += lever * (walk.toe[2:] - walk.toe[:-2])[:, None]
     velocity /= 2.0 * walk.timestep
-    forward, upward, place = walk.cycle.ground(walk.phase[1:-1])
-    weight = body_mass * GRAVITY
+    forward, upward, place = (signal[1:-1] for signal in walk.ground)
     least = size.heavier * LOADED
     pressed = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
     above = np.maximum(height, 0.0) * (1.0 - standing(pressed - least, size.slower * RAMP / walk.timestep))
@@ -193,10 +228,8 @@ def register(
     fastest = float(np.max(velocity, where=pressed > least, initial=0.0)) / size.slower
     flexors = None
     if walk.toe is not None:
-        assert scenario.patient is not None
-        left = 1.0 if walker_of(scenario) == "patient" else scenario.patient.plantarflexor_strength
         given = left * np.sum(carried * lever, axis=1)
-        flexors = _hinge_moment(walk, pitch, foot, model, scenario) - given
+        flexors = _hinge_moment(walk, pitch, foot, leg.armature) - given
     total, turning = carried.sum(axis=1), np.sum(carried * ahead, axis=1)
     shift = np.where(total > least, place - turning / np.maximum(total, least), 0.0)
     recorded = weight * (place * upward + walk.pose[1:-1, 1] * forward)
@@ -205,7 +238,7 @@ def register(
         load=load,
         moment=recorded - turning,
         shift=shift,
-        support=_leg_force(walk, pitch, foot, model, scenario.leg.shank) - total,
+        support=_leg_force(walk, pitch, foot, leg) - total,
         lost=Lost.of(lost, walk.phase[1:-1], fastest),
         loaded=least,
         flexors=flexors,
@@ -221,17 +254,14 @@ def _toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:
     return lever
 
 
-def _hinge_moment(
-    walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, scenario: "Scenario"
-) -> np.ndarray:
+def _hinge_moment(walk: Walk, pitch: np.ndarray, foot: Foot, armature: float) -> np.ndarray:
     """What weight and inertia of toes that stand at their rest extension need about the hinge [N·m] (n,)."""
-    toes, described = foot.toes, scenario.leg.toes
-    assert walk.toe is not None and toes is not None and described is not None
+    toes = foot.toes
+    assert walk.toe is not None and toes is not None
     square = walk.timestep**2
     hinge = [np.diff(at, 2) / square for at in turned(toes.hinge, pitch)]
     along, upward = (hinge[i] + walk.acceleration[:, i] for i in range(2))
     x, z = turned(toes.centre, (pitch + walk.toe)[1:-1])
-    armature = float(model.dof_armature[int(model.joint(described.joint).dofadr[0])])
     own = toes.inertia * np.diff(pitch + walk.toe, 2) + armature * np.diff(walk.toe, 2)
     found: np.ndarray = own / square + toes.mass * (x * (upward + GRAVITY) - z * along)
     return found
@@ -271,20 +301,12 @@ def standing(over: np.ndarray, ramp: float) -> np.ndarray:
     return found
 
 
-def _leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, model: mujoco.MjModel, shank: str) -> np.ndarray:
+def _leg_force(walk: Walk, pitch: np.ndarray, foot: Foot, leg: _Carried) -> np.ndarray:
     """Upward force that shank and foot need in the recorded motion: their weight and inertia [N] (n,)."""
-    data = native.scratch(model)
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    body = model.body(shank).id
-    mass, centre = float(model.body_subtreemass[body]), data.subtree_com[body]
-    ankle = data.xanchor[model.joint("ankle").id]
-    # mass × centre of the shank alone, from the ankle
-    own = mass * (centre - ankle)[[0, 2]] - foot.mass * np.array(foot.centre)
-    lift = turned((float(own[0]), float(own[1])), -walk.pose[:, 2])[1]
+    lift = turned(leg.shank, -walk.pose[:, 2])[1]
     lift += foot.mass * turned(foot.centre, pitch)[1]
     if foot.toes is not None and walk.toe is not None:  # the foot's centre is that of straight toes
         straight, bent = (turned(foot.toes.centre, turn)[1] for turn in (pitch, pitch + walk.toe))
         lift += foot.toes.mass * (bent - straight)
-    lift += mass * walk.pose[:, 1]
-    return np.diff(lift, 2) / walk.timestep**2 + mass * GRAVITY
+    lift += leg.mass * walk.pose[:, 1]
+    return np.diff(lift, 2) / walk.timestep**2 + leg.mass * GRAVITY

@@ -11,7 +11,7 @@ own shape. Where nobody walks, the toes do not bend.
 import functools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import mujoco
@@ -104,6 +104,13 @@ class Foot:
     inertia: float
     points: dict[str, tuple[float, float]] = field(hash=False)
     toes: ToeSegment | None = None
+
+    @property
+    def shape(self) -> "Foot":
+        """The same without masses: what feet of other devices share with it."""
+        toes = self.toes
+        still = None if toes is None else replace(toes, mass=0.0, centre=(0.0, 0.0), inertia=0.0)
+        return replace(self, mass=0.0, centre=(0.0, 0.0), inertia=0.0, toes=still)
 
     @property
     def level(self) -> float:

@@ -159,7 +159,7 @@ def _strength(
     time = walk.time[1:-1]
     if np.ptp(sides) == 0.0:
         return np.full(len(time), sides[0])
-    stride = _one_stride(walk.cycle, stride_time, walk.offset)
+    stride = _one_stride(walk.off_floor, stride_time, walk.offset)
     stride = stride if walk.resting is None else bent(stride, walk.resting)
     moment = _actively(stride, needed_moment(stride, foot, body_mass), tissue)
     # Instants of a walk at which the active side changes, and the side that it starts with
@@ -194,7 +194,7 @@ def _one_stride(cycle: GaitCycle, stride_time: float, offset: float) -> Walk:
     pose = np.stack([cycle.signal(name, wave) for name in ("ankle_x", "ankle_z", "shank_angle")], axis=1)
     ankle = cycle.signal("ankle_angle", wave) + offset
     knee = cycle.signal("knee_angle", wave)
-    return Walk(cycle, (0.0, 0.0), stride_time / SAMPLES, phase, pose, ankle, knee, offset, wave)
+    return Walk(cycle, (0.0, 0.0), stride_time / SAMPLES, phase, pose, ankle, knee, offset, wave, cycle)
 
 
 def crossings(moment: np.ndarray) -> np.ndarray:

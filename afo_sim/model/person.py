@@ -90,12 +90,13 @@ def walker_of(scenario: Scenario) -> Walker:
     return walker
 
 
+USUAL_GROUND = Ground()  # of who walks, where nothing else is described
+
+
 def in_contact(scenario: Scenario) -> bool:
-    """Whether the foot meets a floor, rather than the recorded force; errors as of `walker_of`."""
-    if scenario.gait is None:
-        return False
-    mode = scenario.ground.mode if scenario.ground is not None else None
-    return (mode or ("contact" if walker_of(scenario) == "patient" else "recorded")) == "contact"
+    """Whether the foot of who walks meets a floor, rather than the recorded force."""
+    ground = scenario.ground
+    return scenario.gait is not None and (ground is None or ground.mode == "contact")
 
 
 def as_recorded(scenario: Scenario) -> Scenario:
@@ -177,21 +178,17 @@ def _similar(file: str, stamp: _Stamp, speed: float | None, taller: float) -> Ga
 
 
 def with_person(scenario: Scenario) -> Scenario:
-    """The scenario with the person's mass and height, and whose walk it is, stated; so is a patient's
-    ground."""
+    """The scenario with the person's mass and height, whose walk it is, and the ground, stated."""
     patient, gait = scenario.patient, scenario.gait
     if patient is None or gait is None:
         return scenario
-    walker, ground = walker_of(scenario), scenario.ground
-    if walker == "patient":
-        mode = "contact" if in_contact(scenario) else "recorded"
-        ground = (ground or Ground()).model_copy(update={"mode": mode})
+    walker = walker_of(scenario)
     person = person_of(scenario)
     stated: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}
     stated["provenance"] = patient.provenance | _sources(scenario)
     # a copy is not checked again: a gait file's mass is checked where it is read
     told = {"patient": patient.model_copy(update=stated), "gait": gait.model_copy(update={"walker": walker})}
-    return scenario.model_copy(update=told | {"ground": ground})
+    return scenario.model_copy(update=told | {"ground": scenario.ground or USUAL_GROUND})
 
 
 def _sources(scenario: Scenario) -> dict[str, Provenance]:

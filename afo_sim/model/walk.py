@@ -11,6 +11,7 @@ phase φ, its rate and its second derivative are continuous, and so is the shank
 """
 
 import copy
+import dataclasses
 import functools
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,10 +20,10 @@ from typing import Self
 import numpy as np
 
 from afo_sim.description import Gait, Scenario
-from afo_sim.gait import GaitCycle, Placed, Wave, fit_to_leg
+from afo_sim.gait import GaitCycle, Placed, Wave, fit_to_leg, lay_on_floor
 from afo_sim.model.foot import TOE_POINTS, Foot, Resting, Turn, turned_all
 from afo_sim.model.outsole import Point, grown, worn
-from afo_sim.model.person import Size, persons_stride, taller_than_recorded
+from afo_sim.model.person import Size, in_contact, persons_stride, taller_than_recorded
 
 ARMATURE = 1e12  # of the shank's joints [kg, kg·m²]
 JOINTS = ("shank_x", "shank_z", "shank_angle")
@@ -129,7 +130,8 @@ class Walk:
     ankle angle, as this outsole has it [rad]; knee the recorded knee angle [rad]; toe the toes' rest
     extension [rad], None of a rigid foot; all (n_step + 2, …), sample 0 at −h. offset is what was added to
     the recorded ankle angle [rad]; shift is how far the recorded ankle went, along the shank and vertically,
-    upward positive [m]; wave is of the phase; resting gives the toes' rest extension at any phase; bent_from
+    upward positive [m]; wave is of the phase; off_floor is the cycle before its sole was laid on the floor in
+    stance, laid how far that was at most [m]; resting gives the toes' rest extension at any phase; bent_from
     is the same walk of a rigid foot, of whatever person.
     """
 
@@ -142,6 +144,8 @@ class Walk:
     knee: np.ndarray
     offset: float
     wave: Wave
+    off_floor: GaitCycle
+    laid: float = 0.0
     toe: np.ndarray | None = None
     resting: Resting | None = None
     bent_from: "Walk | None" = None
@@ -220,9 +224,10 @@ def lay_out(scenario: Scenario, foot: Foot) -> Walk:
     """Read the scenario's gait cycle, fit it to the leg, and sample it at every step."""
     assert scenario.gait is not None
     gait = scenario.gait.model_copy(update={"ankle_offset": scenario.gait.ankle_offset + foot.level})
-    stands = _Stands.of(scenario, foot, gait.ankle_offset)
+    resting = None if scenario.leg.toes is None else Resting.of(scenario)
+    stands = _Stands.of(scenario, foot, gait.ankle_offset, resting)
     walk = _laid_out(persons_stride(scenario), gait, stands, scenario.timestep, scenario.n_step)
-    return walk if scenario.leg.toes is None else bent(walk, Resting.of(scenario))
+    return walk if resting is None else bent(walk, resting)
 
 
 @dataclass(frozen=True)
@@ -232,14 +237,16 @@ class _Stands:
     outsole : points at a recorded pitch of 0 [m]
     stack : thickness of what is worn under the ankle [m]
     sole_thickness : of what the recorded walker wore, at the person's size [m]; None as the recording says
+    on_floor : the foot that is laid on a floor in stance, and where its toes rest; None where none is
     """
 
     outsole: tuple[Point, ...]
     stack: float
     sole_thickness: float | None
+    on_floor: tuple[Foot, Resting | None] | None
 
     @classmethod
-    def of(cls, scenario: Scenario, foot: Foot, offset: float) -> "_Stands":
+    def of(cls, scenario: Scenario, foot: Foot, offset: float, resting: Resting | None) -> "_Stands":
         """Points that are rigid, unlike toes; `offset` is added to the recorded ankle angle [rad]."""
         assert scenario.gait is not None
         names = [name for name in foot.points if foot.toes is None or name not in TOE_POINTS]
@@ -257,6 +264,7 @@ class _Stands:
             tuple((float(x), float(z)) for x, z in points),
             stack,
             None if sole is None else sole * taller_than_recorded(scenario),
+            (foot.shape, resting) if in_contact(scenario) else None,
         )
 
 
@@ -276,6 +284,14 @@ def _fitted(stride: GaitCycle, stands: _Stands) -> Placed:
     return placed
 
 
+def _laid(placed: Placed, foot: Foot, resting: Resting | None, offset: float) -> Placed:
+    """A fitted stride whose sole is on the floor in stance; `offset` is added to the ankle angle [rad]."""
+    cycle, wave = placed.cycle, Wave.at(placed.cycle.phase)
+    shank, ankle, height = (cycle.signal(name, wave) for name in ("shank_angle", "ankle_angle", "ankle_z"))
+    sole = foot.outsole(ankle + offset - shank, 0.0 if resting is None else resting.at(wave))
+    return lay_on_floor(placed, height + np.minimum.reduce([z for _, z in sole.values()]))
+
+
 @functools.lru_cache(maxsize=4)
 def _sampled(
     cycle: GaitCycle, gait: Gait, timestep: float, n_step: int
@@ -288,7 +304,9 @@ def _sampled(
 
 @functools.lru_cache(maxsize=4)  # a design has a coarse, a fine and a first walk
 def _laid_out(stride: GaitCycle, gait: Gait, stands: _Stands, timestep: float, n_step: int) -> Walk:
-    placed = _fitted(stride, stands)
+    fitted = placed = _fitted(stride, dataclasses.replace(stands, on_floor=None))
+    if stands.on_floor is not None:
+        placed = _laid(fitted, *stands.on_floor, gait.ankle_offset)
     cycle, shift = placed.cycle, (placed.along, placed.vertical)
     as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
     phase, signals, wave = _sampled(stride, as_recorded, timestep, n_step)
@@ -296,7 +314,8 @@ def _laid_out(stride: GaitCycle, gait: Gait, stands: _Stands, timestep: float, n
     pose = _kept(np.stack([ankle_x, ankle_z, signals["shank_angle"]], axis=1))
     ankle = _kept(signals["ankle_angle"] + gait.ankle_offset)
     knee = _kept(signals["knee_angle"])
-    return Walk(cycle, shift, timestep, phase, pose, ankle, knee, gait.ankle_offset, wave)
+    beside = gait.ankle_offset, wave, fitted.cycle, placed.laid
+    return Walk(cycle, shift, timestep, phase, pose, ankle, knee, *beside)
 
 
 def _kept(array: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import CallbackError, InputError
 from afo_sim.control import Command, checked_pressure
-from afo_sim.model import Built, equilibrium, walking_start
+from afo_sim.model import PADS, Built, equilibrium, walking_start
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.rl.dm import PhysicsError, Present, dm
@@ -124,7 +124,9 @@ class ScenarioPhysics(Forkable, dm.Physics):
         mine = self.data.ptr.ctrl != self._written
         if not mine.any():
             return
-        mine[list(self.built.index.muscles.values())] = False  # the callbacks' own
+        index = self.built.index
+        pads = [number for name, number in index.walking.items() if name in PADS]
+        mine[[*index.muscles.values(), *pads]] = False  # the callbacks' own
         if mine.any():
             name = self.model.id2name(int(np.flatnonzero(mine)[0]), "actuator")
             raise InputError(

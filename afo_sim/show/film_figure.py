@@ -5,13 +5,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from afo_sim.show.ground_force import SIDE, GroundForce, above
+from afo_sim.show.ground_force import SIDE, GroundForce
 from afo_sim.show.moving_parts import Carriage
-from afo_sim.show.walking_figure import RADII, WalkingFigure, capsules
+from afo_sim.show.walking_figure import RADII, WalkingFigure, capsules, height_words
 
 _AZIMUTH, _ELEVATION = 93.0, -4.0  # of the camera, from the side [deg]
 _TALL, _WIDE, _MIDDLE = 1.24, 0.8, 0.46  # what is seen, and its middle's height, in body heights [-]
-_GREY, _GREEN, _PALE = (0.55, 0.57, 0.6, 0.5), (0.1, 0.6, 0.2, 1.0), (0.1, 0.6, 0.2, 0.3)  # RGBA
+_GREY, _GREEN = (0.55, 0.57, 0.6, 0.5), (0.1, 0.6, 0.2, 1.0)  # RGBA
 _ABOVE, _BELOW = (0.1, 0.5, 0.3, 1.0), (0.75, 0.1, 0.1, 1.0)
 _ARROW, _MARK = 0.014, 0.006  # radii: of the arrow, of the toes' height [m]
 _CAPSULE = mujoco.mjtGeom.mjGEOM_CAPSULE
@@ -47,16 +47,15 @@ class FilmFigure:
         if phase > stride.toe_off:
             x, z = min(pose.sole[1:], key=lambda point: float(point[1]))
             ends, low = np.array([[x, SIDE, 0.0], [x, SIDE, z]]), self.figure.lowest(phase)
-            _add(scene, _CAPSULE, _MARK, ends, _BELOW if low < 0.0 else _ABOVE)
-            return f"toe {above(low)}"
-        view = self.figure.view
-        force = GroundForce.of(lambda name: stride.at(name, phase), view.recording.columns, view.body_mass)
-        if not force.stands:
-            return ""
-        # MuJoCo draws an arrow at half its stated length.
-        ends = np.array([force.start, force.start + 2.0 * force.vector])
-        _add(scene, mujoco.mjtGeom.mjGEOM_ARROW, _ARROW, ends, _GREEN if force.borne else _PALE)
-        return force.words[0]
+            deep = self.figure.lowest(phase, floor=False)
+            _add(scene, _CAPSULE, _MARK, ends, _BELOW if deep < 0.0 else _ABOVE)
+            return height_words(low, deep)
+        force = GroundForce.of(lambda name: stride.at(name, phase), self.figure.view.body_mass)
+        if force.stands:
+            # MuJoCo draws an arrow at half its stated length.
+            ends = np.array([force.start, force.start + 2.0 * force.vector])
+            _add(scene, mujoco.mjtGeom.mjGEOM_ARROW, _ARROW, ends, _GREEN)
+        return ""
 
 
 def _add(scene: mujoco.MjvScene, kind: Any, radius: float, ends: np.ndarray, colour: Any) -> None:

@@ -24,9 +24,7 @@ FIRST = 8  # strides of a run whose toe clearance is told
 # of the recorded walker and the patient, as a share; beyond it the two are told
 _SAME_MASS, _SAME_HEIGHT = 0.05, 0.01
 _IDEAL = ("chou_hannaford_1996", "tondu_lopez_2000")  # laws of the braid's geometry, without a bladder
-_SLAPS = 180.0  # foot slap beyond which stance is not to be believed: twice a healthy one's, assumed [deg/s]
 _BRIEF = {
-    "no-floor": "no floor: landing not known",
     "filled-first": "starts with filled muscles",
     "cuff-assumed": "the assumed cuff compliance decides",
     "ankle-derived": "clearance good to some 8 mm",
@@ -139,7 +137,7 @@ def doubts(
     metrics: Mapping[str, Metric],
     strides: Mapping[int, Mapping[str, Metric]],
 ) -> list[Notice]:
-    """Strides that are left out, stance that is not to be believed, assumed stiffness that decides."""
+    """Strides that are left out, assumed stiffness that decides."""
     found = of_leg(scenario)
     if "toe_clearance" in metrics and "strides_counted" in metrics:
         of = (
@@ -149,12 +147,6 @@ def doubts(
         )
         words = "the numbers are {of}; the wearer also walks the first strides{start}"
         found.append(Notice(_WHICH_STRIDES, words, of=of, start=_from_start(strides)))
-    slap = metrics.get("foot_slap_velocity")
-    recorded = (scenario.get("ground") or {}).get("mode") != "contact"
-    if recorded and slap is not None and slap.value > _SLAPS:
-        words = "no floor stops the foot (slap {slap:.0f} °/s): trust swing, not landing{key}"
-        key = " (--set ground.mode=contact)"
-        found.append(Notice("no-floor", words, subject="foot_slap_velocity", slap=slap.value, key=key))
     filled = [name for name, start in (scenario.get("start") or {}).items() if name != "provenance" and start]
     if filled and scenario.get("gait"):
         words = "the {subject} is filled before the first step: after a stop, empty muscles may trip{key}"

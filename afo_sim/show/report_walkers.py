@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from afo_sim.common import InputError
-from afo_sim.metrics import REFERENCES
+from afo_sim.metrics import REFERENCES, without_floor
 from afo_sim.show.ground_force import above
 from afo_sim.show.report_figures import WIDTH, svg
 from afo_sim.show.run_view import RunView
@@ -62,7 +62,8 @@ def _drawn(name: str, run: RunView | None, label: str, view: RunView, width: flo
         return
     phase, percent = found.value / 100.0, f"{found.value:.0f}"
     height = view.recording.metrics["toe_clearance"].value  # the mean that the answers state
-    off = [abs(1e3 * float(stride.at("sole/height", phase)) - height) for stride in view.strides]
+    height_column = without_floor(view.recording.columns, "sole/height")
+    off = [abs(1e3 * float(stride.at(height_column, phase)) - height) for stride in view.strides]
     try:
         walker = WalkingFigure.of(view, off.index(min(off)))
         pose = walker.pose(phase)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.gait import norm as gait_norm
-from afo_sim.metrics import EXTENSIONS, HEIGHTS, INTERNAL, NEEDED_MOMENT, ORTHOSIS
+from afo_sim.metrics import EXTENSIONS, HEIGHTS, INTERNAL, NEEDED_MOMENT, ORTHOSIS, without_floor
 from afo_sim.show.panels import HEALTHY, NORM_LABEL, mean_and_spread, unknown_band
 from afo_sim.show.run_view import PERCENT, PHASE, RunView
 from afo_sim.show.style import GREY, NORM, ZERO, ink, plain
@@ -60,7 +60,7 @@ def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
         own, _ = _heights(run, point)
         mean_and_spread(axis, 1e3 * run.cycles(own), run.colour, run.name, PERCENT, run.style)
         unknown_band(axis, run, own, 1e3)
-        ends = [f"{own}_{how}" for how in EXTENSIONS]
+        ends = [f"{HEIGHTS[point][0]}_{how}" for how in EXTENSIONS]
         if all(name in run.recording.columns for name in ends):
             low, high = (1e3 * run.cycles(name).mean(axis=0) for name in ends)
             axis.fill_between(PERCENT, low, high, color=run.colour, alpha=0.2, lw=0.0, label=BAND)
@@ -78,9 +78,10 @@ def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
 
 def _heights(run: RunView, point: str) -> tuple[str, str]:
     """Columns of a point's height, and of the recorded one's; of a recording without outsole the toe's."""
-    own, recorded = HEIGHTS[point]
-    there = own in run.recording.columns
-    return (own, recorded) if there else (f"{point}/height", f"gait/{point}_height")
+    columns, (own, recorded) = run.recording.columns, HEIGHTS[point]
+    if own not in columns:
+        own, recorded = f"{point}/height", f"gait/{point}_height"
+    return without_floor(columns, own), recorded
 
 
 def share_floor(axes: Sequence[Any], start: float) -> None:

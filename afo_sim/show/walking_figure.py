@@ -6,7 +6,7 @@ the body height (Winter 2009, figure 4.1). The lean of the trunk and the head ar
 no number depends on them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,7 +17,7 @@ import numpy as np
 from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.gait import GaitCycle
-from afo_sim.metrics import Stride
+from afo_sim.metrics import Stride, without_floor
 from afo_sim.model import ANKLE, Foot, foot_of, muscle_names, person_of, persons_stride
 from afo_sim.show.ground_force import above
 from afo_sim.show.moving_parts import Mountings
@@ -153,9 +153,12 @@ class WalkingFigure:
         sole = self.limbs.sole(ankle, angle - shank, extension)
         return Pose(ankle=ankle, sole=sole, muscles=self._paths(phase, ankle), **points)
 
-    def lowest(self, phase: float) -> float:
-        """Height of the toes or the ball, whichever is lower [m]."""
-        return min(float(self.stride.at(name, phase)) for name in ("toe/height", "ball/height"))
+    def lowest(self, phase: float, *, floor: bool = True) -> float:
+        """Height of toes or ball, whichever is lower [m]; without a floor, of a swing that none catches."""
+        names: Iterable[str] = ("toe/height", "ball/height")
+        if not floor:
+            names = (without_floor(self.view.recording.columns, name) for name in names)
+        return min(float(self.stride.at(name, phase)) for name in names)
 
     def _paths(self, phase: float, ankle: np.ndarray) -> tuple[np.ndarray, ...]:
         """Each muscle's path beside the drawn ankle, with cuff and plate where they are."""
@@ -196,6 +199,11 @@ def reference_view(recording: Recording, label: str, colour: str) -> RunView | N
     return RunView(label, colour, again) if same else None
 
 
+def height_words(low: float, deep: float) -> str:
+    """The height of the toes, and of those that the floor carries how deep they would be without it [m]."""
+    return f"toe {above(low)}" if deep >= 0.0 else f"toe drags, {-1e3 * deep:.0f} mm too low"
+
+
 def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
     """Draw a walker in true proportions, the hip at x = 0, with the height of the toes in swing."""
     pose = figure.pose(phase)
@@ -210,12 +218,12 @@ def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
         _line(axis, MOUNT, 5.0, shift, [cuff, path[0]])
         _line(axis, DEVICE, 2.5, shift, path)
     if phase > figure.stride.toe_off:
-        low = figure.lowest(phase)
-        colour = BELOW if low < 0.0 else ABOVE
+        low, deep = figure.lowest(phase), figure.lowest(phase, floor=False)
+        colour = BELOW if deep < 0.0 else ABOVE
         tip = pose.sole[-1] - shift
         axis.plot([tip[0], tip[0]], [0.0, tip[1]], color=colour, lw=2.0)
         look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 13.0, "weight": "bold"}
-        axis.text(0.0, -0.16, f"toe {above(low)}", color=colour, **look)
+        axis.text(0.0, -0.16, height_words(low, deep), color=colour, **look)
     _draw_floor(axis, float(shift[0]))
 
 

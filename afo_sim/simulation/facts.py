@@ -51,6 +51,7 @@ def facts_of(built: Built) -> Facts:
         },
         muscles,
         rated,
+        None if built.walk is None or built.contact is None else built.walk.laid,
     )
 
 

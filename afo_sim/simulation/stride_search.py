@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE
-from afo_sim.model import OFF, Built, beyond_chambers
+from afo_sim.model import ANKLE, OFF, SINK, Built, beyond_chambers
 from afo_sim.physics import FRICTIONS
 from afo_sim.simulation.air_slopes import GIVING, AirRows, air_slopes, giving
 from afo_sim.simulation.network_slopes import NetworkRows, network_rows, network_slopes
@@ -27,6 +27,7 @@ NEAR = 10.0 * AIR  # step of Newton's method that is still to go, at most [-]
 OF_FLOW, LEAST = 2e-3, 1e-6  # and at most so much of the air that flows in; less is not asked for [-]
 LARGEST = 1.0  # change of ln m and ln σ in a jump [-]
 FORGOTTEN = 12e-3  # time for which a velocity counts that differs [s]
+LEVER = 0.1  # between ankle and sole, roughly: at its end an angle is a height [m]
 TRUSTED = 3  # strides for which slopes of longer steps are taken
 COARSE = 12e-3  # between the rows that the slopes are taken from [s]
 TINY = 1e-9  # change of ln m and ln σ that tells nothing [-]
@@ -75,6 +76,7 @@ class StrideSearch:
         self.places = np.array(rows, dtype=int).reshape(-1, 2)  # of mass and σ in `act`
         self.first = self.change = self.held(self.start)
         self.paired = remembers(self.built, self.control)
+        self.free = _free_joints(self.built)
 
     @property
     def done(self) -> bool:
@@ -105,10 +107,10 @@ class StrideSearch:
             if self.before is None:
                 return math.inf
             return float(np.max(np.abs(self.ankle(stride) - self.ankle(self.before))))
-        index, start, out = self.built.index, stride.start, stride.out
-        angle = abs(out["qpos"][-1, index.ankle_qpos] - start["qpos"][index.ankle_qpos])
-        velocity = abs(out["qvel"][-1, index.ankle_dof] - start["qvel"][index.ankle_dof])
-        return float(max(angle, FORGOTTEN * velocity))
+        start, out, (qpos, dof, scale) = stride.start, stride.out, self.free
+        place = np.abs(out["qpos"][-1, qpos] - start["qpos"][qpos])
+        velocity = np.abs(out["qvel"][-1, dof] - start["qvel"][dof])
+        return float(np.max(np.maximum(place, FORGOTTEN * velocity) / scale))
 
     def _is_near(self) -> bool:
         """Whether Newton's method would not go far from here; what changes slowly may have far to go."""
@@ -244,9 +246,16 @@ def sticks(built: Built) -> bool:
 def remembers(built: Built, control: np.ndarray) -> bool:
     """Whether more goes on between strides than chambers' air and ankle, with these inputs (n_step, nu)."""
     driven = bool((control[:, list(built.index.drives.values())] != OFF).any())
-    gives = built.contact is not None  # the leg, to the ground, and the toes
     slow = sticks(built) or bool(built.index.frictions)
-    return beyond_chambers(built.scenario) or slow or driven or gives
+    return beyond_chambers(built.scenario) or slow or driven
+
+
+def _free_joints(built: Built) -> tuple[np.ndarray, ...]:
+    """Places in `qpos` and `qvel` of what moves by itself, and how much of each counts as 1 rad."""
+    toes, model = built.scenario.leg.toes, built.model
+    joints = {ANKLE: 1.0} | ({toes.joint: 1.0} if toes else {}) | ({SINK: LEVER} if built.contact else {})
+    places = [(model.joint(n).qposadr[0], model.joint(n).dofadr[0]) for n in joints]
+    return *np.transpose(places), np.array(list(joints.values()))
 
 
 def _step(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
 from afo_sim.description import WORN, Described, Muscle, MuscleGroup, Scenario, provenance_note
-from afo_sim.metrics import Facts, Metric, Window, cut, pressure_without_slap, skin_metrics, stance
+from afo_sim.metrics import Metric, Window, cut, skin_metrics
 from afo_sim.model import ANKLE, SOURCE, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_forces
 from afo_sim.physics.static_force import static_force
@@ -233,9 +233,7 @@ def _where_stopped(built: Built, columns: Columns, lower: float, upper: float) -
     angle = columns["ankle/angle"]
     worst = int(np.argmax(np.maximum(lower - angle, angle - upper)))
     where = f" at {100.0 * columns['gait/phase'][worst]:.0f} % of the stride"
-    if built.contact is not None or not stance(columns, built.body_mass)[worst]:
-        return where
-    return f"{where}, in stance without a floor: believe swing alone, or set ground.mode=contact"
+    return where
 
 
 def _muscle_limits(
@@ -371,7 +369,7 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
             "skin-pressure",
             "{subject}: {who} must press with {pressure:.3g} kPa on the skin so as not to slide under "
             "{pull:.0f} N, more than the {worse}{limit_kind}); over {area:g} cm², at a friction of "
-            "{friction:g}{kind}{without_slap}",
+            "{friction:g}{kind}",
             subject=part,
             who=WHO[part],
             pressure=pressure,
@@ -382,16 +380,7 @@ def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[
             area=1e4 * interface.area,
             friction=interface.friction,
             kind=_kinds(interface, "area", "friction", mark=": "),
-            without_slap=_without_slap(facts, columns, part, discomfort),
         )
-
-
-def _without_slap(facts: Facts, columns: Mapping[str, np.ndarray], part: str, limit: float) -> str:
-    """A word where the limit [kPa] is kept but for a slap in stance, which no floor stops."""
-    pressure = pressure_without_slap(facts, part, columns)
-    if pressure is None or pressure > limit:
-        return ""
-    return f"; without the slap that no floor stops it is {pressure:.3g} kPa: look at the ground in contact"
 
 
 def _kinds(described: Described, *keys: str, mark: str) -> str:

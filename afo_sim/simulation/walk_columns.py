@@ -28,6 +28,7 @@ from afo_sim.model import (
     passive_along,
 )
 from afo_sim.simulation.frame import Column, Frame
+from afo_sim.simulation.free_swing import free_swing
 
 WORN = "of this outsole above the floor, were the ankle as recorded"
 LOWEST = {"toe": ("pulp", "tip"), "sole": POINTS}
@@ -119,6 +120,14 @@ class WalkFrame(Frame):
     def recorded_points(self) -> Points:
         """The same at the recorded ankle angle, the toes at rest."""
         return self.foot.outsole(self.instants(self.walk.ankle) - self.shank, self.resting)
+
+    @functools.cached_property
+    def free(self) -> "WalkFrame":
+        """The same, with the swings as they are without a floor."""
+        if self.built.contact is None:
+            return self
+        qpos = free_swing(self.built, self.rows, self.control, self.first_step)
+        return dataclasses.replace(self, rows=self.rows | {"qpos": qpos})
 
     @functools.cached_property
     def pads(self) -> np.ndarray:
@@ -254,6 +263,11 @@ def _height(what: str, f: WalkFrame, points: Points | None = None) -> np.ndarray
     return f.ankle_height + lowest
 
 
+def _free_height(what: str, f: WalkFrame) -> np.ndarray:
+    """The same, with the swings as they are without a floor."""
+    return _height(what, f.free)
+
+
 def _height_extended(f: WalkFrame, which: int) -> np.ndarray:
     """Height of the sole at the simulated pitch, were the toes to rest at another extension in swing."""
     toes = f.built.scenario.leg.toes
@@ -328,18 +342,28 @@ WALKING = (
         _column(f"{point}/height", "m", sign, functools.partial(_height, point))
         for point, sign in HEIGHTS.items()
     ),
+    *(
+        _column(
+            f"{point}/height_without_floor",
+            "m",
+            f"{sign}, with the swing as it is without a floor",
+            functools.partial(_free_height, point),
+        )
+        for point, sign in HEIGHTS.items()
+        if point != "heel"
+    ),
     _column(
         "sole/height_less_extended",
         "m",
         "the same, were the toes extended in swing by the least of swing_extension_range",
-        lambda f: _height_extended(f, 0),
+        lambda f: _height_extended(f.free, 0),
         toes=True,
     ),
     _column(
         "sole/height_more_extended",
         "m",
         "the same, were the toes extended in swing by the greatest of swing_extension_range",
-        lambda f: _height_extended(f, 1),
+        lambda f: _height_extended(f.free, 1),
         toes=True,
     ),
     _column("toe/extension", "rad", "of the toes against the foot", lambda f: f.extension, toes=True),

@@ -146,7 +146,7 @@ def test_two_walking_legs_answer_on_a_dozen_lines_and_hide_no_bad_answer(
     assert (
         code == 0 and len(short.splitlines()) <= 15
     )  # seven answers, one of two lines, and two of what they are not
-    assert "air       together:" in short and "note: no floor" in short
+    assert "air       together:" in short and "note: starts with filled" in short
     _, whole, _ = call(capsys, *words, "--numbers")
     mark = re.compile("^[✓!✗?] (GOOD|DOUBTFUL|BAD|UNKNOWN) ", re.M)
     assert mark.findall(short) == mark.findall(whole) and "BAD" in mark.findall(short)

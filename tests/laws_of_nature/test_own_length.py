@@ -28,6 +28,8 @@ def mounted(name: str, mounting: str) -> Scenario:
     """A shipped scenario on one of the mountings."""
     cable, cuff, timestep = MOUNTINGS[mounting]
     scenario = afo_sim.load("scenario", name, {"reference": None})
+    if scenario.walking:  # as the separate equations have it
+        scenario = scenario.set({"ground.mode": "recorded"})
     for muscle in scenario.orthosis.muscle:
         scenario = scenario.set({f"orthosis.muscle.{muscle}.cable": {"stiffness": cable}})
     scenario = scenario.with_values(orthosis=scenario.orthosis.with_values(anchor={}))

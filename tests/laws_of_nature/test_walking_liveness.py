@@ -76,7 +76,7 @@ OUTPUTS = {
 CHOICES = {
     "gait.cycle": ("gatk_stride1", "gait/ankle_angle"),
     "gait.settled": ("walked", "toe_clearance"),
-    "ground.mode": ("contact", "ground/force/z"),
+    "ground.mode": ("recorded", "ground/force/z"),
     "reference": ("barefoot", "reference_toe_clearance"),
 }
 # What has no meaning where toes bend, the gait drives the shank, phases switch the valves, air is let in

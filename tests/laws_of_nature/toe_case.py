@@ -1,4 +1,4 @@
-"""Cases for the foot with toes: a built scenario's stride and its outsole, computed separately."""
+"""Cases for the foot with toes under the recorded force: a scenario's stride and outsole, computed apart."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,7 @@ class Compared:
 
 def compared(scenario: str, sets: dict[str, object], strides: int) -> Compared:
     """Run a scenario, and solve the stride after so many strides from its recorded state."""
-    described = afo_sim.load("scenario", scenario).set({"reference": None} | sets)
+    described = afo_sim.load("scenario", scenario).set({"reference": None, "ground.mode": "recorded"} | sets)
     built, run = afo_sim.build(described), afo_sim.run(described)
     assert run.ok
     time, stride = run["time"], Stride.of(built).time

@@ -54,6 +54,20 @@ def test_clearance_is_the_lowest_minimum_while_the_foot_is_fast() -> None:
     assert found["swings_without_toe_event"] == 0.0
 
 
+def test_what_a_floor_catches_is_read_without_it_and_drags() -> None:
+    columns = walk_columns()
+    free = columns["sole/height"] - 0.02
+    columns |= {f"{name}/height_without_floor": free for name in ("sole", "ball", "toe")}
+    columns["gait/ground_force_z"] = columns["ground/force/z"]
+    phase = columns["gait/phase"]
+    columns["foot/toe_load"] = np.where((phase > 0.8) & (phase < 0.84), 30.0 * (phase - 0.8) / 0.04, 0.0)
+    found = values(columns)
+    assert found["toe_clearance"] == pytest.approx(values(walk_columns())["toe_clearance"] - 20.0, abs=1e-3)
+    assert found["swings_with_toe_contact"] == 100.0
+    assert found["toe_drag"] == pytest.approx(100.0 * 0.04 / (1.0 - TOE_OFF), rel=0.02)
+    assert found["toe_drag_force"] == pytest.approx(30.0, rel=0.05)
+
+
 @pytest.mark.parametrize(("place", "counts"), [(0.65, False), (0.70, True), (0.90, True), (0.95, False)])
 def test_a_dip_of_a_slow_foot_is_none(place: float, counts: bool) -> None:
     columns = walk_columns()

@@ -38,6 +38,7 @@ from afo_sim.metrics import (
 from afo_sim.metrics.air_per_stride import air_of, efficiency_metrics, sag_metrics
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
+from afo_sim.metrics.heel_contact import laid
 from afo_sim.metrics.metric import METRICS, entry, measured, reported, reporting
 from afo_sim.metrics.muscle_limits import life_metrics, muscle_metrics
 from afo_sim.metrics.skin_pressure import cuff, cuff_metrics, plate, plate_metrics
@@ -121,6 +122,7 @@ def told() -> dict[str, Metric]:
         plain[f"sole/height_{how}_extended"] = plain["sole/height"]
     columns = with_orthosis(plain, np.where(plain["gait/phase"] > 0.6, 3.0, -1.0))
     columns = {**columns, "ankle/moment/inversion": np.sin(columns["time"])}
+    columns |= {"gait/ground_force_z": columns["ground/force/z"], "foot/toe_load": columns["ground/force/z"]}
     terms = {field.name: 1.0 for field in dataclasses.fields(Energy) if field.name != "turnover"}
     balance = energy_metrics(terms, 2, 1e-4)
     walking = walk_metrics(columns, STEP, MASS).totals | settling_metrics(5, 1e-6, 1e-5)
@@ -153,10 +155,8 @@ def told() -> dict[str, Metric]:
         cuff_metrics(*pull) | plate_metrics(*pull) | muscle_metrics(shares) | life_metrics(1.0, 1e6, 2e3)
     )
     skin = Skin(pull[1], pull[2], lambda rows: rows["pull"])
-    facts = Facts(STEP, MASS, True, skins={"cuff": skin, "plate": skin})
-    slap = {"pull": np.outer([2.0, 1.0], np.ones(3)), "ground/force/z": np.array([1e3, 0.0])}
-    angles = {"ankle/angle": np.array([-0.5, 0.0]), "gait/ankle_angle": np.zeros(2)}
-    worn: Any = SimpleNamespace(facts=facts, rows=slap | angles | {"gait/phase": np.array([0.1, 0.8])})
+    facts = Facts(STEP, MASS, True, skins={"cuff": skin, "plate": skin}, laid=0.02)
+    worn: Any = SimpleNamespace(facts=facts, rows={"pull": np.outer([2.0, 1.0], np.ones(3))})
     chamber = {"mass": np.zeros(4), "pressure": np.array([0.0, 1.0, 1.0, 0.0])}
     filled = {"time": np.arange(4.0), "supply/pressure": np.ones(4)}
     filled |= {f"chamber/front/{name}": values for name, values in chamber.items()}
@@ -172,7 +172,7 @@ def told() -> dict[str, Metric]:
         **ankle_metrics(columns, STEP, 1.0),
         **balance,
         **margins,
-        **{name: measured(name, value) for name, value in (*cuff(worn), *plate(worn))},
+        **{name: measured(name, value) for name, value in (*cuff(worn), *plate(worn), *laid(worn))},
         **bottle,
         **compressor_metrics(2.0, 6.0, 3.0, 0.8, 20.0),
         **{name: measured(name, value) for name, value in fed.items()},

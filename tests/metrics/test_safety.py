@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from afo_sim.metrics import Facts, Skin, pressure_without_slap
 from afo_sim.metrics.muscle_limits import cycles, life_metrics, muscle_metrics
 from afo_sim.metrics.skin_pressure import cuff_metrics, plate_metrics
 
@@ -99,25 +98,3 @@ def test_fillings_are_counted_wherever_the_stride_begins(
 
 def test_a_chamber_that_is_never_filled_has_no_cycles() -> None:
     assert cycles(np.array([0.0, 1e-9, 0.0, 2e-9]), 1) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("phase", "ankle", "floor", "expected"),
-    [
-        (0.1, -0.2, False, 10.0),  # a slap: what is left is the pull of the other row
-        (0.1, -0.05, False, 18.0),  # about as recorded
-        (0.49, -0.2, False, 18.0),  # push-off, which a floor does not remove
-        (0.1, -0.2, True, None),
-    ],
-)
-def test_a_slap_is_left_out_where_no_floor_stops_it(
-    phase: float, ankle: float, floor: bool, expected: float | None
-) -> None:
-    skin = Skin(0.01, 0.5, lambda rows: rows["pull"])
-    force = "gait/ground_force_z" if floor else "ground/force/z"
-    rows = {"pull": np.array([[0.0, 0.0, 90.0], [0.0, 0.0, 50.0]]), force: np.array([700.0, 0.0])}
-    rows |= {"ankle/angle": np.array([ankle, 0.0]), "gait/ankle_angle": np.zeros(2)}
-    rows |= {"gait/phase": np.array([phase, 0.8])}
-    facts = Facts(1e-3, 70.0, True, skins={"cuff": skin})
-    found = pressure_without_slap(facts, "cuff", rows)
-    assert found == (None if expected is None else pytest.approx(expected))  # 50 or 90 N / 0.5 / 100 cm²

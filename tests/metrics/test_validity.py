@@ -73,7 +73,7 @@ def test_every_code_of_the_table_is_of_a_warning_that_somebody_gives() -> None:
     [
         ("walk-dropfoot-afo", {"supply.pressure": "12 bar"}, NAMES),  # the muscles burst above 4.2 bar
         ("walk-dropfoot-afo", {"supply.pressure": "4.4 bar"}, NAMES),
-        ("walk-dropfoot-afo", {"timestep": "10 ms"}, ("push_off", "skin")),
+        ("walk-dropfoot-afo", {"timestep": "5 ms"}, ("push_off", "skin")),
         ("walk-dropfoot-afo-timer", {}, NAMES),  # trips in strides 40 to 62, which 14.4 s do not show
         ("walk-dropfoot-afo", {}, ()),
     ],

@@ -141,20 +141,6 @@ def test_the_skin_is_judged_by_its_peak_and_by_what_lasts(peak: float, sustained
     assert judge(strap)["skin"].status == both
 
 
-@pytest.mark.parametrize(("landed", "status"), [(11.0, "doubtful"), (53.1, "bad")])
-def test_a_slap_that_no_floor_stops_is_not_known_to_hurt(landed: float, status: str) -> None:
-    values = {
-        "cuff_skin_pressure": 60.0,
-        "cuff_skin_pressure_without_slap": landed,
-        "cuff_skin_pressure_sustained": 4.0,
-    }
-    answer = judge(values)["skin"]
-    assert (
-        answer.status == status
-        and f"60 kPa and 4 kPa all the time ({landed:.3g} kPa without the slap" in answer.text
-    )
-
-
 @pytest.mark.parametrize(
     ("heights", "status"),
     [

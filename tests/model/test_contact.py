@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 import afo_sim
 from afo_sim.common import GRAVITY, InputError, assets
 from afo_sim.description import load
+from afo_sim.gait import file as gait_file
 from afo_sim.model import Built
 from afo_sim.model.build import build
 from afo_sim.model.contact import _toe_levers
@@ -81,8 +82,12 @@ def test_a_healthy_walkers_centre_of_pressure_is_the_recorded(
     runs: dict[str, Recording], as_recorded: dict[str, Recording]
 ) -> None:
     run, recorded = runs["healthy"], as_recorded["healthy"]
-    rows = part(run, 0.0, 1.0) & (run["gait/ground_force_z"] > 20.0)
-    assert np.abs(run["ground/position/x"] - recorded["ground/position/x"])[rows].max() < 0.002
+    rows = part(run, 0.0, 1.0) & (run["gait/ground_force_z"] > 50.0)
+    force = run["ground/force/x"][rows], run["gait/ground_force_z"][rows]
+    raised = (run["ankle/position/z"] - recorded["ankle/position/z"])[rows]
+    # the force's moment about the ankle stays, which is laid on the floor with the sole
+    place = recorded["ground/position/x"][rows] - raised * force[0] / force[1]
+    assert np.abs(run["ground/position/x"][rows] - place).max() < 0.002
 
 
 def test_what_is_missing_to_the_recording_goes_with_the_time_step(runs: dict[str, Recording]) -> None:
@@ -125,17 +130,13 @@ def test_so_does_every_other_walk(sets: dict[str, object]) -> None:
     assert lost < 0.01 * steps * run["gait/ground_force_z"].max()
 
 
-@pytest.mark.parametrize(
-    "sets", [{"gait.cycle": "bovi2011_l"}, {"gait.stride_time": "0.8 s"}, {"gait.speed": "1.7 m/s"}]
-)
-def test_a_path_that_leaves_its_force_behind_is_told_and_a_softer_pad_walks_it(
-    sets: dict[str, object],
-) -> None:
-    """Mean curves of fast walkers rise from the floor with half of the body weight still on it."""
-    run = afo_sim.run("walk-healthy", CONTACT | sets)
+def test_a_path_that_leaves_its_force_behind_is_told_and_a_softer_pad_walks_it() -> None:
+    """The foot of a fast walker leaves faster than a pad of twice the damping follows."""
+    sets: dict[str, object] = CONTACT | {"gait.cycle": "bovi2011_l", "ground.damping": "2 s/m"}
+    run = afo_sim.run("walk-healthy", sets)
     said = [re.search(r"lower ground.damping to (0\.\d\d s/m)", text) for text in run.warnings]
     (enough,) = [found.group(1) for found in said if found]
-    run = afo_sim.run("walk-healthy", CONTACT | sets | {"ground.damping": enough})
+    run = afo_sim.run("walk-healthy", sets | {"ground.damping": enough})
     assert not any("ground.damping" in text for text in run.warnings)
     rows = part(run, 0.0, 1.0)
     error = np.degrees(run["ankle/angle"] - run["gait/ankle_angle"])[rows]
@@ -165,7 +166,7 @@ def test_toe_flexors_bear_the_recorded_load_on_the_hinge(gait: str) -> None:
     lever = 0.060 * np.cos(turn) + 0.018 * np.sin(turn)
     left = (contact.flexors + contact.load[:, 2] * lever)[2:-2]
     assert np.abs(left - needed).max() < 0.02 * np.abs(needed).max()
-    assert np.abs(left).max() < 0.2  # toes are light, however they swing
+    assert np.abs(left).max() < 0.02 * np.abs(contact.flexors).max()  # toes are light, however they swing
 
 
 @pytest.mark.parametrize("gait", ["gatk_stride1", "gatk_stride2", "opensim_walk"])
@@ -209,7 +210,7 @@ def test_a_dragging_toe_bends_up(runs: dict[str, Recording]) -> None:
     departure = extension - run["gait/toe_extension"]
     points = built.foot.outsole(pitch, extension)
     height = {name: run["ankle/position/z"] + z for name, (_, z) in points.items()}
-    swing = (run["gait/stride"] == 1.0) & (run["gait/phase"] > 0.74) & (run["gait/phase"] < 0.97)
+    swing = (run["gait/stride"] == 1.0) & (run["gait/phase"] > 0.74) & (run["gait/phase"] < 0.98)
     struck = np.flatnonzero(swing & (run["ground/force/z"] > 0.0))[0]
     assert height["tip"][struck] < height["pulp"][struck] - 0.002
     assert abs(departure[struck - 1]) < math.radians(0.2)
@@ -436,12 +437,13 @@ def test_nobodys_muscles_and_a_giant_end_no_run() -> None:
         assert run["ground/force/z"].max() < 1.5 * weight
 
 
-def test_without_contact_nothing_has_changed() -> None:
+def test_contact_is_the_default_and_the_recorded_force_adds_nothing() -> None:
     sets = {"duration": "0.5 s"}
     plain = build(load("scenario", "walk-dropfoot-afo", sets))
-    told = build(load("scenario", "walk-dropfoot-afo", sets | {"ground.mode": "recorded"}))
+    told = build(load("scenario", "walk-dropfoot-afo", sets | {"ground.mode": "contact"}))
+    without = build(load("scenario", "walk-dropfoot-afo", sets | {"ground.mode": "recorded"}))
     assert plain.xml == told.xml
-    assert plain.model.nu == told.model.nu == contact_built(name="walk-dropfoot-afo").model.nu - 9
+    assert plain.model.nu == told.model.nu == without.model.nu + 9
     before, after = run_built(plain), run_built(told)
     assert list(before.columns) == list(after.columns)
     assert all(np.array_equal(before[name], after[name]) for name in before.columns)
@@ -489,15 +491,15 @@ def test_a_rigid_foot_has_its_toe_joint_in_its_pad(tmp_path: pathlib.Path) -> No
     ("name", "sets", "said"),
     [
         ("seated", {"ground.mode": "contact"}, "driven shank"),
-        ("walk-healthy", {"ground.mode": "contakt"}, "'recorded' or 'contact'"),
+        ("walk-healthy", {"ground.mode": "contakt"}, "'contact' or 'recorded'"),
         ("walk-healthy", {"ground.stifness": "50 kN/m"}, "did you mean 'stiffness'"),
         ("walk-healthy", {"ground.mode": "contact", "ground.stiffness": "50"}, "has no unit"),
         (
             "walk-healthy",
-            {"ground.mode": "contact", "timestep": "4 ms", "record_rate": "250 Hz"},
-            "at most 2",
+            {"ground.mode": "contact", "timestep": "8 ms", "record_rate": "125 Hz"},
+            "at most 6",
         ),
-        ("walk-healthy", {"ground.mode": "contact", "ground.stiffness": "900 kN/m"}, "softer"),
+        ("walk-healthy", {"timestep": "2 ms", "ground.stiffness": "900 kN/m"}, "softer"),
         ("walk-healthy", {"ground.toe_stiffness": "40 N*m/rad"}, "allowed: leg.toes.stiffness"),
     ],
 )
@@ -524,24 +526,23 @@ def test_a_sole_without_its_points_is_refused(tmp_path: pathlib.Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("damping", "stride_time", "warned"),
-    [("1 s/m", "1.2 s", False), ("2 s/m", "1.2 s", False), ("2 s/m", "0.6 s", True)],
+    ("damping", "walker", "warned"),
+    [
+        ("1 s/m", "gatk_stride1", False),
+        ("2 s/m", "gatk_stride1", False),
+        ("1 s/m", "bovi2011_m", False),
+        ("2 s/m", "bovi2011_l", True),
+    ],
 )
-def test_a_recorded_force_that_the_pads_cannot_carry_is_told(
-    damping: str, stride_time: str, warned: bool
-) -> None:
+def test_a_recorded_force_that_the_pads_cannot_carry_is_told(damping: str, walker: str, warned: bool) -> None:
     # A damping of 2 s/m lets go of a point that rises at 0.5 m/s, as the pulp does in a quick push-off.
-    sets = (
-        MEASURED
-        | {
-            "ground.mode": "contact",
-            "ground.damping": damping,
-            "duration": "1.3 s",
-            "timestep": "0.25 ms",
-        }
-        | OWN_SIZE
-    )
-    run = afo_sim.run("walk-healthy", sets | {"gait.stride_time": stride_time})
+    sets = {
+        "gait.cycle": walker,
+        "ground.damping": damping,
+        "duration": "1.3 s",
+        "timestep": "0.25 ms",
+    } | OWN_SIZE
+    run = afo_sim.run("walk-healthy", sets)
     missing = np.max(run["gait/ground_force_z"] - run["ground/force/z"]) / (75.0 * 9.80665)
     assert (missing > 0.01) == warned
     assert any("lower ground.damping" in text for text in run.warnings) == warned
@@ -554,3 +555,17 @@ def test_pads_of_the_toes_have_levers_about_their_hinge() -> None:
     hinge = 0.12 * np.cos(pitch) + 0.05 * np.sin(pitch)
     expected = np.column_stack([np.zeros((2, 2)), 0.3 - hinge, 0.4 - hinge])
     assert _toe_levers(foot, pitch, ahead) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("late", "told"), [(0.0, False), (0.03, False), (0.06, True)])
+def test_a_force_that_does_not_fit_the_path_is_told(late: float, told: bool, tmp_path: pathlib.Path) -> None:
+    """The force of a clock that is late by so many seconds."""
+    cycle = gait_file.read(assets.find_gait("gatk_stride1"))
+    then = (cycle.phase - late / cycle.stride_time) % 1.0
+    forward, upward = (np.interp(then, cycle.phase, values) for values in (cycle.grf_x, cycle.grf_z))
+    place = np.interp(then, cycle.phase, np.nan_to_num(cycle.cop_x))
+    known = np.where(np.isfinite(cycle.cop_x) | (upward > 0.1), place, np.nan)
+    file = tmp_path / "late.csv"
+    gait_file.write(file, dataclasses.replace(cycle, grf_x=forward, grf_z=upward, cop_x=known))
+    warnings = build(load("scenario", "walk-dropfoot-afo", {"gait.cycle": str(file)})).warnings
+    assert ("sole-off-floor" in {getattr(one, "code", "") for one in warnings}) == told

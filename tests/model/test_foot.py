@@ -86,7 +86,8 @@ def test_a_rigid_foot_still_walks(tmp_path: pathlib.Path) -> None:
     described = folder / "leg.toml"
     text = described.read_text(encoding="utf-8")
     described.write_text(text[: text.index("[toes]")], encoding="utf-8")
-    run = afo_sim.run("walk-healthy", {"leg": str(folder), "duration": "3 s"})
+    sets = {"leg": str(folder), "duration": "3 s", "ground.mode": "recorded"}
+    run = afo_sim.run("walk-healthy", sets)
     assert np.degrees(np.abs(run["ankle/angle"] - run["gait/ankle_angle"])).max() < 1e-6
     assert "toe/extension" not in run.columns
     assert run["toe/height"] == pytest.approx(run["gait/toe_height"], abs=1e-9)

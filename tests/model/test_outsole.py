@@ -177,7 +177,8 @@ def test_the_drawn_sole_ends_at_the_outsoles_points(name: str) -> None:
 def test_a_healthy_walker_keeps_the_recorded_sole(name: str) -> None:
     """The outsole goes as the recorded sole does: the foot in it stands steeper by the drop's angle."""
     shoe = load("shoe", name)
-    adult = {"patient.body_height": "1.75 m"}  # the leg's own
+    # the leg's own height, and the path as it was recorded
+    adult = {"patient.body_height": "1.75 m", "ground.mode": "recorded"}
     bare, shod = (afo_sim.run("walk-healthy", SHORT | adult | sets) for sets in ({}, {"shoe": name}))
     model = walker(shoe=name, **adult).full_model
     heel, ball = (model.site(f"sole_{point}").pos for point in ("heel", "ball"))

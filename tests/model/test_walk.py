@@ -19,7 +19,7 @@ from afo_sim.model.supply_and_timer import controls
 from afo_sim.model.walk import Clock, Pace
 
 STOPPED = [["0.8 s", 1.3], ["2 s", 0.0], ["3.5 s", 0.8]]
-CHANGED = {"gait.pace": STOPPED, "gait.pace_change": "0.6 s", "duration": "5 s"}
+CHANGED = {"gait.pace": STOPPED, "gait.pace_change": "0.6 s", "duration": "5 s", "ground.mode": "recorded"}
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import afo_sim
 from afo_sim.common import InputError
 from afo_sim.show import panels, run_figure, video
-from afo_sim.show.ground_force import ARROW, GroundForce
+from afo_sim.show.ground_force import ARROW
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.run_view import alone
 from afo_sim.show.walking_figure import WalkingFigure
@@ -55,15 +55,16 @@ def test_clearance_panel_draws_both_feet(bare: Recording) -> None:
     assert np.array_equal(drawn["ball"], 1e3 * bare["ball/height"])
     healthy = afo_sim.run("walk-healthy", {"duration": "4 s"})
     expected = 1e3 * healthy["toe/height"]
-    assert axis.lines[1].get_ydata() == pytest.approx(expected, abs=5.0)
-    assert np.abs(expected - drawn["toe"]).max() > 50.0  # which the drop foot's are not
+    carried = 1e3 * bare["shank/sink"]  # by the floor, where the toe drags
+    assert axis.lines[1].get_ydata() - carried == pytest.approx(expected, abs=5.0)
+    assert np.abs(expected - drawn["toe"]).max() > 20.0  # which the drop foot's are not
 
 
 def test_stance_is_shaded_where_the_ground_pushes(bare: Recording) -> None:
     axis = panel(panels.sole, bare)
     spans = [patch.get_extents().transformed(axis.transData.inverted()) for patch in axis.patches]
     assert len(spans) == len(bare.strides) >= 3  # one a stride
-    for time, force in zip(bare["time"][::50], bare["ground/force/z"][::50], strict=True):
+    for time, force in zip(bare["time"][::50], bare["gait/ground_force_z"][::50], strict=True):
         assert any(span.x0 <= time < span.x1 for span in spans) == (force > STANDING)
 
 
@@ -139,14 +140,14 @@ def rows_of(mask: np.ndarray) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_film_keeps_up_with_the_leg_and_shows_the_ground_force(bare: Recording, helped: Recording) -> None:
-    """The arrow is pale at the end of push-off, where the sole is above the floor, and away in swing."""
+    """The arrow is short at the end of push-off, and away in swing."""
     if reason := opengl_missing():
         pytest.skip(reason)
     for run in (bare, helped):
         with video.Painter(run, 640, 480, WalkingFigure.of(alone(run)), "who") as painter:
             stance, late, swing = (painter.picture(phase)[60:-60].copy() for phase in (0.4, 0.61, 0.8))
         assert green(stance).sum() > 200
-        assert 20 < greenness(late).max() < 0.7 * greenness(stance).max()
+        assert 0 < green(late).sum() < green(stance).sum() / 2
         assert green(swing).sum() < green(stance).sum() / 4  # the line of the toes' height
         for picture in (stance, late, swing):
             assert skin(picture).sum() > 1000
@@ -165,26 +166,6 @@ def test_films_arrow_is_to_scale_and_stands_where_the_sole_does(bare: Recording)
     length = ARROW * float(figure.stride.at("ground/force/z", 0.3)) / (68.5 * 9.80665)
     assert np.ptp(arrow) / metre == pytest.approx(length, rel=0.03)
     assert abs(arrow[-1] - foot[-1]) / metre < 0.005
-
-
-def test_force_is_borne_where_the_sole_is_at_the_floor(bare: Recording) -> None:
-    """The recorded ankle path lifts the sole before the recorded force ends, and a slap sinks it."""
-    view = alone(bare)
-    stride = view.strides[-1]
-    force = GroundForce.of(stride.__getitem__, bare.columns, view.body_mass)
-    assert np.array_equal(force.borne, np.abs(stride["sole/height"]) <= 0.008)
-    assert np.array_equal(force.start[:, 2], np.zeros(len(stride.phase)))
-    flat = (stride.phase > 0.2) & (stride.phase < 0.58)
-    assert force.borne[flat].all()
-    assert force.stands[flat].all()
-    late = force.stands & (stride.phase > 0.6)
-    assert late.any()
-    assert not force.borne[late].any()
-    row = int(np.flatnonzero(late)[-1])
-    assert (
-        force.words[row] == f"recorded force; sole {1e3 * stride['sole/height'][row]:.0f} mm above the floor"
-    )
-    assert {force.words[row] for row in np.flatnonzero(flat | ~force.stands)} == {""}
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")

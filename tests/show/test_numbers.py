@@ -48,19 +48,6 @@ def test_one_walked_stride_tells_no_change_and_a_solved_one_needs_none() -> None
     assert "settled" in told({**counted, "strides_solved": Metric(4.0, "")}, 3)
 
 
-def test_a_foot_that_slaps_through_the_floor_is_told_with_what_catches_it() -> None:
-    """Healthy feet come down at some 90 deg/s; where the floor catches the foot there is nothing to say."""
-    walk = afo_sim.load("scenario", "walk-dropfoot")
-    on_a_floor = walk.set({"ground.mode": "contact"}).resolved()
-    for speed, scenario, said in (
-        (90.0, walk.resolved(), False),
-        (465.0, walk.resolved(), True),
-        (465.0, on_a_floor, False),
-    ):
-        notes = doubts(scenario, {"foot_slap_velocity": Metric(speed, "deg/s")}, {})
-        assert any("ground.mode=contact" in note for note in notes) == said
-
-
 def test_what_is_mirrored_is_told() -> None:
     walk = afo_sim.load("scenario", "walk-dropfoot-afo")
     both = "the left leg is simulated: leg file and orthosis of the right one are mirrored"

@@ -125,17 +125,6 @@ def test_arrow_is_the_ground_force_at_the_centre_of_pressure(file: pathlib.Path,
         assert origins[k][0] == pytest.approx([rows["ground/position/x"][k], SIDE, 0.0], abs=1e-6)
 
 
-def test_force_is_called_recorded_where_the_sole_is_not_at_the_floor(
-    file: pathlib.Path, bare: Recording
-) -> None:
-    time, labels = lists(file, "/world/carriage/caption", "Points3D:labels")
-    rows = rows_of(bare, time)
-    away = (np.abs(rows["sole/height"]) > 0.008) & (rows["ground/force/z"] > STANDING)
-    told = ["recorded force; sole " in label[0] for label in labels]
-    assert told == away.tolist()
-    assert 0.1 < away.mean() < 0.3  # the slap, and the end of push-off
-
-
 def test_whole_figure_is_the_one_that_films_draw(file: pathlib.Path, bare: Recording) -> None:
     """Each capsule begins and ends where the film's does."""
     figure = WalkingFigure.of(alone(bare))
@@ -162,8 +151,10 @@ def test_trails_end_at_the_points_and_are_red_below_the_floor(file: pathlib.Path
         assert ends[:, 1, 2] == pytest.approx(rows[f"{point}/height"], abs=1e-6)
         assert np.array_equal(ends[1:, 0], ends[:-1, 1])  # without a gap
         red = colours[:, 0] == int.from_bytes(bytes([*SUNK, 255]), "big")
-        assert np.array_equal(red, (rows["ground/force/z"] <= STANDING) & (rows[f"{point}/height"] < 0.0))
-        assert red.sum() > 20
+        assert np.array_equal(
+            red, (rows["gait/ground_force_z"] <= STANDING) & (rows[f"{point}/height"] < 0.0)
+        )
+        assert red.any() or point == "ball"  # the toe presses into the floor by a millimetre where it drags
 
 
 def floor_height(file: pathlib.Path) -> float:
@@ -197,7 +188,7 @@ def test_what_is_drawn_has_the_heights_of_the_outsole(folders: list[pathlib.Path
     data = mujoco.MjData(model)
     bent = 0.0
     for k in range(0, len(run["time"]), 97):
-        for joint in ("shank_x", "shank_z", "shank_angle", "ankle", "toe"):
+        for joint in ("shank_x", "shank_z", "sink", "shank_angle", "ankle", "toe"):
             data.joint(joint).qpos[0] = run[f"qpos/{joint}"][k]
         mujoco.mj_kinematics(model, data)
         plate, toe = underside(model, data, "plate_sole"), underside(model, data, "shoe_tip")
@@ -242,7 +233,7 @@ def test_clearance_is_the_runs_and_the_healthy_foots(file: pathlib.Path, bare: R
     model = mujoco.MjModel.from_xml_string(bare.model_xml)
     data = mujoco.MjData(model)
     for k in range(0, 3000, 250):
-        for joint in ("shank_x", "shank_z", "shank_angle"):
+        for joint in ("shank_x", "shank_z", "sink", "shank_angle"):
             data.joint(joint).qpos[0] = bare[f"qpos/{joint}"][k]
         data.joint("ankle").qpos[0] = bare["gait/ankle_angle"][k]
         data.joint("toe").qpos[0] = bare["gait/toe_extension"][k]
@@ -258,7 +249,7 @@ def test_clearance_is_the_runs_and_the_healthy_foots(file: pathlib.Path, bare: R
 
 def test_lanes_are_stance_and_strides(file: pathlib.Path, bare: Recording) -> None:
     time, support = read(file, "/gait/support", "StateChange:state")
-    stands = bare["ground/force/z"] > STANDING
+    stands = bare["gait/ground_force_z"] > STANDING
     changes = np.r_[0, np.flatnonzero(stands[1:] != stands[:-1]) + 1]
     assert np.array_equal(time, nanoseconds(bare, changes))
     assert support[:, 0].tolist() == ["stance" if stands[k] else "swing" for k in changes]

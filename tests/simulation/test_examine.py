@@ -17,12 +17,15 @@ from afo_sim.simulation.examine import examine
 from afo_sim.simulation.settle import settle
 
 BEGUN = {"time", "gait/phase", "gait/stride"}  # that there are rows, and where strides begin
-STANCE = BEGUN | {"ground/force/z"}
+STANCE = BEGUN | {"gait/ground_force_z"}
 TORQUE = {"ankle/moment/orthosis", "gait/needed_moment", "shank/angle"}  # the shank ends the first swing
-SWING = {"ball/height", "toe/height", "ankle/position/x", "shank/angle"} | {
-    f"{whose}_height" for whose in ("gait/sole", "gait/ball")
-}
-EXTENDED = {f"sole/height{how}" for how in ("", "_less_extended", "_more_extended")}
+FREE = {f"{point}/height_without_floor" for point in ("sole", "ball", "toe")}
+SWING = (
+    FREE
+    | {"foot/toe_load", "ankle/position/x", "shank/angle"}
+    | {f"{whose}_height" for whose in ("gait/sole", "gait/ball")}
+)
+EXTENDED = {f"sole/height{how}" for how in ("_less_extended", "_more_extended")}
 AIR = {"supply/mass_flow"} | {
     f"{what}/dorsiflexor{of}" for what, of in (("chamber", "/pressure"), ("valve", "_inlet/mass_flow"))
 }

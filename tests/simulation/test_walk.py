@@ -17,8 +17,9 @@ from afo_sim.model.muscle_weakness import needed_moment
 from afo_sim.simulation import Recording
 
 HALF_STEP = {"timestep": "0.5 ms"}  # of the shipped scenario's
-# one recorded walker at the leg's own size, whatever the scenarios walk with
+# one recorded walker at the leg's own size, whatever the scenarios walk with, under the recorded force
 WALKER = {
+    "ground.mode": "recorded",
     "gait.cycle": "gatk_stride1",
     "patient.body_mass": "75 kg",
     "patient.body_height": "1.78 m",  # the trial's

@@ -89,7 +89,7 @@ def test_a_solved_row_is_what_run_and_replay_say(rows: pathlib.Path) -> None:
 
 def test_python_callbacks_solve_what_native_ones_do() -> None:
     """In few steps; the same arithmetic, but for what compiling contracts."""
-    sets = {"timestep": "10 ms", "duration": "2.6 s"}
+    sets = {"timestep": "5 ms", "duration": "2.6 s"}
     native, python = (
         dict(engine.outcomes("walk-dropfoot-afo", [(0, sets | {"callback": mode})]))[0]
         for mode in ("native", "python")

@@ -98,9 +98,6 @@ def _refuse_commanders(scenario: Scenario) -> None:
     if scenario.gait is not None and scenario.gait.pace:
         problem = "stands in the task's way: who stops swings no more, and the reward counts swings"
         raise InputError(problem, field="gait.pace", allowed="none; gait.speed for another pace")
-    if scenario.ground is not None and scenario.ground.mode == "contact":
-        problem = "is another floor than the switches and the reward are read from"
-        raise InputError(problem, field="ground.mode", value="contact", allowed="recorded")
     if scenario.drive:
         problem = "would have no effect: an action switches the valves"
         raise InputError(problem, field="drive", value=", ".join(scenario.drive), allowed="none")

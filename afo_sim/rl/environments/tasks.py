@@ -90,7 +90,14 @@ DROPFOOT_WALK = Task(
     name="dropfoot_walk",
     title="walking with a drop foot on S1's orthosis: what the verdict asks",
     scenario="walk-dropfoot-afo",
-    sets={"duration": "18 s", "timestep": "2 ms", "gait.settled": "walked", "start": None, "reference": None},
+    sets={
+        "duration": "18 s",
+        "timestep": "2 ms",
+        "gait.settled": "walked",
+        "start": None,
+        "reference": None,
+        "ground.mode": "recorded",  # switches are read from that force; a floor would hide what is earned
+    },
     period=0.01,
     duration=18.0,
     observed=(

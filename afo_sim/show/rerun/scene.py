@@ -12,7 +12,6 @@ from afo_sim.description import MuscleGroup
 from afo_sim.metrics import stance_force
 from afo_sim.model import ANKLE, muscle_names, path_points
 from afo_sim.show.ground_force import COLUMNS as FORCE
-from afo_sim.show.ground_force import LOWEST
 from afo_sim.show.moving_parts import Mountings, joint_columns, padded
 from afo_sim.show.rerun.muscle_shapes import DrawnMuscle
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send
@@ -46,7 +45,6 @@ _WALKING = (  # columns that walking is shown by, as far as a run has them
     *(f"ankle/position/{x}" for x in "xz"),
     *FORCE,
     "gait/toe_extension",
-    LOWEST,
 )
 
 

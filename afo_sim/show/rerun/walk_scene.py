@@ -27,7 +27,7 @@ from afo_sim.show.walking_figure import RADII, Limbs, capsules
 CARRIAGE = "world/carriage"
 _TRAILS = {point: own for point, (own, _) in SOLE.items()}  # points of the sole, in their plot's colours
 SUNK = [255, 40, 40]  # where a point is below the floor in swing
-_BORNE, _PALE = [110, 235, 120], [165, 190, 168]  # of a force at the drawn sole, and of one that is not
+_FORCE = [110, 235, 120]
 _GHOST_COLOUR = [150, 205, 255, 90]
 _LIMB_COLOUR = [160, 165, 175, 110]
 _FAR = 0.4  # far side of the walkway [m]
@@ -130,9 +130,8 @@ class Walker:
         if self.first:
             moved = rr.Transform3D.columns(translation=places.astype(np.float32))
             send(stream, CARRIAGE, block, moved)
-            force = GroundForce.of(block.__getitem__, self.source.columns, self.source.body_mass)
-            self._log_caption(stream, block, force)
-            self._log_force(stream, block, force)
+            self._log_caption(stream, block)
+            self._log_force(stream, block)
             self._log_ghost(stream, block)
             self._log_figure(stream, block)
         if self.view.root.startswith(CARRIAGE):
@@ -140,25 +139,22 @@ class Walker:
             send(stream, self.view.root, block, moved)
         self._log_trails(stream, block)
 
-    def _log_caption(self, stream: rr.RecordingStream, block: Columns, force: GroundForce) -> None:
-        """Stride and phase in words, and of a force away from the sole how far."""
+    def _log_caption(self, stream: rr.RecordingStream, block: Columns) -> None:
+        """Stride and phase in words."""
         starts, names = zip(*_PHASES, strict=True)
         which = np.searchsorted(starts, block["gait/phase"], side="right") - 1
-        rows = zip(block["gait/stride"], block["gait/phase"], which, force.words, strict=True)
-        texts = [
-            f"stride {stride + 1:.0f} · {100.0 * phase:.0f} % · {words or names[k]}"
-            for stride, phase, k, words in rows
-        ]
+        rows = zip(block["gait/stride"], block["gait/phase"], which, strict=True)
+        texts = [f"stride {stride + 1:.0f} · {100.0 * phase:.0f} % · {names[k]}" for stride, phase, k in rows]
         send(stream, f"{CARRIAGE}/caption", block, rr.Points3D.columns(labels=texts))
 
-    def _log_force(self, stream: rr.RecordingStream, block: Columns, force: GroundForce) -> None:
-        """The ground's force at the centre of pressure; nothing in swing."""
+    def _log_force(self, stream: rr.RecordingStream, block: Columns) -> None:
+        """The ground's force at the centre of pressure; nothing in the air."""
+        force = GroundForce.of(block.__getitem__, self.source.body_mass)
         stands = force.stands
-        borne = force.borne[stands, None]
         arrow = rr.Arrows3D.columns(
             vectors=force.vector[stands].astype(np.float32),
             origins=force.start[stands].astype(np.float32),
-            colors=np.where(borne, [_BORNE], [_PALE]).astype(np.uint8),
+            colors=np.full((stands.sum(), 3), _FORCE, np.uint8),
         )
         send(stream, f"{self.view.root}/ground_force", block, arrow.partition(stands.astype(int)))
 

@@ -47,15 +47,11 @@ _JUDGED = (  # metrics that the other answers of a verdict are made of
     "strides_per_bottle",
     "compressor_duty",
     "source_share",
-    *(
-        f"{part}_skin_pressure{of}"
-        for part in ("cuff", "plate")
-        for of in ("", "_sustained", "_without_slap")
-    ),
+    *(f"{part}_skin_pressure{of}" for part in ("cuff", "plate") for of in ("", "_sustained")),
 )
 _HEIGHTS = (_CLEARANCE, "ball_clearance")  # metrics [mm] to which a drawn height is added …
-_HIGH = ("sole/height", "ball/height", "toe/height")  # … and columns [m]
-_FOREFOOT = ("ball/height", "toe/height")
+_HIGH = tuple(f"{name}/height_without_floor" for name in ("sole", "ball", "toe"))  # … and columns [m]
+_FOREFOOT = _HIGH[1:]
 _CURVES = ("ankle/angle", *_HIGH, ORTHOSIS)
 
 
