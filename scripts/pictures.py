@@ -7,6 +7,8 @@ ledger   predicted over measured, with bands, of the ledger's devices: docs/ledg
 muscles  force over contraction of the fluidic muscles of 10, 20 and 40 mm, with their limits
 runs     the seated scenarios and the arms, as the viewer shows them, and their figures; needs what
          `afo-sim view --screenshot` needs
+walks    the README's film and a still of it, the report's figures of four walkers, where clearance is
+         taken, how the foot lands, and the viewer's moments; needs what `runs` needs, and OpenGL
 wiring   the wiring of an exported board
 """
 
@@ -26,8 +28,11 @@ import afo_sim
 from afo_sim.common import STANDARD_DENSITY
 from afo_sim.description import Muscle
 from afo_sim.lab.ledger import VERDICTS, LedgerRow, ledger
-from afo_sim.show import BLUE, GREY, RED, RUN_STYLES, RUNS, write_figure
-from afo_sim.show.rerun import screenshot
+from afo_sim.show import BLUE, GREY, RED, RUN_STYLES, RUNS, RunView, panels, report_figures, write_figure
+from afo_sim.show.rerun import screenshot, write_comparison
+from afo_sim.show.run_view import alone
+from afo_sim.show.video import Painter
+from afo_sim.show.walking_figure import WalkingFigure, draw_figure, reference_view
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 MODELS = ROOT / "models"
@@ -221,6 +226,127 @@ def runs() -> None:
         save(picture, MODELS / f"{title}.png")
 
 
+WALKS = {"healthy": "healthy", "dropfoot": "drop foot", "dropfoot-afo": "with S1's orthosis"}
+WALKS |= {"dropfoot-afo-short": "on shorter links"}
+FILM = {"without": "in a trainer, without the device", "with": "with S1's device"}
+STILLS, MOMENTS = (0.58, 0.83), (0.05, 0.3, 0.55, 0.83)  # of the stride [-]
+
+
+def film(figures: dict[str, WalkingFigure], place: pathlib.Path) -> None:
+    """The settled stride of each, beside one another, slowly."""
+    frames = []
+    for phase in np.arange(96) / 96.0:
+        figure, axes = plt.subplots(1, 2, figsize=(8.0, 5.0))
+        for axis, (title, walker) in zip(axes, figures.items(), strict=True):
+            draw_figure(axis, walker, float(phase))
+            axis.set_title(title, weight="bold", fontsize=13.0)
+        figure.subplots_adjust(0.0, 0.0, 1.0, 0.93, 0.0)
+        figure.canvas.draw()
+        frames.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()).quantize(20))
+        plt.close(figure)
+    frames[0].save(place, save_all=True, append_images=frames[1:], duration=80, loop=0, optimize=True)
+
+
+def still(views: dict[str, RunView]) -> Image.Image:
+    """The film's pictures at push-off and in mid-swing."""
+    row = Image.new("RGB", (1280, 360))
+    for number, (phase, (title, view)) in enumerate(itertools.product(STILLS, views.items())):
+        with Painter(view.recording, 320, 360, WalkingFigure.of(view), title) as painter:
+            row.paste(Image.fromarray(painter.picture(phase)), (320 * number, 0))
+    return row
+
+
+def fill_clearance(view: RunView, figure: Any) -> None:
+    """Heights of the outsole's points in swing, and where the lowest of them counts."""
+    axis, stride, found = figure.subplots(), view.strides[-1], view.recording.metrics
+    percent = 100.0 * stride.phase
+    for name, label, colour in (("heel/height", "heel", BLUE), ("ball/height", "ball", "#F57C1F")):
+        axis.plot(percent, 1e3 * stride[name], color=colour, label=label)
+    axis.plot(percent, 1e3 * stride["toe/height"], color="#C44FC4", label="toe: the lower of pulp and tip")
+    axis.plot(percent, 1e3 * stride["sole/height_without_floor"], "k", lw=2.2, label="lowest of the outsole")
+    counts = 100.0 * stride.phase[stride.fast & stride.passing][[0, -1]]
+    axis.axvspan(*counts, color="#D6EBFC", lw=0.0, label="where the minimum counts")
+    height, when = found["toe_clearance"], found["toe_clearance_phase"]
+    axis.plot(when, height, "o", color=RED, label=f"toe clearance {height:.1f} mm")
+    for at, what in ((100.0 * stride.toe_off, "toe-off"), (100.0 * stride.upright, "shank upright")):
+        axis.axvline(at, color=GREY, lw=0.8, ls=":")
+        axis.annotate(what, (at, -18.0), xytext=(4.0, 0.0), textcoords="offset points")
+    axis.axhline(0.0, color=GREY, lw=0.8)
+    axis.set(xlim=(55, 100), ylim=(-25, 150), xlabel="gait cycle [%]", ylabel="above the floor [mm]")
+    figure.legend(loc="outside upper center", ncols=3)
+
+
+def fill_landing(views: dict[str, RunView], figure: Any) -> None:
+    """Pitch of the outsole and plantarflexion velocity in the first fifth of the stride."""
+    axes = figure.subplots(1, 2)
+    for (label, view), colour in zip(views.items(), (RED, BLUE), strict=True):
+        stride = view.strides[-1]
+        for axis, values in zip(axes, (stride["sole/pitch"], -stride["ankle/velocity"]), strict=True):
+            axis.plot(100.0 * stride.phase, np.degrees(values), color=colour, label=label)
+    for limit, what, side in ((8.0, "heel from here on", "bottom"), (-1.6, "forefoot below", "top")):
+        axes[0].axhline(limit, color=GREY, lw=0.8, ls="--")
+        axes[0].text(19.5, limit, what, ha="right", va=side, color=GREY)
+    axes[0].set_ylim(-8.0, 20.0)
+    axes[0].set_ylabel("outsole to the floor [deg], toe up +")
+    axes[1].set_ylabel("plantarflexion velocity [deg/s]")
+    axes[1].axvspan(0.0, 12.0, color="#D6EBFC", lw=0.0, zorder=0)
+    for axis in axes:
+        axis.set(xlim=(0, 20), xlabel="gait cycle [%]")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+
+
+def viewed(made: dict[str, afo_sim.Recording]) -> None:
+    """The viewer's walking leg of three walks at MOMENTS, and two of them beside one another."""
+    kept = Image.new("RGB", (404 * len(MOMENTS), 320 * 3))
+    with tempfile.TemporaryDirectory() as name:
+        walked = [made[walk].save(pathlib.Path(name) / walk) for walk in tuple(WALKS)[1:]]
+        for row, (folder, walk) in enumerate(zip(walked, tuple(WALKS)[1:], strict=True)):
+            stride = alone(made[walk]).strides[-1]
+            # without valves the leg has more of the viewer
+            box = (150, 65, 680, 485) if made[walk].scenario["orthosis"]["muscle"] else (20, 80, 777, 680)
+            for column, phase in enumerate(MOMENTS):
+                whole = taken(folder, float(stride.at("time", phase)), (1600, 900))
+                kept.paste(whole.crop(box).resize((404, 320)), (404 * column, 320 * row))
+        write_comparison([walked[2], walked[0]], pathlib.Path(name) / "recording.rrd")
+        at = float(alone(made["dropfoot-afo-short"]).whole_strides[5].at("time", 0.8))
+        save(taken(pathlib.Path(name), at, (1200, 675)), PICTURES / "walk-compared.png")
+    save(kept, PICTURES / "walk-moments.png")
+
+
+def fill_report(views: list[RunView], figure: Any) -> None:
+    """Clearance and angle, moment and ball of several walks."""
+    above, below = figure.subfigures(2, 2)
+    report_figures.draw_walk(above, views)
+    report_figures.draw_moment(below, views)
+    axes = [axis for part in (*above, *below) for axis in part.axes]
+    found = panels.keys(axes)
+    figure.legend(found.values(), found.keys(), loc="outside upper center", ncols=3)
+
+
+def walks() -> None:
+    """Walk, and take the pictures."""
+    made = {name: afo_sim.run(f"walk-{name}") for name in WALKS}
+    viewed(made)
+    views = [RunView(WALKS[name], RUNS[k], run, RUN_STYLES[k]) for k, (name, run) in enumerate(made.items())]
+    bare, worn = reference_view(made["dropfoot-afo"], "without", RED), alone(made["dropfoot-afo"])
+    assert bare is not None
+    beside = dict(zip(FILM.values(), (bare, worn), strict=True))
+    film({title: WalkingFigure.of(view) for title, view in beside.items()}, ROOT / "docs/drop_foot.gif")
+    keep(PICTURES / "film.png", lambda path: still(beside).save(path))
+    keep(
+        PICTURES / "report.png", lambda path: write_figure(path, (7.4, 6.8), lambda f: fill_report(views, f))
+    )
+    keep(
+        PICTURES / "metrics-clearance.png",
+        lambda path: write_figure(path, (7.0, 4.0), lambda f: fill_clearance(worn, f)),
+    )
+    landings = {"drop foot": bare, "with the orthosis": worn}
+    keep(
+        PICTURES / "metrics-contact.png",
+        lambda path: write_figure(path, (7.0, 2.9), lambda f: fill_landing(landings, f)),
+    )
+
+
 def box(axes: Any, x: float, y: float, width: float, height: float, text: str, colour: str = "white") -> None:
     axes.add_patch(plt.Rectangle((x, y), width, height, facecolor=colour, edgecolor="black"))
     axes.text(x + width / 2, y + height / 2, text, ha="center", va="center", fontsize=8)
@@ -318,7 +444,8 @@ def draw_ledgers() -> None:
     )
 
 
-PARTS = {"drives": drives, "ledger": draw_ledgers, "muscles": muscles, "runs": runs, "wiring": wiring}
+PARTS = {"drives": drives, "ledger": draw_ledgers, "muscles": muscles, "runs": runs, "walks": walks}
+PARTS["wiring"] = wiring
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
