@@ -400,10 +400,10 @@ def _skin(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
         if most <= 0.0:
             continue
         peak, always = (f"{value:.3g} kPa" for value in (most, lasting))
-        beside = f"at most {peak} and " if lasting < _AS_MUCH * most else ""
-        always = always if beside else peak
-        parts.append(f"the {name} presses on it with {beside}{always} all the time")
-        short.append(f"{name} {peak}" + (f", always {always}" if beside else ""))
+        steady = lasting >= _AS_MUCH * most
+        presses = peak if steady else f"at most {peak} and {always}"
+        parts.append(f"the {name} presses on it with {presses} all the time")
+        short.append(f"{name} {peak}" + ("" if steady else f", always {always}"))
     if not statuses:
         return unknown(SKIN, "no cuff and no strap is described", limit)
     text = f"To hold by friction (assumed), {listed(parts)}." if parts else "Nothing presses on it."

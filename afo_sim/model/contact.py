@@ -43,7 +43,7 @@ RAMP = 0.02  # time in which the floor passes from its own height to the recorde
 NEAR, FAR = 0.003, 0.010  # height from which on a pad bears less, and from which on nothing [m]
 NOTICED = 0.01  # lost force from which on a warning says so [body weights]
 FASTEST = 0.1  # least share that the recorded velocity may leave of a pad's force [-]
-PAD_LIMIT = 8.0  # of (rate × time step)² of the pads under a foot with toes held; of errors
+PAD_LIMIT = 8.0  # greatest (natural frequency × time step)² of a foot on its pads; by error of steps [-]
 TOE_JOINT = 25.0  # of a leg without toes, as PredSim's [N·m/rad]
 
 

@@ -11,7 +11,6 @@ phase φ, its rate and its second derivative are continuous, and so is the shank
 """
 
 import copy
-import dataclasses
 import functools
 from dataclasses import dataclass
 from itertools import pairwise
@@ -225,8 +224,9 @@ def lay_out(scenario: Scenario, foot: Foot) -> Walk:
     assert scenario.gait is not None
     gait = scenario.gait.model_copy(update={"ankle_offset": scenario.gait.ankle_offset + foot.level})
     resting = None if scenario.leg.toes is None else Resting.of(scenario)
-    stands = _Stands.of(scenario, foot, gait.ankle_offset, resting)
-    walk = _laid_out(persons_stride(scenario), gait, stands, scenario.timestep, scenario.n_step)
+    stands = _Stands.of(scenario, foot, gait.ankle_offset)
+    laid = (foot.shape, resting) if in_contact(scenario) else None
+    walk = _laid_out(persons_stride(scenario), gait, stands, laid, scenario.timestep, scenario.n_step)
     return walk if resting is None else bent(walk, resting)
 
 
@@ -237,16 +237,14 @@ class _Stands:
     outsole : points at a recorded pitch of 0 [m]
     stack : thickness of what is worn under the ankle [m]
     sole_thickness : of what the recorded walker wore, at the person's size [m]; None as the recording says
-    on_floor : the foot that is laid on a floor in stance, and where its toes rest; None where none is
     """
 
     outsole: tuple[Point, ...]
     stack: float
     sole_thickness: float | None
-    on_floor: tuple[Foot, Resting | None] | None
 
     @classmethod
-    def of(cls, scenario: Scenario, foot: Foot, offset: float, resting: Resting | None) -> "_Stands":
+    def of(cls, scenario: Scenario, foot: Foot, offset: float) -> "_Stands":
         """Points that are rigid, unlike toes; `offset` is added to the recorded ankle angle [rad]."""
         assert scenario.gait is not None
         names = [name for name in foot.points if foot.toes is None or name not in TOE_POINTS]
@@ -264,7 +262,6 @@ class _Stands:
             tuple((float(x), float(z)) for x, z in points),
             stack,
             None if sole is None else sole * taller_than_recorded(scenario),
-            (foot.shape, resting) if in_contact(scenario) else None,
         )
 
 
@@ -303,10 +300,18 @@ def _sampled(
 
 
 @functools.lru_cache(maxsize=4)  # a design has a coarse, a fine and a first walk
-def _laid_out(stride: GaitCycle, gait: Gait, stands: _Stands, timestep: float, n_step: int) -> Walk:
-    fitted = placed = _fitted(stride, dataclasses.replace(stands, on_floor=None))
-    if stands.on_floor is not None:
-        placed = _laid(fitted, *stands.on_floor, gait.ankle_offset)
+def _laid_out(
+    stride: GaitCycle,
+    gait: Gait,
+    stands: _Stands,
+    laid: tuple[Foot, Resting | None] | None,
+    timestep: float,
+    n_step: int,
+) -> Walk:
+    """A sampled walk; `laid` is the foot whose sole is laid on the floor, and where its toes rest."""
+    fitted = placed = _fitted(stride, stands)
+    if laid is not None:
+        placed = _laid(fitted, *laid, gait.ankle_offset)
     cycle, shift = placed.cycle, (placed.along, placed.vertical)
     as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
     phase, signals, wave = _sampled(stride, as_recorded, timestep, n_step)

@@ -227,13 +227,12 @@ def limit_warnings(
 
 
 def _where_stopped(built: Built, columns: Columns, lower: float, upper: float) -> str:
-    """Where in the stride a walker's ankle is farthest beyond its stops, and what to believe then."""
+    """Where in the stride a walker's ankle is farthest beyond its stops."""
     if built.walk is None:
         return ""
     angle = columns["ankle/angle"]
     worst = int(np.argmax(np.maximum(lower - angle, angle - upper)))
-    where = f" at {100.0 * columns['gait/phase'][worst]:.0f} % of the stride"
-    return where
+    return f" at {100.0 * columns['gait/phase'][worst]:.0f} % of the stride"
 
 
 def _muscle_limits(
