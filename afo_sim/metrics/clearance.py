@@ -56,7 +56,7 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
     ),
     ("swings_with_ball_contact", "percent", "Swings in which the ball touches the floor", PASSING),
     ("toe_drag", "percent", "Share of the swing in which the floor carries the forefoot", PASSING),
-    ("toe_drag_force", "N", "Force of the floor on a swinging forefoot, peak", PASSING),
+    ("toe_drag_force", "N", "Mean force of the floor on a forefoot that drags", PASSING),
     of=Of.STRIDE,
 )
 def clearances(stride: Stride) -> Found:
@@ -112,7 +112,8 @@ def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
     if RECORDED_FORCE in stride.columns:
         load = stride["foot/toe_load"] * stride.passing
         yield "toe_drag", 100.0 * float((load > 0.0).sum()) / float(stride.swing.sum())
-        yield "toe_drag_force", float(load.max())
+        # the mean: its peak is a touch of few steps, 17 % too great at 1 ms and twice as great at 4 ms
+        yield "toe_drag_force", float(load.sum()) / max(int((load > 0.0).sum()), 1)
     yield "swings_with_ball_contact", 100.0 * bool((ball <= under - SAME * (under < 0.0)).any())
 
 
