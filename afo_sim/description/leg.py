@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from afo_sim.description.attachment import Side
 from afo_sim.description.joint import JOINTS, JointName, a_joint
-from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Described, Named, Quantity, refusal
 
 _Extension = Annotated[float, Quantity("rad", at_least=-0.35, at_most=0.79)]
 
@@ -59,7 +59,7 @@ def _tissue(table: dict[str, Any]) -> PassiveAnkle:
     return PassiveAnkle(scale=1.0 if table.get("joint") == "ankle" else 0.0)
 
 
-class Leg(Described):
+class Leg(Named):
     """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle.
 
     `friction` (Coulomb's, about the ankle) and `inertia` (about the ankle; what else turns with the foot)
@@ -68,10 +68,6 @@ class Leg(Described):
     as `proximal`, `distal` and `hinge`. Stops and spring of the joint are those of the file.
     """
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     file: pathlib.Path
     """MJCF or URDF file of the leg."""
     joint: JointName = "ankle"
@@ -146,13 +142,9 @@ class Outsole(Described):
     """Stiffness that it adds to the toes' hinge, about its own shape."""
 
 
-class Shoe(Outsole):
+class Shoe(Named, Outsole):
     """A shoe: its outsole and its mass."""
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     mass: Annotated[float, Quantity("kg", at_least=0.0, at_most=5.0)]
     """Mass of one shoe of a person as heavy as the leg's; a heavier one wears a heavier shoe."""
     centre: tuple[

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 from afo_sim.common import format_quantity, nearest_name, parse_quantity, unknown
 from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
-from afo_sim.description.quantity import Described, Quantity, amount, refusal, refuse_all, split_sources
+from afo_sim.description.quantity import Described, Named, Quantity, amount, refusal, refuse_all, split_sources
 from afo_sim.description.rest_curves import RestCurves, at_rest
 from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter, LawVolume, law_volume, returning
 
@@ -126,7 +126,7 @@ class ThreeElementDamper(Described):
         return (*self.contracting, self.switch_pressure, *self.relaxing, *above)
 
 
-class Muscle(Described, RestCurves, Draws):
+class Muscle(Named, RestCurves, Draws):
     """A pneumatic artificial muscle: braid, law, friction, damper, limits.
 
     `laws` holds the parameters of every law that is known for it; `law` says which one is used; so do
@@ -141,10 +141,6 @@ class Muscle(Described, RestCurves, Draws):
     (0.3, 600000.0)
     """
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     grade: Literal["A", "B", "C", "D"] = "D"
     """Quality of the numbers: A is measured on this muscle, D is a guess."""
     law: str

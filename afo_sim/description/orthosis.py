@@ -35,7 +35,7 @@ from afo_sim.description.attachment import (
 from afo_sim.description.joint import JOINTS, Joint, JointName, a_joint
 from afo_sim.description.leg import Outsole
 from afo_sim.description.muscle import Distance, Muscle
-from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Described, Named, Quantity, refusal
 
 _Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 _Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
@@ -245,17 +245,13 @@ class MuscleGroup(Described):
         return tuple(middle + (k - 0.5 * (self.count - 1)) * spread for k in range(self.count))
 
 
-class Orthosis(Described):
+class Orthosis(Named):
     """Cuff on the shank, plate under the foot, muscles between them, air to the muscles.
 
     About another joint than the ankle the cuff is on the proximal segment, the plate on the distal one.
     Cuff or plate may be missing where the leg's own bodies hold the muscles.
     """
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     joint: JointName = "ankle"
     """Joint that it is for; its segments are shank and foot of an ankle, else proximal and distal."""
     side: Side = "right"

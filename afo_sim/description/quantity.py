@@ -236,6 +236,15 @@ class Described(Shown, BaseModel):
             raise InputError(first["msg"], field=".".join(path), value=value, allowed=allowed) from None
 
 
+class Named(Described):
+    """A description with a name and a line about it."""
+
+    name: str = ""
+    """Name; the folder's by default."""
+    description: str = ""
+    """One line that says what it is."""
+
+
 def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Separate { value, source, kind } tables into plain values and a map of provenance."""
     values: dict[str, Any] = {}

@@ -22,7 +22,7 @@ from afo_sim.description.control.switching import Phases, PositiveTime, Timer
 from afo_sim.description.joint import a_joint
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.orthosis import Orthosis
-from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Described, Named, Quantity, refusal
 from afo_sim.description.walking import Gait, Ground, Limits, Patient, Start
 
 _Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
@@ -47,7 +47,7 @@ class Shank(Described):
         return self
 
 
-class Scenario(Described):
+class Scenario(Named):
     """One simulation, whole: leg, orthosis, patient, supply, valve times, duration; SI inside.
 
     `load("scenario", …)` reads one, `set` changes it, `run` simulates it.
@@ -61,8 +61,6 @@ class Scenario(Described):
 
     name: str = ""
     """Name of the run's folder; the file's by default."""
-    description: str = ""
-    """One line that says what it is."""
     duration: PositiveTime
     """Simulated time."""
     leg: Leg

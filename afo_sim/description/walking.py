@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import ConfigDict, Field, model_validator
 
 from afo_sim.description.muscle import Pressure
-from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Described, Named, Quantity, refusal
 
 Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
 Phase = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
@@ -71,15 +71,13 @@ class Gait(Described):
         return self
 
 
-class Patient(Described):
+class Patient(Named):
     """A patient: strength of the ankle muscles, spasticity, body size.
 
     Strengths are shares of the moment that the healthy walk asks of each side; the stiffness about the
     recorded angle goes with the strength of the side that is active.
     """
 
-    name: str = ""
-    """Name; the folder's by default."""
     description: str = ""
     """One line that says who it is."""
     dorsiflexor_strength: Share
@@ -168,17 +166,13 @@ _PAIRS = (
 _FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from, bad below
 
 
-class Limits(Described):
+class Limits(Named):
     """Limits of a walk and a device; of a pair the first is what is wanted, beyond the second it
     is bad.
 
     `load("limits", "usual")` are the shipped ones. A scenario without `limits` is judged by these.
     """
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     toe_clearance: tuple[_Clearance, _Clearance]
     """Toe clearance of every stride: wanted at least, and the height below which the toe trips."""
     drawn_trips: tuple[Share, Share]

@@ -5,20 +5,16 @@ from typing import Annotated, Self
 from pydantic import model_validator
 
 from afo_sim.common import STANDARD_DENSITY
-from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Named, Quantity, refusal
 
 Gauge = Annotated[float, Quantity("Pa", at_least=0.0, at_most=3.5e6)]
 Conductance = Annotated[float, Quantity("m^3/(s*Pa)", above=0.0, at_most=1e-6)]
 Ratio = Annotated[float, Quantity("", at_least=0.0, at_most=0.9)]
 
 
-class Regulator(Described):
+class Regulator(Named):
     """A pressure regulator: the more flow is taken, the further its outlet falls below what is set."""
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     droop: Annotated[float, Quantity("Pa", above=0.0, at_most=1e6)]
     """Fall of the outlet's pressure below the set one at the rated flow; linear in the flow."""
     rated_flow: Annotated[float, Quantity("m^3/s", above=0.0, at_most=1.0)]

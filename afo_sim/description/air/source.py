@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import model_validator
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.description.quantity import Described, Quantity, amount, refusal
+from afo_sim.description.quantity import Named, Quantity, amount, refusal
 from afo_sim.physics import CO2, GASES, Gas, compressor_flow, gas_mass, mass_given, mass_given_at, saturation
 
 Gauge = Annotated[float, Quantity("Pa", above=0.0, at_most=2e6)]
@@ -27,13 +27,9 @@ MAY_HAVE = {
 OF_ONE_KIND = {name for table in (NEEDED, MAY_HAVE) for names in table.values() for name in names}
 
 
-class Source(Described):
+class Source(Named):
     """A source of gas that is not endless: it runs empty, cools, or delivers only so much."""
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     kind: Literal["bottle", "cartridge", "compressor"]
     """A bottle of gas, a cartridge of liquid carbon dioxide below its vapour, or a compressor with a tank."""
     gas: Literal["air", "co2"] = "air"

@@ -4,19 +4,15 @@ from typing import Annotated, Self
 
 from pydantic import model_validator
 
-from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Named, Quantity, refusal
 from afo_sim.physics import AIR, Gas, sound_delay, tube_conductance, tube_critical_ratio, tube_volume
 
 Diameter = Annotated[float, Quantity("m", above=0.0, at_most=0.05)]
 
 
-class Tube(Described):
+class Tube(Named):
     """A tube of a kind that one can buy by the metre."""
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     bore: Diameter
     """Inner diameter, which its flow follows from."""
     outer_diameter: Diameter | None = None

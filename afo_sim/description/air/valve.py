@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 from afo_sim.common import format_quantity, parse_quantity
 from afo_sim.description.air.nominal_flow import HOW, NominalFlow
 from afo_sim.description.air.ratings import CONDUCTANCE, CRITICAL_RATIO, RATINGS
-from afo_sim.description.quantity import Described, Provenance, Quantity, amount, refusal
+from afo_sim.description.quantity import Described, Named, Provenance, Quantity, amount, refusal
 from afo_sim.physics import (
     conductance_of_cv,
     conductance_of_kv,
@@ -135,15 +135,6 @@ def _is_in(text: str, unit: str) -> bool:
 
 Delay = Annotated[float, Quantity("s", at_least=0.0, at_most=1.0)]
 WorkingPressure = Annotated[float, Quantity("Pa", at_least=-101_325.0, at_most=5e6)]
-
-
-class Named(Described):
-    """A description with a name and a line about it."""
-
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
 
 
 class Exhaust(Rated):

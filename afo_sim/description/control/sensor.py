@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import field_validator, model_validator
 
 from afo_sim.common import dimension, parse_quantity, read_any_quantity
-from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Described, Named, Quantity, refusal
 from afo_sim.physics import line_output, line_value
 
 _SensorTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
@@ -151,13 +151,9 @@ def _any(text: str) -> float:
         return read_any_quantity(text)[0]
 
 
-class SensorType(SensorFields):
+class SensorType(Named, SensorFields):
     """A sensor that one can buy, by its numbers."""
 
-    name: str = ""
-    """Name; the folder's by default."""
-    description: str = ""
-    """One line that says what it is."""
     unit: str
     """SI unit of the columns that it reads, such as "Pa"; "" for none."""
 
