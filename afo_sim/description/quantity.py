@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, Literal, Self
+from typing import Any, Generic, Literal, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from afo_sim.common import (
@@ -23,6 +23,7 @@ from afo_sim.common import (
     parse_quantity,
 )
 
+Part = TypeVar("Part")
 _ROUNDING = 1e-14  # of a number that is converted between units, relative
 _VALUE_TABLE = "{ value = …, source = …, kind = … }"
 
@@ -243,6 +244,18 @@ class Named(Described):
     """Name; the folder's by default."""
     description: str = ""
     """One line that says what it is."""
+
+
+class OfChambers(Described, Generic[Part]):
+    """A description in which every key that is no field of it is a chamber."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Part] = Field(init=False)
+
+    @property
+    def chambers(self) -> dict[str, Part]:
+        """What is described of each chamber."""
+        return dict(self.__pydantic_extra__ or {})
 
 
 def split_sources(table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

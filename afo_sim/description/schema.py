@@ -28,7 +28,7 @@ from afo_sim.description.control.sensor import SensorType
 from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import FrictionSet, LawSet, Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
-from afo_sim.description.quantity import Quantity, amount
+from afo_sim.description.quantity import OfChambers, Quantity, amount
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.walking import Limits, Patient
 from afo_sim.physics import FRICTIONS, LAWS, LawParameter
@@ -149,9 +149,10 @@ def table_names(annotation: Any, written: Iterable[str]) -> list[str]:
 
 def of_chambers(kind: Any) -> Any:
     """Type of the keys that a table has beside its fields, each a chamber; None where it has none."""
-    if not is_table(kind) or kind.model_config.get("extra") != "allow":
+    if not (isinstance(kind, type) and issubclass(kind, OfChambers)):
         return None
-    return get_args(kind.__annotations__["__pydantic_extra__"])[1]
+    of = (base.__pydantic_generic_metadata__["args"] for base in kind.__mro__ if issubclass(base, OfChambers))
+    return next(filter(None, of))[0]
 
 
 @functools.cache

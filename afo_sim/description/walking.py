@@ -3,10 +3,10 @@
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from afo_sim.description.muscle import Pressure
-from afo_sim.description.quantity import Described, Named, Quantity, refusal
+from afo_sim.description.quantity import Described, Named, OfChambers, Quantity, refusal
 
 Share = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
 Phase = Annotated[float, Quantity("", at_least=0.0, at_most=1.0)]
@@ -137,16 +137,8 @@ class ChamberStart(Described):
         return self
 
 
-class Start(Described):
+class Start(OfChambers[ChamberStart]):
     """Air before the first step; every key is a chamber, and one that is not named is empty."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, ChamberStart] = Field(init=False)
-
-    @property
-    def chambers(self) -> dict[str, ChamberStart]:
-        """The description of each chamber."""
-        return dict(self.__pydantic_extra__ or {})
 
 
 _Clearance = Annotated[float, Quantity("m", at_least=-0.1, at_most=0.2)]

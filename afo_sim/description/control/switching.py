@@ -8,14 +8,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, core_schema
 
 from afo_sim.common import format_quantity, nearest_name, parse_quantity, read_any_quantity
 from afo_sim.description.muscle import GaugePressure
-from afo_sim.description.quantity import Described, Quantity, refusal
+from afo_sim.description.quantity import Described, OfChambers, Quantity, refusal
 from afo_sim.description.walking import Phase
 
 
@@ -115,19 +115,14 @@ class SwitchTimes(ValveTimes):
     """Intervals [from, to] in which the coil of a valve between other nodes has current."""
 
 
-class Timer(Described):
-    """A repeating timer; every key but `period` is a chamber, or a valve between other nodes."""
+Times = TypeVar("Times", bound=ValveTimes)
 
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, SwitchTimes] = Field(init=False)
+
+class Clock(OfChambers[Times]):
+    """Intervals of valves that repeat."""
 
     period: PositiveTime
     """Time after which the valves' intervals repeat."""
-
-    @property
-    def chambers(self) -> dict[str, SwitchTimes]:
-        """The valves' intervals by chamber."""
-        return dict(self.__pydantic_extra__ or {})
 
     @model_validator(mode="after")
     def _events_fit(self) -> Self:
@@ -143,6 +138,10 @@ class Timer(Described):
         return self
 
 
+class Timer(Clock[SwitchTimes]):
+    """A repeating timer; every key but `period` is a chamber, or a valve between other nodes."""
+
+
 class Restart(Described):
     """A foot switch that starts the clock anew at each heel strike."""
 
@@ -154,11 +153,8 @@ class Restart(Described):
     """Least time from one restart to the next: a switch bounces."""
 
 
-class ClockTimer(Timer):
+class ClockTimer(Clock[ValveTimes]):
     """A repeating clock; every key but `period` and `restart` is a chamber."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, ValveTimes] = Field(init=False)  # type: ignore[assignment]  # no `open`
 
     restart: Restart | None = None
     """Foot switch that starts the clock anew; it then stops at its period and waits. Else it repeats."""
@@ -208,16 +204,8 @@ class SwitchPhases(ValvePhases):
     """Intervals [from, to] of gait phase in which the coil of a valve between other nodes has current."""
 
 
-class Phases(Described):
+class Phases(OfChambers[SwitchPhases]):
     """Valves switched by gait phase; every key is a chamber, or a valve between other nodes."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, SwitchPhases] = Field(init=False)
-
-    @property
-    def chambers(self) -> dict[str, SwitchPhases]:
-        """The valves' intervals of gait phase by chamber."""
-        return dict(self.__pydantic_extra__ or {})
 
 
 class ChamberPhases(ValvePhases):
@@ -238,11 +226,8 @@ class ChamberPhases(ValvePhases):
         return self
 
 
-class GaitPhase(Described):
+class GaitPhase(OfChambers[ChamberPhases]):
     """Commands by a gait phase that is estimated from a sensor; every other key is a chamber."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, ChamberPhases] = Field(init=False)
 
     estimator: Literal["oscillator", "foot_switch"] = "oscillator"
     """An oscillator on the shank's angle, or time since heel strike over the mean of the last strides."""
@@ -256,11 +241,6 @@ class GaitPhase(Described):
     """Strides whose mean duration a foot switch counts with."""
     waiting: Literal["shut", "outlet"] = "shut"
     """Command of all its chambers while the phase is not known: at first, and where the walker stands."""
-
-    @property
-    def chambers(self) -> dict[str, ChamberPhases]:
-        """The description of each chamber."""
-        return dict(self.__pydantic_extra__ or {})
 
     @property
     def named(self) -> dict[str, str]:
@@ -294,16 +274,8 @@ class GaitPhase(Described):
 STATE_TIME = "state_time"  # column of a transition: time since the state was entered
 
 
-class MachineState(Described):
+class MachineState(OfChambers[_ChamberCommand]):
     """Commands of a state; every key is a chamber, and one that is not named keeps its command."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, _ChamberCommand] = Field(init=False)
-
-    @property
-    def chambers(self) -> dict[str, str | tuple[float, float] | float]:
-        """The commands by chamber."""
-        return dict(self.__pydantic_extra__ or {})
 
 
 class MachineTransition(Described):
