@@ -60,7 +60,6 @@ from .joint import JointName as JointName
 from .joint import a_joint as a_joint
 from .keys import Field as Field
 from .keys import field_at as field_at
-from .keys import holder as holder
 from .leg import Leg as Leg
 from .leg import Outsole as Outsole
 from .leg import Shoe as Shoe
@@ -92,6 +91,7 @@ from .scenario_text import facts as facts
 from .scenario_text import worn as worn
 from .schema import SETS as SETS
 from .schema import fields_of as fields_of
+from .schema import holder as holder
 from .schema import leaves as leaves
 from .schema import of_chambers as of_chambers
 from .schema import tables as tables

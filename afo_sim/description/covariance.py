@@ -1,6 +1,5 @@
 """Joint uncertainty of a muscle's fitted numbers: standard errors, correlations, and draws from them."""
 
-import functools
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Protocol, Self
 
@@ -9,7 +8,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_serializer
 from pydantic_core import PydanticCustomError
 
 from afo_sim.common import InputError, format_quantity, nearest_name
-from afo_sim.description.quantity import Described, Quantity, Whole, refusal, refuse_all
+from afo_sim.description.quantity import Described, Quantity, Whole, refusal, refuse_all, refused_name
 from afo_sim.physics import LAWS
 
 _GEOMETRY = {"braid_angle": "rad", "end_length": "m"}  # of the muscle, fitted together with a law: SI unit
@@ -37,7 +36,7 @@ class FitCovariance(Described):
     @classmethod
     def _is_known(cls, law: str) -> str:
         if law not in LAWS:
-            raise refusal("is an unknown law", ", ".join(LAWS), nearest=nearest_name(law, LAWS) or "")
+            raise refused_name("is an unknown law", law, LAWS)
         return law
 
     @field_validator("parameters")
@@ -47,12 +46,13 @@ class FitCovariance(Described):
             return names
         law = info.data["law"]
         known = (*_GEOMETRY, *(f"laws.{law}.{parameter.name}" for parameter in LAWS[law].parameters))
-        problems = [
-            refusal(f"{name!r} is not a number that a fit of {law} gives", ", ".join(known), nearest=near)
-            for name in names
-            if name not in known
-            for near in (_nearest(name, known),)
-        ]
+        last = {_split(key)[1]: key for key in known}  # a wrong key is told by its last name
+        problems = []
+        for name in names:
+            if name not in known:
+                nearest = last.get(nearest_name(_split(name)[1], last) or "", "")
+                problem = f"{name!r} is not a number that a fit of {law} gives"
+                problems.append(refusal(problem, ", ".join(known), nearest=nearest))
         refuse_all(problems)
         if not names or len(set(names)) < len(names):
             raise refusal("each parameter is named once, and at least one", ", ".join(known))
@@ -203,7 +203,10 @@ class Draws:
         """
         if self.covariance is None or self.without_draws:
             return {}
-        about = {key: _own_value(self, key) for key in self.covariance.parameters}
+        about = {}
+        for key in self.covariance.parameters:
+            law, name = _split(key)
+            about[key] = float(self.laws[law].parameters[name] if law else getattr(self, name))
         return self.covariance.draws(normals, about)
 
     def legal(self: _Muscle, drawn: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -231,15 +234,9 @@ def key_of(law: str, name: str) -> str:
     return name if name in _GEOMETRY else f"laws.{law}.{name}"
 
 
-def _own_value(muscle: _Muscle, key: str) -> float:
-    """A muscle's own value at such a key [SI]."""
-    _, law, name = _split(key)
-    return float(muscle.laws[law].parameters[name] if law else getattr(muscle, name))
-
-
 def _bounds_of(kind: Any, key: str) -> tuple[float, float]:
     """Least and greatest value that a number of a muscle may have [SI]; `kind` is the class of muscles."""
-    _, law, name = _split(key)
+    law, name = _split(key)
     if law:
         parameter = LAWS[law].parameter(name)
         return parameter.lower, parameter.upper
@@ -247,21 +244,12 @@ def _bounds_of(kind: Any, key: str) -> tuple[float, float]:
     return float(quantity.at_least or 0.0), float(quantity.at_most or np.inf)
 
 
-@functools.cache
-def _split(key: str) -> tuple[str, str, str]:
-    """("laws", law, parameter) of a key, or ("", "", name) of the geometry."""
-    if key in _GEOMETRY:
-        return "", "", key
-    table, law, name = key.split(".")
-    return table, law, name
+def _split(key: str) -> tuple[str, str]:
+    """Law and parameter of a key, or "" and the name of the geometry."""
+    law, _, name = key.removeprefix("laws.").rpartition(".")
+    return law, name
 
 
 def _unit(key: str) -> str:
-    _, law, name = _split(key)
+    law, name = _split(key)
     return LAWS[law].parameter(name).unit if law else _GEOMETRY[name]
-
-
-def _nearest(name: str, known: Sequence[str]) -> str:
-    """The key that a wrong one most likely means; its last name counts."""
-    last = {key.rpartition(".")[2]: key for key in known}
-    return last.get(nearest_name(name.rpartition(".")[2], last) or "", "")

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from afo_sim.common import EXAMPLES, InputError, assets, nearest_name, unknown
 from afo_sim.description.muscle import FrictionSet, LawSet
@@ -18,11 +18,12 @@ from afo_sim.description.schema import (
     KINDS,
     SPECS,
     Leaf,
-    Path,
     allowed,
+    child_of,
     core,
     dotted_key,
     fields_of,
+    holder,
     item_type,
     leaves,
     of_chambers,
@@ -34,7 +35,7 @@ from afo_sim.description.schema import (
     type_below,
     unit_of,
 )
-from afo_sim.description.tree import child_of, value_at
+from afo_sim.description.tree import value_at
 
 
 @dataclass(frozen=True)
@@ -78,14 +79,6 @@ def keys(
         for key in _keys_of(reading, leaf)
     )
     return [key for key in found if key.mentions(word)]
-
-
-def holder(description: BaseModel, path: Path) -> Any:
-    """The table that a field stands in; None where it is not there."""
-    node: Any = description
-    for name in path[:-1]:
-        node = child_of(node, name)
-    return node
 
 
 def _keys_of(reading: Reading[Any], leaf: Leaf) -> Iterator[Key]:

@@ -1,6 +1,6 @@
 """A muscle as it is described: braid, laws and frictions with their parameters, damper, limits."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
@@ -10,7 +10,16 @@ from pydantic_core import PydanticCustomError
 from afo_sim.common import format_quantity, nearest_name, parse_quantity, unknown
 from afo_sim.description.covariance import Draws, FitCovariance
 from afo_sim.description.lengths import BraidLength, Lengths, amounts
-from afo_sim.description.quantity import Described, Named, Quantity, amount, refusal, refuse_all, split_sources
+from afo_sim.description.quantity import (
+    Described,
+    Named,
+    Quantity,
+    amount,
+    refusal,
+    refuse_all,
+    refused_name,
+    split_sources,
+)
 from afo_sim.description.rest_curves import RestCurves, at_rest
 from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter, LawVolume, law_volume, returning
 
@@ -197,7 +206,7 @@ class Muscle(Named, RestCurves, Draws):
     def _is_known(cls, chosen: str, info: ValidationInfo) -> str:
         known = [*LAWS] if info.field_name == "law" else [*FRICTIONS, "none"]
         if chosen not in known:
-            raise _unknown(chosen, str(info.field_name), known)
+            raise refused_name(f"{chosen!r} is an unknown {info.field_name}", chosen, known)
         return chosen
 
     @field_validator("laws", "frictions")
@@ -423,20 +432,14 @@ def _named(table: dict[str, Any], kind: str) -> Any:
     }
 
 
-def _unknown(name: str, kind: str, known: Iterable[str]) -> PydanticCustomError:
-    names = list(known)
-    nearest = nearest_name(name, names) or ""
-    return refusal(f"{name!r} is an unknown {kind}", ", ".join(names), nearest=nearest)
-
-
 def _split_flat(
     table: Mapping[str, Any], kind: str, known: Mapping[str, Any], others: Sequence[str]
 ) -> dict[str, Any]:
     """A flat table as fields: the law's name, its parameters, what else stands there, and the sources."""
     values, sources = split_sources(table)
-    name = values.get(kind)
+    name = str(values.get(kind))
     if name not in known:
-        raise _unknown(str(name), kind, known)
+        raise refused_name(f"{name!r} is an unknown {kind}", name, known)
     kept = {key: value for key, value in values.items() if key in (kind, *others)}
     rest = {key: value for key, value in values.items() if key not in (*kept, "provenance")}
     return kept | {"parameters": rest, "provenance": sources}
@@ -464,11 +467,9 @@ def _read_parameters(owner: Any, values: Any, info: ValidationInfo) -> Any:
                 raise refusal(f"is missing; {owner.name} needs it", allowed, parameter.name)
         except PydanticCustomError as problem:
             problems.append(problem)
-    allowed = ", ".join(names) or "none"
     for key in values:
         if key not in names:
-            nearest = nearest_name(key, names) or ""
-            problems.append(refusal(f"is not a parameter of {owner.name}", allowed, key, nearest))
+            problems.append(refused_name(f"is not a parameter of {owner.name}", key, names, key))
     refuse_all(problems)
     return read
 

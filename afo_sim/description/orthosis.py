@@ -35,7 +35,7 @@ from afo_sim.description.attachment import (
 from afo_sim.description.joint import JOINTS, Joint, JointName, a_joint
 from afo_sim.description.leg import Outsole
 from afo_sim.description.muscle import Distance, Muscle
-from afo_sim.description.quantity import Described, Named, Quantity, refusal
+from afo_sim.description.quantity import Described, Named, Quantity, refusal, refused_name
 
 _Angle = Annotated[float, Quantity("rad", at_least=-3.15, at_most=3.15)]
 _Length = Annotated[float, Quantity("m", at_least=-2.0, at_most=2.0)]
@@ -346,12 +346,10 @@ class Orthosis(Named):
                         f"{name!r} is not a valid name", "letters, digits, - and _, a letter first", kind
                     )
         for name, group in self.muscle.items():
-            if (group.chamber or name) not in self.chamber:
-                raise refusal(
-                    f"there is no chamber {group.chamber or name!r}",
-                    ", ".join(self.chamber),
-                    f"muscle.{name}.chamber",
-                    nearest_name(group.chamber or name, self.chamber) or "",
+            own = group.chamber or name
+            if own not in self.chamber:
+                raise refused_name(
+                    f"there is no chamber {own!r}", own, self.chamber, f"muscle.{name}.chamber"
                 )
         for name in self.chamber:
             if not self.muscles_of(name):

@@ -3,7 +3,7 @@
 import copy
 import marshal
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any, Generic, Literal, Self, TypeVar
@@ -117,6 +117,11 @@ def refusal(
     """A refused field; `key` names a field below the one being read, `beside` one on its level."""
     facts = {"problem": problem, "allowed": allowed, "key": key, "nearest": nearest, "beside": beside}
     return PydanticCustomError("refused", "{problem}", facts)
+
+
+def refused_name(problem: str, name: str, known: Collection[str], key: str = "") -> PydanticCustomError:
+    """A name that is not among those known, which are allowed instead; the nearest one is told."""
+    return refusal(problem, ", ".join(known), key, nearest_name(name, known) or "")
 
 
 def provenance_note(described: "Described", key: str) -> str:

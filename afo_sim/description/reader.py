@@ -27,15 +27,17 @@ from afo_sim.description.schema import (
     SPECS,
     Path,
     allowed,
+    child_of,
     dotted_key,
     fields_of,
+    holder,
     leaves,
     nearest_key,
     table_at,
     tables,
 )
 from afo_sim.description.schema import split_key as split_key
-from afo_sim.description.tree import Tree, child_of, read_table, value_at
+from afo_sim.description.tree import Tree, read_table, value_at
 from afo_sim.description.walking import Limits, Patient
 
 _Source = str | os.PathLike[str] | Mapping[str, Any]
@@ -318,8 +320,7 @@ def unchanged(description: str) -> tuple[str, int]:
 
 def _say_who_set(table: Any, *path: str) -> None:
     """Name the user as the source of a number that is about to be set, if it names one."""
-    for name in path[:-1]:
-        table = child_of(table, name)
+    table = holder(table, path)
     sources = table.get("provenance") if isinstance(table, dict) else None
     if sources and path[-1] in sources:
         sources[path[-1]] = {"kind": "user", "source": "set for this run"}

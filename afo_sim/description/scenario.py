@@ -196,12 +196,9 @@ class Scenario(Named):
             switched = self.orthosis.switched if kind in ("timer", "phases") else tuple(self.orthosis.chamber)
             for name in chambers:
                 if name not in switched:
-                    raise refusal(
-                        "the orthosis has no such chamber",
-                        ", ".join(switched) or "an orthosis with chambers",
-                        f"{kind}.{name}",
-                        nearest_name(name, switched) or "",
-                    )
+                    known = ", ".join(switched) or "an orthosis with chambers"
+                    nearest = nearest_name(name, switched) or ""
+                    raise refusal("the orthosis has no such chamber", known, f"{kind}.{name}", nearest)
         check_supplied(self.orthosis, self.supply)
         check_three_way(self.orthosis, self.drive, self.controller)
         if self.controller is not None:

@@ -266,16 +266,32 @@ def nearest_key(
     found = [(likeness(name) + 0.05, True, 0, name) for name in beside]
     for leaf in known:
         shared = sum(part in leaf.path for part in path[:-1])  # "orthosis.conductance" means an orthosis'
-        there = _has_table(root, leaf.path[:-1])
+        there = holder(root, leaf.path) is not None
         found.append((likeness(leaf.path[-1]) + 0.01 * shared, there, -len(leaf.path), leaf.key))
     best = max(found, key=lambda entry: entry[:3], default=(0.0, False, 0, ""))
     return best[3] if best[0] >= _MISSPELT else None
 
 
-def _has_table(root: object, path: Path) -> bool:
-    for name in path:
-        root = root.get(name) if isinstance(root, Mapping) else None
-    return root is not None
+def child_of(node: Any, name: str) -> Any:
+    """What stands below a name in a table or description, or a number in a list; None where nothing does."""
+    if type(node) is dict:
+        return node.get(name)
+    if isinstance(node, LawSet | FrictionSet) and name in node.parameters:
+        return node.parameters[name]
+    if isinstance(node, BaseModel):
+        return dict(node).get(name)  # its fields, and chambers
+    if isinstance(node, Mapping):
+        return node.get(name)
+    if isinstance(node, list | tuple) and name.isdigit() and int(name) < len(node):
+        return node[int(name)]
+    return None
+
+
+def holder(node: Any, path: Path) -> Any:
+    """The table below a node in which a field stands; None where it is not there."""
+    for name in path[:-1]:
+        node = child_of(node, name)
+    return node
 
 
 @functools.lru_cache(maxsize=4096)  # cases of a sweep set the same keys

@@ -7,18 +7,17 @@ import pathlib
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import BaseModel
-
 from afo_sim.common import InputError, assets
-from afo_sim.description.air.ratings import CONDUCTANCE, make_room
-from afo_sim.description.muscle import FrictionSet, LawSet
+from afo_sim.description.air.valve import CONDUCTANCE, make_room
 from afo_sim.description.schema import (
     ALSO,
     ALSO_OF_LEG,
     SPECS,
     Path,
+    child_of,
     dotted_key,
     files_of,
+    holder,
     references,
     split_key,
 )
@@ -55,28 +54,28 @@ class Tree:
     def follow(self, path: Path) -> None:
         """Replace the name at `path`, if it is a reference, by what it names."""
         kind = _references(self.kind, path).get(())
-        holder = None if kind is None else self._holder(path)
-        if kind is None or holder is None or not isinstance(holder.get(path[-1]), str):
+        table = holder(self.root, path)
+        if kind is None or not isinstance(table, dict) or not isinstance(table.get(path[-1]), str):
             return
         beside, inner = self.file_of(path)
         try:
-            file = assets.find(kind, holder[path[-1]], beside)
+            file = assets.find(kind, table[path[-1]], beside)
         except InputError as error:
             raise error.replaced(file=beside, field=".".join(inner)) from None
-        holder[path[-1]] = plain_keys(read_table(kind, file), kind)
+        table[path[-1]] = plain_keys(read_table(kind, file), kind)
         self.files[path] = file
 
-    def follow_all(self, path: Path = (), holder: Any = None) -> None:
-        """Follow every reference at and below `path`, a key of `holder`; `unfound` has what is not found."""
+    def follow_all(self, path: Path = (), table: Any = None) -> None:
+        """Follow every reference at and below `path`, a key of `table`; `unfound` has what is not found."""
         if path:
             try:
                 self.follow(path)
             except InputError as error:
                 self.unfound[path] = error
-        node = holder[path[-1]] if path else self.root
+        node = table[path[-1]] if path else self.root
         if isinstance(node, dict) and any(_references(self.kind, path)):
             if path:
-                node = holder[path[-1]] = dict(node)
+                node = table[path[-1]] = dict(node)
             for key in list(node):
                 self.follow_all((*path, key), node)
 
@@ -116,12 +115,6 @@ class Tree:
         node[path[-1]] = value
         self.files = {place: file for place, file in self.files.items() if place[: len(path)] != path}
 
-    def _holder(self, path: Path) -> dict[str, Any] | None:
-        node: Any = self.root
-        for key in path[:-1]:
-            node = child_of(node, key)
-        return node if isinstance(node, dict) else None
-
 
 @functools.lru_cache(maxsize=1024)  # every description of a kind has the same places
 def _references(kind: str, path: Path) -> dict[Path, str]:
@@ -154,21 +147,6 @@ def _renamed(node: Any, name: str) -> Any:
     }
 
 
-def child_of(node: Any, name: str) -> Any:
-    """What stands below a name in a table or description, or a number in a list; None where nothing does."""
-    if type(node) is dict:
-        return node.get(name)
-    if isinstance(node, LawSet | FrictionSet) and name in node.parameters:
-        return node.parameters[name]
-    if isinstance(node, BaseModel):
-        return dict(node).get(name)  # its fields, and chambers
-    if isinstance(node, Mapping):
-        return node.get(name)
-    if isinstance(node, list | tuple) and name.isdigit() and int(name) < len(node):
-        return node[int(name)]
-    return None
-
-
 def _table_in(items: list[Any], number: str, dotted: str, value: Any) -> Any:
     """The item of a list of tables."""
     if not number.isdigit() or int(number) >= len(items):
@@ -199,9 +177,9 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
     table = assets.read_toml(file)
     table.setdefault("name", file.stem if kind == "scenario" else file.resolve().parent.name)
     for name, key in SCENARIO_FILES if kind == "scenario" else ():
-        holder = table.get(name)
-        if isinstance(holder, dict) and isinstance(holder.get(key), str):
-            holder[key] = assets.file_beside(holder[key], file)
+        part = table.get(name)
+        if isinstance(part, dict) and isinstance(part.get(key), str):
+            part[key] = assets.file_beside(part[key], file)
     for key in FILES.get(kind, ()):
         if isinstance(table.get(key), str):
             found = pathlib.Path(assets.file_beside(table[key], file))  # beside, or shipped
@@ -211,6 +189,6 @@ def read_table(kind: str, file: pathlib.Path) -> dict[str, Any]:
 
 def value_at(node: Any, path: Path) -> Any:
     """Value written at a path, None where nothing is; of { value = …, source = … } the value."""
-    for key in path:
-        node = child_of(node, key)
+    if path:
+        node = child_of(holder(node, path), path[-1])
     return node["value"] if isinstance(node, Mapping) and "value" in node else node

@@ -4,10 +4,9 @@ too large for compiled code.
 
 from collections.abc import Iterator
 
-from afo_sim.common import nearest_name
 from afo_sim.description.air.air_graph import HasAir, Way, reached, ways
 from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, Restriction
-from afo_sim.description.quantity import amount, refusal
+from afo_sim.description.quantity import amount, refusal, refused_name
 
 MOST_NODES = 32  # of one network, beside the ambient air and the supply
 MOST_RESTRICTIONS = 64  # of one network, valves included
@@ -82,7 +81,7 @@ def check_network(orthosis: HasAir) -> None:
                 problem = f"{node!r} is an end of a chamber's own tube, which nothing else leads to"
                 mend = f"another node; a quick exhaust behind the tube is chamber.{ends[0]}.quick_exhaust"
                 raise refusal(problem, mend, key)
-            raise refusal(problem, ", ".join(names), key, nearest_name(node, names) or "")
+            raise refused_name(problem, node, names, key)
     _check_ends(orthosis)
     found = list(ways(orthosis))
     _check_touched(orthosis, found)

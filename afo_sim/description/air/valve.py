@@ -8,7 +8,6 @@ from pydantic_core import PydanticCustomError
 
 from afo_sim.common import format_quantity, parse_quantity
 from afo_sim.description.air.nominal_flow import HOW, NominalFlow
-from afo_sim.description.air.ratings import CONDUCTANCE, CRITICAL_RATIO, RATINGS
 from afo_sim.description.quantity import Described, Named, Provenance, Quantity, amount, refusal
 from afo_sim.physics import (
     conductance_of_cv,
@@ -17,6 +16,8 @@ from afo_sim.physics import (
     conductance_of_sonic_area,
 )
 
+CONDUCTANCE, CRITICAL_RATIO = "conductance", "critical_ratio"
+RATINGS = ("nominal_flow", "cv", "kv", "sonic_area", "orifice")  # one of them stands for a conductance
 UNIT = "m^3/(s*Pa)"
 ALIKE = 1e-9  # relative difference up to which two conductances are one
 # {rating: its conductance, its unit, how it is converted}
@@ -116,6 +117,20 @@ class Rated(Described):
             if told is not None:
                 kinds.setdefault(told.kind, []).append(name)
         return "; ".join([text, *(f"{kind}: {', '.join(names)}" for kind, names in kinds.items())])
+
+
+def make_room(table: dict[str, Any], key: str) -> bool:
+    """Take away what a key that is being set replaces in its table."""
+    rated = [name for name in RATINGS if table.get(name) is not None]
+    gone: list[str] = []
+    if key == CONDUCTANCE:
+        gone = rated
+    elif key in RATINGS:
+        gone = [name for name in (CONDUCTANCE, *rated) if name != key]
+    elif key == CRITICAL_RATIO and rated:
+        gone = [CONDUCTANCE]
+    taken = [table.pop(name, None) for name in gone]
+    return any(value is not None for value in taken)
 
 
 def _conductance(rated: str, value: Any, critical_ratio: float) -> float:

@@ -172,14 +172,10 @@ class ControllerDescription(Described):
         described = self.described
         for key, chamber in getattr(described, "named", {}).items():
             if chamber not in chambers:
-                nearest = nearest_name(chamber, chambers) or ""
                 problem = f"the orthosis has no chamber {chamber!r}"
-                raise refusal(
-                    problem,
-                    ", ".join(chambers) or "an orthosis with chambers",
-                    f"controller.{self.kind}.{key}",
-                    nearest,
-                )
+                known = ", ".join(chambers) or "an orthosis with chambers"
+                nearest = nearest_name(chamber, chambers) or ""
+                raise refusal(problem, known, f"controller.{self.kind}.{key}", nearest)
         for key, chamber in getattr(described, "pressed", {}).items():
             if chamber not in drives:
                 problem = f"asks for a pressure, and the chamber {chamber!r} has no drive"

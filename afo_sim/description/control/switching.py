@@ -13,9 +13,9 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from afo_sim.common import format_quantity, nearest_name, parse_quantity, read_any_quantity
+from afo_sim.common import format_quantity, parse_quantity, read_any_quantity
 from afo_sim.description.muscle import GaugePressure
-from afo_sim.description.quantity import Described, OfChambers, Quantity, refusal
+from afo_sim.description.quantity import Described, OfChambers, Quantity, refusal, refused_name
 from afo_sim.description.walking import Phase
 
 
@@ -339,8 +339,7 @@ class StateMachine(Described):
             named |= {f"transition.{number}.{end}": getattr(transition, end) for end in ("state", "to")}
         for key, name in named.items():
             if name not in self.state:
-                known = ", ".join(self.state)
-                raise refusal("there is no such state", known, key, nearest_name(name, self.state) or "")
+                raise refused_name("there is no such state", name, self.state, key)
         reached = {self.start}
         for _ in self.state:
             reached |= {transition.to for transition in self.transition if transition.state in reached}
