@@ -55,7 +55,7 @@ def check_air_path(scenario: Scenario) -> list[Notice]:
 
 def _blown_off(orthosis: Orthosis) -> Iterator[Notice]:
     """Air that goes from the supply to the ambient air all the time."""
-    lost = reached([SUPPLY], [way for way in ways(orthosis) if way.blows_off]).get(AMBIENT)
+    lost = reached([SUPPLY], [way for way in ways(orthosis) if way.part.blows_off]).get(AMBIENT)
     if lost:
         through = ", ".join(way.key.partition(".")[2] for way in lost)
         text = "air blows off all the time, from the supply through {through}: a valve between would stop it"
@@ -64,7 +64,7 @@ def _blown_off(orthosis: Orthosis) -> Iterator[Notice]:
 
 def _by_passed(orthosis: Orthosis) -> Iterator[Notice]:
     """Chambers that the supply fills past their inlet valves, all the time."""
-    fed = reached([SUPPLY], [way for way in ways(orthosis) if way.feeds])
+    fed = reached([SUPPLY], [way for way in ways(orthosis) if way.part.feeds])
     for name in orthosis.chamber:
         if name in fed:
             through = ", ".join(repr(way.key.partition(".")[2]) for way in fed[name])

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, AirPart, Restriction, Volume
+from afo_sim.description.air.air_parts import AMBIENT, PARTS, SUPPLY, AirPart, Restriction, Volume
 from afo_sim.description.air.chamber import Chamber
 
 
@@ -25,29 +25,14 @@ class Way:
 
     key : what it belongs to, such as "restriction.feed"
     origin, end : nodes
-    part : kind of the restriction whose own way it is; None of a chamber's valves, and of branches to the
-        ambient air
+    part : kind of the restriction whose own way it is; a valve's of a chamber's valves, and of branches to
+        the ambient air
     """
 
     key: str
     origin: str
     end: str
-    part: AirPart | None = None
-
-    @property
-    def feeds(self) -> bool:
-        """Whether it brings air on without a coil."""
-        return self.part is not None and self.part.feeds
-
-    @property
-    def always_open(self) -> bool:
-        """Whether air comes through both ways, whatever is switched."""
-        return self.part is not None and self.part.always_open
-
-    @property
-    def blows_off(self) -> bool:
-        """Whether air that it lets out all the time is worth a warning."""
-        return self.part is not None and self.part.blows_off
+    part: AirPart = PARTS["valve"]
 
 
 def ways(orthosis: HasAir) -> Iterator[Way]:

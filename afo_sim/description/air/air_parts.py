@@ -118,7 +118,11 @@ class Restriction(Described):
 
 @dataclass(frozen=True)
 class AirPart:
-    """A kind of restriction."""
+    """A kind of restriction.
+
+    feeds : whether it brings air on without a coil
+    blows_off : whether air that it lets out all the time is worth a warning
+    """
 
     needs: tuple[str, ...]
     edges: Callable[[str, Restriction], Iterator[FlowEdge]]

@@ -1,8 +1,6 @@
 """A chamber as it is described: the muscles' air, with its valves, its tube and where these lead."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import model_validator
 
@@ -10,27 +8,6 @@ from afo_sim.description.air.air_parts import AMBIENT, SUPPLY, QuickExhaust, Tub
 from afo_sim.description.air.tube import Tube
 from afo_sim.description.air.valve import Valve
 from afo_sim.description.quantity import Described, Quantity, refusal
-
-
-@dataclass(frozen=True)
-class Vent:
-    """The way out of a chamber: an outlet valve, or a 3/2 valve's path to its exhaust."""
-
-    conductance: float
-    critical_ratio: float
-    opening_delay: float
-    closing_delay: float
-    rated_switches: float | None = None
-
-    @property
-    def row(self) -> Mapping[str, Any]:
-        """The parameters of its compiled counterpart, SI."""
-        return {
-            "conductance": self.conductance,
-            "critical_ratio": self.critical_ratio,
-            "opening_delay": self.opening_delay,
-            "closing_delay": self.closing_delay,
-        }
 
 
 class Chamber(Described):
@@ -65,14 +42,19 @@ class Chamber(Described):
         return self.outlet is None
 
     @property
-    def vent(self) -> Valve | Vent:
+    def vent(self) -> Valve:
         """Its way out: the outlet, or the 3/2 valve's path to its exhaust."""
         if self.outlet is not None:
             return self.outlet
         valve, path = self.inlet, self.inlet.exhaust
         assert path is not None
-        delays = (valve.closing_delay, valve.opening_delay)
-        return Vent(path.conductance, path.critical_ratio, *delays, valve.rated_switches)
+        return Valve.model_construct(
+            conductance=path.conductance,
+            critical_ratio=path.critical_ratio,
+            opening_delay=valve.closing_delay,
+            closing_delay=valve.opening_delay,
+            rated_switches=valve.rated_switches,
+        )
 
     @model_validator(mode="after")
     def _vents(self) -> Self:

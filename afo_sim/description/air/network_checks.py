@@ -10,6 +10,7 @@ from afo_sim.description.quantity import amount, refusal, refused_name
 
 MOST_NODES = 32  # of one network, beside the ambient air and the supply
 MOST_RESTRICTIONS = 64  # of one network, valves included
+TOO_MANY = "too many for one network"
 
 
 def check_room(
@@ -36,14 +37,10 @@ def check_room(
         restrictions = sum(count for a, b, count in parts if {a, b} & members) + extra_restrictions
         kind = "volume" if len(orthosis.volume) > len(orthosis.chamber) else "chamber"
         if nodes > MOST_NODES:
-            problem = (
-                f"make {nodes} volumes that hang together (a tube has two ends), too many for one network"
-            )
+            problem = f"make {nodes} volumes that hang together (a tube has two ends), {TOO_MANY}"
             raise refusal(problem, f"up to {MOST_NODES}", f"{under}{kind}")
         if restrictions > MOST_RESTRICTIONS:
-            problem = (
-                f"make {restrictions} valves and restrictions that hang together, too many for one network"
-            )
+            problem = f"make {restrictions} valves and restrictions that hang together, {TOO_MANY}"
             raise refusal(problem, f"up to {MOST_RESTRICTIONS}", f"{under}restriction")
 
 
@@ -195,17 +192,11 @@ def _check_ways_in(orthosis: HasAir, found: list[Way]) -> None:
         for name in table:
             if name in into:
                 continue
-            against = next(
-                (
-                    key
-                    for key, each in orthosis.restriction.items()
-                    if not each.part.both_ways and each.upstream == name and each.downstream in into
-                ),
-                "",
-            )
             problem = "no air comes into it: nothing leads from the supply to it"
-            if against:
-                problem = f"no air comes into it: {against!r} lets air out of it only"
+            for key, each in orthosis.restriction.items():
+                if not each.part.both_ways and each.upstream == name and each.downstream in into:
+                    problem = f"no air comes into it: {key!r} lets air out of it only"
+                    break
             if kind == "chamber":
                 mend = "a feed that the supply's air comes to, or that has a start_pressure"
                 raise refusal(problem, mend, f"chamber.{name}.feed")
@@ -231,12 +222,24 @@ def _check_regulators(orthosis: HasAir, found: list[Way]) -> None:
             told = f"{amount(low, 'Pa', 4)} to {amount(high, 'Pa', 4)}, as of this regulator"
             raise refusal("cannot be set on this regulator", told, f"restriction.{name}.pressure")
         _check_by_passes(f"restriction.{name}", each, found)
-    _check_settings(regulators, found)
+    # those that hold the same air must hold it at the same pressure
+    open_ways = [way for way in found if way.part.always_open]
+    holds: dict[str, str] = {}
+    for name, each in regulators.items():
+        for node in reached([each.downstream], open_ways):
+            if node in (SUPPLY, AMBIENT):
+                continue
+            other = holds.setdefault(node, name)
+            setting = regulators[other].pressure
+            if setting is not None and setting != each.pressure:
+                problem = f"conflicts with {other!r}, which holds the same air at {amount(setting, 'Pa', 4)}"
+                mend = "the same pressure, or a valve or check valve between them"
+                raise refusal(problem, mend, f"restriction.{name}.pressure")
 
 
 def _check_by_passes(key: str, regulator: Restriction, found: list[Way]) -> None:
     """Its own air must not come before it again, nor what is before it behind it."""
-    lasting = [way for way in found if way.key != key and way.feeds and way.blows_off]
+    lasting = [way for way in found if way.key != key and way.part.feeds and way.part.blows_off]
     others = [way for way in lasting if way.part is not regulator.part]
     around = reached([regulator.upstream], others).get(regulator.downstream)
     if around:
@@ -253,19 +256,3 @@ def _check_by_passes(key: str, regulator: Restriction, found: list[Way]) -> None
 
 def _told(through: list[Way]) -> str:
     return ", ".join(way.key.partition(".")[2] for way in through)
-
-
-def _check_settings(regulators: dict[str, Restriction], found: list[Way]) -> None:
-    """Regulators that hold the same air must hold it at the same pressure."""
-    open_ways = [way for way in found if way.always_open]
-    holds: dict[str, str] = {}
-    for name, each in regulators.items():
-        for node in reached([each.downstream], open_ways):
-            if node in (SUPPLY, AMBIENT):
-                continue
-            other = holds.setdefault(node, name)
-            setting = regulators[other].pressure
-            if setting is not None and setting != each.pressure:
-                problem = f"conflicts with {other!r}, which holds the same air at {amount(setting, 'Pa', 4)}"
-                mend = "the same pressure, or a valve or check valve between them"
-                raise refusal(problem, mend, f"restriction.{name}.pressure")

@@ -130,7 +130,7 @@ class Source(Named):
         return self.filling_pressure or self.switch_off or 0.0
 
     @model_validator(mode="after")
-    def _has_what_its_kind_has(self) -> Self:
+    def _has_and_holds_what_its_kind_does(self) -> Self:
         own = (*NEEDED[self.kind], *MAY_HAVE[self.kind])
         for name in sorted(OF_ONE_KIND - {*own}):
             if getattr(self, name) is not None:
@@ -140,10 +140,6 @@ class Source(Named):
         for name in NEEDED[self.kind]:
             if getattr(self, name) is None:
                 raise refusal(f"is missing; a {self.kind} needs it", ", ".join(NEEDED[self.kind]), name)
-        return self
-
-    @model_validator(mode="after")
-    def _holds_what_it_can(self) -> Self:
         if self.kind == "cartridge" and self.gas != "co2":
             raise refusal("cannot be liquid at ambient temperature", '"co2" of a cartridge', "gas")
         if self.kind == "compressor" and self.gas != "air":

@@ -1,7 +1,7 @@
 """What a supply and a timer need of an orthosis: air to take, size of the network, valves to switch."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from afo_sim.description.air.air_graph import HasAir, highest_pressures, ways
 from afo_sim.description.air.air_parts import AMBIENT, SUPPLY
@@ -24,22 +24,14 @@ def check_supplied(orthosis: HasAir, supply: Supply) -> None:
             problem = f"is above what comes to it: {each.upstream!r} has {amount(before, 'Pa', 4)} at most"
             most = f"at most {amount(before, 'Pa', 4)}, or more pressure before it"
             raise refusal(problem, most, f"orthosis.restriction.{name}.pressure")
-    if orthosis.chamber:
-        _check_taken_from(orthosis, supply)
-        _check_room(orthosis, supply)
-
-
-def _check_taken_from(orthosis: HasAir, supply: Supply) -> None:
-    for way in ways(orthosis):
-        if SUPPLY in (way.origin, way.end) and AMBIENT not in (way.origin, way.end):
-            return
+    if not orthosis.chamber:
+        return
+    ends = [{way.origin, way.end} for way in ways(orthosis)]
+    taken = any(SUPPLY in each and AMBIENT not in each for each in ends)
     for key in ("source", "regulator"):
-        if getattr(supply, key) is not None:
+        if getattr(supply, key) is not None and not taken:
             problem = f"its {key} has nothing to feed: no chamber and no volume takes air from the supply"
             raise refusal(problem, 'a feed or an upstream that is "supply"; or an ideal supply', "supply")
-
-
-def _check_room(orthosis: HasAir, supply: Supply) -> None:
     nodes = restrictions = 0
     if supply.source is not None:
         nodes += 1
@@ -91,16 +83,7 @@ def _never_shut(name: str) -> str:
     return f"the 3/2 valve of chamber {name!r} vents while its coil has no current"
 
 
-class Switched(Protocol):
-    """An orthosis, as far as its valves go."""
-
-    @property
-    def chamber(self) -> Mapping[str, Any]: ...
-    @property
-    def restriction(self) -> Mapping[str, Any]: ...
-
-
-def check_switched(orthosis: Switched, named: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
+def check_switched(orthosis: HasAir, named: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
     """Refuse times of a valve that is not there."""
     for key, tables in named:
         if key == "start":
