@@ -6,8 +6,7 @@ from typing import Any
 from afo_sim.common import InputError, assets, nearest_name, read_header, read_table
 from afo_sim.description.keys import keys
 from afo_sim.description.quantity import amount
-from afo_sim.description.schema import SPECS, split_key
-from afo_sim.description.tree import value_at
+from afo_sim.description.schema import SPECS, holder, split_key
 from afo_sim.physics import FRICTIONS, LAWS
 
 _Rows = Sequence[Sequence[str]]
@@ -39,19 +38,17 @@ def _found(name: str) -> Iterator[_TableOf]:
 
 def _described(kind: str, name: str) -> _TableOf:
     """The product's own keys; what it refers to by name is a product of its own."""
-    own = str(assets.find(kind, name).relative_to(assets.folder("models").parent))
-    rows = [
-        (key.key, key.value, key.kind, "default" if key.source == "default" else key.reference, key.meaning)
-        for key in keys(name, kind=kind, whole=True)
-        if key.source == own or (key.source == "default" and key.value and _is_own(key.key, kind, name))
-    ]
+    file = assets.find(kind, name)
+    own, table = str(file.relative_to(assets.folder("models").parent)), assets.read_toml(file)
+    rows = []
+    for key in keys(name, kind=kind, whole=True):
+        # a default that stands in the product itself, not in one that it refers to
+        own_default = key.value and isinstance(holder(table, split_key(key.key)[0]), Mapping)
+        if key.source == own:
+            rows.append((key.key, key.value, key.kind, key.reference, key.meaning))
+        elif key.source == "default" and own_default:
+            rows.append((key.key, key.value, key.kind, "default", key.meaning))
     return f"{kind} {name}: {own}", ("key", "value", "kind", "source", "meaning"), rows
-
-
-def _is_own(key: str, kind: str, name: str) -> bool:
-    """Whether a key with a default stands in the product itself, not in one that it refers to."""
-    table = assets.read_toml(assets.find(kind, name))
-    return isinstance(value_at(table, split_key(key)[0][:-1]), Mapping)
 
 
 def _plain(kind: str, name: str) -> _TableOf:

@@ -32,10 +32,8 @@ _NEUTRAL = math.acos(1.0 / math.sqrt(3.0))  # 54.74°: such a braid encloses the
 _PRESSURE = 4e5  # assumed limit of a clamped silicone tube, gauge [Pa]
 _STRONGEST = 15e3  # force at that pressure of a braid that is still taken for a hand-made one [N]
 _S1 = Braid(1.0, 5.75e-3, math.radians(22.0))  # the muscle whose bladder, damping and braid are scaled
-_S1_BLADDER = (
-    136.0,
-    153.0,
-)  # its F0 and K_b [N], fitted to its tables I and II, see models/muscles/s1_215mm
+# its F0 and K_b [N], fitted to its tables I and II, see models/muscles/s1_215mm
+_S1_BLADDER = (136.0, 153.0)
 # Where a given quantity stands in a muscle's file.
 _PLACE = {
     "length": "total_length",
@@ -129,15 +127,13 @@ def new_braid_facts(muscle: Muscle) -> list[tuple[str, str]]:
     """Facts of a new hand-made braid at its highest pressure, and what each of its laws makes of them."""
     facts = BraidFacts.of(muscle)
     found = [*facts.rows()]
-    in_use = float(muscle.force(facts.pressure, contraction=0.0))
+    in_use = muscle.force(facts.pressure, contraction=0.0)
     for law in muscle.laws:
         other = muscle.using(law=law)
-        force, most = (
-            other.force(facts.pressure, contraction=0.0),
-            other.contraction(facts.pressure, force=0.0),
-        )
-        beside = "in use" if law == muscle.law else f"{100.0 * (float(force) / in_use - 1.0):+.0f} %"
-        said = f"{float(force):.4g} N ({beside}), contraction at most {100.0 * float(most):.3g} %"
+        force = other.force(facts.pressure, contraction=0.0)
+        most = other.contraction(facts.pressure, force=0.0)
+        beside = "in use" if law == muscle.law else f"{100.0 * (force / in_use - 1.0):+.0f} %"
+        said = f"{force:.4g} N ({beside}), contraction at most {100.0 * most:.3g} %"
         found.append((f"by the law {law} at {facts.pressure * 1e-5:.4g} bar", said))
     return found
 
@@ -146,10 +142,8 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
     """The given quantities in SI, each within its range, and those that are assumed."""
     for name in given:
         if name not in _RANGES:
-            allowed = ", ".join(_RANGES)
-            raise InputError(
-                "is unknown", field=name, allowed=allowed, nearest=nearest_name(name, _RANGES) or ""
-            )
+            nearest = nearest_name(name, _RANGES)
+            raise InputError("is unknown", field=name, allowed=", ".join(_RANGES), nearest=nearest)
     for name in _NEEDED:
         if name not in given:
             needs = "a braid needs `bore`, `braid_angle` and `length`"
@@ -158,21 +152,14 @@ def _read(given: Mapping[str, str]) -> dict[str, float]:
     q.setdefault("end_length", 2.0 * q["bore"])
     q.setdefault("wall_thickness", 0.0)
     active, longer = q["length"] - q["end_length"], f"more than {1e3 * (q['bore'] + q['end_length']):g} mm"
-    if active <= 0.0:
-        raise InputError(
-            f"no braid is left between the ends, {1e3 * q['end_length']:g} mm in all",
-            field="length",
-            value=given["length"],
-            allowed=longer,
-        )
     if active <= q["bore"]:
-        raise InputError(
+        problem = (
             f"leaves {1e3 * active:g} mm of braid, no longer than the bore of {1e3 * q['bore']:g} mm: "
-            "the law is a long cylinder's",
-            field="length",
-            value=given["length"],
-            allowed=longer,
+            "the law is a long cylinder's"
         )
+        if active <= 0.0:
+            problem = f"no braid is left between the ends, {1e3 * q['end_length']:g} mm in all"
+        raise InputError(problem, field="length", value=given["length"], allowed=longer)
     strength = blocked_force(Braid(active, q["bore"] / 2.0, q["braid_angle"]), _PRESSURE)
     if strength > _STRONGEST:
         raise InputError(

@@ -1,7 +1,7 @@
 """A leg and what it wears, as they are described: relaxed ankle, toes, outsole, shoe."""
 
 import pathlib
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -54,11 +54,6 @@ class PassiveAnkle(Described):
     """Shift of the angle at which the tissue is slack."""
 
 
-def _tissue(table: dict[str, Any]) -> PassiveAnkle:
-    """A healthy ankle's; another joint has the spring of its file alone."""
-    return PassiveAnkle(scale=1.0 if table.get("joint") == "ankle" else 0.0)
-
-
 class Leg(Named):
     """A leg: its MJCF or URDF, which bodies and joint are meant, and its passive ankle.
 
@@ -98,7 +93,10 @@ class Leg(Named):
     """Coulomb friction about the joint, on top of the file's."""
     inertia: Annotated[float, Quantity("kg*m^2", at_least=0.0, at_most=10.0)] = 0.0
     """Inertia about the joint of what else turns with the foot, on top of the file's."""
-    passive: PassiveAnkle = Field(default_factory=_tissue)
+    # another joint has the spring of its file alone
+    passive: PassiveAnkle = Field(
+        default_factory=lambda of: PassiveAnkle(scale=1.0 if of.get("joint") == "ankle" else 0.0)
+    )
     """Moment of the relaxed ankle's tissue; none about another joint."""
     toes: Toes | None = None
     """Hinge of the toes; a rigid foot without it."""

@@ -81,31 +81,19 @@ class MuscleGroup(Described):
         else:
             for key, given in (between | {"slack": self.slack or None}).items():
                 if given is not None:
-                    raise refusal(
-                        "does not go with a pulley: its length follows from initial_contraction",
-                        "either a pulley, or origin, insertion, link_length and slack",
-                        key,
-                    )
+                    problem = "does not go with a pulley: its length follows from initial_contraction"
+                    either = "either a pulley, or origin, insertion, link_length and slack"
+                    raise refusal(problem, either, key)
         if self.origin and self.insertion and self.origin.segment == self.insertion.segment:
-            raise refusal(
-                "both ends are on the same segment: the muscle cannot move the joint",
-                "the segment that the other end is not on",
-                "insertion.segment",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _has_a_path(self) -> Self:
+            problem = "both ends are on the same segment: the muscle cannot move the joint"
+            raise refusal(problem, "the segment that the other end is not on", "insertion.segment")
         if self.path and self.pulley is not None:
             problem = "does not go with a pulley: its cable runs over the pulley alone"
             raise refusal(problem, "either a pulley, or origin, path and insertion", "path")
         for number in range(1, len(self.path)):
             if self.path[number].surface and self.path[number - 1].surface:
-                raise refusal(
-                    "is a surface next to a surface: where the path runs between them is not defined",
-                    "a point without surface before it",
-                    f"path.{number}.surface",
-                )
+                problem = "is a surface next to a surface: where the path runs between them is not defined"
+                raise refusal(problem, "a point without surface before it", f"path.{number}.surface")
         for number, k in itertools.product(range(len(self.path)), range(self.count)):
             if refused := self._inside(number, k):
                 raise refused
@@ -173,13 +161,7 @@ class MuscleGroup(Described):
         """Origin, path and insertion, in this order; none of a pulley."""
         if self.origin is None or self.insertion is None:
             return ()
-        ends = (
-            PathPoint.model_construct(
-                segment=end.segment, from_joint=end.from_joint, spacing=end.spacing, surface=None
-            )
-            for end in (self.origin, self.insertion)
-        )
-        first, last = ends
+        first, last = (PathPoint.model_construct(**dict(end)) for end in (self.origin, self.insertion))
         return (first, *self.path, last)
 
     @property
@@ -315,6 +297,11 @@ class Orthosis(Named):
         if self.anchor and self.muscle and not self.anchored:
             problem = "is pulled on by no muscle: all of them run over pulleys"
             raise refusal(problem, "no such table, or a muscle between two anchors", "anchor")
+        for chamber in self.chamber if self.anchor else ():
+            over_pulleys = {group.pulley is not None for group in self.muscles_of(chamber).values()}
+            if len(over_pulleys) > 1:
+                problem = "holds muscles over pulleys and between anchors, and only these pull on the anchors"
+                raise refusal(problem, "a chamber for each", f"chamber.{chamber}")
         return self
 
     @model_validator(mode="after")
@@ -324,15 +311,6 @@ class Orthosis(Named):
             raise refusal("is not over rising angles about 0", "two rows or more", "joint_centre")
         if angles and any(group.path or group.pulley for group in self.muscle.values()):
             raise refusal("needs muscles straight between two anchors", "no path, no pulley", "joint_centre")
-        return self
-
-    @model_validator(mode="after")
-    def _chambers_pull_alike(self) -> Self:
-        for chamber in self.chamber if self.anchor else ():
-            over_pulleys = {group.pulley is not None for group in self.muscles_of(chamber).values()}
-            if len(over_pulleys) > 1:
-                problem = "holds muscles over pulleys and between anchors, and only these pull on the anchors"
-                raise refusal(problem, "a chamber for each", f"chamber.{chamber}")
         return self
 
     @model_validator(mode="after")

@@ -87,19 +87,12 @@ def toml_text(table: Mapping[str, Any]) -> str:
     return tomli_w.dumps(_plain(table))
 
 
-def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
-    """A table without None, with the sources beside their values."""
-    sources = table.get("provenance", {})
-    found = {}
-    for key, value in table.items():
-        if value is not None and key != "provenance":
-            value = _value(value)
-            found[key] = {"value": value, **sources[key]} if key in sources else value
-    return found
-
-
-def _value(value: Any) -> Any:
-    """A value; a table, or tables in a list, as `_plain` has them."""
-    if isinstance(value, Mapping):
-        return _plain(value)
-    return [_value(item) for item in value] if isinstance(value, list | tuple) else value
+def _plain(node: Any) -> Any:
+    """A table, also in a list, without None, with the sources beside their values."""
+    if isinstance(node, list | tuple):
+        return [_plain(item) for item in node]
+    if not isinstance(node, Mapping):
+        return node
+    sources = node.get("provenance", {})
+    found = {k: _plain(value) for k, value in node.items() if value is not None and k != "provenance"}
+    return {k: {"value": value, **sources[k]} if k in sources else value for k, value in found.items()}

@@ -1,7 +1,7 @@
 """A resolved scenario in words for people who do not read TOML."""
 
 import pathlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from afo_sim.common import parse_quantity
@@ -85,7 +85,7 @@ def _muscles(patient: _Scenario) -> str:
 def _tissue(patient: _Scenario) -> str:
     """How the tissue differs from a healthy one's, as a part of a sentence."""
     scale = float(patient.get("passive_scale", 1.0))
-    offset = _in(patient.get("passive_offset") or "0 rad", "deg")
+    offset = parse_quantity(patient.get("passive_offset") or "0 rad", "deg")
     words = f"; tissue {scale:g} times as stiff" if scale != 1.0 else ""
     return words + (f"; tissue shifted by {offset:.3g}°" if offset else "")
 
@@ -96,7 +96,7 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
         joint, knee = joint_words(scenario), (scenario.get("shank") or {}).get("knee_angle")
         fixed = f"{joint.above} held still"
         if knee is not None and joint is JOINTS["ankle"]:
-            fixed += f", knee at {_in(knee, 'deg'):.0f}°"
+            fixed += f", knee at {parse_quantity(knee, 'deg'):.0f}°"
         yield "motion", fixed
         return
     yield "worn", worn(scenario)
@@ -105,21 +105,17 @@ def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     words = f"stride {pathlib.Path(gait['cycle']).stem.replace('_', ' ')}"
     words += ", the patient's own walk without the device" if own_walk(scenario) else ""
     if gait.get("stride_time"):
-        words += f", played at {_in(gait['stride_time'], 's'):g} s per stride"
+        words += f", played at {parse_quantity(gait['stride_time'], 's'):g} s per stride"
     if gait.get("variability"):
         words += f", stride time varied by {100.0 * gait['variability']:g} %"
     if gait.get("pace"):
-        words += f", {_pace(gait['pace'])}"
+        changes = (f"{float(factor):g} from {parse_quantity(at, 's'):g} s on" for at, factor in gait["pace"])
+        words += f", cadence times {', '.join(changes)} (0 stands)"
     yield "walking", words
     if (scenario.get("ground") or {}).get("mode") != "contact":
         yield "ground", "the recorded force, whatever the foot does: it can pass through the floor (a trip)"
     else:
         yield "ground", "contact of this foot with the floor"
-
-
-def _pace(pace: Sequence[Sequence[Any]]) -> str:
-    changes = (f"{float(factor):g} from {_in(at, 's'):g} s on" for at, factor in pace)
-    return f"cadence times {', '.join(changes)} (0 stands)"
 
 
 def _device(scenario: _Scenario) -> Iterator[tuple[str, str]]:
@@ -132,7 +128,7 @@ def _device(scenario: _Scenario) -> Iterator[tuple[str, str]]:
         muscle = group["type"]
         words = f"{group['count']} × {muscle.get('description') or muscle['name']}"
         yield f"muscles, {name}", words + _guides(group)
-    yield "supply", f"{_in(scenario['supply']['pressure'], 'bar'):g} bar (gauge)"
+    yield "supply", f"{parse_quantity(scenario['supply']['pressure'], 'bar'):g} bar (gauge)"
     yield from _valves(scenario)
 
 
@@ -160,7 +156,7 @@ def _valves(scenario: _Scenario) -> Iterator[tuple[str, str]]:
             when = "of the gait cycle"
         elif timer:
             table = timer.get(chamber) or {}
-            when = f"of every {_in(timer['period'], 's'):g} s"
+            when = f"of every {parse_quantity(timer['period'], 's'):g} s"
         else:
             continue
         parts = [
@@ -174,9 +170,5 @@ def _valves(scenario: _Scenario) -> Iterator[tuple[str, str]]:
 def _span(start: float | str, end: float | str) -> str:
     """An interval of gait phase or of time."""
     if isinstance(start, str) or isinstance(end, str):
-        return f"{_in(str(start), 's'):g}–{_in(str(end), 's'):g} s"
+        return f"{parse_quantity(str(start), 's'):g}–{parse_quantity(str(end), 's'):g} s"
     return f"{100.0 * start:g}–{100.0 * end:g} %"
-
-
-def _in(text: str, unit: str) -> float:
-    return parse_quantity(text, unit)

@@ -336,7 +336,11 @@ def allowed(annotation: Any) -> str:
     if get_origin(inner) is Literal:
         return " or ".join(f'"{choice}"' for choice in get_args(inner))
     if get_origin(inner) is tuple:
-        return _allowed_list(get_args(inner))
+        parts = [allowed(item) for item in get_args(inner) if item is not Ellipsis]
+        if Ellipsis in get_args(inner):
+            return f"a list, each item {parts[0]}"
+        count = {2: "two", 3: "three"}.get(len(parts), str(len(parts)))
+        return f"{count} of: {parts[0]}" if len(set(parts)) == 1 else f"{count}: {'; '.join(parts)}"
     if inner is int:
         words = (("ge", "at least"), ("le", "at most"))
         bounds = [f"{word} {getattr(m, name)}" for name, word in words for m in marks if hasattr(m, name)]
@@ -344,16 +348,6 @@ def allowed(annotation: Any) -> str:
     if is_table(inner):
         return "a name or a path" if inner in KINDS else f"a table with {', '.join(fields_of(inner))}"
     return "the path of a file" if inner is pathlib.Path else "a text"
-
-
-def _allowed_list(items: tuple[Any, ...]) -> str:
-    if items[-1] is Ellipsis:
-        return f"a list, each item {allowed(items[0])}"
-    parts = [allowed(item) for item in items]
-    count = {2: "two", 3: "three"}.get(len(items), str(len(items)))
-    if len(set(parts)) == 1:
-        return f"{count} of: {parts[0]}"
-    return f"{count}: " + "; ".join(parts)
 
 
 def item_type(annotation: Any, number: int) -> Any:

@@ -99,9 +99,8 @@ class Tree:
                 allowed = f"as in {dotted_key(path[:depth])}[0].{dotted_key(path[depth:])}"
                 raise InputError("is a list here: name one of its items", field=dotted, allowed=allowed)
             if not isinstance(child, dict | list):
-                raise InputError(
-                    f"{dotted_key(path[:depth])} is a value, not a table", field=dotted, value=value
-                )
+                problem = f"{dotted_key(path[:depth])} is a value, not a table"
+                raise InputError(problem, field=dotted, value=value)
             own = copy.copy(child)  # what was given stays as it was
             node[int(key) if isinstance(node, list) else key] = own
             node = own

@@ -52,13 +52,9 @@ class Gait(Described):
     """The settled stride is solved for, or walked to from the start; walked where strides do not repeat."""
 
     @model_validator(mode="after")
-    def _has_one_pace(self) -> Self:
+    def _has_one_pace_at_a_time(self) -> Self:
         if self.speed is not None and self.stride_time is not None:
             raise refusal("stands beside gait.speed, which sets the pace", "one of the two", "stride_time")
-        return self
-
-    @model_validator(mode="after")
-    def _changes_pace_in_turn(self) -> Self:
         for (before, _), (after, _) in pairwise(self.pace):
             # from 0 s on the first factor holds without a change
             earliest = before + (self.pace_change if before > 0.0 else 0.0)

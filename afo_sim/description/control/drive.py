@@ -10,13 +10,10 @@ _DriveTime = Annotated[float, Quantity("s", at_least=0.0, at_most=10.0)]
 _DrivePressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
 
 _RELEASE = 0.75  # of the dead band: 15 of 20 mbar in the controller of the robot Lucy (VUB)
-_SWITCHED = ("release",)  # what two-point switching alone has
-_PULSED = ("period",)
-_CONTROLLED = ("full_at", "integral_time", "derivative_time")  # what a PID alone has
 WITHOUT = {
-    "bang_bang": (*_PULSED, *_CONTROLLED, "bandwidth"),
-    "pwm": (*_SWITCHED, "bandwidth"),
-    "regulator": (*_SWITCHED, *_PULSED, "least_on", "least_off"),
+    "bang_bang": ("period", "full_at", "integral_time", "derivative_time", "bandwidth"),
+    "pwm": ("release", "bandwidth"),
+    "regulator": ("release", "period", "least_on", "least_off"),
 }  # fields that change nothing, by kind
 
 

@@ -198,15 +198,11 @@ class Pid(Described):
         return self.loop.reference.cycle
 
     @model_validator(mode="after")
-    def _controls_one_quantity(self) -> Self:
+    def _fits_together(self) -> Self:
         there = [name for name in QUANTITIES if getattr(self, name) is not None]
         if len(there) != 1:
             said = "is missing: nothing is controlled" if not there else f"stands beside {there[0]}"
             raise refusal(said, "one of the tables angle, moment, pressure", there[-1] if there else "angle")
-        return self
-
-    @model_validator(mode="after")
-    def _has_two_chambers(self) -> Self:
         if self.raises == self.lowers:
             raise refusal("is the chamber that raises too", "another chamber, or none", "lowers")
         if self.pressures is not None and self.least_output > 0.0:
