@@ -166,13 +166,8 @@ def find_gait(name: str) -> pathlib.Path:
         return path
     shipped = gait_names()
     allowed = f"a path to a CSV file, or one of: {', '.join(shipped)}"
-    raise InputError(
-        "there is no such gait",
-        field="gait",
-        value=name,
-        allowed=allowed,
-        nearest=nearest_name(name, shipped),
-    )
+    problem = "there is no such gait"
+    raise InputError(problem, field="gait", value=name, allowed=allowed, nearest=nearest_name(name, shipped))
 
 
 def checks_of(scenario: str) -> pathlib.Path:

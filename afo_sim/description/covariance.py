@@ -66,9 +66,8 @@ class FitCovariance(Described):
             return ()  # the parameters are refused, and that is reported
         if not isinstance(texts, list | tuple) or len(texts) != len(names):
             count = len(names)
-            raise refusal(
-                f"there are {count} parameters", f"a list of {count} standard errors, in their order"
-            )
+            problem = f"there are {count} parameters"
+            raise refusal(problem, f"a list of {count} standard errors, in their order")
         read, problems = [], []
         for k, (name, text) in enumerate(zip(names, texts, strict=True)):
             try:
@@ -96,10 +95,8 @@ class FitCovariance(Described):
             raise refusal(f"is not symmetric: [{i}][{j}] differs from [{j}][{i}]", form)
         least = float(np.linalg.eigvalsh(found).min())
         if least < -_ROUNDING:
-            raise refusal(
-                f"no numbers can be correlated like this: the smallest eigenvalue is {least:.2g}",
-                "a positive semidefinite matrix; correlations near ±1 need more decimals",
-            )
+            problem = f"no numbers can be correlated like this: the smallest eigenvalue is {least:.2g}"
+            raise refusal(problem, "a positive semidefinite matrix; correlations near ±1 need more decimals")
         return rows
 
     @model_serializer(mode="wrap")

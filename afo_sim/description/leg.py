@@ -107,9 +107,8 @@ class Leg(Named):
             return self
         if self.passive.scale != 0.0:
             allowed = "0, and stiffness and springref of the hinge in the file"
-            raise refusal(
-                f"is the tissue of an ankle, and this is {a_joint(self.joint)}", allowed, "passive.scale"
-            )
+            problem = f"is the tissue of an ankle, and this is {a_joint(self.joint)}"
+            raise refusal(problem, allowed, "passive.scale")
         if self.toes is not None:
             problem = f"belongs under an ankle, and this is {a_joint(self.joint)}"
             raise refusal(problem, "no such table", "toes")

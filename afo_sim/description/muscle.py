@@ -275,12 +275,8 @@ class Muscle(Named, RestCurves, Draws):
     def _covariance_is_its_own(self) -> Self:
         if self.covariance is not None and self.covariance.law not in self.laws:
             nearest = nearest_name(self.covariance.law, self.laws) or ""
-            raise refusal(
-                "the muscle has no parameters of this law",
-                f"one of those it has: {', '.join(self.laws)}",
-                "covariance.law",
-                nearest,
-            )
+            problem = "the muscle has no parameters of this law"
+            raise refusal(problem, f"one of those it has: {', '.join(self.laws)}", "covariance.law", nearest)
         return self
 
     @property

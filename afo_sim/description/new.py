@@ -92,9 +92,8 @@ def base_of(kind: str, like: str) -> pathlib.Path:
 def target_of(kind: str, name: str, out: pathlib.Path) -> pathlib.Path:
     """The file of a new product; refuses a name that is none, or taken."""
     if not re.fullmatch(_NAME, name):
-        raise InputError(
-            "is not a valid name", field="name", value=name, allowed="letters, digits, . - and _"
-        )
+        problem = "is not a valid name"
+        raise InputError(problem, field="name", value=name, allowed="letters, digits, . - and _")
     if name in assets.names(kind):
         raise InputError(f"is the name of a shipped {kind}", field="name", value=name, allowed="another name")
     target = out / f"{name}.toml" if kind in assets.FLAT else out / name / f"{kind}.toml"

@@ -320,15 +320,13 @@ class Orthosis(Named):
         for kind in ("muscle", "chamber", "volume", "restriction"):
             for name in getattr(self, kind):
                 if not re.fullmatch(r"[A-Za-z][\w-]*", name):
-                    raise refusal(
-                        f"{name!r} is not a valid name", "letters, digits, - and _, a letter first", kind
-                    )
+                    problem = f"{name!r} is not a valid name"
+                    raise refusal(problem, "letters, digits, - and _, a letter first", kind)
         for name, group in self.muscle.items():
             own = group.chamber or name
             if own not in self.chamber:
-                raise refused_name(
-                    f"there is no chamber {own!r}", own, self.chamber, f"muscle.{name}.chamber"
-                )
+                problem = f"there is no chamber {own!r}"
+                raise refused_name(problem, own, self.chamber, f"muscle.{name}.chamber")
         for name in self.chamber:
             if not self.muscles_of(name):
                 raise refusal("no muscle belongs to this chamber", "", f"chamber.{name}")

@@ -83,9 +83,8 @@ class Quantity:
         high = self.at_most is not None and number > self.at_most
         if low or lower or high:
             least = amount(magnitudes(self.unit)[0], self.unit, 4)
-            raise refusal(
-                "is out of range", f"{self.allowed}; below {least} it is 0" if low else self.allowed
-            )
+            problem = "is out of range"
+            raise refusal(problem, f"{self.allowed}; below {least} it is 0" if low else self.allowed)
         return number
 
     def write(self, value: float) -> str | float:

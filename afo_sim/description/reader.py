@@ -195,9 +195,8 @@ def expand(kind: str, source: _Source) -> dict[str, Any]:
 def _require_table(sets: Any) -> None:
     if sets is not None and not isinstance(sets, Mapping):
         example = '{"supply.pressure": "3 bar"}'
-        raise InputError(
-            "is not a dict of keys and values", field="sets", value=sets, allowed="as in " + example
-        )
+        problem = "is not a dict of keys and values"
+        raise InputError(problem, field="sets", value=sets, allowed="as in " + example)
 
 
 def _tree(kind: str, source: Any) -> Tree:

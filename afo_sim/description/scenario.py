@@ -166,16 +166,12 @@ class Scenario(Named):
             if getattr(self, key) is not None and not self.walking:
                 raise refusal("goes with a driven shank", 'shank.pose = "driven"', key)
         if self.timer is not None and self.phases is not None:
-            raise refusal(
-                "stands beside a timer: one of them switches the valves", "phases or timer", "phases"
-            )
+            problem = "stands beside a timer: one of them switches the valves"
+            raise refusal(problem, "phases or timer", "phases")
         for kind in ("timer", "phases"):
             if self.controller is not None and getattr(self, kind) is not None:
-                raise refusal(
-                    f"stands beside {kind}: one of them switches the valves",
-                    f"controller or {kind}",
-                    "controller",
-                )
+                problem = f"stands beside {kind}: one of them switches the valves"
+                raise refusal(problem, f"controller or {kind}", "controller")
         if self.orthosis.chamber and not (self.timer or self.phases or self.controller):
             raise refusal("is missing: nothing switches the valves", "timer, or phases when walking", "timer")
         return self
@@ -204,11 +200,8 @@ class Scenario(Named):
         if self.controller is not None:
             self.controller.check_chambers(self.orthosis.chamber, self.drive)
         if self.ground is not None and self.ground.toe_stiffness is not None and self.leg.toes is not None:
-            raise refusal(
-                "is for a leg without toes; this leg's toes have a hinge with a stiffness of its own",
-                "leg.toes.stiffness",
-                "ground.toe_stiffness",
-            )
+            problem = "is for a leg without toes; this leg's toes have a hinge with a stiffness of its own"
+            raise refusal(problem, "leg.toes.stiffness", "ground.toe_stiffness")
         for name, begun in (self.start.chambers if self.start else {}).items():
             if begun.pressure is not None and begun.pressure > self.supply.pressure * (1.0 + 1e-12):
                 raise refusal(
@@ -221,18 +214,12 @@ class Scenario(Named):
         if self.n_step < 1:
             raise refusal("is shorter than one time step", f"at least {self.timestep:g} s", "duration")
         if self.n_step > MAX_STEPS:
-            raise refusal(
-                f"is {self.n_step:.3g} steps of {self.timestep:g} s, more than one run can hold",
-                f"at most {MAX_STEPS * self.timestep:g} s",
-                "duration",
-            )
+            problem = f"is {self.n_step:.3g} steps of {self.timestep:g} s, more than one run can hold"
+            raise refusal(problem, f"at most {MAX_STEPS * self.timestep:g} s", "duration")
         stride = 1.0 if self.record_rate is None else 1.0 / (self.record_rate * self.timestep)
         if stride < 1.0 - 1e-9 or abs(stride - round(stride)) > 1e-6 * stride:
-            raise refusal(
-                "is not a whole fraction of the step rate",
-                f"{1.0 / self.timestep:g} Hz divided by 1, 2, 3, …",
-                "record_rate",
-            )
+            problem = "is not a whole fraction of the step rate"
+            raise refusal(problem, f"{1.0 / self.timestep:g} Hz divided by 1, 2, 3, …", "record_rate")
         return self
 
     @property

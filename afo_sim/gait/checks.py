@@ -98,14 +98,12 @@ class _Examination:
     def _header(self) -> None:
         cycle = self.cycle
         if cycle.side not in ("right", "left"):
-            raise InputError(
-                "is not a valid side", file=self.file, field="side", value=cycle.side, allowed="right, left"
-            )
+            problem = "is not a valid side"
+            raise InputError(problem, file=self.file, field="side", value=cycle.side, allowed="right, left")
         if cycle.walker not in (None, *get_args(Walker)):
             allowed = ", ".join(get_args(Walker))
-            raise InputError(
-                "is not a valid walker", file=self.file, field="walker", value=cycle.walker, allowed=allowed
-            )
+            problem = "is not a valid walker"
+            raise InputError(problem, file=self.file, field="walker", value=cycle.walker, allowed=allowed)
         values = (cycle.stride_time, cycle.body_mass, cycle.walking_speed, cycle.ankle_height)
         known = dict(zip(RANGES, values, strict=True))
         optional = dict(zip(_OPTIONAL_RANGES, (cycle.body_height, cycle.sole_thickness), strict=True))

@@ -102,9 +102,8 @@ class Restriction(Described):
         part = self.part
         for name in sorted({name for each in PARTS.values() for name in each.own} - {*part.own}):
             if getattr(self, name) is not None:
-                raise refusal(
-                    f"is not a valid key of {a_kind}", f"{', '.join(part.own)}, upstream, downstream", name
-                )
+                problem = f"is not a valid key of {a_kind}"
+                raise refusal(problem, f"{', '.join(part.own)}, upstream, downstream", name)
         for name in part.needs:
             if getattr(self, name) is None:
                 raise refusal(f"is missing; {a_kind} needs it", ", ".join(part.needs), name)

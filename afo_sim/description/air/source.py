@@ -134,9 +134,8 @@ class Source(Named):
         own = (*NEEDED[self.kind], *MAY_HAVE[self.kind])
         for name in sorted(OF_ONE_KIND - {*own}):
             if getattr(self, name) is not None:
-                raise refusal(
-                    f"is not a valid key of a {self.kind}", f"{', '.join(own)} besides those of all", name
-                )
+                problem = f"is not a valid key of a {self.kind}"
+                raise refusal(problem, f"{', '.join(own)} besides those of all", name)
         for name in NEEDED[self.kind]:
             if getattr(self, name) is None:
                 raise refusal(f"is missing; a {self.kind} needs it", ", ".join(NEEDED[self.kind]), name)

@@ -77,11 +77,8 @@ class Rated(Described):
             return self
         given = _conductance(rated, getattr(self, rated), self.critical_ratio)
         if abs(self.conductance - given) > ALIKE * given:
-            raise refusal(
-                f"stands beside {rated}, which gives {amount(given, UNIT, 4)}",
-                f"{CONDUCTANCE} or {rated}",
-                CONDUCTANCE,
-            )
+            problem = f"stands beside {rated}, which gives {amount(given, UNIT, 4)}"
+            raise refusal(problem, f"{CONDUCTANCE} or {rated}", CONDUCTANCE)
         self.provenance[CONDUCTANCE] = Provenance(kind="derived", source=self._conversion(rated))
         return self
 

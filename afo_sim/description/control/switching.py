@@ -130,11 +130,8 @@ class Clock(OfChambers[Times]):
             for valve in ("inlet", "outlet", "open"):
                 for start, end in getattr(times, valve, ()):
                     if not 0.0 <= start < end <= self.period * (1.0 + 1e-12):
-                        raise refusal(
-                            f"the event [{start:g} s, {end:g} s] is not within the period",
-                            f"0 s ≤ from < to ≤ {self.period:g} s",
-                            f"{name}.{valve}",
-                        )
+                        problem = f"the event [{start:g} s, {end:g} s] is not within the period"
+                        raise refusal(problem, f"0 s ≤ from < to ≤ {self.period:g} s", f"{name}.{valve}")
         return self
 
 
@@ -189,11 +186,8 @@ class ValvePhases(Described):
         for valve in ("inlet", "outlet", "open"):
             for start, end in getattr(self, valve, ()):
                 if start == end:
-                    raise refusal(
-                        f"the event [{start:g}, {end:g}] is empty",
-                        "two different gait phases from 0 to 1",
-                        valve,
-                    )
+                    problem = f"the event [{start:g}, {end:g}] is empty"
+                    raise refusal(problem, "two different gait phases from 0 to 1", valve)
         return self
 
 
@@ -217,9 +211,8 @@ class ChamberPhases(ValvePhases):
     @model_validator(mode="after")
     def _is_one(self) -> Self:
         if self.pressure and (self.inlet or self.outlet):
-            raise refusal(
-                "stands beside intervals of the valves", "pressure, or inlet and outlet", "pressure"
-            )
+            problem = "stands beside intervals of the valves"
+            raise refusal(problem, "pressure, or inlet and outlet", "pressure")
         phases = [phase for phase, _ in self.pressure]
         if any(after <= before for before, after in itertools.pairwise(phases)):
             raise refusal("its phases do not rise", "points in the order of their phases", "pressure")
