@@ -35,13 +35,8 @@ KINDS = {
     "walker": "walkers",
 }
 FOLDERS = ("models", "gait_data")
-FLAT = (
-    "scenario",
-    "sweep",
-    "search",
-    "uncertainty",
-    "walker",
-)  # kinds whose products are single files, not folders
+# kinds whose products are single files, not folders
+FLAT = ("scenario", "sweep", "search", "uncertainty", "walker")
 _MOST_LEVELS = 32  # of tables and lists in each other
 _KEY_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
 _LONG_KEY = re.compile(rf"(?<![\w\\-])(?:{_KEY_PART}){{{_MOST_LEVELS}}}")  # read in the cube of its length

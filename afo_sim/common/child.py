@@ -7,12 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 SAFE = "PYTHONSAFEPATH"  # environment: Python leaves the current folder out of the places of its modules
-_LISTS = (
-    "PATH",
-    "PYTHONPATH",
-    "LD_LIBRARY_PATH",
-    "DYLD_LIBRARY_PATH",
-)  # an empty entry is the current folder
+# an empty entry is the current folder
+_LISTS = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH")
 
 
 def trusted_places() -> list[str]:

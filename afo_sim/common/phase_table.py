@@ -37,7 +37,15 @@ def read_phase_table(path: pathlib.Path, columns: Sequence[str]) -> PhaseTable:
     """Read a file that has just these columns, in any order."""
     text = read_table(path, ", ".join(columns))
     names = list(text.titles)
-    _require_names(path, names, columns)
+    for name in columns:
+        if name not in names:
+            near = nearest_name(name, [other for other in names if other not in columns])
+            problem = "this column is missing" + (f" (there is {near!r})" if near else "")
+            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))
+    for name in names:
+        if name not in columns or names.count(name) > 1:
+            problem = "is not a column of this format" if name not in columns else "is there twice"
+            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))
     values = np.empty((len(text.rows), len(names)))
     for k, (line, cells) in enumerate(text.rows):
         for column, cell in enumerate(cells):
@@ -60,15 +68,3 @@ def write_phase_table(
     for row in np.column_stack(list(columns.values())) + 0.0:  # no "-0"
         lines.append(",".join("" if np.isnan(value) else f"{value:.7g}" for value in row))
     write_sealed(path, "\n".join(lines) + "\n", "stride")
-
-
-def _require_names(path: pathlib.Path, names: list[str], columns: Sequence[str]) -> None:
-    for name in columns:
-        if name not in names:
-            near = nearest_name(name, [other for other in names if other not in columns])
-            problem = "this column is missing" + (f" (there is {near!r})" if near else "")
-            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))
-    for name in names:
-        if name not in columns or names.count(name) > 1:
-            problem = "is not a column of this format" if name not in columns else "is there twice"
-            raise InputError(problem, file=path, field=name, allowed=", ".join(columns))

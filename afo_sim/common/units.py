@@ -3,11 +3,12 @@
 import functools
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping
 from math import pi
 from typing import Any
 
-from afo_sim.common.magnitude import magnitudes
+from afo_sim.common.magnitude import UNITS, magnitudes
 
 GRAVITY = 9.80665  # standard gravity [m/s²]
 LEAST_NUMBER = 1e3  # of a gauge pressure given as a bare number [Pa]: a smaller one was meant in bar
@@ -18,42 +19,7 @@ HEAT_CAPACITY_RATIO = 1.4  # of dry air [-]
 STANDARD_DENSITY = 1.185  # ISO 8778 reference atmosphere (ANR): air at 20 °C, 1 bar, 65 % humidity [kg/m³]
 NORMAL_DENSITY = 1.293  # DIN 1343 normal conditions: dry air at 0 °C, 1.01325 bar [kg/m³]
 
-# One well-formed example per SI unit, shown when a quantity is refused.
-EXAMPLES = {
-    "m": "21.5 cm",
-    "m^2*s": "2e-4 m^2*s",
-    "m^3": "3 ml",
-    "m^3/(s*Pa)": "0.055 dm^3/(s*bar)",
-    "m^3/s": "100 l/min",
-    "rad": "22 deg",
-    "s": "4 s",
-    "Hz": "100 Hz",
-    "Pa": "4 bar",
-    "N": "136 N",
-    "N/Pa": "254.7 N/bar",
-    "N/m": "5.71 N/mm",
-    "N/(m*Pa)": "0.0307 N/(mm*kPa)",
-    "m^-1": "19 m^-1",
-    "m/s": "0.15 m/s",
-    "s^-1": "1e-3 s^-1",
-    "s/m": "1 s/m",
-    "N*m/rad": "25 N*m/rad",
-    "N*s/m": "1.01 N*s/mm",
-    "N*s/(m*Pa)": "0.00691 N*s/(mm*kPa)",
-    "kg": "80 g",
-    "W/K": "0.5 W/K",
-    "W": "1 W",
-    "N*m": "1 N*m",
-    "N*m/kg": "0.07 N*m/kg",
-    "J/kg": "0.016 J/kg",
-    "J/K": "8 J/K",
-    "m^2": "150 cm^2",
-    "N*m*s/rad": "0.5 N*m*s/rad",
-    "kg*m^2": "0.002 kg*m^2",
-    "": "0.3",
-}
-
-
+EXAMPLES = {unit: example for unit, (example, _, _) in UNITS.items()}
 _NUMBER_AND_UNIT = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf))\s*([^\W\d_°][\w°^*/()·\s-]*|°\w*)\s*$"
 )
@@ -75,7 +41,10 @@ def parse_quantity(value: object, unit: str) -> float:
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise ValueError(f"is not a quantity; {example}")
     if unit == "":
-        return _plausible(_number(value), unit)
+        try:
+            return _plausible(float(value), unit)
+        except OverflowError:  # a whole number beyond any float
+            return _plausible(math.inf, unit)
     if not isinstance(value, str) or _is_number(value):
         raise ValueError(f"has no unit; {example}")
     return _plausible(_convert(value, unit, example), unit)
@@ -229,16 +198,18 @@ def factor(unit: str, into: str) -> float | None:
     source, target = _units_of(unit), _units_of(into)
     if source is None or target is None:
         return None
-    quotient = dict(source)
-    for name, power in target.items():
-        quotient[name] = quotient.get(name, 0) - power
-    above: dict[float, int] = {}
-    below: dict[float, int] = {}
-    bases = dict.fromkeys(BASES, 0)
+    quotient = Counter(source)
+    quotient.subtract(target)
+    above, below, bases = Counter[float](), Counter[float](), Counter[str]()
     _take_apart({name: power for name, power in quotient.items() if power}, 1, above, below, bases)
     if any(power for name, power in bases.items() if name != "rad"):  # an angle is a bare number
         return None
-    return _multiplied(above, below)
+    product = 1.0
+    for scale, exponent in (above - below).items():  # what stands above and below cancels
+        product *= scale**exponent
+    for scale, exponent in (below - above).items():
+        product *= scale**-exponent
+    return product
 
 
 def _units_of(text: str) -> _Powers | None:
@@ -267,32 +238,14 @@ def _units_of(text: str) -> _Powers | None:
 
 
 def _take_apart(
-    units: Mapping[str, int], power: int, above: dict[float, int], below: dict[float, int], bases: _Powers
+    units: Mapping[str, int], power: int, above: Counter[float], below: Counter[float], bases: Counter[str]
 ) -> None:
     """Add the scales of units, and of those that they are made of, to numerator and denominator."""
     for name, exponent in units.items():
         total = power * exponent
-        if name in bases:
+        if name in BASES:
             bases[name] += total
             continue
         scale, parts = _MADE[name]
-        side = below if total < 0 else above
-        side[scale] = side.get(scale, 0) + abs(total)
+        (below if total < 0 else above)[scale] += abs(total)
         _take_apart(parts, total, above, below, bases)
-
-
-def _multiplied(above: dict[float, int], below: dict[float, int]) -> float:
-    """The product of scales, after those that stand above and below have cancelled."""
-    for scale in list(above):
-        common = min(above[scale], below.get(scale, 0))
-        if common:
-            above[scale] -= common
-            below[scale] -= common
-    product = 1.0
-    for scale, exponent in above.items():
-        if exponent:
-            product *= scale**exponent
-    for scale, exponent in below.items():
-        if exponent:
-            product *= scale**-exponent
-    return product

@@ -6,7 +6,7 @@ from typing import NoReturn, get_args
 import numpy as np
 
 from afo_sim.common import InputError, Notice
-from afo_sim.gait.cycle import COLUMNS, GaitCycle, Walker
+from afo_sim.gait.cycle import COLUMNS, NUMBERS, OPTIONAL, GaitCycle, Walker
 from afo_sim.gait.flat_foot import USUAL
 
 _CLOSING_ANGLE = 10.0  # largest difference between the stride's two ends that is taken out [deg]; recorded
@@ -97,22 +97,15 @@ class _Examination:
 
     def _header(self) -> None:
         cycle = self.cycle
-        if cycle.side not in ("right", "left"):
-            problem = "is not a valid side"
-            raise InputError(problem, file=self.file, field="side", value=cycle.side, allowed="right, left")
-        if cycle.walker not in (None, *get_args(Walker)):
-            allowed = ", ".join(get_args(Walker))
-            problem = "is not a valid walker"
-            raise InputError(problem, file=self.file, field="walker", value=cycle.walker, allowed=allowed)
-        values = (cycle.stride_time, cycle.body_mass, cycle.walking_speed, cycle.ankle_height)
-        known = dict(zip(RANGES, values, strict=True))
-        optional = dict(zip(_OPTIONAL_RANGES, (cycle.body_height, cycle.sole_thickness), strict=True))
-        known |= {key: value for key, value in optional.items() if value is not None}
-        for key, value in known.items():
-            low, high = {**RANGES, **_OPTIONAL_RANGES}[key]
-            if not low <= value <= high:
-                allowed = f"{low:g} to {high:g}"
-                shown = f"{value:.4g}"
+        for key, choices in (("side", ("right", "left")), ("walker", (None, *get_args(Walker)))):
+            if getattr(cycle, key) not in choices:
+                problem, allowed = f"is not a valid {key}", ", ".join(filter(None, choices))
+                value = getattr(cycle, key)
+                raise InputError(problem, file=self.file, field=key, value=value, allowed=allowed)
+        for key, (low, high) in {**RANGES, **_OPTIONAL_RANGES}.items():
+            value = getattr(cycle, {**NUMBERS, **OPTIONAL}[key])
+            if value is not None and not low <= value <= high:
+                allowed, shown = f"{low:g} to {high:g}", f"{value:.4g}"
                 raise InputError("is out of range", file=self.file, field=key, value=shown, allowed=allowed)
 
     def _phase(self) -> None:
@@ -336,7 +329,8 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
         ("peak vertical force", f"{cycle.grf_z.max():.2f} body weights"),
         ("centre of pressure", f"{100 * cop.min():.1f} to {100 * cop.max():.1f} cm ahead of the ankle"),
         ("peak plantarflexor moment", f"{moment[peak]:.2f} N·m/kg at {100 * cycle.phase[peak]:.0f} %"),
-        ("peak dorsiflexor moment", f"{_signless(-moment[low])} N·m/kg at {100 * cycle.phase[low]:.0f} %"),
+        # a foot that only pushes has no dorsiflexor moment
+        ("peak dorsiflexor moment", f"{max(0.0, -moment[low]):.2f} N·m/kg at {100 * cycle.phase[low]:.0f} %"),
         ("moment less ground force's", f"{error:.3f} N·m/kg RMS in stance"),
         (
             "taken out as drift",
@@ -348,10 +342,6 @@ def findings(cycle: GaitCycle) -> list[tuple[str, str]]:
             ", ".join(f"{n.split('_')[0]} {value:.2f}" for n, value in residual.items()) + " deg RMS",
         ),
     ] + [(key.replace("_", " "), text) for key, text in cycle.notes.items()]
-
-
-def _signless(value: float) -> str:
-    return f"{max(0.0, value):.2f}"  # a foot that only pushes has no dorsiflexor moment
 
 
 def _signed(value: float, digits: int) -> str:

@@ -29,6 +29,14 @@ COLUMNS = {
     "cop_x_m": ("cop_x", 1.0),
     "ankle_moment_nm_per_kg": ("ankle_moment", -1.0),  # laboratories publish plantarflexion positive
 }
+# Number of the header: field of GaitCycle.
+NUMBERS = {
+    "stride_time_s": "stride_time",
+    "body_mass_kg": "body_mass",
+    "walking_speed_m_per_s": "walking_speed",
+    "ankle_height_m": "ankle_height",
+}
+OPTIONAL = {"body_height_m": "body_height", "sole_thickness_m": "sole_thickness"}
 Walker = Literal["healthy", "patient"]
 _WARNING = "warning"  # notes "warning 1", "warning 2", …: what a person should look at
 KINEMATICS = ("shank_angle", "knee_angle", "ankle_angle", "ankle_x", "ankle_z")

@@ -5,17 +5,10 @@ from typing import Any
 
 from afo_sim.common import InputError, read_header, read_phase_table, write_phase_table
 from afo_sim.gait.checks import examine
-from afo_sim.gait.cycle import COLUMNS, GaitCycle
+from afo_sim.gait.cycle import COLUMNS, NUMBERS, OPTIONAL, GaitCycle
 
 _TEXTS = {"source": "source", "licence": "licence", "side": "side"}
-NUMBERS = {
-    "stride_time_s": "stride_time",
-    "body_mass_kg": "body_mass",
-    "walking_speed_m_per_s": "walking_speed",
-    "ankle_height_m": "ankle_height",
-}
 _WALKER = "walker"  # key of whose walk it is, which may be left out
-_OPTIONAL = {"body_height_m": "body_height", "sole_thickness_m": "sole_thickness"}
 
 
 def read(path: str | pathlib.Path) -> GaitCycle:
@@ -26,10 +19,10 @@ def read(path: str | pathlib.Path) -> GaitCycle:
     table = read_phase_table(file, tuple(COLUMNS))
     facts: dict[str, Any] = {name: table.text(key) for key, name in _TEXTS.items()}
     facts |= {name: table.number(key) for key, name in NUMBERS.items()}
-    facts |= {name: table.number(key) for key, name in _OPTIONAL.items() if key in table.header}
+    facts |= {name: table.number(key) for key, name in OPTIONAL.items() if key in table.header}
     facts |= {name: table.columns[column] * factor for column, (name, factor) in COLUMNS.items()}
     facts[_WALKER] = table.header.get(_WALKER)
-    known = {**_TEXTS, **NUMBERS, **_OPTIONAL, _WALKER: _WALKER}
+    known = {**_TEXTS, **NUMBERS, **OPTIONAL, _WALKER: _WALKER}
     notes = {key: text for key, text in table.header.items() if key not in known}
     cycle = GaitCycle(**facts, notes=notes)
     examine(cycle, table.file)
@@ -40,7 +33,7 @@ def write(path: str | pathlib.Path, cycle: GaitCycle) -> None:
     """Write a gait cycle as CSV, whole or not at all."""
     header = {key: str(getattr(cycle, name)) for key, name in _TEXTS.items()}
     header |= {key: f"{getattr(cycle, name):.6g}" for key, name in NUMBERS.items()}
-    known = {key: getattr(cycle, name) for key, name in _OPTIONAL.items()}
+    known = {key: getattr(cycle, name) for key, name in OPTIONAL.items()}
     header |= {key: f"{value:.6g}" for key, value in known.items() if value is not None}
     header |= {_WALKER: cycle.walker} if cycle.walker else {}
     columns = {column: getattr(cycle, name) / factor for column, (name, factor) in COLUMNS.items()}

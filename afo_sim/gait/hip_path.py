@@ -59,7 +59,6 @@ def rocking(pitch: np.ndarray, foot: FootShape) -> tuple[np.ndarray, np.ndarray]
 
 _THIGH, _SHANK = 0.245, 0.246  # of body height (Winter 2009, figure 4.1, after Drillis & Contini)
 LOADED = 0.6  # upward force above which the floor is taken to hold the foot [body weights]
-_LATE = 0.9  # phase beyond which force is the next heel strike's
 _SMOOTHED = 3  # harmonics of the hip's path in stance …
 _SPAN = 1.0 / 0.6  # … over this many strides, so that the window has no periodic ends
 
@@ -104,7 +103,7 @@ def ankle_path(
     """The ankle's path over one stride of a walker whose legs do alike."""
     shank, knee, ankle = angles
     start = float(phase[np.argmax(load > LOADED)])
-    end = float(phase[(load > LOADED) & (phase < _LATE)][-1])
+    end = float(phase[(load > LOADED) & (phase < LATE_SWING)][-1])
     way = stride_length * phase
     floor = rocking(ankle - shank, foot)
     joined, gaps = [], []
