@@ -13,11 +13,7 @@ from afo_sim.common import assets
 from afo_sim.description.tree import SCENARIO_FILES
 
 FILES = "files"  # folder of what is copied
-_ASSETS = {
-    "mesh": ("meshdir", "assetdir"),
-    "hfield": ("assetdir",),
-    "texture": ("texturedir", "assetdir"),
-}
+_ASSETS = {"mesh": ("meshdir", "assetdir"), "hfield": ("assetdir",), "texture": ("texturedir", "assetdir")}
 
 
 def portable(

@@ -117,10 +117,7 @@ def _parameters(table: dict[str, Any]) -> Any:
         ({"bore": "0 mm"}, r"bore = '0 mm': is out of range; allowed: above 0 mm, to 200 mm"),
         ({"bore": "-5 mm"}, r"bore .* is out of range"),
         ({"bore": "3 bar"}, r"bore = '3 bar'"),
-        (
-            {"braid_angle": "54.8 deg"},
-            r"54\.7 deg or more does not shorten .*; allowed: 5 deg",
-        ),
+        ({"braid_angle": "54.8 deg"}, r"54\.7 deg or more does not shorten .*; allowed: 5 deg"),
         ({"braid_angle": "52 deg"}, r"braid_angle .* out of range; allowed: 5 deg to 49\.9 deg"),
         ({"braid_angle": "2 deg"}, r"braid_angle .* out of range"),
         ({"braid_angle": "22"}, r"has no unit"),

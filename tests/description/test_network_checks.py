@@ -315,9 +315,7 @@ USUAL: dict[str, dict[str, Any]] = {
         "orthosis.restriction.feed": THROTTLE,
         "orthosis.chamber.dorsiflexor": SHORT | {"feed": "manifold"},
     },
-    "an outlet into another chamber": {
-        "orthosis.chamber.dorsiflexor": SHORT | {"exhaust": "plantarflexor"},
-    },
+    "an outlet into another chamber": {"orthosis.chamber.dorsiflexor": SHORT | {"exhaust": "plantarflexor"}},
     "a valve between two chambers": {
         "orthosis.restriction.share": {
             "kind": "valve",

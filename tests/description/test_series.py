@@ -154,10 +154,7 @@ def test_path_is_the_models_at_an_angle_of_zero(walk: Scenario) -> None:
         ({"origin_spacing": "2 cm", "insertion_spacing": "3 cm", "count": 1}, True),
         # two stand equally far aside of the middle, to either side
         ({"origin_spacing": "2 cm", "insertion_spacing": "3 cm", "count": 2}, True),
-        (
-            {"origin_spacing": "2 cm", "count": 2, "insertion_from_joint": ["6 cm", "1 cm", "-2 cm"]},
-            False,
-        ),
+        ({"origin_spacing": "2 cm", "count": 2, "insertion_from_joint": ["6 cm", "1 cm", "-2 cm"]}, False),
     ],
 )
 def test_muscles_are_alike_where_their_paths_are_equally_long(values: dict[str, Any], alike: bool) -> None:

@@ -155,11 +155,7 @@ def test_ankle_moment_about_another_point_is_analytic(stride: GaitCycle) -> None
     """One body weight up and a tenth forward, 10 cm ahead of an ankle 8 cm high."""
     n = len(stride.phase)
     pushed = dataclasses.replace(
-        stride,
-        grf_x=np.full(n, 0.1),
-        grf_z=np.ones(n),
-        cop_x=np.full(n, 0.1),
-        ankle_z=np.full(n, 0.08),
+        stride, grf_x=np.full(n, 0.1), grf_z=np.ones(n), cop_x=np.full(n, 0.1), ankle_z=np.full(n, 0.08)
     )
     assert np.allclose(pushed.ground_moment(), -(0.1 + 0.008) * GRAVITY)
 
