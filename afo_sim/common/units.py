@@ -42,9 +42,12 @@ def parse_quantity(value: object, unit: str) -> float:
         raise ValueError(f"is not a quantity; {example}")
     if unit == "":
         try:
-            return _plausible(float(value), unit)
+            number = float(value)
+        except ValueError:
+            raise ValueError("is not a number, and this field has no unit") from None
         except OverflowError:  # a whole number beyond any float
-            return _plausible(math.inf, unit)
+            number = math.inf
+        return _plausible(number, unit)
     if not isinstance(value, str) or _is_number(value):
         raise ValueError(f"has no unit; {example}")
     return _plausible(_convert(value, unit, example), unit)
@@ -135,15 +138,6 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _number(value: str | float) -> float:
-    try:
-        return float(value)
-    except ValueError:
-        raise ValueError("is not a number, and this field has no unit") from None
-    except OverflowError:  # a whole number beyond any float
-        return math.inf
 
 
 def _plausible(value: float, unit: str | None = None) -> float:
