@@ -1,6 +1,5 @@
 """Tubes, sources and regulators as they are described: what is refused, and what the shipped ones say."""
 
-import pathlib
 import re
 from typing import Any
 
@@ -13,7 +12,6 @@ from scipy.integrate import solve_ivp
 from afo_sim.common import InputError, assets
 from afo_sim.description import Source, load
 from afo_sim.description.air.source import MAY_HAVE, NEEDED, OF_ONE_KIND
-from afo_sim.description.new import new
 from afo_sim.physics import store_pressure, store_temperature_rate
 
 CARTRIDGE = {"kind": "cartridge", "gas": "co2", "volume": "23.5 ml", "content": "16 g"}
@@ -158,13 +156,6 @@ def test_check_says_what_it_means(product: str, says: str, capsys: pytest.Captur
     assert says in re.sub(r"\s+", " ", out)
 
 
-def test_they_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    for kind in ("tubes", "sources", "regulators"):
-        code, out, _ = call(capsys, "list", kind)
-        assert code == 0
-        assert all(name in out for name in assets.names(kind.removesuffix("s")))
-
-
 def rows_of(text: str) -> dict[str, list[str]]:
     """Table rows of a page by the product in their first cell."""
     cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in text.splitlines()]
@@ -217,12 +208,3 @@ def test_page_tells_how_long_a_cartridge_lasts() -> None:
         assert f"{run.t[-1] / 60.0:.2g}" == lasts
         assert f"{source.free_litres(4e5) / float(litres):.2g}" == warm
         assert f"{run.y[1].min() - 273.15:.0f}".replace("-", "−") == coldest
-
-
-def test_template_of_each_kind(tmp_path: pathlib.Path) -> None:
-    for like in ("co2_16g", "vn_c1", "bottle_0_5l"):
-        made = load("source", new("source", f"my_{like}", tmp_path, like=like))
-        shipped = load("source", like)
-        assert made.model_copy(update={"name": "", "description": ""}) == shipped.model_copy(
-            update={"name": "", "description": ""}
-        )

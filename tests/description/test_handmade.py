@@ -188,21 +188,6 @@ def test_command_writes_tells_and_runs(
     assert [path.name for path in tmp_path.iterdir()] == ["mine"]
 
 
-def test_template_pulls_on_the_stand_as_its_law() -> None:
-    test = afo.stand("isobaric", "handmade_10mm", pressure=["3 bar"])
-    force = test.trials[0].curves[0]["force"]
-    assert float(np.max(force)) == pytest.approx(0.75 * 353.5 - 102.8, rel=0.01)
-
-
-def test_length_of_the_template_is_one_number() -> None:
-    """A longer braid pulls alike and shortens by more."""
-    longer = load("muscle", "handmade_10mm", {"total_length": "38 cm"})
-    assert longer.nominal_length == pytest.approx(0.36)
-    assert longer.force(P, contraction=0.1) == pytest.approx(
-        load("muscle", "handmade_10mm").force(P, contraction=0.1), rel=1e-12
-    )
-
-
 def test_a_walk_by_the_upper_bound_names_what_the_other_law_gives() -> None:
     """By the ideal braid alone the toe would be judged GOOD."""
     sets = {

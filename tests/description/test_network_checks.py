@@ -174,25 +174,21 @@ def test_what_cannot_work_is_refused_by_name(sets: dict[str, Any], field: str, s
         load("scenario", "seated", sets)
 
 
-GOOD = {
-    "a manifold": fed(),
-    "a regulator before a manifold": fed("regulator"),
-    "a leak of the supply": {f"{R}b": LEAK | {"upstream": "supply"}},
-    "a precharged reservoir without a supply": FED | {f"{V}manifold.start_pressure": "6 bar"},
-    "air recovered by the other chamber": {
-        f"{V}b.volume": "20 ml",
-        f"{C}exhaust": "b",
-        "orthosis.chamber.plantarflexor.feed": "b",
-    },
-    "two regulators with a check valve between": fed("regulator")
+UNUSUAL = [
+    fed(),
+    fed("regulator"),
+    {f"{R}b": LEAK | {"upstream": "supply"}},
+    FED | {f"{V}manifold.start_pressure": "6 bar"},  # a reservoir without a supply
+    {f"{V}b.volume": "20 ml", f"{C}exhaust": "b", "orthosis.chamber.plantarflexor.feed": "b"},  # recovered
+    fed("regulator")
     | {f"{V}b.volume": "1 ml", f"{R}t": between("check_valve", "manifold", "b")}
     | {f"{R}b": SECOND | {"upstream": "supply", "downstream": "b"}},
-}
+]
 
 
-@pytest.mark.parametrize("case", GOOD)
-def test_what_is_only_unusual_is_read(case: str) -> None:
-    assert load("scenario", "seated", GOOD[case]).orthosis.chamber
+@pytest.mark.parametrize("sets", UNUSUAL)
+def test_what_is_only_unusual_is_read(sets: dict[str, Any]) -> None:
+    assert load("scenario", "seated", sets).orthosis.chamber
 
 
 WARNED = [
@@ -254,36 +250,24 @@ def test_example_of_the_page_is_read_and_has_nothing_unusual() -> None:
 
 
 SHORT = {"inlet": "mh1", "outlet": "mh1", "tube_volume": "4 ml", "wall_conductance": "0.5 W/K"}
-THROTTLE = {
-    "kind": "throttle",
-    "conductance": "0.05 dm^3/(s*bar)",
-    "check_conductance": "0.5 dm^3/(s*bar)",
-    "critical_ratio": 0.3,
-    "upstream": "supply",
-    "downstream": "manifold",
-}
-USUAL: dict[str, dict[str, Any]] = {
-    "a throttle before a manifold": {
-        "orthosis.volume.manifold": {"volume": "10 ml"},
-        "orthosis.restriction.feed": THROTTLE,
+THROTTLE = WIDE | {"conductance": "0.05 dm^3/(s*bar)", "check_conductance": "0.5 dm^3/(s*bar)"}
+USUAL: list[dict[str, Any]] = [
+    {
+        f"{V}manifold.volume": "10 ml",
+        f"{R}feed": between("throttle", "supply", "manifold", **THROTTLE),
         "orthosis.chamber.dorsiflexor": SHORT | {"feed": "manifold"},
     },
-    "an outlet into another chamber": {"orthosis.chamber.dorsiflexor": SHORT | {"exhaust": "plantarflexor"}},
-    "a valve between two chambers": {
-        "orthosis.restriction.share": {
-            "kind": "valve",
-            "valve": "mh1",
-            "upstream": "dorsiflexor",
-            "downstream": "plantarflexor",
-        },
+    {"orthosis.chamber.dorsiflexor": SHORT | {"exhaust": "plantarflexor"}},
+    {
+        f"{R}share": VALVE | {"upstream": "dorsiflexor", "downstream": "plantarflexor"},
         "timer.share": {"open": [["4 s", "5 s"]]},
     },
-}
+]
 
 
-@pytest.mark.parametrize("case", USUAL)
-def test_usual_networks_are_read_and_have_nothing_unusual(case: str) -> None:
-    assert check_air_path(load("scenario", "seated-antagonist", USUAL[case])) == []
+@pytest.mark.parametrize("sets", USUAL)
+def test_usual_networks_are_read_and_have_nothing_unusual(sets: dict[str, Any]) -> None:
+    assert check_air_path(load("scenario", "seated-antagonist", sets)) == []
 
 
 def test_room_is_that_of_compiled_code() -> None:

@@ -1,11 +1,10 @@
 """Shipped walkers: what is published in them, and the derived path of the ankle against recorded ones."""
 
 import dataclasses
-import importlib.util
 import os
 import pathlib
+import runpy
 import sys
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -37,14 +36,6 @@ needs_figures = pytest.mark.skipif(
 
 def shipped(name: str) -> GaitCycle:
     return gait.read(assets.find_gait(name))
-
-
-def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_walkers", ROOT / "scripts" / "make_walkers.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def missed(cycle: GaitCycle, foot: FootShape, chain: Chain) -> tuple[np.ndarray, np.ndarray]:
@@ -120,7 +111,7 @@ def test_script_makes_the_shipped_mean_curves_from_their_own_published_columns(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["make_walkers.py", "--out", str(tmp_path)])
-    script().main()
+    runpy.run_path(str(ROOT / "scripts" / "make_walkers.py"))["main"]()
     for task in TASKS:
         made, held = gait.read(tmp_path / f"bovi2011_{task}.csv"), shipped(f"bovi2011_{task}")
         assert made.notes == held.notes
