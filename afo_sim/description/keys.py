@@ -176,15 +176,13 @@ class Field:
     def _word(self, value: Any, beside: pathlib.Path) -> str:
         if not isinstance(value, str):
             raise InputError("is not a text", value=value, allowed=self.form)
+        whole = self.resolved(value, beside)
         if self.description:
-            load(self.description, self.resolved(value, beside))
+            load(self.description, whole)
             return value
         if self.key == "gait.cycle":
-            assets.find_gait(self.resolved(value, beside))
-        if (
-            core(self.annotation)[0] is pathlib.Path
-            and not pathlib.Path(self.resolved(value, beside)).is_file()
-        ):
+            assets.find_gait(whole)
+        if core(self.annotation)[0] is pathlib.Path and not pathlib.Path(whole).is_file():
             raise InputError("there is no such file", value=value)
         try:
             TypeAdapter(self.annotation).validate_python(value)
@@ -199,10 +197,9 @@ class Field:
         """A word that is the path of a file beside `beside` as its whole path; else the word itself."""
         path = beside.parent / word
         shipped = assets.names(self.description) if self.description else []
-        names_a_file = (
-            self.description or self.key == "gait.cycle" or core(self.annotation)[0] is pathlib.Path
-        )
-        return str(path.resolve()) if names_a_file and word not in shipped and path.exists() else word
+        names_a_file = self.key == "gait.cycle" or core(self.annotation)[0] is pathlib.Path
+        found = (self.description or names_a_file) and word not in shipped and path.exists()
+        return str(path.resolve()) if found else word
 
 
 def field_at(key: str, scenario: Scenario) -> Field:

@@ -19,7 +19,6 @@ from afo_sim.description.leg import Leg, Shoe
 from afo_sim.description.muscle import Muscle
 from afo_sim.description.orthosis import Orthosis, Valve
 from afo_sim.description.quantity import Described
-from afo_sim.description.retired import leave_out
 from afo_sim.description.scenario import Scenario
 from afo_sim.description.schema import (
     ALSO_OF_LEG,
@@ -37,7 +36,7 @@ from afo_sim.description.schema import (
     tables,
 )
 from afo_sim.description.schema import split_key as split_key
-from afo_sim.description.tree import Tree, read_table, value_at
+from afo_sim.description.tree import Tree, leave_out, read_table, value_at
 from afo_sim.description.walking import Limits, Patient
 
 _Source = str | os.PathLike[str] | Mapping[str, Any]

@@ -204,11 +204,9 @@ class Scenario(Named):
             raise refusal(problem, "leg.toes.stiffness", "ground.toe_stiffness")
         for name, begun in (self.start.chambers if self.start else {}).items():
             if begun.pressure is not None and begun.pressure > self.supply.pressure * (1.0 + 1e-12):
-                raise refusal(
-                    "is above the supply, from which the chamber is filled",
-                    f"at most the supply's {1e-5 * self.supply.pressure:g} bar (supply.pressure)",
-                    f"start.{name}.pressure",
-                )
+                problem = "is above the supply, from which the chamber is filled"
+                most = f"at most the supply's {1e-5 * self.supply.pressure:g} bar (supply.pressure)"
+                raise refusal(problem, most, f"start.{name}.pressure")
         if self.name and not re.fullmatch(r"\w[\w .-]*", self.name):
             raise refusal("is not a valid name for a folder", "letters, digits, space, . - and _", "name")
         if self.n_step < 1:

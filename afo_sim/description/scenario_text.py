@@ -16,9 +16,6 @@ _REFERENCES = {  # who the same patient's other run is
 }
 
 
-_AS_RECORDED = "muscles as in the patient's own recorded walk"  # instead of what is left of them
-
-
 def joint_words(scenario: _Scenario) -> Joint:
     """Words of the joint that a scenario is about; an older one's has none but an ankle's."""
     return JOINTS[scenario["leg"].get("joint", "ankle")]
@@ -68,26 +65,19 @@ def _who(scenario: _Scenario) -> Iterator[tuple[str, str]]:
     if not patient:
         yield "leg", str(leg.get("description") or leg["name"])
         return
-    described = _AS_RECORDED if own_walk(scenario) else _muscles(patient)
-    words = f"{patient.get('description') or patient.get('name')}; {described}{_tissue(patient)}"
-    yield "patient", f"{words}; {body_mass(scenario):g} kg, {body_height(scenario):g} m"
-
-
-def _muscles(patient: _Scenario) -> str:
-    """What is left of the muscles of a patient whom a healthy walker carries."""
-    strengths = ", ".join(
-        f"{side}flexors {100.0 * patient[f'{side}flexor_strength']:.0f} %" for side in ("dorsi", "plantar")
-    )
-    spastic = parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad")
-    return f"strength left: {strengths}" + (f"; spasticity {spastic:g} N·m·s/rad" if spastic > 0.0 else "")
-
-
-def _tissue(patient: _Scenario) -> str:
-    """How the tissue differs from a healthy one's, as a part of a sentence."""
-    scale = float(patient.get("passive_scale", 1.0))
-    offset = parse_quantity(patient.get("passive_offset") or "0 rad", "deg")
-    words = f"; tissue {scale:g} times as stiff" if scale != 1.0 else ""
-    return words + (f"; tissue shifted by {offset:.3g}°" if offset else "")
+    words = [str(patient.get("description") or patient.get("name"))]
+    if own_walk(scenario):
+        words.append("muscles as in the patient's own recorded walk")
+    else:  # what is left of the muscles of a patient whom a healthy walker carries
+        shares = [(side, 100.0 * patient[f"{side}flexor_strength"]) for side in ("dorsi", "plantar")]
+        words.append(f"strength left: {', '.join(f'{side}flexors {share:.0f} %' for side, share in shares)}")
+        if spastic := parse_quantity(patient.get("spasticity") or "0 N*m*s/rad", "N*m*s/rad"):
+            words.append(f"spasticity {spastic:g} N·m·s/rad")
+    if (scale := float(patient.get("passive_scale", 1.0))) != 1.0:
+        words.append(f"tissue {scale:g} times as stiff")
+    if offset := parse_quantity(patient.get("passive_offset") or "0 rad", "deg"):
+        words.append(f"tissue shifted by {offset:.3g}°")
+    yield "patient", f"{'; '.join(words)}; {body_mass(scenario):g} kg, {body_height(scenario):g} m"
 
 
 def _walking(scenario: _Scenario) -> Iterator[tuple[str, str]]:

@@ -145,13 +145,7 @@ _SkinPressure = Annotated[float, Quantity("Pa", above=0.0, at_most=1e6)]
 _Life = Annotated[float, Quantity("", above=0.0, at_most=1e12)]
 _Count = Annotated[float, Quantity("", at_least=0.0, at_most=1e9)]
 
-_PAIRS = (
-    "drawn_trips",
-    "torque_against_push_off",
-    "work_against_push_off",
-    "skin_pressure",
-)  # good up to, bad beyond
-_FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from, bad below
+_FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from, bad below; other pairs are good up to
 
 
 class Limits(Named):
@@ -192,9 +186,9 @@ class Limits(Named):
 
     @model_validator(mode="after")
     def _are_in_order(self) -> Self:
-        for key in (*_PAIRS, *_FALLING):
-            first, second = getattr(self, key)
-            if (second < first) is (key in _PAIRS) and first != second:
-                order = "not below the first" if key in _PAIRS else "not above the first"
-                raise refusal("the second value is on the wrong side of the first", f"one {order}", key)
+        for key, pair in self:
+            falls = key in _FALLING
+            if isinstance(pair, tuple) and (pair[1] > pair[0] if falls else pair[1] < pair[0]):
+                order = f"one not {'above' if falls else 'below'} the first"
+                raise refusal("the second value is on the wrong side of the first", order, key)
         return self

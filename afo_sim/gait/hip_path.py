@@ -88,7 +88,6 @@ class AnklePath:
 
     forward: np.ndarray
     up: np.ndarray
-    held: tuple[float, float]
     gaps: np.ndarray
 
 
@@ -108,41 +107,38 @@ def ankle_path(
     floor = rocking(ankle - shank, foot)
     joined, gaps = [], []
     for held, to_hip, travel in zip(floor, chain.hip(shank, knee), (way, 0.0 * way), strict=True):
-        swing = _Swing(phase, held - travel, to_hip, (start, end))
-        joined.append(swing.joined() + travel)
-        gaps.append(swing.gaps)
+        coordinate, gap = _through_swing(phase, held - travel, to_hip, start, end)
+        joined.append(coordinate + travel)
+        gaps.append(gap)
     forward, up = (
         FourierSeries.fit(phase, signal, HARMONICS, progressing=number == 0)(phase)
         for number, signal in enumerate(joined)
     )
-    return AnklePath(forward - forward[0], up, (start, end), np.array(gaps))
+    return AnklePath(forward - forward[0], up, np.array(gaps))
 
 
-class _Swing:
-    """One coordinate of the ankle, steady travel apart, through stance and swing."""
+def _through_swing(
+    phase: np.ndarray, held: np.ndarray, to_hip: np.ndarray, start: float, end: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """One coordinate of the ankle, steady travel apart (n,), and how far floor and hip differ at the ends
+    of where the floor holds it (2,).
 
-    def __init__(
-        self, phase: np.ndarray, held: np.ndarray, to_hip: np.ndarray, window: tuple[float, float]
-    ) -> None:
-        """held: the ankle by the floor; to_hip: the hip from the ankle; window: where the floor holds."""
-        self.phase, self.held, self.to_hip = phase, held, to_hip
-        self.start, self.end = window
-        inside = (phase >= self.start) & (phase <= self.end)
-        self._weights = np.linalg.lstsq(_basis(phase[inside]), (held + to_hip)[inside], rcond=None)[0]
-        ends = np.array([self.end, 1.0 + self.start])
-        self.gaps = self._hanging(ends) - np.interp(ends % 1.0, phase, held)
+    held: the ankle by the floor; to_hip: the hip from the ankle.
+    """
+    inside = (phase >= start) & (phase <= end)
+    weights = np.linalg.lstsq(_basis(phase[inside]), (held + to_hip)[inside], rcond=None)[0]
 
-    def _hanging(self, phase: np.ndarray) -> np.ndarray:
-        """The ankle that hangs from the standing leg's hip, at phases from `end` to 1 + `start` (m,)."""
-        other = np.clip(phase - 0.5, self.start, self.end)
-        return np.asarray(_basis(other) @ self._weights - np.interp(phase % 1.0, self.phase, self.to_hip))
+    def hanging(at: np.ndarray) -> np.ndarray:
+        """From the standing leg's hip, at phases from `end` to 1 + `start` (m,)."""
+        other = np.clip(at - 0.5, start, end)
+        return np.asarray(_basis(other) @ weights - np.interp(at % 1.0, phase, to_hip))
 
-    def joined(self) -> np.ndarray:
-        """By the floor where it holds, else by the chain (n,)."""
-        later = np.where(self.phase < self.start, self.phase + 1.0, self.phase)
-        share = (later - self.end) / (1.0 + self.start - self.end)
-        hanging = self._hanging(later) - self.gaps[0] * (1.0 - share) - self.gaps[1] * share
-        return np.where((later <= self.end) & (later >= self.start), self.held, hanging)
+    ends = np.array([end, 1.0 + start])
+    gaps = hanging(ends) - np.interp(ends % 1.0, phase, held)
+    later = np.where(phase < start, phase + 1.0, phase)
+    share = (later - end) / (1.0 + start - end)
+    swinging = hanging(later) - gaps[0] * (1.0 - share) - gaps[1] * share
+    return np.where((later <= end) & (later >= start), held, swinging), gaps
 
 
 def _basis(phase: np.ndarray) -> np.ndarray:
