@@ -145,7 +145,7 @@ _SkinPressure = Annotated[float, Quantity("Pa", above=0.0, at_most=1e6)]
 _Life = Annotated[float, Quantity("", above=0.0, at_most=1e12)]
 _Count = Annotated[float, Quantity("", at_least=0.0, at_most=1e9)]
 
-_FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from, bad below; other pairs are good up to
+_FALLING = ("toe_clearance", "contact_pitch", "strides_per_bottle")  # good from, bad below
 
 
 class Limits(Named):

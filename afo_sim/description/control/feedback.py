@@ -1,24 +1,25 @@
 """Feedback control as it is described: what is followed over time, a PID."""
 
 import itertools
-from typing import Annotated, Literal, Self
+from typing import Annotated, Generic, Literal, Self, TypeVar
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from afo_sim.description.quantity import Described, Quantity, refusal
 
-_ANGLE = Quantity("rad", at_least=-1.6, at_most=1.6)
-_MOMENT = Quantity("N*m", at_least=-1e3, at_most=1e3)
-_PRESSURE = Quantity("Pa", at_least=0.0, at_most=2e6)
-_Angle = Annotated[float, _ANGLE]
-_Moment = Annotated[float, _MOMENT]
-_Pressure = Annotated[float, _PRESSURE]
+_Angle = Annotated[float, Quantity("rad", at_least=-1.6, at_most=1.6)]
+_Moment = Annotated[float, Quantity("N*m", at_least=-1e3, at_most=1e3)]
+_Pressure = Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)]
 _Frequency = Annotated[float, Quantity("Hz", above=0.0, at_most=100.0)]
 _Time = Annotated[float, Quantity("s", at_least=0.0, at_most=1e5)]
 _PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 
 
-class Signal(Described):
+Value = TypeVar("Value", bound=float)
+Size = TypeVar("Size", bound=float)
+
+
+class Signal(Described, Generic[Value, Size]):
     """A signal over time: a mean and a sine about it; or a table; or a column of the run."""
 
     frequency: _Frequency = 0.5
@@ -31,61 +32,44 @@ class Signal(Described):
     """Between the rows of a table: the last value is held, or a straight line."""
     column: str | None = None
     """Column that is followed, such as "gait/ankle_angle" (as recorded), or "sensor/<name>"."""
+    mean: Value = Field(default=0.0)
+    """Mean of the signal."""
+    amplitude: Size = Field(default=0.0)
+    """Amplitude of the sine, half of its peak to peak."""
+    table: tuple[tuple[_Time, Value], ...] = ()
+    """Rows [time, value], instead of a sine; before the first its value holds, after the last that one."""
 
     @property
     def cycle(self) -> float | None:
         """Period of a sine of one frequency [s]; None of what does not repeat."""
-        repeats = getattr(self, "amplitude", 0.0) > 0.0 and self.end_frequency is None
+        repeats = self.amplitude > 0.0 and self.end_frequency is None
         return 1.0 / self.frequency if repeats else None
 
     @model_validator(mode="after")
     def _is_one_signal(self) -> Self:
-        table = getattr(self, "table", ())
-        sine = [key for key in ("mean", "amplitude") if getattr(self, key, 0.0)]
-        if self.column is not None and (sine or table):
+        sine = self.mean or self.amplitude
+        if self.column is not None and (sine or self.table):
             raise refusal("stands beside a sine or a table", "a column, a sine or a table", "column")
-        if table and sine:
+        if self.table and sine:
             raise refusal("stands beside a sine", "a table, or mean and amplitude", "table")
         if (self.end_frequency is None) != (self.sweep_time is None):
             missing = "sweep_time" if self.sweep_time is None else "end_frequency"
             raise refusal("is missing: a chirp has both", "end_frequency and sweep_time", missing)
-        if any(after[0] <= before[0] for before, after in itertools.pairwise(table)):
+        if any(after[0] <= before[0] for before, after in itertools.pairwise(self.table)):
             raise refusal("has times that do not rise", "[[time, value], …], each time later", "table")
         return self
 
 
-class Reference(Signal):
+class Reference(Signal[_Angle, Annotated[float, Quantity("rad", at_least=0.0, at_most=1.6)]]):
     """An angle over time, dorsiflexion positive."""
 
-    mean: _Angle = 0.0
-    """Mean angle."""
-    amplitude: Annotated[float, Quantity("rad", at_least=0.0, at_most=1.6)] = 0.0
-    """Amplitude of the sine, half of its peak to peak."""
-    table: tuple[tuple[_Time, _Angle], ...] = ()
-    """Rows [time, angle], instead of a sine; before the first its angle holds, after the last that one."""
 
-
-class MomentReference(Signal):
+class MomentReference(Signal[_Moment, Annotated[float, Quantity("N*m", at_least=0.0, at_most=1e3)]]):
     """A moment over time, dorsiflexion positive."""
 
-    mean: _Moment = 0.0
-    """Mean moment."""
-    amplitude: Annotated[float, Quantity("N*m", at_least=0.0, at_most=1e3)] = 0.0
-    """Amplitude of the sine, half of its peak to peak."""
-    table: tuple[tuple[_Time, _Moment], ...] = ()
-    """Rows [time, moment], instead of a sine; before the first its moment holds, after the last that one."""
 
-
-class PressureReference(Signal):
+class PressureReference(Signal[_Pressure, _Pressure]):
     """A gauge pressure over time."""
-
-    mean: _Pressure = 0.0
-    """Mean gauge pressure."""
-    amplitude: Annotated[float, Quantity("Pa", at_least=0.0, at_most=2e6)] = 0.0
-    """Amplitude of the sine, half of its peak to peak."""
-    table: tuple[tuple[_Time, _Pressure], ...] = ()
-    """Rows [time, pressure], instead of a sine; before the first its pressure holds, after the last that
-    one."""
 
 
 QUANTITIES = {"angle": "rad", "moment": "N*m", "pressure": "Pa"}  # table → unit of the column that it is of
