@@ -25,6 +25,7 @@ COMPRESSOR = {
     "delivery_pressure": "1 bar",
     "stall_pressure": "9 bar",
 }
+C = "0.1 dm^3/(s*bar)"
 REGULATOR = {
     "droop": "0.4 bar",
     "rated_flow": "60 l/min",
@@ -52,13 +53,7 @@ REGULATOR = {
         ("source", CARTRIDGE, {"gas": "air"}, "gas", "cannot be liquid"),
         ("source", CARTRIDGE, {"content": "18 g"}, "content", "would burst it"),
         ("source", COMPRESSOR, {"gas": "co2"}, "gas", "not what a compressor takes in"),
-        (
-            "source",
-            COMPRESSOR,
-            {"switch_on": "7 bar"},
-            "switch_on",
-            "not below the pressure at which it stops",
-        ),
+        ("source", COMPRESSOR, {"switch_on": "7 bar"}, "switch_on", "not below the pressure at which it"),
         ("source", COMPRESSOR, {"switch_off": "9 bar"}, "switch_off", "stalls before"),
         ("source", COMPRESSOR, {"delivery_pressure": "9 bar"}, "delivery_pressure", "not below the stall"),
         ("source", COMPRESSOR, {"free_air_delivery": "0 l/min"}, "free_air_delivery", "out of range"),
@@ -67,13 +62,7 @@ REGULATOR = {
         ("regulator", REGULATOR, {"droop": "8 bar"}, "droop", "more than can be set"),
         ("regulator", REGULATOR, {"set_range": ["7 bar", "1 bar"]}, "set_range", "is not a valid range"),
         ("regulator", REGULATOR, {"bleed": "-1 l/min"}, "bleed", "out of range"),
-        (
-            "regulator",
-            REGULATOR,
-            {"relief_conductance": "0.1 dm^3/(s*bar)"},
-            "relief_conductance",
-            "no relief",
-        ),
+        ("regulator", REGULATOR, {"relief_conductance": C}, "relief_conductance", "no relief"),
     ],
 )
 def test_what_cannot_be_is_refused_by_its_field(

@@ -67,16 +67,8 @@ def test_template_is_valid_with_each_comment_undone(kind: str, tmp_path: pathlib
     ]
     table = tomllib.loads("\n".join(undone))  # TOML refuses a key that is there twice
     others = OF_ONE_KIND - {*NEEDED["bottle"], *MAY_HAVE["bottle"]} if kind == "source" else set()
-    alone = (
-        *others,
-        "name",
-        "patient",
-        "shoe",
-        "reference",
-        "bandwidth",
-        "dead_band",  # these two bar the delays
-        "joint",  # goes with the names of segments
-    )
+    # the segments' names go with a joint, and a bandwidth or a dead band bars the delays
+    alone = {*others, "name", "patient", "shoe", "reference", "bandwidth", "dead_band", "joint"}
     for key, value in table.items():
         if not isinstance(value, dict) and key not in alone:
             load(kind, tmp_path / ("mine.toml" if kind == "scenario" else f"mine/{kind}.toml"), {key: value})

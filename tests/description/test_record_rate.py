@@ -52,13 +52,9 @@ def test_a_resolved_scenario_keeps_following_its_step(tmp_path: pathlib.Path) ->
     assert again.set({"timestep": "2 ms"}).record_stride == 1
 
 
-def test_a_run_of_2_ms_records_every_step(tmp_path: pathlib.Path) -> None:
+def test_a_run_of_2_ms_records_every_step() -> None:
     run = afo_sim.run("seated", {"timestep": "2 ms", "duration": "40 ms"})
     assert run["time"] == pytest.approx(2e-3 * np.arange(20), abs=1e-12)
-    run.save(tmp_path / "run")
-    again = afo_sim.read_recording(tmp_path / "run")
-    assert load("scenario", again.scenario) == load("scenario", run.scenario)
-    assert np.array_equal(again["ankle/angle"], run["ankle/angle"])
 
 
 @pytest.mark.parametrize("name", assets.names("scenario"))
