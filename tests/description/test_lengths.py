@@ -12,7 +12,6 @@ from documents import PAGES
 import afo_sim as afo
 from afo_sim.common import InputError
 from afo_sim.description import Muscle, load
-from afo_sim.description.lengths import LengthForce
 from afo_sim.physics import LAWS, Braid, Law
 from afo_sim.physics.registry import TRIED
 
@@ -174,16 +173,6 @@ def test_lengths_that_do_not_fit_are_refused(change: dict[str, str], says: str) 
     sets = {f"lengths.{key}": value for key, value in ({"reference": "23 cm"} | change).items()}
     with pytest.raises(InputError, match=says):
         load("muscle", "dmsp_10", sets | {"total_length": "21 cm"})
-
-
-def test_factor_grows_with_the_length_up_to_one_at_the_reference() -> None:
-    force = LengthForce(slope="19.03 m^-1", offset="7.5 mm", shortest="11 cm", longest="52 cm")  # type: ignore
-    assert force.factor(0.25, 0.25) == 1.0
-    factors = [force.factor(x, 0.25) for x in (0.008, 0.05, 0.1, 0.2, 0.25, 0.3, 9.0)]
-    assert np.all(np.diff(factors[:5]) > 0.0) and factors[4:] == [1.0] * 3
-    assert factors[0] == pytest.approx(
-        19.03 * 0.0005 / math.atan(19.03 * 0.2425), rel=1e-3
-    )  # the arc's slope
 
 
 def test_longer_muscles_are_not_made_stronger_because_measured_ones_are_not() -> None:

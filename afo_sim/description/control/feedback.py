@@ -1,9 +1,9 @@
 """Feedback control as it is described: what is followed over time, a PID."""
 
 import itertools
-from typing import Annotated, Generic, Literal, Self, TypeVar
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from afo_sim.description.quantity import Described, Quantity, refusal
 
@@ -17,6 +17,7 @@ _PositiveTime = Annotated[float, Quantity("s", above=0.0, at_most=1e5)]
 
 Value = TypeVar("Value", bound=float)
 Size = TypeVar("Size", bound=float)
+_ZERO: Any = 0.0  # in whatever unit
 
 
 class Signal(Described, Generic[Value, Size]):
@@ -32,9 +33,9 @@ class Signal(Described, Generic[Value, Size]):
     """Between the rows of a table: the last value is held, or a straight line."""
     column: str | None = None
     """Column that is followed, such as "gait/ankle_angle" (as recorded), or "sensor/<name>"."""
-    mean: Value = Field(default=0.0)
+    mean: Value = _ZERO
     """Mean of the signal."""
-    amplitude: Size = Field(default=0.0)
+    amplitude: Size = _ZERO
     """Amplitude of the sine, half of its peak to peak."""
     table: tuple[tuple[_Time, Value], ...] = ()
     """Rows [time, value], instead of a sine; before the first its value holds, after the last that one."""
