@@ -66,26 +66,14 @@ def test_draws_that_are_no_muscles_are_told() -> None:
 
 
 def test_other_law_in_use_leaves_the_covariance_out_and_says_so() -> None:
-    own = load(
-        "muscle",
-        "dmsp_20",
-        {
-            "covariance": TABLE
-            | {
-                "law": "tondu_lopez_2000",
-                "parameters": ["braid_angle", "laws.tondu_lopez_2000.k"],
-                "standard_errors": ["1 deg", 0.1],
-                "correlation": [[1, 0.5], [0.5, 1]],
-            }
-        },
-    )
-    assert own.drawn(np.zeros((1, 2))) == {}
+    own = load("muscle", "dmsp_20", {"covariance": TABLE | {"law": "tondu_lopez_2000"} | OTHER})
+    assert own.drawn(np.zeros((1, 3))) == {}
     assert own.without_draws == "the covariance is of tondu_lopez_2000, and sarosi_2012 is in use"
     used = own.using(law="tondu_lopez_2000")
-    assert used.without_draws == "" and len(used.drawn(np.zeros((1, 2)))) == 2
+    assert used.without_draws == "" and len(used.drawn(np.zeros((1, 3)))) == 3
     assert used.using(law="sarosi_2012") == own
-    with pytest.raises(InputError, match=r"of shape \(n, 2\)"):
-        used.drawn(np.zeros((1, 3)))
+    with pytest.raises(InputError, match=r"of shape \(n, 3\)"):
+        used.drawn(np.zeros((1, 2)))
 
 
 K = "laws.tondu_lopez_2000.k"
@@ -99,12 +87,7 @@ IMPOSSIBLE = [[1, 0.9, -0.9], [0.9, 1, 0.9], [-0.9, 0.9, 1]]
         ({"law": "tondu_lopez_2000_blader"}, "law", "unknown law", LAW),
         ({"law": "tondu_lopez_2000", **OTHER}, "law", "no parameters of this law", LAW),
         ({"parameters": ["braid_angle"] * 3}, "parameters", "named once", None),
-        (
-            {"parameters": ["braid_angle", "bladder_forse"]},
-            "parameters",
-            "'bladder_forse' is not a number",
-            FORCE,
-        ),
+        ({"parameters": ["bladder_forse"]}, "parameters", "'bladder_forse' is not a number", FORCE),
         ({"parameters": ["braid_angle", "damping"]}, "parameters", "'damping' is not a number", None),
         ({"parameters": ["braid_angle", K]}, "parameters", "is not a number", f"laws.{LAW}.k"),
         ({"standard_errors": ["2 deg", "40 N"]}, "standard_errors", "3 parameters", None),

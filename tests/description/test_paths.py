@@ -14,14 +14,21 @@ from afo_sim.description.new import new
 from afo_sim.description.portable import portable
 from afo_sim.description.schema import dotted_key, split_key
 
-PATH = "orthosis.muscle.dorsiflexor.path"
-FRICTION = "orthosis.muscle.dorsiflexor.wrap_friction"
+GROUP = "orthosis.muscle.dorsiflexor"
+PATH, FRICTION = f"{GROUP}.path", f"{GROUP}.wrap_friction"
 ROLLER: dict[str, Any] = {
     "segment": "shank",
     "from_joint": ["4.5 cm", "0 cm", "5 cm"],
     "surface": {"shape": "cylinder", "radius": "2 cm", "axis": [0, 1, 0]},
 }
 EYE: dict[str, Any] = {"segment": "shank", "from_joint": ["7 cm", "0 cm", "2 cm"], "spacing": "2 cm"}
+
+
+def rolling(**surface: Any) -> dict[str, Any]:
+    """A path over the roller with another surface."""
+    return {PATH: [ROLLER | {"surface": surface}]}
+
+
 FRICTION_AND_PATH = """
 wrap_friction = { value = 0.2, kind = "assumed", source = "nobody measured it" }
 
@@ -144,23 +151,11 @@ def test_words_and_lists_tell_the_path(capsys: pytest.CaptureFixture[str]) -> No
 @pytest.mark.parametrize(
     ("sets", "field", "problem"),
     [
-        (
-            {PATH: [ROLLER | {"surface": {"radius": "2 cm", "axis": [0, 0, 0]}}]},
-            f"{PATH}.0.surface.axis",
-            "no length",
-        ),
+        (rolling(radius="2 cm", axis=[0, 0, 0]), f"{PATH}.0.surface.axis", "no length"),
         ({PATH: [ROLLER, ROLLER]}, f"{PATH}.1.surface", "next to a surface"),
-        (
-            {PATH: [ROLLER | {"surface": {"radius": "26 cm"}}]},
-            f"{PATH}.0.surface.radius",
-            "25 cm from its axis",
-        ),
-        (
-            {PATH: [ROLLER | {"surface": {"shape": "ball", "radius": "2 cm"}}]},
-            f"{PATH}.0.surface.shape",
-            "not a valid choice",
-        ),
-        ({PATH: [ROLLER | {"surface": {}}]}, f"{PATH}.0.surface.radius", "is missing"),
+        (rolling(radius="26 cm"), f"{PATH}.0.surface.radius", "25 cm from its axis"),
+        (rolling(shape="ball", radius="2 cm"), f"{PATH}.0.surface.shape", "not a valid choice"),
+        (rolling(), f"{PATH}.0.surface.radius", "is missing"),
         ({PATH: [EYE | {"segment": "thigh"}]}, f"{PATH}.0.segment", "not a valid choice"),
         ({PATH: [EYE | {"spacin": "2 cm"}]}, f"{PATH}.0.spacin", "unknown key"),
         ({PATH: [EYE] * 13}, PATH, "too many items"),
@@ -173,16 +168,8 @@ def test_words_and_lists_tell_the_path(capsys: pytest.CaptureFixture[str]) -> No
         ({PATH: [EYE | {"segment": "foot"}], FRICTION: 0.2}, FRICTION, "has no effect: the cable slides"),
         ({PATH: [EYE, EYE | {"segment": "foot"}, EYE], FRICTION: 0.2}, FRICTION, "segment to segment once"),
         ({PATH: [EYE], FRICTION: -0.1}, FRICTION, "out of range"),
-        (
-            {PATH: [EYE], "orthosis.muscle.dorsiflexor.cable.offset": "40 cm"},
-            None,
-            "is not shorter than the path",
-        ),
-        (
-            {PATH: [EYE], "orthosis.muscle.dorsiflexor.insertion.segment": "shank"},
-            None,
-            "on the same segment",
-        ),
+        ({PATH: [EYE], f"{GROUP}.cable.offset": "40 cm"}, None, "is not shorter than the path"),
+        ({PATH: [EYE], f"{GROUP}.insertion.segment": "shank"}, None, "on the same segment"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_field(sets: dict[str, Any], field: str | None, problem: str) -> None:
@@ -201,5 +188,4 @@ def test_a_path_does_not_go_with_a_pulley() -> None:
 
 def test_a_sphere_needs_no_axis_and_may_have_one() -> None:
     for axis in ({}, {"axis": [0, 0, 0]}, {"axis": [1, 0, 0]}):
-        surface = {"shape": "sphere", "radius": "2 cm"} | axis
-        assert load("scenario", "seated", {PATH: [ROLLER | {"surface": surface}]})
+        assert load("scenario", "seated", rolling(shape="sphere", radius="2 cm", **axis))

@@ -10,22 +10,11 @@ from afo_sim import load
 from afo_sim.common import InputError, assets
 from afo_sim.description import toml_text
 
+STRIDES = {"10 ms": 1, "2 ms": 1, "1 ms": 1, "0.7 ms": 2, "0.5 ms": 2, "0.3 ms": 4, "0.25 ms": 4}
+STRIDES |= {"0.1 ms": 10, "0.03 ms": 34, "10 us": 100}  # by hand: 1 ms over the step, rounded up
 
-@pytest.mark.parametrize(
-    ("step", "stride"),  # by hand: 1 ms over the step, rounded up
-    [
-        ("10 ms", 1),
-        ("2 ms", 1),
-        ("1 ms", 1),
-        ("0.7 ms", 2),
-        ("0.5 ms", 2),
-        ("0.3 ms", 4),
-        ("0.25 ms", 4),
-        ("0.1 ms", 10),
-        ("0.03 ms", 34),
-        ("10 us", 100),
-    ],
-)
+
+@pytest.mark.parametrize(("step", "stride"), STRIDES.items())
 def test_rows_follow_the_step(step: str, stride: int) -> None:
     scenario = load("scenario", "seated", {"timestep": step})
     assert (scenario.record_rate, scenario.record_stride) == (None, stride)
