@@ -207,11 +207,11 @@ def leave_out(tree: Tree) -> None:
     """Take out of a description what nothing reads any more; InputError where a run would depend on it."""
     for (table, key), instead in RETIRED.items():
         own = tree.kind == table
-        holder = tree.root if own else tree.root.get(table)
-        if not isinstance(holder, dict) or key not in holder:
+        part = tree.root if own else tree.root.get(table)
+        if not isinstance(part, dict) or key not in part:
             continue
-        rest = {name: value for name, value in holder.items() if name != key}
-        if holder[key] is not None:  # as a recording has what was not described
+        rest = {name: value for name, value in part.items() if name != key}
+        if part[key] is not None:  # as a recording has what was not described
             where = tree.place((key,) if own else (table, key))
             # the hinge did not turn in recorded walking, and a leg alone does not run
             if key == "impedance" or not (own or tree.root.get("gait")):
