@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.model import JOINTS, Built, steps_of_stride
+from afo_sim.model import JOINTS, Built, get_state, steps_of_stride
 from afo_sim.simulation.stride_search import remembers
 
 LONG = 8e-3  # [s]
@@ -54,13 +54,11 @@ def at_heel_strike(built: Built, state: np.ndarray, step: float) -> np.ndarray:
     """A state at a heel strike, at time 0 and with the shank as steps of this length want it."""
     assert built.walk is not None
     model, pose, n = built.model, built.walk.pose, steps_of_stride(built.scenario)
-    data, spec = native.scratch(model), mujoco.mjtState.mjSTATE_INTEGRATION
-    mujoco.mj_setState(model, data, state, spec)
+    data = native.scratch(model)
+    mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     data.time = 0.0
     before = _between(pose, np.array([1.0 + n - step / built.scenario.timestep]))[0]
     for k, joint in enumerate(JOINTS):
         data.qpos[model.joint(joint).qposadr[0]] = pose[1, k]
         data.qvel[model.joint(joint).dofadr[0]] = (pose[1 + n, k] - before[k]) / step
-    found = np.empty_like(state)
-    mujoco.mj_getState(model, data, found, spec)
-    return found
+    return get_state(model, data)

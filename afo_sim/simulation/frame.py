@@ -27,16 +27,6 @@ class Frame:
         """Number of rows."""
         return len(self.rows["time"])
 
-    @property
-    def numbers(self) -> np.ndarray:
-        """Numbers of the rows' steps (n,)."""
-        return self.first_step + np.arange(self.n)
-
-    @property
-    def whole(self) -> bool:
-        """Whether every field was recorded, not only what metrics need."""
-        return "qacc" in self.rows
-
     def force(self, actuator: int) -> np.ndarray:
         """MuJoCo's force of an actuator (n,)."""
         return self.rows["actuator_force"][:, actuator]

@@ -7,14 +7,13 @@ never put back on the floor: under one that is 26 mm deep it would push with mor
 
 from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 
 from afo_sim import native
 from afo_sim.gait import LATE_SWING, STANCE_SHARE
-from afo_sim.model import FLOORS, JOINTS, PADS
-from afo_sim.simulation.rollout import CONTROL, STATE
-from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Rows, Stepper
+from afo_sim.model import FLOORS, JOINTS, PADS, get_state
+from afo_sim.simulation.rollout import STATE
+from afo_sim.simulation.stepping import Rows, stepper_of
 
 if TYPE_CHECKING:
     from afo_sim.model import Built
@@ -46,15 +45,15 @@ def _walked(built: "Built", rows: Rows, control: np.ndarray, swings: list[slice]
     longest = max(swing.stop - swing.start for swing in swings)
     inputs = np.stack([np.resize(control[swing], (longest, model.nu)) for swing in swings])
     inputs[:, :, [index[name] for name in FLOORS if name in index]] = AWAY
-    states = [_state(model, rows, swing.start) for swing in swings]
-    qpos = np.empty((len(swings), longest, model.nq))
+    states, qpos = [], np.empty((len(swings), longest, model.nq))
+    for swing in swings:  # from which their first rows were stepped
+        data = native.scratch(model)
+        for name in STATE[1:]:
+            getattr(data, name)[:] = rows[name][swing.start]
+        data.time = rows["time"][swing.start, 0]
+        states.append(get_state(model, data))
     with native.installed(mode), native.without_clock():
-        models = [model] * len(swings)
-        stepper: Stepper = (
-            BatchStepper(models, states, CONTROL, 1)
-            if mode == "native"
-            else LoopStepper(models, states, CONTROL)
-        )
+        stepper = stepper_of([model] * len(swings), states, mode)
         for stopped in stepper.advance(range(len(swings)), inputs, {"qpos": qpos}):
             qpos[stopped] = np.nan
     return qpos
@@ -84,14 +83,3 @@ def _touched(built: "Built", rows: Rows, first_step: int, swing: slice) -> bool:
     force = rows["actuator_force"][swing][:, [index[name] for name in PADS if name in index]]
     landing = built.walk.phase[1:-1][first_step:][swing] % 1.0 >= LATE_SWING
     return bool(force[:, 1:].any() or force[~landing, 0].any())
-
-
-def _state(model: mujoco.MjModel, rows: Rows, row: int) -> np.ndarray:
-    """The mjSTATE_INTEGRATION row from which a recorded row was stepped."""
-    data, spec = native.scratch(model), mujoco.mjtState.mjSTATE_INTEGRATION
-    for name in STATE[1:]:
-        getattr(data, name)[:] = rows[name][row]
-    data.time = rows["time"][row, 0]
-    found = np.empty(mujoco.mj_stateSize(model, spec))
-    mujoco.mj_getState(model, data, found, spec)
-    return found

@@ -16,21 +16,21 @@ import numpy as np
 from afo_sim import native
 from afo_sim.common import ControllerError, SimulationError
 from afo_sim.simulation.stepping import (
+    CONTROL,
     FAILURES,
-    BatchStepper,
-    LoopStepper,
+    Moment,
     Policy,
     PolicyFault,
     Rows,
     Stepper,
     StopEarly,
+    stepper_of,
 )
 
 STATE = ("time", "qpos", "qvel", "act")  # recorded after each step, the rest is of the state before it
 METRIC_FIELDS = ("actuator_force", "actuator_length", "qfrc_actuator", "userdata")  # for metrics
 FIELDS = (*METRIC_FIELDS, "qacc", "qfrc_bias", "qfrc_passive", "qfrc_constraint", "ten_J")
 BLOCK = 10_000  # steps between two reports of progress
-CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 
 
 @dataclass(frozen=True)
@@ -153,24 +153,6 @@ def limp(case: Case) -> Exception | None:
     return None
 
 
-@dataclass(frozen=True)
-class _Moment:
-    """The present state of a roll-out, as a policy sees it."""
-
-    run: "_Run"
-    k: int
-    steps: range
-    since: int
-
-    @property
-    def now(self) -> Rows:
-        return {name: values[self.k].copy() for name, values in self.run.now.items()}
-
-    @property
-    def last(self) -> Rows:
-        return self.run.aligned(self.k, self.since, self.steps.start)
-
-
 class _Run:
     """A roll-out under way."""
 
@@ -198,11 +180,7 @@ class _Run:
         """All steps, block by block."""
         cases, recipe = self.cases, self.recipe
         models, states = [case.model for case in cases], [case.state for case in cases]
-        stepper: Stepper = (
-            BatchStepper(models, states, recipe.inputs, recipe.threads)
-            if recipe.mode == "native"
-            else LoopStepper(models, states, recipe.inputs)
-        )
+        stepper = stepper_of(models, states, recipe.mode, recipe.inputs, recipe.threads)
         before = seen = 0
         for first in range(0, self.n_step, self.block):
             alive = [k for k in range(len(cases)) if k not in self.stops]
@@ -233,7 +211,8 @@ class _Run:
     def _advance(self, stepper: Stepper, alive: list[int], steps: range, before: int) -> None:
         inputs = self._inputs(alive, steps, before)
         if not self.stops.keys().isdisjoint(alive):  # a policy gave up
-            alive, inputs = self._going(alive, inputs)
+            going = [place for place, k in enumerate(alive) if k not in self.stops]
+            alive, inputs = [alive[place] for place in going], np.ascontiguousarray(inputs[going])
             if not alive:
                 return
         out: Rows = {}
@@ -273,19 +252,19 @@ class _Run:
 
     def _chosen(self, k: int, steps: range, before: int) -> np.ndarray:
         """Inputs of one simulation; of one whose policy gives up, none."""
+        moment = Moment(
+            steps,
+            lambda: {name: values[k].copy() for name, values in self.now.items()},
+            lambda: self.aligned(k, before, steps.start),
+        )
         try:
-            return self.cases[k].policy.choose(_Moment(self, k, steps, before))
+            return self.cases[k].policy.choose(moment)
         except PolicyFault as fault:
             self.stops[k] = steps.start, str(fault)
             self.faults.add(k)
         except StopEarly:
             self.stops[k] = steps.start, None
         return np.zeros((len(steps), self.control.shape[-1]))
-
-    def _going(self, alive: list[int], inputs: np.ndarray) -> tuple[list[int], np.ndarray]:
-        """The simulations that go on, and their inputs."""
-        places = [place for place, k in enumerate(alive) if k not in self.stops]
-        return [alive[place] for place in places], np.ascontiguousarray(inputs[places])
 
     def _keep(self, k: int, out: Rows, steps: range, done: int) -> None:
         """Copy every stride-th row of a block, aligned: states come after their step, forces before it."""
@@ -315,28 +294,20 @@ class _Run:
         stride = self.recipe.stride
         kept = slice(-(-first // stride), -(-stop // stride))
         tell = self.cases[k].policy.reported
-        reported = (
-            {}
-            if tell is None
-            else {name: v[-first % stride :: stride] for name, v in tell(first, stop).items()}
-        )
-        return Rollout(
-            self.aligned(k, first, stop), self.control[k, kept], first_step=first, reported=reported
-        )
+        told = {} if tell is None else tell(first, stop)
+        reported = {name: values[-first % stride :: stride] for name, values in told.items()}
+        return Rollout(self.aligned(k, first, stop), self.control[k, kept], None, 0.0, first, {}, reported)
 
     def rollout(self, k: int, wall: float) -> Rollout:
         """The simulation number k up to its end or its failure; `wall` is the time it took [s]."""
         done, reason = self.stops.get(k, (self.n_step, None))
+        model, number = self.cases[k].model, self.cases[k].number
+        failure: SimulationError | None = None if reason is None else failed(model, reason, done, number)
+        if reason is not None and k in self.faults:
+            failure = ControllerError(reason, simulation=number, time=done * model.opt.timestep)
         found = self.stretch(k, 0, done)
-        failure = None if reason is None else self._failure(k, reason, done)
         final = {name: values[k].copy() for name, values in self.now.items()}
         return Rollout(found.rows, found.control, failure, wall, 0, final, found.reported)
-
-    def _failure(self, k: int, reason: str, done: int) -> SimulationError:
-        model, number = self.cases[k].model, self.cases[k].number
-        if k in self.faults:
-            return ControllerError(reason, simulation=number, time=done * model.opt.timestep)
-        return failed(model, reason, done, number)
 
 
 def first_states(cases: Sequence[Case]) -> Rows:

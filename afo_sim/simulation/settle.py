@@ -8,22 +8,22 @@ after each jump of the air before it is judged. Where it can be, the search begi
 """
 
 import dataclasses
+import functools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT
+from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, SimulationError
 from afo_sim.description.orthosis import Chamber
 from afo_sim.model import AFTER, JOINTS, Built, cooled, steps_of_stride
 from afo_sim.model.prefill import prefill
 from afo_sim.physics import valve_flow
 from afo_sim.simulation.coarse_stride import at_heel_strike, coarse
 from afo_sim.simulation.rollout import (
-    CONTROL,
     METRIC_FIELDS,
     STATE,
     Case,
@@ -35,8 +35,8 @@ from afo_sim.simulation.rollout import (
     not_begun,
     widths,
 )
-from afo_sim.simulation.simulate import GONE, case_of, first_beyond
-from afo_sim.simulation.stepping import BatchStepper, LoopStepper, Rows, Stepper, fixed
+from afo_sim.simulation.simulate import GONE, begun_case, first_beyond
+from afo_sim.simulation.stepping import Rows, stepper_of
 from afo_sim.simulation.stride_search import StrideSearch, sticks
 
 ROUGH = 10.0  # times the distances within which a stride in long steps is settled [-]
@@ -69,7 +69,11 @@ def settle(
     with native.installed(mode), native.without_clock():
         cases: dict[int, Case] = {}
         for k, (built, control) in enumerate(zip(builts, controls, strict=True)):
-            case = _begun(built, control)
+            # friction that keeps the past keeps that of this start
+            air = None if sticks(built) else functools.partial(first_air, control=control)
+            case = begun_case(built, control, air=air)
+            if isinstance(case, Case) and (reason := limp(case)) is not None:
+                case = not_begun(built.model, reason)
             if isinstance(case, Case):
                 cases[k] = case
             else:
@@ -79,39 +83,6 @@ def settle(
             party = _Party(_begun_near(walks, mode, workspace), mode, fields)
             found |= dict(zip(cases, party.settled(workspace), strict=True))
     return [found[k] for k in range(len(builts))]
-
-
-def _begun(built: Built, control: np.ndarray) -> Case | Rollout:
-    """The case to walk from rest, or an empty Rollout where it cannot start."""
-    n = steps_of_stride(built.scenario)
-
-    def guess(built: Built, data: mujoco.MjData) -> Mapping[int, float]:
-        """What is filled and vented; what is neither keeps the air with which the wearer starts."""
-        return {**first_air(built, data, control[n : 2 * n]), **_sealed(built, data, control)}
-
-    try:
-        # friction that keeps the past keeps that of this start
-        case = case_of(built, fixed(control), control[0], air=None if sticks(built) else guess)
-    except Exception as error:
-        return not_begun(built.model, error)
-    if isinstance(case, Case) and (reason := limp(case)) is not None:
-        return not_begun(built.model, reason)
-    return case
-
-
-def _sealed(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[int, float]:
-    """Gauge pressure at the start of each chamber whose valves never open [Pa], by its actuator."""
-    index = built.index
-    shut = [
-        actuator
-        for name, actuator in index.chambers.items()
-        if not control[:, [index.valves[f"{name}_inlet"], index.valves[f"{name}_outlet"]]].any()
-    ]
-    if not shut:
-        return {}
-    prefill(built, data)
-    held = {k: float(native.read_held(built.model, data.act, k)[0]) for k in shut}
-    return {k: cooled(built.model, data, k, mass) - AMBIENT_PRESSURE for k, mass in held.items()}
 
 
 @dataclass(frozen=True)
@@ -157,8 +128,7 @@ class _Party:
     ):
         cases = [walk.case for walk in walks]
         models, states = [case.model for case in cases], [case.state for case in cases]
-        stepper = BatchStepper(models, states, CONTROL, 1) if mode == "native" else None
-        self.stepper: Stepper = stepper or LoopStepper(models, states, CONTROL)
+        self.stepper = stepper_of(models, states, mode)
         self.n = steps_of_stride(walks[0].built.scenario)
         self.widths = widths(models[0], fields)
         starts = first_states(cases)
@@ -183,7 +153,7 @@ class _Party:
                 search = self.searches[k]
                 failure, last = failures.get(k), search.last
                 if failure is None and last and first_beyond(search.built, search.ankle(last)) is not None:
-                    failure = failed(search.built.model, GONE, search.strides * self.n)
+                    failure = self._failed(k, GONE)
                 if failure is not None or search.done:
                     going.remove(k)
                     yield k, search, failure
@@ -224,11 +194,10 @@ class _Party:
         for place, k in enumerate(going):
             if k not in stopped:
                 self.searches[k].walked({name: values[place] for name, values in out.items()})
-        return {
-            k: failed(search.built.model, stop.reason, search.strides * self.n)
-            for k, stop in stopped.items()
-            for search in [self.searches[k]]
-        }
+        return {k: self._failed(k, stop.reason) for k, stop in stopped.items()}
+
+    def _failed(self, k: int, reason: str) -> SimulationError:
+        return failed(self.searches[k].built.model, reason, self.searches[k].strides * self.n)
 
     def _rollout(self, k: int, rows: Rows) -> Rollout:
         """Aligned rows of a search's last two strides and of the steps after them, into `rows`."""
@@ -239,8 +208,7 @@ class _Party:
         out = {name: np.empty((1, AFTER, width)) for name, width in self.widths.items()}
         stopped = self.stepper.advance([k], np.ascontiguousarray(inputs[np.newaxis]), out)
         if k in stopped:
-            step = search.strides * n
-            return not_begun(search.built.model, failed(search.built.model, stopped[k].reason, step))
+            return not_begun(search.built.model, self._failed(k, stopped[k].reason))
         for name, values in rows.items():
             parts = [before.out[name], last.out[name], out[name][0]]
             if name in STATE:  # after a step; the rows want it before
@@ -259,21 +227,32 @@ FILLED = 0.5  # share of the supply's pressure at which the volume is taken, and
 PARTS, STRIDES = 60, 3  # coarse steps of a stride, strides
 
 
-def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> Mapping[int, float]:
-    """Gauge pressure of every chamber at the start of a stride [Pa], by its actuator."""
-    index = built.index
+def first_air(built: Built, data: mujoco.MjData, control: np.ndarray) -> dict[int, float]:
+    """Gauge pressure of every chamber at the start of a stride [Pa], by its actuator.
+
+    What no valve opens keeps the air with which the wearer starts.
+    """
+    index, n = built.index, steps_of_stride(built.scenario)
     set_to = built.scenario.supply.pressure  # a line before a regulator has more
-    filled = {i: FILLED * min(float(control[0, i]), set_to) for i in index.chambers.values()}
-    native.fill_chambers(built.model, data, filled)
-    cuts = np.linspace(0, len(control), PARTS + 1).astype(int)
-    found = {}
+    supply = {i: min(float(control[n, i]), set_to) for i in index.chambers.values()}
+    native.fill_chambers(built.model, data, {i: FILLED * pressure for i, pressure in supply.items()})
+    cuts = np.linspace(0, n, PARTS + 1).astype(int)
+    found, shut = {}, []
     for name, chamber in built.scenario.orthosis.chamber.items():
         actuator = index.chambers[name]
-        coils = [control[:, index.valves[f"{name}_{side}"]] for side in ("inlet", "outlet")]
-        opened = [np.add.reduceat(coil, cuts[:-1]) / np.diff(cuts) for coil in coils]
+        coils = control[:, [index.valves[f"{name}_inlet"], index.valves[f"{name}_outlet"]]]
+        if not coils.any():
+            shut.append(actuator)
+            continue
+        opened = [np.add.reduceat(coil, cuts[:-1]) / np.diff(cuts) for coil in coils[n : 2 * n].T]
         volume = float(native.read_flows(built.model, data.userdata, actuator).volume)
-        supply = min(float(control[0, actuator]), set_to) + AMBIENT_PRESSURE
-        found[actuator] = _pressure(chamber, supply, volume, opened, built.scenario.timestep * len(control))
+        fed = supply[actuator] + AMBIENT_PRESSURE
+        found[actuator] = _pressure(chamber, fed, volume, opened, built.scenario.timestep * n)
+    if shut:
+        prefill(built, data)
+        held = [float(native.read_held(built.model, data.act, k)[0]) for k in shut]
+        for k, mass in zip(shut, held, strict=True):
+            found[k] = cooled(built.model, data, k, mass) - AMBIENT_PRESSURE
     return found
 
 

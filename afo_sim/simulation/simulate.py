@@ -13,7 +13,6 @@ from afo_sim.model import Built, Guess, equilibrium, walking_start
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.simulation.rollout import (
     BLOCK,
-    CONTROL,
     FIELDS,
     METRIC_FIELDS,
     STATE,
@@ -27,7 +26,7 @@ from afo_sim.simulation.rollout import (
     roll_out,
     widths,
 )
-from afo_sim.simulation.stepping import FAILURES, BatchStepper, LoopStepper, Policy, Rows, Stepper, fixed
+from afo_sim.simulation.stepping import FAILURES, Policy, Rows, fixed, stepper_of
 
 GONE = "the ankle has gone through its stops"
 PLAY = 0.5  # beyond a stop, where no stop yields by that much [rad]
@@ -47,7 +46,10 @@ def simulate(
 ) -> Rollout:
     """Roll a compiled scenario out."""
     mode = built.scenario.callback
-    policy, first, count = _inputs(built, control, n_step)
+    if isinstance(control, Policy):
+        policy, first, count = control, schedule.controls(built, 1)[0], n_step or built.scenario.n_step
+    else:
+        policy, first, count = fixed(control), control[0], n_step or len(control)
     with native.installed(mode):
         case = case_of(built, policy, first, state)
         if isinstance(case, Rollout):
@@ -76,20 +78,16 @@ def simulate_together(
     recipe = Recipe(fields=METRIC_FIELDS, block=len(controls[0]))
     with native.installed("native"):
         chosen = policies or [None] * len(builts)
-        begun = [_begun(*each, recipe) for each in zip(builts, controls, chosen, strict=True)]
+        begun = [
+            begun_case(built, control, policy, recipe)
+            for built, control, policy in zip(builts, controls, chosen, strict=True)
+        ]
         ready = [case for case in begun if isinstance(case, Case)]
         ended = iter(roll_out(ready, len(controls[0]), recipe, workspace=workspace))
     return [
         case if isinstance(case, Rollout) else _within_stops(built, next(ended))
         for built, case in zip(builts, begun, strict=True)
     ]
-
-
-def _inputs(built: Built, control: np.ndarray | Policy, n_step: int | None) -> tuple[Policy, np.ndarray, int]:
-    """The policy, the inputs that the start is sought with, and the number of steps."""
-    if isinstance(control, Policy):
-        return control, schedule.controls(built, 1)[0], n_step or built.scenario.n_step
-    return fixed(control), control[0], n_step or len(control)
 
 
 def case_of(
@@ -105,10 +103,16 @@ def case_of(
     return Case(built.model, state, policy)
 
 
-def _begun(built: Built, control: np.ndarray, policy: Policy | None, recipe: Recipe) -> Case | Rollout:
+def begun_case(
+    built: Built,
+    control: np.ndarray,
+    policy: Policy | None = None,
+    recipe: Recipe | None = None,
+    air: Guess | None = None,
+) -> Case | Rollout:
     """As `case_of`, but an error is this simulation's own."""
     try:
-        return case_of(built, policy or fixed(control), control[0])
+        return case_of(built, policy or fixed(control), control[0], air=air)
     except Exception as error:
         return not_begun(built.model, error, recipe)
 
@@ -155,11 +159,7 @@ class Stepped:
             self.schedules = [schedules[id(built)] for built in self.builts]
             self.cases = [cases[id(built)] for built in self.builts]
             models, states = [case.model for case in self.cases], [case.state for case in self.cases]
-            self.stepper: Stepper = (
-                BatchStepper(models, states, CONTROL, threads)
-                if mode == "native"
-                else LoopStepper(models, states, CONTROL)
-            )
+            self.stepper = stepper_of(models, states, mode, threads=threads)
             self.now = first_states(self.cases)
             begun = {key: _first_rows(case, schedules[key][0], fields) for key, case in cases.items()}
             self.begun = {
@@ -210,9 +210,14 @@ class Stepped:
         """The scenario's own inputs of a simulation's next steps (steps, nu); a timer goes on for ever."""
         first = int(self.taken[k])
         while first + steps > len(self.schedules[k]):
-            if self.builts[k].walk is not None:
-                left = len(self.schedules[k]) - first
-                raise _walk_over(self.builts[k], left)
+            scenario = self.builts[k].scenario
+            if scenario.walking:
+                end = scenario.n_step * scenario.timestep
+                raise InputError(
+                    f"the recorded walking ends at t = {end:.6g} s: reset(), or take a longer duration",
+                    field="duration",
+                    value=f"{len(self.schedules[k]) - first} steps are left",
+                )
             self.schedules[k] = schedule.controls(self.builts[k], 2 * (first + steps))
         return self.schedules[k][first : first + steps].copy()
 
@@ -300,12 +305,3 @@ def state_parts(model: mujoco.MjModel, states: np.ndarray) -> Rows:
         found[name] = states[:, first : first + size]
         first += size
     return found
-
-
-def _walk_over(built: Built, left: int) -> InputError:
-    end = built.scenario.n_step * built.scenario.timestep
-    return InputError(
-        f"the recorded walking ends at t = {end:.6g} s: reset(), or take a longer duration",
-        field="duration",
-        value=f"{left} steps are left",
-    )

@@ -5,7 +5,6 @@ Blocks go through `mujoco.batch`, or through a plain loop where the callbacks ar
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -13,27 +12,29 @@ from mujoco.batch import Batch
 from mujoco.batch import SimulationError as BatchError
 
 from afo_sim import native
+from afo_sim.model import get_state
 
 Rows = dict[str, np.ndarray]
+CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)  # inputs that are the actuators' alone
 
 
-class Moment(Protocol):
-    """The view from which a policy chooses the inputs of the next steps."""
+@dataclass(frozen=True)
+class Moment:
+    """The view from which a policy chooses the inputs of the next steps, `steps`."""
 
-    @property
-    def steps(self) -> range:
-        """The steps whose inputs are wanted."""
-        ...
+    steps: range
+    state: Callable[[], Rows]
+    rows: Callable[[], Rows]
 
     @property
     def now(self) -> Rows:
         """The state that the first of these steps starts from: {"time", "qpos", "qvel", "act": (width,)}."""
-        ...
+        return self.state()
 
     @property
     def last(self) -> Rows:
         """Aligned rows of the steps since the last choice (n, width); none at first."""
-        ...
+        return self.rows()
 
 
 @dataclass(frozen=True)
@@ -70,26 +71,6 @@ class Stop:
     spoilt: bool
 
 
-class Stepper(Protocol):
-    """Simulations that can be advanced by a block of steps."""
-
-    def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
-        """Step, and record every step."""
-        ...
-
-    def restart(self, k: int, state: np.ndarray) -> None:
-        """Take a simulation to an mjSTATE_INTEGRATION row, with no memory of what was before."""
-        ...
-
-    def state(self, k: int) -> np.ndarray:
-        """The present mjSTATE_INTEGRATION row of a simulation, a copy."""
-        ...
-
-    def act(self, k: int) -> np.ndarray:
-        """Activations of a simulation between two blocks (na,); what is written there is stepped on from."""
-        ...
-
-
 class BatchStepper:
     """Any number of simulations in threads, with native callbacks."""
 
@@ -106,19 +87,23 @@ class BatchStepper:
         self.activations = slice(first, first + models[0].na)
 
     def restart(self, k: int, state: np.ndarray) -> None:
+        """Take a simulation to an mjSTATE_INTEGRATION row, with no memory of what was before."""
         if self.batch.error(k) or self.batch.warning[k].any():
             self.batch.reset([k], stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         self.batch.state[k] = state
 
     def state(self, k: int) -> np.ndarray:
+        """The present mjSTATE_INTEGRATION row of a simulation, a copy."""
         found: np.ndarray = self.batch.state[k].copy()
         return found
 
     def act(self, k: int) -> np.ndarray:
+        """Activations of a simulation between two blocks (na,); what is written there is stepped on from."""
         found: np.ndarray = self.batch.state[k, self.activations]
         return found
 
     def advance(self, alive: Sequence[int], inputs: np.ndarray, out: Rows) -> dict[int, Stop]:
+        """Step, and record every step."""
         batch = self.batch
         everyone = len(alive) == batch.nsim
         recorded = {
@@ -158,10 +143,7 @@ class LoopStepper:
         mujoco.mj_setState(self.models[k], self.data[k], state, mujoco.mjtState.mjSTATE_INTEGRATION)
 
     def state(self, k: int) -> np.ndarray:
-        kind = mujoco.mjtState.mjSTATE_INTEGRATION
-        found = np.empty(mujoco.mj_stateSize(self.models[k], kind))
-        mujoco.mj_getState(self.models[k], self.data[k], found, kind)
-        return found
+        return get_state(self.models[k], self.data[k])
 
     def act(self, k: int) -> np.ndarray:
         return self.data[k].act
@@ -188,6 +170,22 @@ class LoopStepper:
             for name, values in out.items():
                 values[step] = np.reshape(getattr(data, name), -1)
         return None
+
+
+Stepper = BatchStepper | LoopStepper
+
+
+def stepper_of(
+    models: Sequence[mujoco.MjModel],
+    states: Sequence[np.ndarray],
+    mode: native.Mode,
+    inputs: int = CONTROL,
+    threads: int = 1,
+) -> Stepper:
+    """Simulations from these states: in a batch, or in a loop where the callbacks are Python's."""
+    if mode == "native":
+        return BatchStepper(models, states, inputs, threads)
+    return LoopStepper(models, states, inputs)
 
 
 BAD = {

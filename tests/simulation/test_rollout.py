@@ -146,6 +146,7 @@ def test_one_that_fails_does_not_touch_the_others(
     kernel, warned, sound = roll_out(cases, 1200, Recipe(block=block))
     assert sound.failure is None
     assert_same(sound, roll_out([cases[2]], 1200)[0])
+    assert "supply's absolute pressure is not positive in 'chamber_dorsiflexor'" in str(kernel.failure)
     for one, number, steps in ((kernel, 0, 700), (warned, 1, 600)):
         assert isinstance(one.failure, SimulationError)
         assert (one.failure.simulation, one.failure.time) == (number, pytest.approx(1e-3 * steps))
