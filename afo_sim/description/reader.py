@@ -39,7 +39,7 @@ from afo_sim.description.schema import split_key as split_key
 from afo_sim.description.tree import Tree, leave_out, read_table, value_at
 from afo_sim.description.walking import Limits, Patient
 
-_Source = str | os.PathLike[str] | Mapping[str, Any]
+_Source = str | os.PathLike[str] | Mapping[str, Any] | Described
 _Sets = Mapping[str, Any] | None
 D = TypeVar("D", bound=Described)
 USUAL_LIMITS = "usual"
@@ -120,7 +120,7 @@ def load(kind: str, source: _Source, sets: _Sets = None) -> Described:
     ----------
     kind : "scenario", "leg", "orthosis", "muscle", "valve", "tube", "source", "regulator", "patient", "shoe",
         "limits" or "sensor"
-    source : a shipped name, a path, or the description itself as a dict
+    source : a shipped name, a path, or the description itself, read already or as a dict
     sets : dotted keys and their values, as `--set` takes them; "key[0]" is an item of a list
 
     Returns
@@ -142,6 +142,8 @@ def load(kind: str, source: _Source, sets: _Sets = None) -> Described:
     >>> load("muscle", "dmsp_20").law
     'sarosi_2012'
     """
+    if kind in SPECS and isinstance(source, SPECS[kind]):
+        return with_keys(source, sets) if sets else source
     return read(kind, source, sets).description
 
 

@@ -134,20 +134,22 @@ def build(
     >>> built.model.opt.timestep, built.model.joint("ankle").name
     (0.0005, 'ankle')
     """
-    if not isinstance(scenario, Scenario):
-        scenario = load("scenario", scenario, sets)
-    elif sets:
-        scenario = scenario.set(sets)
-    return _build(scenario)
-
-
-def _build(scenario: Scenario) -> Built:
-    """Compile, fill in the parameters, and check what only the compiled model can tell."""
+    scenario = load("scenario", scenario, sets)
     circuit, size = _circuit(scenario), Size.of(scenario)
     geometry = geometry_of(scenario, circuit, size)
     model, index = geometry.of(size.heavier), geometry.index
     foot = foot_of(model, scenario.leg, ANKLE) if scenario.walking else None
-    _fill_parameters(model, geometry, circuit, scenario, foot)
+    model.actuator_user[:] = _rows(geometry, circuit)
+    native.fill_inverse_masses(model)
+    if foot is not None:
+        fill_walking(model, index.walking, scenario, foot)
+    tissue = own_tissue(scenario)
+    model.actuator_user[index.passive] = native.passive_row(
+        scale=tissue.scale,
+        offset=tissue.offset,
+        load=scenario.load_moment,
+        damping=0.5 * tissue.damping,
+    )
     fill_hinge(model, scenario, size)
     stretch = _stretched(geometry, circuit, scenario.orthosis)
     numbers, coarse = time_step_limits.check_stability(model, index, circuit, scenario)
@@ -159,23 +161,6 @@ def _build(scenario: Scenario) -> Built:
     if foot is None:
         return built
     return _with_walking(built, foot, geometry.bare_foot(size.heavier, scenario.leg))
-
-
-def _fill_parameters(
-    model: mujoco.MjModel, geometry: Geometry, circuit: native.Circuit, scenario: Scenario, foot: Foot | None
-) -> None:
-    """Exact parameters into the compiled model."""
-    model.actuator_user[:] = _rows(geometry, circuit)
-    native.fill_inverse_masses(model)
-    if foot is not None:
-        fill_walking(model, geometry.index.walking, scenario, foot)
-    tissue = own_tissue(scenario)
-    model.actuator_user[geometry.index.passive] = native.passive_row(
-        scale=tissue.scale,
-        offset=tissue.offset,
-        load=scenario.load_moment,
-        damping=0.5 * tissue.damping,
-    )
 
 
 # Cases of a sweep share both.
@@ -204,8 +189,10 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     """Lay the recorded walking out, and compute what the patient's own ankle does in it."""
     scenario = built.scenario
     walk = lay_out(scenario, foot)
-    if walker_of(scenario) == "patient":
-        own = _recorded_active(scenario, built.body_mass)
+    if walker_of(scenario) == "patient":  # as in what was worn when the walk was recorded
+        recorded, size = as_recorded(scenario), Size.of(scenario)
+        bare = geometry_of(recorded, _circuit(recorded), size).bare_foot(size.heavier, recorded.leg)
+        own = own_active(lay_out(recorded, bare), bare, own_tissue(recorded), built.body_mass)
     else:
         own = active(walk, bare, scenario, built.body_mass)
     contact, warnings = None, (*built.warnings, *signs_of_compensation(scenario), *_paced(scenario, walk))
@@ -224,42 +211,26 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     return found
 
 
-def _recorded_active(scenario: Scenario, body_mass: float) -> Active:
-    """What a patient's own ankle did in what was worn when the walk was recorded."""
-    recorded, size = as_recorded(scenario), Size.of(scenario)
-    foot = geometry_of(recorded, _circuit(recorded), size).bare_foot(size.heavier, recorded.leg)
-    return own_active(lay_out(recorded, foot), foot, recorded, body_mass)
-
-
 def check_description(scenario: Scenario) -> Iterator[Notice]:
     """Warnings that follow from the description alone."""
     knee = scenario.shank.knee_angle
     if knee is not None and knee > KNEE_LIMIT and scenario.leg.passive.scale > 0.0:
-        yield Notice(
-            "passive-ankle-extrapolated",
+        text = (
             "the passive ankle is extrapolated: Riener & Edrich measured to 60 deg of knee angle, "
-            f"here it is {np.degrees(knee):g} deg",
-            subject="shank.knee_angle",
-            knee_angle=knee,
+            f"here it is {np.degrees(knee):g} deg"
         )
+        yield Notice("passive-ankle-extrapolated", text, subject="shank.knee_angle", knee_angle=knee)
     for name, times in scenario.timer.chambers.items() if scenario.timer else ():
         pairs = itertools.product(times.inlet, times.outlet)
         overlaps = [(max(a, c), min(b, d)) for (a, b), (c, d) in pairs if max(a, c) < min(b, d)]
         if overlaps:
-            yield Notice(
-                "valves-open-together",
-                "inlet and outlet of chamber {subject!r} are open together {spans}: the supply blows off",
-                subject=name,
-                spans=", ".join(f"from {start:g} s to {end:g} s" for start, end in overlaps),
-                overlaps=overlaps,
-            )
+            text = "inlet and outlet of chamber {subject!r} are open together {spans}: the supply blows off"
+            spans = ", ".join(f"from {start:g} s to {end:g} s" for start, end in overlaps)
+            yield Notice("valves-open-together", text, subject=name, spans=spans, overlaps=overlaps)
     if scenario.walking and scenario.orthosis.plate is not None and scenario.orthosis.outsole is None:
-        yield Notice(
-            "plate-without-outsole",
-            "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it",
-            subject="orthosis.outsole",
-            on="in the shoe" if scenario.shoe is not None else "barefoot",
-        )
+        text = "the orthosis' plate has no [outsole]: the foot walks as if {on}, whatever lies under it"
+        on = "in the shoe" if scenario.shoe is not None else "barefoot"
+        yield Notice("plate-without-outsole", text, subject="orthosis.outsole", on=on)
 
 
 def _walked(scenario: Scenario) -> Iterator[Notice]:
@@ -267,12 +238,8 @@ def _walked(scenario: Scenario) -> Iterator[Notice]:
     if scenario.gait is None:
         return
     if scenario.gait.settled == "solved" and (why := why_walked(scenario)):
-        yield Notice(
-            "stride-not-solved",
-            "the settled stride is walked to, not solved for: {why}",
-            subject="gait.settled",
-            why=why,
-        )
+        text = "the settled stride is walked to, not solved for: {why}"
+        yield Notice("stride-not-solved", text, subject="gait.settled", why=why)
     if (unseen := unseen_drift(scenario)) is not None:
         yield unseen
 
@@ -282,22 +249,16 @@ def _paced(scenario: Scenario, walk: Walk) -> Iterator[Notice]:
     assert scenario.gait is not None
     late = [at for at, _ in scenario.gait.pace if at >= scenario.duration]
     if late:
-        yield Notice(
-            "cadence-change-after-end",
-            "{subject}: the change at {at:g} s comes after the end of the run, at {end:g} s",
-            subject="gait.pace",
-            at=late[0],
-            end=scenario.duration,
-        )
+        text = "{subject}: the change at {at:g} s comes after the end of the run, at {end:g} s"
+        end = scenario.duration
+        yield Notice("cadence-change-after-end", text, subject="gait.pace", at=late[0], end=end)
     for begun, _ in Pace.of(scenario.gait).stands:
         if begun < scenario.duration:
             phase = float(np.interp(begun, walk.time, walk.phase)) % 1.0
             if walk.cycle.ground(phase)[1] <= STANCE_FORCE:
-                yield Notice(
-                    "stop-in-the-air",
+                text = (
                     f"gait.pace: the walker stops at {begun:g} s with this foot in the air, at "
-                    f"{100.0 * phase:.0f} % of the stride",
-                    subject=f"gait.pace at {begun:g} s",
-                    at=begun,
-                    phase=phase,
+                    f"{100.0 * phase:.0f} % of the stride"
                 )
+                subject = f"gait.pace at {begun:g} s"
+                yield Notice("stop-in-the-air", text, subject=subject, at=begun, phase=phase)

@@ -101,13 +101,9 @@ def active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Acti
     return _active(walk, foot, patient, tissues, reflex_gain(scenario), stride_time, body_mass, taller)
 
 
-def own_active(walk: Walk, foot: Foot, scenario: Scenario, body_mass: float) -> Active:
-    """What a patient's own muscles gave in the recorded walk, and give in every other that is simulated."""
-    return _own(walk, foot, own_tissue(scenario), body_mass)
-
-
 @functools.lru_cache(maxsize=4)  # cases of a sweep share it
-def _own(walk: Walk, foot: Foot, tissue: Tissue, body_mass: float) -> Active:
+def own_active(walk: Walk, foot: Foot, tissue: Tissue, body_mass: float) -> Active:
+    """What a patient's own muscles gave in the recorded walk, and give in every other that is simulated."""
     recorded = needed_moment(walk, foot, body_mass)
     return _kept(Active(_actively(walk, recorded, tissue), np.zeros_like(recorded), recorded, None))
 

@@ -220,16 +220,15 @@ def described(
         if "side" in (values or {}):
             raise InputError("is each leg's own here: there is one of either side", field=f"{name}: side")
     pairs = ((right, sets or {}), (right if left is None else left, {**(sets or {}), **(left_sets or {})}))
-    found = [_scenario(which, {**values, "side": s}) for s, (which, values) in zip(SIDES, pairs, strict=True)]
+    found = [
+        load("scenario", which, {**values, "side": side})
+        for side, (which, values) in zip(SIDES, pairs, strict=True)
+    ]
     if affected == "right" and left is None:
         found[1] = other_side(found[1]).set(left_sets or {})  # what is said of it alone holds
     elif affected == "left":
         found[0] = other_side(found[0])
     return at_one_pace(found, affected or "right")
-
-
-def _scenario(which: Description, sets: Mapping[str, Any]) -> Scenario:
-    return which.set(sets) if isinstance(which, Scenario) else load("scenario", which, sets)
 
 
 def laid_together(
@@ -257,23 +256,19 @@ def laid_together(
         both_sag = {name.removesuffix("_both"): value for name, value in numbers.items()}
         of_both = empty_warnings(pair[0], both_sag, "each leg alone on it, with more air than both have")
         warnings += tuple(one.after("both legs together: ") for one in of_both)
-        verdict = worse_of(right, left, numbers) if affected is None else _alone(affected, legs[affected])
+        if affected is None:
+            verdict = worse_of(right, left, numbers)
+        else:
+            own = legs[affected].verdict
+            verdict = tuple(Worse(a.name, a.question, a.status, affected, {affected: a}) for a in own)
         asymmetry = sides_of(cycles, pair) if pair[0].walking else {}
     supply = pair[0].supply
-    notes = (
-        (IDEAL if supply.source is None and supply.regulator is None else APART_ON_IT),
-        FIRST if pair[0].walking else LAST,
-        *paced(pair),
-    )
+    sags = supply.source is not None or supply.regulator is not None
+    notes = (APART_ON_IT if sags else IDEAL, FIRST if pair[0].walking else LAST, *paced(pair))
     period = _period(pair[0])
     return Both(
         right, left, apart, period, phase, flow, numbers, verdict, warnings, notes, affected, asymmetry
     )
-
-
-def _alone(side: Side, leg: Recording) -> tuple[Worse, ...]:
-    """The verdict of the affected side."""
-    return tuple(Worse(each.name, each.question, each.status, side, {side: each}) for each in leg.verdict)
 
 
 def _named(legs: Mapping[Side, Recording]) -> list[str]:
@@ -293,11 +288,9 @@ def _period(scenario: Scenario) -> float:
     period = stride_time_of(scenario) if scenario.walking else described_cycle(scenario)
     if period is None:
         problem = "has no strides, and its valves follow nothing that repeats: two legs share no cycle of air"
-        raise InputError(
-            problem,
-            field="timer" if scenario.controller is None else "controller",
-            allowed="a scenario that walks, a timer, or a controller that follows a sine or a clock",
-        )
+        allowed = "a scenario that walks, a timer, or a controller that follows a sine or a clock"
+        field = "timer" if scenario.controller is None else "controller"
+        raise InputError(problem, field=field, allowed=allowed)
     return period
 
 
@@ -318,12 +311,8 @@ def checked(right: Scenario, left: Scenario, apart: float | None) -> float:
         problem = "neither leg's orthosis has a chamber: they draw no air"
         raise InputError(problem, field="orthosis", allowed="one with muscles, at least on one leg")
     what = "stride" if right.walking else "period"
-    _same(
-        _period(right),
-        _period(left),
-        f"the {what} of the left leg is {{}} s and the right one's {{}} s",
-        left,
-    )
+    sentence = f"the {what} of the left leg is {{}} s and the right one's {{}} s"
+    _same(_period(right), _period(left), sentence, left)
     pressures = 1e-5 * right.supply.pressure, 1e-5 * left.supply.pressure
     _same(*pressures, "the left leg's supply has {} bar and the right one's {} bar; one feeds both", left)
     if _feeding(right) != _feeding(left):

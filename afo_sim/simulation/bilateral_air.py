@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -61,12 +61,17 @@ def on_source(
         for name, worse in SAGGING.items():  # together it falls at least as far
             worst = [leg.metrics[name] for leg in legs.values() if name in leg.metrics]
             found |= {f"{name}_alone": worse(worst)} if worst else {}
-    if supply.source is not None and supply.source.kind == "compressor":
-        return found | _on_a_compressor(supply.source, supply.pressure, means, flows)
+    if (source := supply.source) is not None and source.kind == "compressor":
+        delivery = source.delivery(supply.pressure) * 60e3 / gas.AIR.free_density
+        for who, mean in means.items():
+            flow, peak = flows[f"mean_flow_{who}"].value, flows[f"peak_flow_{who}"].value
+            asked = compressor_metrics(flow, peak, delivery, source.duty(mean), source.electric_power)
+            found |= {f"{name}_{who}": metric for name, metric in asked.items()}
+        return found
     if length is not None:  # of whole strides; the means are of some phases of one
         stride_time = legs["right"].metrics["stride_time"].value
         means = {who: 1e-3 * grams / stride_time for who, grams in air.items()}
-    seconds = {} if supply.source is None else _lasting(legs, supply.source, supply.pressure, means)
+    seconds = {} if source is None else _lasting(legs, source, supply.pressure, means)
     if seconds.get("both", math.inf) <= legs["right"]["time"][-1]:
         found["source_empty_after_both"] = Metric(seconds["both"], "s")
     if length is not None:
@@ -94,18 +99,6 @@ def _lasting(legs: Legs, source: Source, pressure: float, means: Mapping[str, fl
         for who, mean in flow.items()
         if mean > 0.0
     }
-
-
-def _on_a_compressor(
-    source: Source, pressure: float, means: Mapping[str, float], flows: Mapping[str, Metric]
-) -> dict[str, Metric]:
-    found: dict[str, Metric] = {}
-    delivery = source.delivery(pressure) * 60e3 / gas.AIR.free_density
-    for who, mean in means.items():
-        flow, peak = flows[f"mean_flow_{who}"].value, flows[f"peak_flow_{who}"].value
-        asked = compressor_metrics(flow, peak, delivery, source.duty(mean), source.electric_power)
-        found |= {f"{name}_{who}": metric for name, metric in asked.items()}
-    return found
 
 
 def _strides(
@@ -140,7 +133,7 @@ class Cycle:
 
     phase: np.ndarray
     columns: Mapping[str, np.ndarray]
-    length: float | None = field(default=None)
+    length: float | None = None
 
     def at(self, column: str, phase: np.ndarray, behind: float = 0.0) -> np.ndarray:
         """A column as it is when another leg is at `phase`, this one being `behind` by a share of a cycle."""
@@ -158,10 +151,7 @@ def _stride_of(recording: Recording) -> Cycle:
     whole = strides(columns, step, body_mass(recording.scenario))
     counted = settled(columns, whole)
     if not counted:
-        problem = "no whole stride follows the first, which is the start's transient"
-        raise InputError(
-            problem, field="duration", value=recording.scenario["duration"], allowed="a longer one"
-        )
+        raise _too_short(recording, "no whole stride follows the first, which is the start's transient")
     last = counted[-1]
     begun = np.interp([last.number - 1.0, float(last.number)], progress(columns), columns["ankle/position/x"])
     rows = {name: values[last.rows] for name, values in columns.items()}
@@ -175,14 +165,15 @@ def _period_of(recording: Recording) -> Cycle:
     step = float(time[1] - time[0]) if len(time) > 1 else 0.0
     number, part = whole_cycles(len(time), step, period)
     if part.end * step < period * (1.0 - 1e-8):
-        problem = f"is shorter than the period of {period:g} s, over which air is counted"
-        raise InputError(
-            problem, field="duration", value=recording.scenario["duration"], allowed="a longer one"
-        )
+        raise _too_short(recording, f"is shorter than the period of {period:g} s, over which air is counted")
     phase = time / period - (number - 1)
     inside = (phase > -1e-9) & (phase < 1.0 - 1e-9)
     rows = {name: values[inside] for name, values in recording.columns.items()}
     return Cycle(np.abs(phase[inside]), rows)
+
+
+def _too_short(recording: Recording, problem: str) -> InputError:
+    return InputError(problem, field="duration", value=recording.scenario["duration"], allowed="a longer one")
 
 
 def flow_of(cycle: Cycle, phase: np.ndarray, behind: float) -> np.ndarray:

@@ -99,10 +99,7 @@ def run(
     >>> high.metrics["peak_dorsiflexion_angle"] > low.metrics["peak_dorsiflexion_angle"]
     True
     """
-    if isinstance(scenario, Scenario):
-        description = scenario.set(sets) if sets else scenario
-    else:
-        description = load("scenario", scenario, sets)
+    description = load("scenario", scenario, sets)
     if check_step:
         check_forgets(controller, policy)
     finer = quarter_step(description) if check_step else None  # refused before anything is simulated
@@ -174,16 +171,11 @@ def run_scenario(
         return run_controlled(scenario, made, rate, progress=progress, watch=watch, keeps=keeps)
     if scenario.reference is not None:
         reference_of(scenario)  # refused before anything is walked
-    return compared(_alone(scenario, policy, progress, watch), scenario)
-
-
-def _alone(
-    scenario: Scenario, policy: Policy | None, progress: Progress | None, watch: Watch | None
-) -> Recording:
-    """The run without its reference."""
-    if policy is None and scenario.walking and not why_walked(scenario):
-        return run_settled(scenario, progress=progress, watch=watch)
-    return run_built(build(scenario), policy=policy, progress=progress, watch=watch)
+    if policy is None and not why_walked(scenario):
+        recording = run_settled(scenario, progress=progress, watch=watch)
+    else:
+        recording = run_built(build(scenario), policy=policy, progress=progress, watch=watch)
+    return compared(recording, scenario)
 
 
 def run_built(
@@ -220,31 +212,24 @@ def unsettled_warning(settled: Settled) -> tuple[Notice, ...]:
     if settled.found and not settled.slowest > SLOW:
         return ()
     if settled.found:
-        strides = math.log(LEFT) / math.log(settled.slowest) if settled.slowest < 1.0 else math.inf
-        slowly = Notice(
-            "air-settles-slowly",
+        text = (
             "the air settles slowly: at least {strides:.0f} strides from a stop until {left:.0f} % of the "
-            "way is left; the numbers are those of the end",
-            strides=strides,
-            left=100.0 * LEFT,
+            "way is left; the numbers are those of the end"
         )
-        return (slowly,)
-    unsettled = Notice(
-        "strides-unsettled",
+        strides = math.log(LEFT) / math.log(settled.slowest) if settled.slowest < 1.0 else math.inf
+        return (Notice("air-settles-slowly", text, strides=strides, left=100.0 * LEFT),)
+    text = (
         "no stride was found that repeats: after {strides} strides the air still changes by {air:.2g} % "
         "over one, and the ankle's angle by {angle:.2g}° ({air_limit:g} % and {angle_limit:.2g}° would be "
-        "settled); the numbers are the last one's",
-        strides=settled.strides,
-        air=100.0 * settled.air,
-        angle=float(np.degrees(settled.angle)),
-        air_limit=100.0 * AIR,
-        angle_limit=float(np.degrees(ANGLE)),
+        "settled); the numbers are the last one's"
     )
-    return (unsettled,)
+    still: dict[str, Any] = {"air": 100.0 * settled.air, "angle": float(np.degrees(settled.angle))}
+    still |= {"air_limit": 100.0 * AIR, "angle_limit": float(np.degrees(ANGLE))}
+    return (Notice("strides-unsettled", text, strides=settled.strides, **still),)
 
 
 def run_settled(
-    scenario: Scenario, *, progress: Progress | None = None, watch: Callable[[Recording], None] | None = None
+    scenario: Scenario, *, progress: Progress | None = None, watch: Watch | None = None
 ) -> Recording:
     """Walk from the start, and solve for the settled stride."""
     first, second = build(start_up(scenario)), build(two_strides(scenario))
@@ -259,10 +244,10 @@ def run_settled(
     settled = settle([second], [schedule.controls(second)], mode=scenario.callback, fields=FIELDS)[0]
     seconds = walked.wall_seconds + time.perf_counter() - begun
     if settled.rollout.failure is not None:
-        failed = make_recording(first, walked)
         status = f"failed: while the settled stride was sought: {settled.rollout.failure}"
+        resolved = with_person(scenario).resolved()
         return dataclasses.replace(
-            failed, scenario=with_person(scenario).resolved(), status=status, metrics={}
+            make_recording(first, walked), scenario=resolved, status=status, metrics={}
         )
     before, after = name_rows(first, walked), name_rows(second, settled.rollout, solved=True)
     begun_with, left_out = first_strides(
@@ -294,23 +279,15 @@ def _joined(first: Built, before: Examined, second: Built, after: Examined) -> d
     for name, values in before.columns.items():
         behind = after.columns[name][-n % stride : -AFTER : stride]
         found[name] = np.concatenate([values[::stride], behind + shifts.get(name, 0.0)])
+    # readings over both parts, as of one run: the sensors remember what came before the air jumps
+    whole = {
+        name: np.concatenate([before.columns[name], after.columns[name][:-AFTER] + shifts.get(name, 0.0)])
+        for name in ("time", *(sensor.column for sensor in first.scenario.sensor.values()))
+    }
+    found |= {name: values[::stride] for name, values in sensor_columns(first, whole).items()}
     kept = len(before.columns["time"][::stride])
-    found |= _sensed(first, before, after, shifts)
     found[SOLVED] = (np.arange(len(found["time"])) >= kept).astype(float)
     return found
-
-
-def _sensed(
-    first: Built, before: Examined, after: Examined, shifts: dict[str, float]
-) -> dict[str, np.ndarray]:
-    """Readings over both parts, as of one run: the sensors remember what came before the air jumps."""
-    wanted = ("time", *(sensor.column for sensor in first.scenario.sensor.values()))
-    joined = {
-        name: np.concatenate([before.columns[name], after.columns[name][:-AFTER] + shifts.get(name, 0.0)])
-        for name in wanted
-    }
-    stride = first.scenario.record_stride
-    return {name: values[::stride] for name, values in sensor_columns(first, joined).items()}
 
 
 def _end(first: Built) -> int:
