@@ -9,12 +9,12 @@ serve a search, whose result does not depend on them.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.physics import iso_6358_slope
+from afo_sim.simulation.network_slopes import NetworkRows
 
 GIVING = 0.3  # where no two strides tell it yet [-]
 MOST_GIVING = 0.6  # more would be a chamber that hardly resists [-]
@@ -37,16 +37,10 @@ class AirRows:
     step: float
 
 
-class Pressed(Protocol):
-    """Rows of air: absolute pressure [Pa] and volume [m³] (c, n)."""
-
-    @property
-    def pressure(self) -> np.ndarray: ...
-    @property
-    def volume(self) -> np.ndarray: ...
+Rows = AirRows | NetworkRows
 
 
-def giving(rows: Pressed, before: Pressed | None, known: np.ndarray | float = GIVING) -> np.ndarray:
+def giving(rows: Rows, before: Rows | None, known: np.ndarray | float = GIVING) -> np.ndarray:
     """d ln V/d ln p of each row (c, n)."""
     found = np.broadcast_to(known, rows.volume.shape)
     if before is None:

@@ -78,20 +78,14 @@ def _temperature(f: Frame, node: int) -> np.ndarray:
     return found
 
 
-def _drive_of(built: "Built", chamber: int) -> int | None:
-    """The drive of a chamber's actuator; None where it has none."""
-    index = built.index
-    for name, number in index.chambers.items():
-        if number == chamber:
-            return index.drives.get(name)
-    return None
-
-
 def _target(f: Frame, chamber: int) -> np.ndarray:
-    drive = _drive_of(f.built, chamber)
-    assert drive is not None
-    asked = f.control[:, drive]
+    asked = f.control[:, _drives(f.built)[chamber]]
     return np.where(asked < 0.0, np.nan, asked)
+
+
+def _drives(built: "Built") -> dict[int, int]:
+    """The drives by their chambers' actuators."""
+    return {built.index.chambers[name]: drive for name, drive in built.index.drives.items()}
 
 
 def _coil(f: Frame, valve: int) -> np.ndarray:
@@ -120,7 +114,12 @@ def _inversion(f: Frame) -> np.ndarray:
 
 
 COLUMNS = (
-    Column("time", "s", "start of the step", lambda f: f.numbers * f.built.scenario.timestep),
+    Column(
+        "time",
+        "s",
+        "start of the step",
+        lambda f: (f.first_step + np.arange(f.n)) * f.built.scenario.timestep,
+    ),
     Column(
         "ankle/angle", "rad", "dorsiflexion positive", lambda f: f.rows["qpos"][:, f.built.index.ankle_qpos]
     ),
@@ -240,7 +239,7 @@ COLUMNS = (
         "Pa",
         "gauge; what its pressure drive is asked for, not a number where that is off",
         _target,
-        of=lambda built, i: _drive_of(built, i) is not None,
+        of=lambda built, i: i in _drives(built),
     ),
     Column("valve/*/coil", "", "command, 0 to 1; of a 3/2 valve's way out 1 less its coil", _coil),
     Column(
@@ -283,13 +282,25 @@ def frame_of(built: "Built", rows: dict[str, np.ndarray], control: np.ndarray, f
 def columns_of(built: "Built", rollout: Rollout) -> LazyColumns:
     """All columns of a roll-out, with those that were reported."""
     frame = frame_of(built, rollout.rows, rollout.control, rollout.first_step)
-    found = formulas(built, frame.whole)
+    found = formulas(built, whole="qacc" in rollout.rows)  # or only what metrics need was recorded
     return LazyColumns(found, lambda name: found[name](frame), rollout.reported)
 
 
 def formulas(built: "Built", whole: bool = True) -> dict[str, Callable[[Frame], np.ndarray]]:
     """The formula of every column of a run, by name; of a frame it gives (n,)."""
-    owners = _owners(built)
+    index, model = built.index, built.model
+    # Names and ids of what a "*" stands for, by kind; one without a name where there is no "*"
+    owners: dict[str, Mapping[str, int]] = {
+        "": {"": 0},
+        "muscle": index.muscles,
+        "cuff": {name: number for number, name in enumerate(index.anchors)},
+        "chamber": index.chambers,
+        "valve": index.valves,
+        "restriction": index.restrictions,
+        "volume": index.volumes,
+        "store": index.stores,
+        "qpos": {model.joint(k).name: k for k in range(model.njnt)},
+    }
     present = [c for c in COLUMNS if (whole or not c.whole) and c.where(built)]
     found: dict[str, Callable[[Frame], np.ndarray]] = {}
     for kind, group in itertools.groupby(present, lambda c: c.name.split("/")[0] if "*" in c.name else ""):
@@ -312,23 +323,6 @@ def column_at(
     if name not in found:
         raise unknown(name, found, field="column", problem="a run of this scenario has no such column")
     return found[name](frame_of(built, rows, control, step))
-
-
-def _owners(built: "Built") -> dict[str, Mapping[str, int]]:
-    """Names and ids of what a "*" stands for, by kind; one without a name where there is no "*"."""
-    index, model = built.index, built.model
-    joints = {model.joint(k).name: k for k in range(model.njnt)}
-    return {
-        "": {"": 0},
-        "muscle": index.muscles,
-        "cuff": {name: number for number, name in enumerate(index.anchors)},
-        "chamber": index.chambers,
-        "valve": index.valves,
-        "restriction": index.restrictions,
-        "volume": index.volumes,
-        "store": index.stores,
-        "qpos": joints,
-    }
 
 
 DESCRIBED = {column.name: (column.unit, column.sign) for column in COLUMNS}

@@ -39,22 +39,18 @@ def compare_laws(
     known = common_laws(plain)
     for law in laws:
         if law not in known:
-            raise unknown(
-                law,
-                known,
-                field="laws",
-                problem="is not a law that all muscles of the scenario have parameters for",
-            )
+            problem = "is not a law that all muscles of the scenario have parameters for"
+            raise unknown(law, known, field="laws", problem=problem)
     runs = {}
     for law in dict.fromkeys(laws or known):
+
+        def tell(done: int, total: int, law: str = law) -> None:
+            if report is not None:
+                report(done, total, law)
+
         chosen = {f"orthosis.muscle.{group}.type.law": law for group in plain.orthosis.muscle}
-        tell = None if report is None else _for_law(report, law)
         runs[law] = run_scenario(load("scenario", scenario, {**(sets or {}), **chosen}), progress=tell)
     return runs
-
-
-def _for_law(report: Report, law: str) -> Callable[[int, int], None]:
-    return lambda done, total: report(done, total, law)
 
 
 def angle_differences(runs: Mapping[str, Recording]) -> dict[tuple[str, str], float]:
@@ -76,12 +72,9 @@ def tables(runs: Mapping[str, Recording]) -> list[tuple[str, list[str], list[lis
         known = next(m for m in found if m is not None)
         metrics.append([name, unit(known), *("" if m is None else number(m.value, m.unit) for m in found)])
     apart = angle_differences(runs)
-    pairs = [[a, *(f"{np.degrees(_of(apart, a, b)):.3f}" for b in runs)] for a in runs]
+    apart |= {(b, a): angle for (a, b), angle in apart.items()}
+    pairs = [[a, *(f"{np.degrees(apart.get((a, b), 0.0)):.3f}" for b in runs)] for a in runs]
     return [
         ("metrics", ["metric", "unit", *runs], metrics),
         ("angle between two runs, RMS [deg]", ["", *runs], pairs),
     ]
-
-
-def _of(apart: Mapping[tuple[str, str], float], a: str, b: str) -> float:
-    return apart.get((a, b), apart.get((b, a), 0.0))

@@ -109,9 +109,7 @@ def law_forces(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) ->
 def _muscle(group: MuscleGroup, own: Columns, count: int) -> Energy:
     """Terms of `count` muscles that are alike."""
     muscle, contraction, tension, static = group.type, own["contraction"], own["force"], own["static"]
-    nominal = muscle.nominal_length
-    first = float(contraction[0])
-    last = float(contraction[-1])
+    nominal, first, last = muscle.nominal_length, float(contraction[0]), float(contraction[-1])
     # ∫ F(κ, p = 0) dκ from the first to the last contraction [N], whatever lies between
     low, high = min(first, last), max(first, last)
     ends = [low, *(kink for kink in (-SLACK_BLEND, 0.0) if low < kink < high), high]

@@ -165,7 +165,14 @@ def examine(
     if not len(columns["time"]):
         return columns, WalkMetrics({}, {}, ())
     found = _metrics(built, columns, transient, solved, asked)
-    energy, doubts = _energy(built, rollout, columns) if asked.energy else ({}, [])
+    energy: dict[str, Metric] = {}
+    doubts: list[Notice] = []
+    if asked.energy and _balanced(built, rollout, columns):
+        rows, static = with_static_forces(built, rollout, columns)
+        whole = balance(built, rows, static)
+        period = described_cycle(built.scenario) or built.scenario.duration
+        energy = balance_metrics(built, rows, static, whole, period)
+        doubts += [*validity_warnings(built, rows, static, whole), *mismatch_warning(energy)]
     from_rest = rollout.first_step == 0 and not solved
     run = Run(columns, facts_of(built), found.totals | energy, solved, from_rest)
     further = run_metrics(run, asked.metrics) if found.totals else {}
@@ -196,8 +203,12 @@ def first_strides(
     strides = from_start(columns, built.scenario.timestep, built.body_mass, wanted)
     gait, share = built.scenario.gait, None
     if near is not None:
-        count, share = _walked_near(built, rollout, swing_of(built, near)[-1])
-        strides = strides[:count]
+        angles, settled_swing = swing_of(built, rollout), swing_of(built, near)[-1]
+        for k in range(1, len(angles) + 1):
+            share = share_left(angles[:k], settled_swing)
+            if share is not None:  # what follows need not be walked
+                strides = strides[:k]
+                break
     if gait is not None and gait.start_phase > 0.0:  # the first swing belongs to no whole stride
         wanted, strides = wanted & {AIR_BEFORE}, []
     found, left_out = first_stride_metrics(strides, settled, before, wanted, share)
@@ -211,27 +222,6 @@ def swing_of(built: Built, rollout: Rollout) -> np.ndarray:
     angle = rollout.rows["qpos"][:, built.index.ankle_qpos]
     found: np.ndarray = angle[: len(angle) // n * n].reshape(-1, n)[:, n // 2 :]
     return found
-
-
-def _walked_near(built: Built, rollout: Rollout, settled: np.ndarray) -> tuple[int, float | None]:
-    """Strides after which those that follow need not be walked, and the share of the way that each leaves."""
-    angles = swing_of(built, rollout)
-    for k in range(1, len(angles) + 1):
-        share = share_left(angles[:k], settled)
-        if share is not None:
-            return k, share
-    return len(angles), None
-
-
-def _energy(built: Built, rollout: Rollout, columns: Columns) -> tuple[dict[str, Metric], list[Notice]]:
-    """Energy balance of a whole run's every step: its metrics, and warnings of what is not to be believed."""
-    if not _balanced(built, rollout, columns):
-        return {}, []
-    rows, static = with_static_forces(built, rollout, columns)
-    whole = balance(built, rows, static)
-    reported = balance_metrics(built, rows, static, whole, _period(built.scenario))
-    doubts = [*validity_warnings(built, rows, static, whole), *mismatch_warning(reported)]
-    return reported, doubts
 
 
 def _balanced(built: Built, rollout: Rollout, columns: Columns) -> bool:
@@ -253,14 +243,9 @@ def _metrics(built: Built, columns: Columns, transient: bool, solved: bool, aske
             wanted=asked.walking,
             free_density=gas_of(scenario).free_density,
         )
-    words = scenario.leg.directions
+    words, period = scenario.leg.directions, described_cycle(scenario) or scenario.duration
     density = gas_of(scenario).free_density
-    return WalkMetrics(ankle_metrics(columns, scenario.timestep, _period(scenario), words, density), {}, ())
-
-
-def _period(scenario: Scenario) -> float:
-    """Period of one cycle: the timer's, or that of the controller, or all of the run [s]."""
-    return described_cycle(scenario) or scenario.duration
+    return WalkMetrics(ankle_metrics(columns, scenario.timestep, period, words, density), {}, ())
 
 
 def described_cycle(scenario: Scenario) -> float | None:

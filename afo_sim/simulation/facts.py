@@ -19,40 +19,24 @@ def facts_of(built: Built) -> Facts:
     scenario, orthosis = built.scenario, built.scenario.orthosis
     muscles = {}
     for name, group in muscle_names(orthosis).items():
-        limits = group.type.limits
-        muscles[name] = MuscleLimits(
-            chamber_of(name, group),
-            limits.pressure,
-            limits.force,
-            limits.contraction_max,
-            limits.contraction_min,
-        )
+        limits, chamber = group.type.limits, chamber_of(name, group)
+        reach = limits.contraction_max, limits.contraction_min
+        muscles[name] = MuscleLimits(chamber, limits.pressure, limits.force, *reach)
     rated = {
         f"{name}_{side}": valve.rated_switches
         for name, chamber in orthosis.chamber.items()
         for side, valve in (("inlet", chamber.inlet), ("outlet", chamber.vent))
         if valve.rated_switches is not None
     }
-    walks = built.walk is not None
+    skins = {
+        WORN[segment]: Skin(interface.area, interface.friction, functools.partial(pull_on, orthosis, segment))
+        for segment, interface in orthosis.interface.items()
+        if orthosis.anchored
+    }
+    walks, supply = built.walk is not None, _supply(built)
     mass = built.body_mass if walks else 0.0
-    supply = _supply(built)
-    return Facts(
-        scenario.timestep,
-        mass,
-        walks,
-        supply,
-        scenario.limits,
-        {
-            WORN[segment]: Skin(
-                interface.area, interface.friction, functools.partial(pull_on, orthosis, segment)
-            )
-            for segment, interface in orthosis.interface.items()
-            if orthosis.anchored
-        },
-        muscles,
-        rated,
-        None if built.walk is None or built.contact is None else built.walk.laid,
-    )
+    laid = None if built.walk is None or built.contact is None else built.walk.laid
+    return Facts(scenario.timestep, mass, walks, supply, scenario.limits, skins, muscles, rated, laid)
 
 
 def _supply(built: Built) -> Supply:

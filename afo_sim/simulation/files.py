@@ -8,7 +8,7 @@ import os
 import pathlib
 import warnings
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Protocol
 
@@ -51,14 +51,18 @@ Write = Callable[[pathlib.Path], object]
 
 
 class Run(Protocol):
-    """The parts of a recording that its files hold."""
+    """The parts of a recording that its files hold, and from which its model comes back."""
 
     @property
     def columns(self) -> dict[str, np.ndarray]: ...
     @property
+    def scenario(self) -> dict[str, Any]: ...
+    @property
     def model_xml(self) -> str: ...
     @property
     def model_binary(self) -> bytes: ...
+    @property
+    def versions(self) -> dict[str, str]: ...
     @property
     def parameters(self) -> dict[str, list[float]]: ...
     def describe(self, column: str) -> tuple[str, str]: ...
@@ -148,16 +152,13 @@ def read_header(file: Any, folder: str | os.PathLike[str]) -> dict[str, Any]:
             "studies": run.get("studies", {}),
         }
     except _STRANGE as error:
-        raise InputError(_unreadable(run, error), file=folder) from None
-
-
-def _unreadable(run: Any, error: Exception) -> str:
-    """Why a header cannot be read: which version wrote it, where this program is too old for it."""
-    stated = run.get("format") if isinstance(run, dict) else None
-    if not isinstance(stated, int) or stated <= FORMAT:
-        return f"is not a recording of this program: {type(error).__name__} {error}"
-    by = run["versions"].get("afo-sim", "unknown") if isinstance(run.get("versions"), dict) else "unknown"
-    return f"was written by afo-sim {by} in format {stated}, and this program reads up to {FORMAT}"
+        problem = f"is not a recording of this program: {type(error).__name__} {error}"
+        stated = run.get("format") if isinstance(run, dict) else None
+        if isinstance(stated, int) and stated > FORMAT:  # this program is too old for it
+            by = run["versions"] if isinstance(run.get("versions"), dict) else {}
+            problem = f"was written by afo-sim {by.get('afo-sim', 'unknown')} in format {stated}, and this "
+            problem += f"program reads up to {FORMAT}"
+        raise InputError(problem, file=folder) from None
 
 
 def _metrics(table: dict[str, Any]) -> dict[str, Metric]:
@@ -221,21 +222,6 @@ _HEADER = 5 * 4  # of a binary: what it is, its floating point, MuJoCo's version
 _NAME = "model.mjb"
 
 
-class Kept(Protocol):
-    """The parts of a recording from which its model comes back."""
-
-    @property
-    def model_binary(self) -> bytes: ...
-    @property
-    def model_xml(self) -> str: ...
-    @property
-    def parameters(self) -> dict[str, list[float]]: ...
-    @property
-    def scenario(self) -> dict[str, Any]: ...
-    @property
-    def versions(self) -> dict[str, str]: ...
-
-
 def labelled(xml: str) -> str:
     """MJCF whose first line says that it is not the model that ran."""
     return xml if not xml or xml.startswith(LABEL) else LABEL + xml
@@ -259,7 +245,7 @@ def unpacked(text: str) -> bytes:
     return unpack(base64.b64decode(text, validate=True), UNPACKED) if text else b""
 
 
-def model_of(run: Kept) -> mujoco.MjModel:
+def model_of(run: Run) -> mujoco.MjModel:
     """The model that ran: as it was kept, or built anew from the scenario if only this gives the same."""
     if run.model_binary[:_HEADER] == _own_header():
         model = mujoco.MjModel.from_binary_path(_NAME, {_NAME: run.model_binary})
@@ -281,7 +267,7 @@ def _own_header() -> bytes:
     return to_binary(mujoco.MjModel.from_xml_string("<mujoco/>"))[:_HEADER]
 
 
-def _check_rows(model: mujoco.MjModel, run: Kept) -> None:
+def _check_rows(model: mujoco.MjModel, run: Run) -> None:
     """Refuse parameters that stand in other places than this package's callbacks read them at."""
     try:
         if model.nuser_actuator != native.N_USER:
@@ -297,7 +283,7 @@ def _check_rows(model: mujoco.MjModel, run: Kept) -> None:
         ) from None
 
 
-def _built_anew(run: Kept) -> mujoco.MjModel:
+def _built_anew(run: Run) -> mujoco.MjModel:
     """The model of the run's scenario, if it is the one that ran."""
     try:
         scenario = load("scenario", run.scenario)
@@ -311,25 +297,20 @@ def _built_anew(run: Kept) -> mujoco.MjModel:
     return builts[changes.index("")].full_model
 
 
-def _change(built: Built, run: Kept) -> str:
+def _change(built: Built, run: Run) -> str:
     """What is not the same: a parameter to the last digit, the rest to the six digits of MJCF; or ""."""
     rows = json.loads(json_text(parameters_of(built.model)))
     before = json.loads(json_text(run.parameters))
     for name in {**before, **rows}:
         if rows.get(name) != before.get(name):
             return f"actuator {name!r} has other parameters"
-    return "" if _same_text(built.xml, run.model_xml) else "a body, a joint or a path is another one"
-
-
-def _same_text(now: str, before: str) -> bool:
-    """Whether two MJCF texts, perhaps written by two versions of MuJoCo, are one model."""
-    if labelled(now) == labelled(before):
-        return True
-    try:
-        first, second = (to_binary(mujoco.MjModel.from_xml_string(xml)) for xml in (now, before))
-    except ValueError:
-        return False
-    return first == second
+    if labelled(built.xml) == labelled(run.model_xml):
+        return ""
+    with suppress(ValueError):  # perhaps another version of MuJoCo wrote the one model
+        now, then = (mujoco.MjModel.from_xml_string(xml) for xml in (built.xml, run.model_xml))
+        if to_binary(now) == to_binary(then):
+            return ""
+    return "a body, a joint or a path is another one"
 
 
 def parameters_of(model: mujoco.MjModel) -> dict[str, list[float]]:
@@ -337,7 +318,7 @@ def parameters_of(model: mujoco.MjModel) -> dict[str, list[float]]:
     return {model.actuator(i).name: model.actuator_user[i].tolist() for i in range(model.nu)}
 
 
-def _reason(run: Kept) -> str:
+def _reason(run: Run) -> str:
     """Why the kept model cannot be read."""
     if not run.model_binary:
         return "the run holds no model (it was saved before models were kept, or its meshes are too large)"
@@ -346,11 +327,7 @@ def _reason(run: Kept) -> str:
     return f"the model that ran was kept {where}"
 
 
-def _lost(run: Kept, problem: str) -> InputError:
+def _lost(run: Run, problem: str) -> InputError:
     """The refusal where no model is the one that ran."""
-    kept = _facts(run.versions)
+    kept = ", ".join(f"{name} {run.versions.get(name, 'unknown')}" for name in ("mujoco", "afo-sim"))
     return InputError(f"{_reason(run)}; {problem}", allowed=f"the versions of the run: {kept}")
-
-
-def _facts(versions: Mapping[str, str]) -> str:
-    return ", ".join(f"{name} {versions.get(name, 'unknown')}" for name in ("mujoco", "afo-sim"))

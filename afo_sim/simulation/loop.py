@@ -39,36 +39,21 @@ class Seen:
 
     def rows(self, column: str) -> np.ndarray:
         """All samples of a column since the last command (n,)."""
-        if column not in self.found:
-            self.found[column] = self._rows(column)
+        if column in self.found:
+            return self.found[column]
+        name = column.removeprefix(SENSOR)
+        if name != column and name in self.readings:
+            self.found[column] = self.readings[name]
+        elif column in self.columns:
+            self.found[column] = np.asarray(self.columns[column](self.frame))
+        else:
+            sensors = [f"{SENSOR}{known}" for known in self.readings]
+            known = sensors if name != column else [*self.columns, *sensors]
+            raise unknown(column, known, field="column", problem="a controller sees no such column")
         return self.found[column]
 
     def __getitem__(self, column: str) -> float:
         return float(self.rows(column)[-1])
-
-    def _rows(self, column: str) -> np.ndarray:
-        if column.startswith(SENSOR):
-            name = column.removeprefix(SENSOR)
-            if name not in self.readings:
-                raise _no_column(column, [f"{SENSOR}{known}" for known in self.readings])
-            return self.readings[name]
-        if column not in self.columns:
-            raise _no_column(column, [*self.columns, *(f"{SENSOR}{known}" for known in self.readings)])
-        return np.asarray(self.columns[column](self.frame))
-
-
-def _no_column(column: str, known: list[str]) -> InputError:
-    return unknown(column, known, field="column", problem="a controller sees no such column")
-
-
-def seen_columns(built: Built) -> dict[str, Callable[[Any], np.ndarray]]:
-    """Columns that a controller or a sensor can see: those that every roll-out records what they need for."""
-    return formulas(built, whole=False)
-
-
-def known_columns(built: Built) -> list[str]:
-    """Names of all that a controller sees in a scenario: columns, and its sensors."""
-    return [*seen_columns(built), *(f"{SENSOR}{name}" for name in built.scenario.sensor)]
 
 
 def unit_of(scenario: Scenario, column: str) -> str:
@@ -157,8 +142,9 @@ class Loop:
         self.schedule = schedule.controls(built)
         self.commander = Commander(built)
         self.sensors = SensorBank(built)
-        self.columns = seen_columns(built)
-        asks, known = required_inputs(controller), known_columns(built)
+        self.columns = formulas(built, whole=False)  # those that every roll-out records what they need for
+        asks = required_inputs(controller)
+        known = [*self.columns, *(f"{SENSOR}{name}" for name in built.scenario.sensor)]
         check_required(asks, known, functools.partial(unit_of, built.scenario))
         self.reads = [ask.column for ask in asks if ask.column in known]
         self.last = self.schedule[:1]  # inputs of the steps since the last command
@@ -176,23 +162,18 @@ class Loop:
 
     def choose(self, moment: Moment) -> np.ndarray:
         """Inputs of the steps of a moment, from what the controller commands in it."""
-        steps = moment.steps
+        steps, timestep = moment.steps, self.built.scenario.timestep
         rows = moment.last
         if not len(rows["time"]):
             rows = self._first(moment.now)
-        seen = self._seen(rows, steps)
+        frame = frame_of(self.built, rows, self.last, max(steps.start - len(rows["time"]), 0))
+        readings = self.sensors.feed(frame, self.columns)
+        seen = Seen(frame, readings, steps.start * timestep, self.period * timestep, self.columns)
         self.ask(seen, steps.start)
         inputs = self.schedule[steps.start : steps.stop].copy()
         self.commander.apply(inputs)
         self.last = inputs
         return inputs
-
-    def _seen(self, rows: Rows, steps: range) -> Seen:
-        first = max(steps.start - len(rows["time"]), 0)
-        frame = frame_of(self.built, rows, self.last, first)
-        timestep = self.built.scenario.timestep
-        readings = self.sensors.feed(frame, self.columns)
-        return Seen(frame, readings, steps.start * timestep, self.period * timestep, self.columns)
 
     def ask(self, seen: Seen, step: int) -> None:
         """Ask the controller, and put its commands in force; PolicyFault where it fails."""
@@ -233,13 +214,11 @@ class Loop:
             return {}
         starts = np.array([step for step, _ in self.reported])
         place = np.searchsorted(starts, np.arange(first, stop), side="right") - 1
-        names = dict.fromkeys(name for _, reported in self.reported for name in reported)
-        return {
-            f"controller/{name}": np.array([reported.get(name, math.nan) for _, reported in self.reported])[
-                place
-            ]
-            for name in names
-        }
+        found = {}
+        for name in dict.fromkeys(name for _, reported in self.reported for name in reported):
+            told = np.array([reported.get(name, math.nan) for _, reported in self.reported])
+            found[f"controller/{name}"] = told[place]
+        return found
 
     def _first(self, now: Rows) -> Rows:
         """The row of the start: its state, and the forces in it."""
@@ -257,10 +236,6 @@ def checked_report(reported: object) -> dict[str, float]:
         raise InputError("reports something unknown", field="tell", value=reported, allowed=", ".join(TOLD))
     strange = {name: value for name, value in reported.items() if not isinstance(value, numbers.Real)}
     for name, value in strange.items():
-        raise InputError(
-            "reports something that is not a number",
-            field=f"tell: {name}",
-            value=value,
-            allowed="a number, or NaN",
-        )
+        problem = "reports something that is not a number"
+        raise InputError(problem, field=f"tell: {name}", value=value, allowed="a number, or NaN")
     return {name: float(value) for name, value in reported.items()}

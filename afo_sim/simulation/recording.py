@@ -5,7 +5,7 @@ import pathlib
 import tempfile
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -299,29 +299,12 @@ def _found(recording: Recording, folder: pathlib.Path) -> Recording:
     return replace(recording, scenario=as_found(recording.scenario, place))
 
 
-class HasVerdict(Protocol):
-    """The parts of a recording that its verdict needs."""
-
-    @property
-    def ok(self) -> bool: ...
-    @property
-    def scenario(self) -> dict[str, Any]: ...
-    @property
-    def metrics(self) -> dict[str, Metric]: ...
-    @property
-    def strides(self) -> dict[int, dict[str, Metric]]: ...
-    @property
-    def warnings(self) -> tuple[str, ...]: ...
-    @property
-    def studies(self) -> dict[str, Any]: ...
-
-
-def limits_of(recording: HasVerdict) -> Limits:
+def limits_of(recording: Recording) -> Limits:
     """The limits of a recording's scenario; the usual ones of a recording that is older than limits are."""
     return load("limits", recording.scenario.get("limits") or USUAL_LIMITS)
 
 
-def feed_of(recording: HasVerdict) -> Feed | None:
+def feed_of(recording: Recording) -> Feed | None:
     """The source that a recording's scenario names, in words; None of endless air."""
     described = (recording.scenario.get("supply") or {}).get("source")
     if not described:
@@ -337,7 +320,7 @@ def feed_of(recording: HasVerdict) -> Feed | None:
     return Feed(f"the bottle{name} of {1e3 * source.volume:g} l at {full:g} bar")
 
 
-def verdict_of(recording: HasVerdict) -> tuple[Answer, ...]:
+def verdict_of(recording: Recording) -> tuple[Answer, ...]:
     """The answers of a walking run, with what bands tell; none of other runs, none known of a failed one."""
     if not recording.scenario.get("gait"):
         return ()

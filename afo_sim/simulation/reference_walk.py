@@ -78,19 +78,26 @@ def walk_reference(scenario: Scenario) -> Reference:
     return _tried(reference_of(scenario), {})  # a lighter foot may need a shorter step on its floor
 
 
-def _walked(scenario: Scenario, asked: Asked = ASKED) -> Reference:
-    """The clearance of a scenario's settled stride, or of the whole run where none repeats."""
-    solved = not why_walked(scenario)
-    built = build(two_strides(scenario) if solved else scenario)
-    control = schedule.controls(built)
-    rollout: Rollout
-    if solved:
-        rollout = settle([built], [control], mode=scenario.callback)[0].rollout
-    else:
-        rollout = simulate(built, control)
-    if rollout.failure is not None:
-        return Reference({}, str(rollout.failure))
-    return Reference(examine(built, rollout, transient=False, solved=solved, asked=asked)[1].totals)
+def _tried(scenario: Scenario, changed: Mapping[str, Any], asked: Asked = ASKED) -> Reference:
+    """The settled stride of a scenario with some keys changed, or the whole run where none repeats.
+
+    A refusal is the failure.
+    """
+    try:
+        scenario = scenario.with_values(**changed)
+        solved = not why_walked(scenario)
+        built = build(two_strides(scenario) if solved else scenario)
+        control = schedule.controls(built)
+        rollout: Rollout
+        if solved:
+            rollout = settle([built], [control], mode=scenario.callback)[0].rollout
+        else:
+            rollout = simulate(built, control)
+        if rollout.failure is not None:
+            return Reference({}, str(rollout.failure))
+        return Reference(examine(built, rollout, transient=False, solved=solved, asked=asked)[1].totals)
+    except InputError as error:
+        return Reference({}, str(error))
 
 
 @dataclass
@@ -115,14 +122,6 @@ def not_compared(scenario: Scenario, reference: Reference) -> tuple[Notice, ...]
     if not reference.failure:
         return ()
     return (Notice("not-compared", "not compared with {who}: {why}", who=who, why=reference.failure),)
-
-
-def _tried(scenario: Scenario, changed: Mapping[str, Any], asked: Asked = ASKED) -> Reference:
-    """As `_walked`, of a scenario with some keys changed; its refusal is the failure."""
-    try:
-        return _walked(scenario.with_values(**changed), asked)
-    except InputError as error:
-        return Reference({}, str(error))
 
 
 def filled_once(scenario: Scenario, lifting: Collection[str]) -> dict[str, Metric]:

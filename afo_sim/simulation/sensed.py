@@ -4,6 +4,7 @@ import math
 import zlib
 from collections.abc import Callable, Mapping
 from numbers import Integral
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -29,8 +30,22 @@ class SensorBank:
         self.built, self.seed = built, seed
         self.sensors = check_sensors(built)
         self.outputs: dict[str, np.ndarray] = {}  # of the last stretch, in V
-        if self.sensors:
-            self._lay_out()
+        if not self.sensors:
+            return
+        timestep, line = built.scenario.timestep, 0
+        self._p = np.zeros((len(self.sensors), sensing.N_PARAMETER))
+        for row, (name, sensor) in zip(self._p, self.sensors.items(), strict=True):
+            _fill(row, name, sensor, timestep)
+            row[sensing.LINE] = line
+            line += int(row[sensing.DELAY])
+        self._memory = np.empty((len(self.sensors), sensing.N_MEMORY))
+        self._lines = np.empty(max(line, 1))
+        self._calibrated = {
+            name: k for k, (name, s) in enumerate(self.sensors.items()) if s.whole.calibration is not None
+        }
+        self._seeds = self._p[:, sensing.SEED].copy()
+        self._make_room(ROOM)
+        self._begin()
 
     def reset(self, seed: int | None = None) -> None:
         """Forget everything; `seed` (0 to 2^32 − 1) is added to the seeds of all sensors, 0 by default."""
@@ -70,22 +85,6 @@ class SensorBank:
             sensing.sense(*self._flat, *counts)
         self.outputs = {name: self._out[k, :n].copy() for name, k in self._calibrated.items()}
         return {name: self._readings[k, :n].copy() for k, name in enumerate(self.sensors)}
-
-    def _lay_out(self) -> None:
-        timestep, line = self.built.scenario.timestep, 0
-        self._p = np.zeros((len(self.sensors), sensing.N_PARAMETER))
-        for row, (name, sensor) in zip(self._p, self.sensors.items(), strict=True):
-            _fill(row, name, sensor, timestep)
-            row[sensing.LINE] = line
-            line += int(row[sensing.DELAY])
-        self._memory = np.empty((len(self.sensors), sensing.N_MEMORY))
-        self._lines = np.empty(max(line, 1))
-        self._calibrated = {
-            name: k for k, (name, s) in enumerate(self.sensors.items()) if s.whole.calibration is not None
-        }
-        self._seeds = self._p[:, sensing.SEED].copy()
-        self._make_room(ROOM)
-        self._begin()
 
     def _begin(self) -> None:
         self._memory[:], self._lines[:] = math.nan, math.nan
@@ -131,15 +130,9 @@ def check_sensors(built: Built) -> dict[str, Sensor]:
         try:
             numbers(sensor.whole, unit)
         except FieldError as error:
-            raise InputError(str(error), field=f"{at}.{error.key}", value=_text(sensor, error.key)) from None
+            value = attrgetter(error.key)(sensor.whole)
+            raise InputError(str(error), field=f"{at}.{error.key}", value=value) from None
     return sensors
-
-
-def _text(sensor: Sensor, key: str) -> object:
-    value: object = sensor.whole
-    for part in key.split("."):
-        value = getattr(value, part)
-    return value
 
 
 def _fill(row: np.ndarray, name: str, sensor: Sensor, timestep: float) -> None:

@@ -17,10 +17,10 @@ from afo_sim.control import Command, Controller, make
 from afo_sim.description import MAX_STEPS, Scenario
 from afo_sim.model import Built
 from afo_sim.model.build import build
-from afo_sim.simulation.columns import frame_of
+from afo_sim.simulation.columns import formulas, frame_of
 from afo_sim.simulation.examine import make_recording
 from afo_sim.simulation.forking import Forkable
-from afo_sim.simulation.loop import RATE, Commander, Loop, Seen, seen_columns
+from afo_sim.simulation.loop import RATE, Commander, Loop, Seen
 from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import METRIC_FIELDS, Rollout
 from afo_sim.simulation.sensed import SensorBank, checked_seed
@@ -90,7 +90,7 @@ class Simulator(Forkable, native.Closing):
         self._loop = self._new_loop()
         self._stepped = Stepped([self.built])
         self._sensors = SensorBank(self.built)
-        self._columns = seen_columns(self.built)
+        self._columns = formulas(self.built, whole=False)
         self._of, self._memory = (self.scenario,), MEMORY
         if self._loop is not None:
             self._of += self._loop.period, str(type(self._loop.controller))  # a type might not be pickled
@@ -309,7 +309,7 @@ class Simulators(native.Closing):
             allowed = "one layout of the model and one time step"
             raise InputError(problem, field="scenarios", allowed=allowed)
         self._stepped = Stepped(builts, count=count, fields=METRIC_FIELDS, threads=threads)
-        own = {id(built): seen_columns(built) for built in builts}
+        own = {id(built): formulas(built, whole=False) for built in builts}
         self._columns = [own[id(built)] for built in self._stepped.builts]
         self._commanders = [Commander(built) for built in self._stepped.builts]
         self._sensors = [SensorBank(built) for built in self._stepped.builts]
@@ -354,9 +354,8 @@ class Simulators(native.Closing):
         what is seen of all simulations
         """
         if numbers is not None and not isinstance(numbers, Iterable):
-            raise InputError(
-                "are no numbers", field="numbers", value=numbers, allowed="a list such as [0, 2]"
-            )
+            allowed = "a list such as [0, 2]"
+            raise InputError("are no numbers", field="numbers", value=numbers, allowed=allowed)
         chosen = range(len(self)) if numbers is None else list(numbers)
         for k in chosen:
             if not _is_whole(k) or not 0 <= k < len(self):
@@ -415,15 +414,13 @@ class Simulators(native.Closing):
         """Put all commands in force, or none where one is wrong."""
         if commands is None:
             return
+        allowed = f"one command for all, or {len(self)} of them"
         if not isinstance(commands, Iterable):
-            allowed = f"one command for all, or {len(self)} of them"
             raise InputError("are no commands", field="commands", value=commands, allowed=allowed)
         each = [commands] * len(self) if isinstance(commands, Mapping) else list(commands)
         if len(each) != len(self):
-            allowed = f"one command for all, or {len(self)} of them"
-            raise InputError(
-                "are not as many as simulations", field="commands", value=len(each), allowed=allowed
-            )
+            problem = "are not as many as simulations"
+            raise InputError(problem, field="commands", value=len(each), allowed=allowed)
         before = [dict(commander.commands) for commander in self._commanders]
         try:
             for commander, command in zip(self._commanders, each, strict=True):

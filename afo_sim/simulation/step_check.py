@@ -62,10 +62,8 @@ def quarter_step(scenario: Scenario) -> Scenario:
     try:
         return scenario.with_values(timestep=step, record_rate=None)
     except InputError as error:
-        problem, value = (
-            f"has no quarter to check it with: {error.problem}",
-            f"{in_unit(step, 's', 'ms'):g} ms",
-        )
+        problem = f"has no quarter to check it with: {error.problem}"
+        value = f"{in_unit(step, 's', 'ms'):g} ms"
         raise InputError(problem, field="timestep", value=value, allowed=error.allowed) from None
 
 
@@ -76,24 +74,22 @@ def check_forgets(controller: object, policy: object) -> None:
         raise InputError(problem, field="policy", allowed="a scenario's own timing, or a controller")
     plain = inspect.isfunction(controller) and not controller.__closure__
     if controller is not None and not plain and not hasattr(controller, "reset"):
-        raise InputError(
-            "runs twice to check the time step, and may remember the first run",
-            field="controller",
-            value=type(controller).__name__,
-            allowed="a function without a memory, or an object whose reset() forgets",
-        )
+        problem, name = "runs twice to check the time step, and may remember the first run", type(controller)
+        allowed = "a function without a memory, or an object whose reset() forgets"
+        raise InputError(problem, field="controller", value=name.__name__, allowed=allowed)
 
 
 def step_errors(run: Mapping[str, Metric], fine: Mapping[str, Metric]) -> dict[str, StepError]:
     """Errors of a run's metrics, the run less the finer one; those of the method have none."""
-    return {name: _error(m, fine.get(name, math.nan)) for name, m in run.items() if name not in OF_METHOD}
-
-
-def _error(metric: Metric, fine: float) -> StepError:
-    value, floor = float(metric), FLOORS.get(metric.unit, 0.0)
-    same = value == fine or (math.isnan(value) and math.isnan(fine))
-    scale = 0.0 if metric.unit in ABSOLUTE or not math.isfinite(fine) else SHARE * abs(fine)
-    return StepError(0.0 if same else value - float(fine), max(floor, scale), metric.unit)
+    found = {}
+    for name, metric in run.items():
+        if name in OF_METHOD:
+            continue
+        value, finer, floor = float(metric), float(fine.get(name, math.nan)), FLOORS.get(metric.unit, 0.0)
+        same = value == finer or (math.isnan(value) and math.isnan(finer))
+        scale = 0.0 if metric.unit in ABSOLUTE or not math.isfinite(finer) else SHARE * abs(finer)
+        found[name] = StepError(0.0 if same else value - finer, max(floor, scale), metric.unit)
+    return found
 
 
 def with_step_errors(run: Recording, fine: Recording, step: float) -> Recording:

@@ -76,7 +76,12 @@ class StrideSearch:
         self.places = np.array(rows, dtype=int).reshape(-1, 2)  # of mass and σ in `act`
         self.first = self.change = self.held(self.start)
         self.paired = remembers(self.built, self.control)
-        self.free = _free_joints(self.built)
+        # Places in `qpos` and `qvel` of what moves by itself, and how much of each counts as 1 rad
+        toes, model = self.built.scenario.leg.toes, self.built.model
+        joints = {ANKLE: 1.0} | ({toes.joint: 1.0} if toes else {})
+        joints |= {SINK: LEVER} if self.built.contact else {}
+        places = [(model.joint(n).qposadr[0], model.joint(n).dofadr[0]) for n in joints]
+        self.free = *np.transpose(places), np.array(list(joints.values()))
 
     @property
     def done(self) -> bool:
@@ -208,20 +213,18 @@ class StrideSearch:
         if beyond_chambers(built.scenario):
             stride.air = network_rows(built, self.nodes, rows, inputs, step)
             return stride.air
-        flows = [native.read_flows(built.model, rows["userdata"], c) for c in self.chambers]
-        air = [native.read_air(built.model, rows["act"], rows["userdata"], c) for c in self.chambers]
-        descriptions = [built.scenario.orthosis.chamber[name] for name in index.chambers]
+        air, parts = np.empty((5, len(self.chambers), len(inputs))), np.empty((3, len(self.chambers), 1))
+        for k, (name, chamber) in enumerate(index.chambers.items()):
+            held = native.read_air(built.model, rows["act"], rows["userdata"], chamber)
+            flows = native.read_flows(built.model, rows["userdata"], chamber)
+            described = built.scenario.orthosis.chamber[name]
+            air[:, k] = held.mass, held.absolute_pressure, held.volume, flows.inlet, flows.outlet
+            ratios = described.inlet.critical_ratio, described.vent.critical_ratio
+            parts[:, k, 0] = *ratios, described.wall_conductance
+        mass, pressure, volume, inlet, outlet = air
+        supply = inputs[:, self.chambers].T + AMBIENT_PRESSURE
         stride.air = AirRows(
-            mass=np.stack([each.mass for each in air]),
-            pressure=np.stack([each.absolute_pressure for each in air]),
-            volume=np.stack([each.volume for each in air]),
-            inlet=np.stack([each.inlet for each in flows]),
-            outlet=np.stack([each.outlet for each in flows]),
-            supply=inputs[:, self.chambers].T + AMBIENT_PRESSURE,
-            inlet_ratio=np.array([[each.inlet.critical_ratio] for each in descriptions]),
-            outlet_ratio=np.array([[each.vent.critical_ratio] for each in descriptions]),
-            wall=np.array([[each.wall_conductance] for each in descriptions]),
-            step=step,
+            mass, pressure, volume, inlet, outlet, supply, parts[0], parts[1], parts[2], step
         )
         return stride.air
 
@@ -237,10 +240,8 @@ class StrideSearch:
 
 def sticks(built: Built) -> bool:
     """Whether friction keeps the past: then only that of walking from rest is one, and no air may jump."""
-    for group in built.scenario.orthosis.muscle.values():
-        if group.type.friction != "none" and FRICTIONS[group.type.friction].sticks:
-            return True
-    return False
+    frictions = {group.type.friction for group in built.scenario.orthosis.muscle.values()} - {"none"}
+    return any(FRICTIONS[friction].sticks for friction in frictions)
 
 
 def remembers(built: Built, control: np.ndarray) -> bool:
@@ -248,14 +249,6 @@ def remembers(built: Built, control: np.ndarray) -> bool:
     driven = bool((control[:, list(built.index.drives.values())] != OFF).any())
     slow = sticks(built) or bool(built.index.frictions)
     return beyond_chambers(built.scenario) or slow or driven
-
-
-def _free_joints(built: Built) -> tuple[np.ndarray, ...]:
-    """Places in `qpos` and `qvel` of what moves by itself, and how much of each counts as 1 rad."""
-    toes, model = built.scenario.leg.toes, built.model
-    joints = {ANKLE: 1.0} | ({toes.joint: 1.0} if toes else {}) | ({SINK: LEVER} if built.contact else {})
-    places = [(model.joint(n).qposadr[0], model.joint(n).dofadr[0]) for n in joints]
-    return *np.transpose(places), np.array(list(joints.values()))
 
 
 def _step(slopes: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Columns of what comes out of the supply and what goes to the ambient air: flow, pressure, exergy."""
 
+from operator import attrgetter
+
 import numpy as np
 
 from afo_sim import native
@@ -10,8 +12,7 @@ from afo_sim.simulation.frame import Column, Frame, edge_flow, volume_pressure
 COMPRESSOR = "compressor"  # the restriction by which it fills its tank
 
 
-def _worn(built: Built) -> bool:
-    return bool(built.index.chambers)
+_worn = attrgetter("index.chambers")  # of what is built: none where nothing takes air
 
 
 def _set_pressure(f: Frame) -> np.ndarray:
@@ -95,10 +96,6 @@ def _runs(built: Built) -> bool:
     return source is not None and source.kind == COMPRESSOR
 
 
-def _running(f: Frame) -> np.ndarray:
-    return native.read_running(f.built.model, f.rows["act"], f.built.index.restrictions[COMPRESSOR])
-
-
 SUPPLY_COLUMNS = (
     Column("supply/pressure", "Pa", "gauge; that the device really has", _pressure, where=_worn),
     Column("supply/set_pressure", "Pa", "gauge", _set_pressure, where=_worn),
@@ -116,7 +113,13 @@ SUPPLY_COLUMNS = (
         lambda f: _taken(f) * _specific_of_supply(f),
         where=_worn,
     ),
-    Column("supply/running", "", "whether the compressor runs, 1 or 0", _running, where=_runs),
+    Column(
+        "supply/running",
+        "",
+        "whether the compressor runs, 1 or 0",
+        lambda f: native.read_running(f.built.model, f.rows["act"], f.built.index.restrictions[COMPRESSOR]),
+        where=_runs,
+    ),
     Column("exhaust/mass_flow", "kg/s", "to the ambient air, from all nodes", _vented, where=_worn),
     Column(
         "exhaust/exergy_flow",

@@ -209,30 +209,19 @@ def limit_warnings(
                 yield Notice("muscle-length", "{subject}: {why}", subject=name.rsplit("_", 1)[0], why=why)
         filled = float(pressure.max())
         if filled > 1e5 and force.max() < 1.0:
-            yield Notice(
-                "muscle-never-pulls",
-                "{subject} never pulls, although its chamber reaches {bar:.2g} bar: {reason}",
-                subject=name,
-                bar=filled * 1e-5,
-                reason=_why_slack(group, filled),
-            )
+            text = "{subject} never pulls, although its chamber reaches {bar:.2g} bar: {reason}"
+            why = _why_slack(group, filled)
+            yield Notice("muscle-never-pulls", text, subject=name, bar=filled * 1e-5, reason=why)
     lower, upper = built.model.joint(ANKLE).range
     angle = columns["ankle/angle"]
     if angle.min() <= lower or angle.max() >= upper:
-        where = _where_stopped(built, columns, lower, upper)
+        worst, where = int(np.argmax(np.maximum(lower - angle, angle - upper))), ""
+        if built.walk is not None:
+            where = f" at {100.0 * columns['gait/phase'][worst]:.0f} % of the stride"
         text = f"the {built.scenario.leg.joint} reaches a stop of the joint{{where}}"
         yield Notice("stop-reached", text, subject=ANKLE, where=where)
     yield from _skin_warnings(built, columns)
     yield from _source_warnings(built, columns)
-
-
-def _where_stopped(built: Built, columns: Columns, lower: float, upper: float) -> str:
-    """Where in the stride a walker's ankle is farthest beyond its stops."""
-    if built.walk is None:
-        return ""
-    angle = columns["ankle/angle"]
-    worst = int(np.argmax(np.maximum(lower - angle, angle - upper)))
-    return f" at {100.0 * columns['gait/phase'][worst]:.0f} % of the stride"
 
 
 def _muscle_limits(
@@ -287,12 +276,11 @@ def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
         most = float(np.nanmax(asked, initial=0.0))  # not a number: the drive is off
         who = f"drive of chamber {chamber!r}"
         if len(asked) and np.isnan(asked).all():
-            yield Notice(
-                "drive-never-asked",
+            text = (
                 "{subject}: is never asked for a pressure, and changes nothing but the valves of a "
-                "regulator: a controller asks it",
-                subject=who,
+                "regulator: a controller asks it"
             )
+            yield Notice("drive-never-asked", text, subject=who)
         elif 0.0 < most < LEAST_NUMBER:
             yield Notice(
                 "drive-asked-too-little",
@@ -302,14 +290,11 @@ def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
                 most=most,
             )
         elif most > supply * (1.0 + SLIGHTLY):
-            yield Notice(
-                "drive-asked-too-much",
+            text = (
                 "{subject}: is asked for up to {asked:.3g} bar, above the supply's {supply:.3g} bar, which "
-                "it cannot reach",
-                subject=who,
-                asked=1e-5 * most,
-                supply=1e-5 * supply,
+                "it cannot reach"
             )
+            yield Notice("drive-asked-too-much", text, subject=who, asked=1e-5 * most, supply=1e-5 * supply)
 
 
 def _law_warnings(

@@ -6,6 +6,7 @@ The rows of WALKING replace those of a fixed shank that have the same name.
 import dataclasses
 import functools
 from collections.abc import Callable
+from operator import attrgetter
 
 import numpy as np
 
@@ -181,11 +182,6 @@ class WalkFrame(Frame):
         return self.pressing * np.clip(share, 0.0, 1.0)
 
     @functools.cached_property
-    def heel_load(self) -> np.ndarray:
-        """Vertical load under the heel [N] (n,)."""
-        return self.pressing - self.toe_load if self.built.contact is None else self.pads[:, 0]
-
-    @functools.cached_property
     def driven(self) -> np.ndarray:
         """Accelerations of the driven shank (n, 3)."""
         model = self.built.model
@@ -263,11 +259,6 @@ def _height(what: str, f: WalkFrame, points: Points | None = None) -> np.ndarray
     return f.ankle_height + lowest
 
 
-def _free_height(what: str, f: WalkFrame) -> np.ndarray:
-    """The same, with the swings as they are without a floor."""
-    return _height(what, f.free)
-
-
 def _height_extended(f: WalkFrame, which: int) -> np.ndarray:
     """Height of the sole at the simulated pitch, were the toes to rest at another extension in swing."""
     toes = f.built.scenario.leg.toes
@@ -305,24 +296,26 @@ WALKING = (
     _column("gait/ball_height", "m", WORN, lambda f: _height("ball", f, f.recorded_points)),
     _column("gait/toe_height", "m", WORN, lambda f: _height("toe", f, f.recorded_points)),
     _column("gait/sole_height", "m", WORN, lambda f: _height("sole", f, f.recorded_points)),
-    _column("gait/toe_extension", "rad", "at which the toes rest", lambda f: f.resting, toes=True),
+    _column("gait/toe_extension", "rad", "at which the toes rest", attrgetter("resting"), toes=True),
     _column(
         "ankle/moment/orthosis",
         "N*m",
         f"{MOMENT}; all muscles of the orthosis, instantaneous",
         lambda f: f.dof("qfrc_actuator") - f.force(f.built.index.passive) - f.biological - f.ground_moment,
     ),
-    _column("ankle/moment/biological", "N*m", f"{MOMENT}; the patient's own muscles", lambda f: f.biological),
+    _column(
+        "ankle/moment/biological", "N*m", f"{MOMENT}; the patient's own muscles", attrgetter("biological")
+    ),
     _column(
         "ankle/moment/ground",
         "N*m",
         "dorsiflexion positive; ground force about the ankle",
-        lambda f: f.ground_moment,
+        attrgetter("ground_moment"),
     ),
     _column(
         "sole/pitch", "rad", "of the outsole to the floor, toe up positive", lambda f: f.pitch - f.foot.level
     ),
-    _column("shank/angle", "rad", "from the vertical, knee ahead of ankle positive", lambda f: f.shank),
+    _column("shank/angle", "rad", "from the vertical, knee ahead of ankle positive", attrgetter("shank")),
     _column(
         "shank/velocity",
         "rad/s",
@@ -330,13 +323,18 @@ WALKING = (
         lambda f: f.rows["qvel"][:, f.built.model.joint(JOINTS[2]).dofadr[0]],
     ),
     _column("ankle/position/x", "m", "forward", lambda f: f.joint(JOINTS[0])),
-    _column("ankle/position/z", "m", "up, the floor at 0", lambda f: f.ankle_height),
+    _column("ankle/position/z", "m", "up, the floor at 0", attrgetter("ankle_height")),
     _column(
         "ground/force/x", "N", "on the foot, forward positive", lambda f: f.weight * f.recorded_ground[0]
     ),
-    _column("ground/force/z", "N", "on the foot, upward positive", lambda f: f.pressing),
-    _column("foot/heel_load", "N", "under the heel, upward on the foot", lambda f: f.heel_load),
-    _column("foot/toe_load", "N", "under ball and toes, upward on the foot", lambda f: f.toe_load),
+    _column("ground/force/z", "N", "on the foot, upward positive", attrgetter("pressing")),
+    _column(
+        "foot/heel_load",
+        "N",
+        "under the heel, upward on the foot",
+        lambda f: f.pressing - f.toe_load if f.built.contact is None else f.pads[:, 0],
+    ),
+    _column("foot/toe_load", "N", "under ball and toes, upward on the foot", attrgetter("toe_load")),
     _column("ground/position/x", "m", "centre of pressure, forward", _pressure_centre),
     *(
         _column(f"{point}/height", "m", sign, functools.partial(_height, point))
@@ -347,7 +345,7 @@ WALKING = (
             f"{point}/height_without_floor",
             "m",
             f"{sign}, with the swing as it is without a floor",
-            functools.partial(_free_height, point),
+            functools.partial(lambda of, f: _height(of, f.free), point),
         )
         for point, sign in HEIGHTS.items()
         if point != "heel"
@@ -366,7 +364,7 @@ WALKING = (
         lambda f: _height_extended(f.free, 1),
         toes=True,
     ),
-    _column("toe/extension", "rad", "of the toes against the foot", lambda f: f.extension, toes=True),
+    _column("toe/extension", "rad", "of the toes against the foot", attrgetter("extension"), toes=True),
     _column(
         "gait/ground_force_z",
         "N",
