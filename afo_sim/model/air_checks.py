@@ -42,9 +42,7 @@ def check_air_path(scenario: Scenario) -> list[Notice]:
     if not orthosis.chamber:
         return []
     return [
-        *_blown_off(orthosis),
-        *_by_passed(orthosis),
-        *_dead_ends(orthosis),
+        *_lost(orthosis),
         *_pressures(scenario),
         *_above_supply(scenario),
         *_long_tubes(orthosis),
@@ -53,18 +51,15 @@ def check_air_path(scenario: Scenario) -> list[Notice]:
     ]
 
 
-def _blown_off(orthosis: Orthosis) -> Iterator[Notice]:
-    """Air that goes from the supply to the ambient air all the time."""
-    lost = reached([SUPPLY], [way for way in ways(orthosis) if way.part.blows_off]).get(AMBIENT)
+def _lost(orthosis: Orthosis) -> Iterator[Notice]:
+    """Air that is lost: from the supply all the time, past inlet valves, into volumes that never vent."""
+    known = list(ways(orthosis))
+    lost = reached([SUPPLY], [way for way in known if way.part.blows_off]).get(AMBIENT)
     if lost:
         through = ", ".join(way.key.partition(".")[2] for way in lost)
         text = "air blows off all the time, from the supply through {through}: a valve between would stop it"
         yield Notice("air-blows-off", text, through=through)
-
-
-def _by_passed(orthosis: Orthosis) -> Iterator[Notice]:
-    """Chambers that the supply fills past their inlet valves, all the time."""
-    fed = reached([SUPPLY], [way for way in ways(orthosis) if way.part.feeds])
+    fed = reached([SUPPLY], [way for way in known if way.part.feeds])
     for name in orthosis.chamber:
         if name in fed:
             through = ", ".join(repr(way.key.partition(".")[2]) for way in fed[name])
@@ -76,11 +71,7 @@ def _by_passed(orthosis: Orthosis) -> Iterator[Notice]:
                 "restriction {through}; {mend}"
             )
             yield Notice("inlet-bypassed", text, subject=name, through=through, mend=mend)
-
-
-def _dead_ends(orthosis: Orthosis) -> Iterator[Notice]:
-    """Volumes that fill and never give their air to anything."""
-    out = reached([AMBIENT], ways(orthosis), back=True)
+    out = reached([AMBIENT], known, back=True)
     for name in orthosis.volume:
         if name not in out:
             text = "volume {subject!r} fills and never vents: nothing draws from it or leads out of it"
@@ -242,11 +233,9 @@ def check_drives(scenario: Scenario) -> tuple[dict[str, float], list[str]]:
                 value=f"{in_unit(drive.period, 's', 'ms'):g} ms",
                 allowed=f"at least {in_unit(scenario.timestep, 's', 'ms'):g} ms, or a shorter timestep",
             )
-        said = [
-            *_idle(drive),
-            *_short(drive, scenario.orthosis, name),
-            *CHECKS[drive.kind](drive, rate, scenario, name),
-        ]
+        idle = f"{', '.join(drive.idle)} changes nothing in a drive of kind {drive.kind}"
+        said = [idle] if drive.idle else []
+        said += [*_short(drive, scenario.orthosis, name), *CHECKS[drive.kind](drive, rate, scenario, name)]
         warnings += [f"drive of chamber {name!r}: {text}" for text in said]
         if drive.kind != "bang_bang":
             numbers.append(scenario.timestep * rate / drive.full_at)
@@ -260,11 +249,6 @@ def fastest_rise(orthosis: Orthosis, chamber: str, supply: float) -> float:
     flow = conductance * STANDARD_DENSITY * (supply + AMBIENT_PRESSURE)
     stiff = HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE
     return stiff * flow / least_volume(orthosis, chamber)
-
-
-def _idle(drive: Drive) -> Iterator[str]:
-    if drive.idle:
-        yield f"{', '.join(drive.idle)} changes nothing in a drive of kind {drive.kind}"
 
 
 def _short(drive: Drive, orthosis: Orthosis, name: str) -> Iterator[str]:

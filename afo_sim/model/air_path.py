@@ -28,10 +28,7 @@ from afo_sim.description import (
 from afo_sim.model.mounting import ANKLE
 from afo_sim.physics import AIR, FlowEdge, Gas, flow_edge
 
-SOURCE, OUTLET = (
-    "source",
-    "regulator",
-)  # nodes of a supply: bottle, cartridge or tank; volume behind its regulator
+SOURCE, OUTLET = "source", "regulator"  # of a supply: bottle, cartridge or tank; behind its regulator
 VALVE_END, TUBE = "{}_valve_end", "{}_tube"  # of a chamber's tube
 TUBE_END, QUICK_EXHAUST = "{}_tube_end", "{}_quick_exhaust"  # where one stands between tube and muscles
 
@@ -261,15 +258,10 @@ def endless(pressure: float) -> Supply | None:
     return Supply.model_validate({"pressure": f"{pressure!r} Pa"}) if pressure > 0.0 else None
 
 
-def opening_delay(chamber: Chamber) -> float:
-    """Longer one of the opening delays of a chamber's valves [s]."""
-    return max(chamber.inlet.opening_delay, chamber.vent.opening_delay)
-
-
 def shortest_pulse(chamber: Chamber) -> float:
     """Shortest pulse that a chamber's valves answer [s]: the longest opening delay or minimum on-time."""
     least = [valve.minimum_on_time or 0.0 for valve in (chamber.inlet, chamber.outlet) if valve is not None]
-    return max(opening_delay(chamber), *least)
+    return max(chamber.inlet.opening_delay, chamber.vent.opening_delay, *least)
 
 
 def _alike(name: str, group: MuscleGroup, inverts: bool) -> list[tuple[str, ...]]:

@@ -150,7 +150,11 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
     nodes, edges = _supply(orthosis, supply)
     origin = next(iter(nodes))
     feed = next(reversed(nodes))
-    nodes |= _volumes(orthosis)
+    for name, each in orthosis.volume.items():
+        more = beside(orthosis, name)
+        told = _millilitres(each.volume) + (f" + {1e6 * more:.3g} ml" if more else "")
+        lines = (told, "with its lines") if more else (told,)
+        nodes[name] = AirNode("volume", name, lines, each.volume + more)
     parts = [*edges]
     for name, chamber in orthosis.chamber.items():
         end = VALVE_END.format(name)
@@ -166,8 +170,12 @@ def air_scheme(orthosis: Orthosis, supply: Supply) -> AirScheme:
     found = {each.name: _fed(each, feed) for each in parts}
     scheme = AirScheme(orthosis.name or "orthosis", orthosis.description, nodes, found, origin)
     for name in orthosis.chamber:
-        if (way := _filling(scheme, name)) is not None:
-            scheme.filling[name] = way
+        # through another chamber's outlet only where it must
+        filling = _widest(scheme, origin, name, outwards=False) or _widest(
+            scheme, origin, name, outwards=True
+        )
+        if filling is not None:
+            scheme.filling[name] = filling
         if (way := _widest(scheme, name, AMBIENT, outwards=True)) is not None:
             scheme.venting[name] = way
     return scheme
@@ -220,16 +228,6 @@ def _of_source(source: Source) -> tuple[str, ...]:
         f"tank {room}",
         f"{1e-5 * (source.switch_on or 0.0):.3g}–{bar(source.switch_off or 0.0)}",
     )
-
-
-def _volumes(orthosis: Orthosis) -> dict[str, AirNode]:
-    found = {}
-    for name, each in orthosis.volume.items():
-        more = beside(orthosis, name)
-        told = _millilitres(each.volume) + (f" + {1e6 * more:.3g} ml" if more else "")
-        lines = (told, "with its lines") if more else (told,)
-        found[name] = AirNode("volume", name, lines, each.volume + more)
-    return found
 
 
 def _chamber(orthosis: Orthosis, name: str) -> AirNode:
@@ -311,12 +309,6 @@ def _millilitres(volume: float) -> str:
 def conductance(value: float) -> str:
     """A sonic conductance as people read it [dm³/(s·bar)]."""
     return f"{LITRE * value:.3g}"
-
-
-def _filling(scheme: AirScheme, chamber: str) -> AirWay | None:
-    """The widest way from the origin to a chamber; through another chamber's outlet only where it must."""
-    found = _widest(scheme, scheme.origin, chamber, outwards=False)
-    return found or _widest(scheme, scheme.origin, chamber, outwards=True)
 
 
 def _widest(scheme: AirScheme, start: str, end: str, *, outwards: bool) -> AirWay | None:

@@ -31,13 +31,8 @@ PASSIVE = "passive_ankle"
 SWEPT_ANGLES = 41  # of the range of motion at which a muscle's stretch is looked at
 # Not compiled: words, and what is written into the compiled model.
 NOT_COMPILED = ("name", "description", "provenance")
-LEG_NOT_COMPILED = (
-    *NOT_COMPILED,
-    "directions",
-    "passive",
-    "body_mass",
-    "body_height",
-)  # its size stands for the last two
+# its size stands for the last two
+LEG_NOT_COMPILED = (*NOT_COMPILED, "directions", "passive", "body_mass", "body_height")
 GROUP_NOT_COMPILED = (*NOT_COMPILED, "type", "link_length", "slack", "cable", "wrap_friction", "path")
 OF_A_BODY = ("body_mass", "body_inertia")
 OF_A_JOINT = ("jnt_stiffness",)
@@ -248,29 +243,21 @@ def _made(seen: _Seen) -> Geometry:
     model = compiled(spec, scenario)
     check_leg(model, scenario)
     ids = native.circuit_ids(model, circuit)
-    joint = model.joint(ANKLE)
+    qpos, dof = int(model.joint(ANKLE).qposadr[0]), int(model.joint(ANKLE).dofadr[0])
     angles = np.linspace(*scenario.orthosis.range_of_motion, SWEPT_ANGLES)
     return Geometry(
         model=model,
         bare=bare,
         circuit=ids,
         index=Index(
-            muscles=ids.muscles,
-            chambers=ids.chambers,
-            valves=ids.valves,
-            frictions=ids.frictions,
-            anchors=ids.anchors,
+            **vars(ids),
             passive=model.actuator(PASSIVE).id,
             walking=walking_actuators(model),
-            ankle_qpos=int(joint.qposadr[0]),
-            ankle_dof=int(joint.dofadr[0]),
-            drives=ids.drives,
-            volumes=ids.volumes,
-            stores=ids.stores,
-            restrictions=ids.restrictions,
+            ankle_qpos=qpos,
+            ankle_dof=dof,
         ),
         angles=angles,
-        lengths=sweep_lengths(model, list(ids.muscles.values()), int(joint.qposadr[0]), angles),
+        lengths=sweep_lengths(model, list(ids.muscles.values()), qpos, angles),
         load=Load.of(model, bodies, [*joints, *([SINK] if seen.own and in_contact(scenario) else [])]),
         bare_load=Load.of(bare, bodies, joints),
         side_arms=SideArms.of(spec, scenario, ids.muscles),

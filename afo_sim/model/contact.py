@@ -22,7 +22,7 @@ presses on the tip. Its pad stops toes that drag.
 import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -73,18 +73,13 @@ class Contact:
         lost = self.lost
         if lost.most <= NOTICED:
             return ()
-        return (
-            Notice(
-                "ground-force-lost",
-                f"the pads lose up to {100.0 * lost.most:.0f} % of the body weight of the recorded force at "
-                f"{100.0 * lost.phase:.0f} % of the stride, where the recorded foot leaves the floor fast: "
-                "lower {subject} to {damping:.2f} s/m",
-                subject="ground.damping",
-                lost=lost.most,
-                phase=lost.phase,
-                damping=lost.damping,
-            ),
+        text = (
+            f"the pads lose up to {100.0 * lost.most:.0f} % of the body weight of the recorded force at "
+            f"{100.0 * lost.phase:.0f} % of the stride, where the recorded foot leaves the floor fast: "
+            "lower {subject} to {damping:.2f} s/m"
         )
+        told: dict[str, Any] = {"lost": lost.most, "phase": lost.phase, "damping": lost.damping}
+        return (Notice("ground-force-lost", text, subject="ground.damping", **told),)
 
 
 @dataclass(frozen=True)
@@ -139,25 +134,18 @@ def check_sole(foot: Foot, scenario: "Scenario") -> None:
     """Refuse a sole that the pads cannot stand on."""
     heel, ball, toe = (foot.points[name][0] for name in BEARING)
     if not heel < 0.0 < ball < toe:
-        raise InputError(
-            "the sole's points do not lie heel, ankle, ball, toe from back to front",
-            file=scenario.leg.file,
-            field="ground.mode",
-            value="contact",
-        )
+        problem = "the sole's points do not lie heel, ankle, ball, toe from back to front"
+        raise InputError(problem, file=scenario.leg.file, field="ground.mode", value="contact")
     stiffness = pad_stiffness(ground_of(scenario, Size.of(scenario)), foot)
     number = scenario.timestep**2 * max(
         stiffness[name] * (np.hypot(*foot.points[name]) ** 2 / foot.inertia + 1.0 / foot.mass)
         for name in BEARING
     )
     if number > PAD_LIMIT:
-        enough = 1e3 * scenario.timestep * np.sqrt(PAD_LIMIT / number)
-        raise InputError(
-            "the floor is too stiff for this time step",
-            field="timestep",
-            value=f"{1e3 * scenario.timestep:g} ms",
-            allowed=f"at most {0.99 * enough:.2g} ms, or a softer ground.stiffness",
-        )
+        step = 1e3 * scenario.timestep
+        allowed = f"at most {0.99 * step * np.sqrt(PAD_LIMIT / number):.2g} ms, or a softer ground.stiffness"
+        problem = "the floor is too stiff for this time step"
+        raise InputError(problem, field="timestep", value=f"{step:g} ms", allowed=allowed)
 
 
 @dataclass(frozen=True)

@@ -33,23 +33,18 @@ class Design(Shown):
     @property
     def warnings(self) -> list[str]:
         """Everything that is wrong: paths through the leg, pressures beyond a limit, what building found."""
-        found: list[str] = [entry.notice for entry in _deepest(self.through)]
+        worst: dict[tuple[str, str, bool], ThroughLeg] = {}  # of the muscles of a group, the deepest
+        for path in self.through:
+            key = path.role, path.part, path.bone
+            sign = -1.0 if path.bone else 1.0  # of bone the distance is given
+            if key not in worst or sign * path.depth > sign * worst[key].depth + 1e-9:
+                worst[key] = path
+        found: list[str] = [path.notice for path in worst.values()]
         for entry in self.facts:
             found += beyond_pressure(entry.name, entry.group, float(entry.pressures[-1]))
         of_the_run = list(check_description(self.built.scenario))
         found += [warning for warning in self.built.warnings if warning not in of_the_run]
         return unique(found)
-
-
-def _deepest(through: list[ThroughLeg]) -> list[ThroughLeg]:
-    """Of the muscles of a group, the one that lies deepest in each part."""
-    worst: dict[tuple[str, str, bool], ThroughLeg] = {}
-    for entry in through:
-        key = entry.role, entry.part, entry.bone
-        sign = -1.0 if entry.bone else 1.0  # of bone the distance is given
-        if key not in worst or sign * entry.depth > sign * worst[key].depth + 1e-9:
-            worst[key] = entry
-    return list(worst.values())
 
 
 def design(source: Source, *, leg: str | None = None, pressure: float | str | None = None) -> Design:
@@ -65,9 +60,8 @@ def gauge(pressure: float | str | None) -> float | None:
         except ValueError as error:
             raise InputError(str(error), field="pressure", value=pressure) from None
     elif pressure is not None and 0.0 < pressure < LEAST_NUMBER:
-        raise InputError(
-            "is a number of Pa: was it meant in bar?", field="pressure", value=pressure, allowed='"4 bar"'
-        )
+        problem = "is a number of Pa: was it meant in bar?"
+        raise InputError(problem, field="pressure", value=pressure, allowed='"4 bar"')
     return pressure
 
 
@@ -100,7 +94,10 @@ def scenario_of(source: Source, leg: str | None = None) -> Scenario:
     table = assets.read_toml(path)
     if "orthosis" in table or "duration" in table:
         return load("scenario", str(path), sets)
-    return _around(str(path.resolve()), load("orthosis", str(path)), sets, _home(_shipped_as(path)))
+    name = path.resolve().parent.name
+    shipped = name in assets.names("orthosis") and assets.find("orthosis", name).resolve() == path.resolve()
+    home = _home(name) if shipped else SITTING
+    return _around(str(path.resolve()), load("orthosis", str(path)), sets, home)
 
 
 def _around(
@@ -109,13 +106,6 @@ def _around(
     """A scenario with an orthosis that cannot run alone; every chamber is filled for 4 s of 8."""
     timer = {"period": "8 s"} | {name: {"inlet": [["0 s", "4 s"]]} for name in orthosis.chamber}
     return load("scenario", home, {"orthosis": value, "timer": timer, **sets})
-
-
-def _shipped_as(path: pathlib.Path) -> str:
-    """Name of the shipped orthosis whose file this is, or ""."""
-    name = path.resolve().parent.name
-    shipped = name in assets.names("orthosis") and assets.find("orthosis", name).resolve() == path.resolve()
-    return name if shipped else ""
 
 
 def _home(name: str) -> str:

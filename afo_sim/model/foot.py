@@ -19,7 +19,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import GRAVITY, InputError, unknown
-from afo_sim.description import Leg, Scenario, Toes
+from afo_sim.description import Leg, Scenario
 from afo_sim.gait import Wave
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.model.mounting import add_motor
@@ -171,25 +171,22 @@ def foot_of(model: mujoco.MjModel, leg: Leg, joint: str) -> Foot:
                 allowed=f"sites {', '.join(POINTS)}, or toe for the last two",
             )
         points[name] = _plane(data.site_xpos[site] - ankle)
+    toes = None
+    if leg.toes is not None:
+        body, hinge = model.body(leg.toes.body).id, model.joint(leg.toes.joint)
+        at, turning = data.xanchor[hinge.id], int(hinge.dofadr[0])
+        toes = ToeSegment(
+            hinge=_plane(at - ankle),
+            mass=float(model.body_subtreemass[body]),
+            centre=_plane(data.subtree_com[body] - at),
+            inertia=float(full[turning, turning] - model.dof_armature[turning]),
+        )
     return Foot(
         mass=float(model.body_subtreemass[foot]),
         centre=_plane(data.subtree_com[foot] - ankle),
         inertia=float(full[dof, dof] - model.dof_armature[dof]),
         points=points,
-        toes=None if leg.toes is None else _toes(model, data, leg.toes, ankle, full),
-    )
-
-
-def _toes(
-    model: mujoco.MjModel, data: mujoco.MjData, toes: Toes, ankle: np.ndarray, full: np.ndarray
-) -> ToeSegment:
-    body, joint = model.body(toes.body).id, model.joint(toes.joint)
-    dof, hinge = int(joint.dofadr[0]), data.xanchor[joint.id]
-    return ToeSegment(
-        hinge=_plane(hinge - ankle),
-        mass=float(model.body_subtreemass[body]),
-        centre=_plane(data.subtree_com[body] - hinge),
-        inertia=float(full[dof, dof] - model.dof_armature[dof]),
+        toes=toes,
     )
 
 

@@ -57,7 +57,11 @@ class SideArms:
         """Lever arms over the table's angles [m] (n, muscles)."""
         model, data = self.model, native.scratch(self.model)
         dof = int(model.joint(INVERSION).dofadr[0])
-        place = [_place_of(model, model.tendon(name).id, dof) for name in self.names]
+        place = []  # in `ten_J`, of each tendon's derivative by the inversion
+        for tendon in (model.tendon(name).id for name in self.names):
+            start = int(model.ten_J_rowadr[tendon])
+            columns = model.ten_J_colind[start : start + model.ten_J_rownnz[tendon]]
+            place.append(start + list(columns).index(dof))
         at = int(model.joint(ANKLE).qposadr[0])
         found = np.empty((len(self._grid), len(place)))
         for k, angle in enumerate(self._grid):
@@ -67,12 +71,6 @@ class SideArms:
             mujoco.mj_tendon(model, data)
             found[k] = data.ten_J[place]
         return 0.0 - found
-
-
-def _place_of(model: mujoco.MjModel, tendon: int, dof: int) -> int:
-    """Where in `ten_J` a tendon's derivative by a degree of freedom stands."""
-    start = int(model.ten_J_rowadr[tendon])
-    return start + list(model.ten_J_colind[start : start + model.ten_J_rownnz[tendon]]).index(dof)
 
 
 def _off_the_midline(group: MuscleGroup) -> bool:

@@ -14,14 +14,12 @@ from afo_sim import native
 from afo_sim.common import InputError, check_regular, check_text, plausible, read_bytes, read_text, unknown
 from afo_sim.description import JOINTS, WORN, Leg, Scenario
 from afo_sim.model.foot import hinge_toes, spring_toes
-from afo_sim.model.mirror import leg_mirrored, mirror, orthosis_mirrored
+from afo_sim.model.mirror import mirror, orthosis_mirrored
 from afo_sim.model.mounting import ANKLE
 from afo_sim.model.outsole import add_outsole, add_shoe
 from afo_sim.model.person import Size
 
-REFERS = re.compile(
-    rb"<(include|model)\s"
-)  # other files in a model file: a change of theirs is not seen in it
+REFERS = re.compile(rb"<(include|model)\s")  # to other files, whose changes are not seen in this one
 IMPEDANCE = 0.9999  # the most that MuJoCo's constraint impedance can be
 MOST_JOINTS = 8  # that an error names
 RIGHTWARD = np.array([0.0, -1.0, 0.0])  # axis about which toe up is positive
@@ -36,7 +34,7 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
         raise InputError(f"MuJoCo cannot read it: {error}", file=leg.file) from None
     spec.compiler.fusestatic = False  # a URDF's fixed root would lose its mass
     _keep_inertia_to_itself(spec)
-    if leg_mirrored(scenario):
+    if scenario.simulated_side != leg.side:
         _mirror(spec, leg.file, "leg.file")
     for kind, name, existing in (
         ("shank", leg.shank, spec.bodies),
@@ -45,9 +43,8 @@ def leg_spec(scenario: Scenario, size: Size) -> mujoco.MjSpec:
     ):
         names = [element.name for element in existing if element.name]
         if name not in names:
-            raise unknown(
-                name, names, file=leg.file, field=f"leg.{kind}", problem="the leg has no such body or joint"
-            )
+            problem = "the leg has no such body or joint"
+            raise unknown(name, names, file=leg.file, field=f"leg.{kind}", problem=problem)
     ankle = spec.joint(leg.ankle)
     if ankle.type != mujoco.mjtJoint.mjJNT_HINGE:
         raise InputError(f"the {leg.joint} is not a hinge", file=leg.file, field="leg.ankle", value=leg.ankle)
@@ -210,11 +207,8 @@ def rigid_part(file: pathlib.Path, name: str, mirrored: bool) -> mujoco.MjsBody:
         raise InputError(problem, file=file, field=f"orthosis.{name}") from None
     world = part.worldbody
     if len(world.bodies) != 1 or world.geoms or part.joints:
-        raise InputError(
-            "is not one rigid part",
-            file=file,
-            allowed="exactly one body below the world, with all geoms inside it, and no joints",
-        )
+        allowed = "exactly one body below the world, with all geoms inside it, and no joints"
+        raise InputError("is not one rigid part", file=file, allowed=allowed)
     if mirrored:
         _mirror(part, file, f"orthosis.{name}")
     body = world.first_body()

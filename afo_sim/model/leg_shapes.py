@@ -97,24 +97,20 @@ def leg_shapes(built: Built) -> LegShapes:
 def leg_geoms(model: mujoco.MjModel, built: Built) -> dict[int, str]:
     """Shapes of shank, foot and what hangs on it, without orthosis and shoe: {geom: "shank", "foot" …}."""
     leg = built.scenario.leg
-    above, below = JOINTS[leg.joint].above, JOINTS[leg.joint].below
+    above, below, foot = JOINTS[leg.joint].above, JOINTS[leg.joint].below, model.body(leg.foot).id
     found = {}
     for geom in range(model.ngeom):
         body = model.body(model.geom_bodyid[geom]).name
         worn = model.geom(geom).name.startswith(f"{SHOE}_") or body.startswith(ADDED)
         if worn or model.geom_type[geom] in FLAT:
             continue
-        if body == leg.shank or body == leg.foot or _hangs_on(model, geom, leg.foot):
-            part = {leg.shank: above, leg.foot: below}.get(body, body or below)
+        part = {leg.shank: above, leg.foot: below}.get(body, body or below)
+        up = int(model.geom_bodyid[geom])
+        while up > 0 and up != foot:  # up to what it hangs on
+            up = int(model.body_parentid[up])
+        if body == leg.shank or up == foot:
             found[geom] = part
     return found
-
-
-def _hangs_on(model: mujoco.MjModel, geom: int, foot: str) -> bool:
-    body, above = int(model.geom_bodyid[geom]), model.body(foot).id
-    while body > 0 and body != above:
-        body = int(model.body_parentid[body])
-    return body == above
 
 
 def _knee_height(shapes: LegShapes, above: str = "shank") -> float:
@@ -226,21 +222,27 @@ def through_leg(built: Built, shapes: LegShapes | None = None) -> list[ThroughLe
             length = along(corners)[-1]
             way = np.linspace(0.0, length, max(int(length / POINT_SPACING), 2) + 1)
             points = at_lengths(corners, way)
-            for found in [
-                *_in_parts(shapes, muscle, float(angle), points, way),
-                *_in_bone(shapes, muscle, float(angle), points, way, top, above),
-            ]:
-                key = found.muscle, found.part, found.bone
-                deeper = found.depth < worst[key].depth if found.bone and key in worst else True
-                if key not in worst or (deeper if found.bone else found.depth > worst[key].depth):
-                    worst[key] = found
+            found = [(*deep, False) for deep in _in_parts(shapes, points, way)]
+            if (near := _in_bone(shapes, points, top)) is not None:
+                found.append((above, *near, True))
+            for part, depth, at, bone in found:
+                key = muscle, part, bone
+                # of bone the distance is given
+                if key in worst and (depth >= worst[key].depth if bone else depth <= worst[key].depth):
+                    continue
+                # the end that would take the path out by the shorter way: the nearer one
+                share = 1.0 - way[at] / way[-1]
+                end, lever = ("origin", share) if share >= 0.5 else ("insertion", 1.0 - share)
+                ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]
+                forward = 1.0 if float(points[:, 0].mean() - ankle[0]) >= 0.0 else -1.0
+                x, y, z = map(float, points[at])
+                move = forward * (BONE - depth if bone else depth) / lever
+                worst[key] = ThroughLeg(muscle, part, float(angle), depth, (x, y, z), bone, end, move)
     return list(worst.values())
 
 
-def _in_parts(
-    shapes: LegShapes, muscle: str, angle: float, points: np.ndarray, way: np.ndarray
-) -> list[ThroughLeg]:
-    """The deepest point in each part, where it is deeper than DEEP."""
+def _in_parts(shapes: LegShapes, points: np.ndarray, way: np.ndarray) -> list[tuple[str, float, int]]:
+    """(part, depth, place) of the deepest point in each part, where it is deeper than DEEP."""
     depth: dict[str, np.ndarray] = {}
     for geom, part in shapes.geoms.items():
         own = shapes.depths(geom, points)
@@ -248,44 +250,15 @@ def _in_parts(
             if own[end] > 0.0:
                 own = np.where(beside, -1.0, own)
         depth[part] = np.maximum(depth.get(part, own), own)
-    return [
-        _found(shapes, muscle, part, angle, float(own.max()), points, way, int(own.argmax()), False)
-        for part, own in depth.items()
-        if own.max() > DEEP
-    ]
+    return [(part, float(own.max()), int(own.argmax())) for part, own in depth.items() if own.max() > DEEP]
 
 
-def _in_bone(
-    shapes: LegShapes, muscle: str, angle: float, points: np.ndarray, way: np.ndarray, top: float, above: str
-) -> list[ThroughLeg]:
-    """The point nearest to the line from the ankle up to the knee, where it is nearer than BONE."""
+def _in_bone(shapes: LegShapes, points: np.ndarray, top: float) -> tuple[float, int] | None:
+    """(distance, place) of the point nearest to the line from ankle to knee, where it is nearer than BONE."""
     ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]
     shank = shapes.model.jnt_bodyid[shapes.model.joint(ANKLE).id]
     up = shapes.data.xmat[shapes.model.body_parentid[shank]].reshape(3, 3)[:, 2]
     height = np.clip((points - ankle) @ up, 0.0, max(top, 0.0))
     away = np.linalg.norm(points - ankle - height[:, None] * up, axis=1)
     nearest = int(away.argmin())
-    if away[nearest] >= BONE:
-        return []
-    return [_found(shapes, muscle, above, angle, float(away[nearest]), points, way, nearest, True)]
-
-
-def _found(
-    shapes: LegShapes,
-    muscle: str,
-    part: str,
-    angle: float,
-    depth: float,
-    points: np.ndarray,
-    way: np.ndarray,
-    at: int,
-    bone: bool,
-) -> ThroughLeg:
-    """With the end that would take the path out by the shorter way: the nearer one."""
-    share = 1.0 - way[at] / way[-1]
-    end, lever = ("origin", share) if share >= 0.5 else ("insertion", 1.0 - share)
-    ankle = shapes.data.xanchor[shapes.model.joint(ANKLE).id]
-    forward = 1.0 if float(points[:, 0].mean() - ankle[0]) >= 0.0 else -1.0
-    out = BONE - depth if bone else depth
-    x, y, z = map(float, points[at])
-    return ThroughLeg(muscle, part, angle, depth, (x, y, z), bone, end, forward * out / lever)
+    return (float(away[nearest]), nearest) if away[nearest] < BONE else None

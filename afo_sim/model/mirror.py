@@ -22,11 +22,6 @@ FULL_INERTIA = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])  # xx, yy, zz, xy, xz,
 CAMERA = np.array([0.0, 0.0, 0.0, 1.0])  # a mirrored camera's picture is upright again half a turn on
 
 
-def leg_mirrored(scenario: Scenario) -> bool:
-    """Whether the leg is simulated on the other side than its file has it."""
-    return scenario.simulated_side != scenario.leg.side
-
-
 def orthosis_mirrored(scenario: Scenario) -> bool:
     """Whether the orthosis is simulated on the other side than it is described for."""
     return scenario.simulated_side != scenario.orthosis.side

@@ -1,6 +1,6 @@
 """Names of muscles, chambers and valves, their ids in the model, and its paths swept over the ankle."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -11,23 +11,14 @@ from afo_sim.description import MuscleGroup, Orthosis
 ANKLE = "ankle"
 
 
-@dataclass(frozen=True)
-class Index:
+@dataclass(frozen=True, kw_only=True)
+class Index(native.CircuitIds):
     """Actuator ids and joint addresses by name, in the order they are recorded."""
 
-    muscles: dict[str, int]
-    chambers: dict[str, int]
-    valves: dict[str, int]
-    frictions: dict[str, int]
-    anchors: dict[str, tuple[int, int]]  # (network, number in it)
     passive: int
     walking: dict[str, int]
     ankle_qpos: int
     ankle_dof: int
-    drives: dict[str, int] = field(default_factory=dict)  # by chamber
-    volumes: dict[str, int] = field(default_factory=dict)
-    stores: dict[str, int] = field(default_factory=dict)
-    restrictions: dict[str, int] = field(default_factory=dict)  # those without a coil
 
 
 def muscle_names(orthosis: Orthosis) -> dict[str, MuscleGroup]:

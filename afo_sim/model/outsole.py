@@ -101,25 +101,19 @@ RUBBER, LEATHER = (0.13, 0.13, 0.15, 1.0), (0.24, 0.30, 0.42, 1.0)
 
 def add_shoe(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
     """Put the worn shoe on the foot; of an orthosis with an outsole of its own only the toe is drawn."""
-    outsole, shoe = worn(scenario), worn(scenario) is scenario.shoe
+    outsole, shoe = worn(scenario), None if scenario.orthosis.outsole else scenario.shoe
     if outsole is None:
         return
-    if shoe:
-        _add_body(spec, scenario, taller)
+    if shoe is not None:
+        body = spec.body(scenario.leg.foot).add_body(name=SHOE, pos=spec.joint("ankle").pos)
+        body.explicitinertial = True
+        body.mass = shoe.mass
+        body.ipos = [taller * shoe.centre[0], 0.0, taller * shoe.centre[1]]
+        body.inertia = np.array([SLENDER, 1.0, 1.0]) * shoe.inertia * taller**2
     if places := _places_of(spec, scenario, taller):
-        if shoe:
-            _draw_foot_part(spec, outsole, places, taller)
+        if shoe is not None:
+            _draw_foot_part(spec, shoe, places, taller)
         _draw_toe_part(spec, scenario, outsole, places, taller)
-
-
-def _add_body(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
-    shoe, foot, ankle = scenario.shoe, spec.body(scenario.leg.foot), spec.joint("ankle")
-    assert shoe is not None
-    body = foot.add_body(name=SHOE, pos=ankle.pos)
-    body.explicitinertial = True
-    body.mass = shoe.mass
-    body.ipos = [taller * shoe.centre[0], 0.0, taller * shoe.centre[1]]
-    body.inertia = np.array([SLENDER, 1.0, 1.0]) * shoe.inertia * taller**2
 
 
 def _draw_foot_part(spec: mujoco.MjSpec, shoe: Outsole, places: Places, taller: float) -> None:

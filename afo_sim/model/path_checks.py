@@ -6,7 +6,6 @@ braid locks, or whose path jumps through a surface. Of others that are doubtful 
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -112,7 +111,7 @@ def check_stretch(
                 f"{name} is mounted too taut: at {angle:.0f} deg, within the range of motion, its braid "
                 f"would be stretched by {-100 * least:.1f} %, and it locks at {-100 * lock:.1f} %"
             )
-            would_do = path_contraction(group, orthosis, group.type.limits.contraction_min)
+            would_do = path_contraction(group, orthosis)(group.type.limits.contraction_min)
             raise _too_taut(problem, orthosis.name, role, group, would_do - path)
         if name.endswith("_1"):  # its neighbours say the same
             warnings += _beyond_limits(role, group, least, float(contraction[:, column].max()), angle)
@@ -125,28 +124,22 @@ def _beyond_limits(
     """Warnings of least and most contraction ratios beyond a muscle's limits; the least at an angle [deg]."""
     limits, length = group.type.limits, group.type.nominal_length
     if least < limits.contraction_min:
-        yield Notice(
-            "muscle-stretched",
+        text = (
             "{subject} muscles are stretched to a contraction of {contraction:.3f} at {angle:.0f} deg, "
-            "beyond their limit of {limit:g}",
-            subject=role,
-            contraction=least,
-            angle=angle,
-            limit=limits.contraction_min,
+            "beyond their limit of {limit:g}"
         )
+        limit = limits.contraction_min
+        yield Notice("muscle-stretched", text, subject=role, contraction=least, angle=angle, limit=limit)
     if most <= limits.contraction_max:
         return
     travel, shortest = (most - least) * length, limits.contraction_max * length
     if travel > shortest:
-        yield Notice(
-            "muscle-too-short",
+        text = (
             "{subject} muscles cannot follow the whole range of motion: it takes up "
             f"{100.0 * travel:.1f} cm, they shorten by {100.0 * shortest:.1f} cm at most; a longer muscle, a "
-            "shorter moment arm or a narrower range_of_motion would do",
-            subject=role,
-            travel=travel,
-            shortening=shortest,
+            "shorter moment arm or a narrower range_of_motion would do"
         )
+        yield Notice("muscle-too-short", text, subject=role, travel=travel, shortening=shortest)
     else:
         yield Notice(
             "muscle-too-slack",
@@ -179,13 +172,8 @@ def _too_taut(problem: str, file: str, role: str, group: MuscleGroup, missing: f
     )
 
 
-def path_contraction(group: MuscleGroup, orthosis: Orthosis, kappa: float) -> float:
-    """Contraction ratio of the path [-] that stretches a muscle without air to its own `kappa` [-]."""
-    return _path_contraction(group, orthosis)(kappa)
-
-
-def _path_contraction(group: MuscleGroup, orthosis: Orthosis) -> Callable[[float], float]:
-    """`path_contraction` as a function of the own contraction."""
+def path_contraction(group: MuscleGroup, orthosis: Orthosis) -> Callable[[float], float]:
+    """Contraction ratio of the path [-] that stretches a muscle without air to its own [-]."""
     anchors = tuple(orthosis.anchor.values()) if group.pulley is None else ()
     bare, cable, length = at_rest(group.type), group.cable.stiffness, group.type.nominal_length
 
@@ -201,7 +189,7 @@ def _own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> flo
     """Contraction ratio of a muscle without air, where that of its path is `path` [-]."""
     if path >= 0.0:
         return path
-    of = _path_contraction(group, orthosis)
+    of = path_contraction(group, orthosis)
 
     def too_long(kappa: float) -> float:
         return of(kappa) - path
@@ -213,12 +201,8 @@ def _own_contraction(group: MuscleGroup, orthosis: Orthosis, path: float) -> flo
     return root(too_long, path, 0.0)
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """A surface of one muscle at one ankle angle."""
-
-    inside: float | None
-    normal: np.ndarray
+# Of a surface of one muscle at one ankle angle: how far inside it a neighbouring point is, and its normal
+_Seen = tuple[float | None, np.ndarray]
 
 
 def check_guides(orthosis: Orthosis, stops: tuple[float, float]) -> list[Notice]:
@@ -264,38 +248,34 @@ def _surface(
                 allowed="a surface further to one side, a smaller radius, a point of the path before or "
                 "behind it, or a narrower range_of_motion",
             )
-        touched = touched or any(np.linalg.norm(s.normal) > TOUCHING for s in seen)
+        touched = touched or any(np.linalg.norm(normal) > TOUCHING for _, normal in seen)
     for angles in beyond:
         problem = _problem(angles, _over(paths, f"{name}_1", number, angles))
         if problem:
-            yield Notice(
-                f"path-jumps-{'below' if angles[-1] < within[0] else 'above'}-range",
-                "{subject}: {problem}; forces beyond that angle are wrong",
-                subject=f"{name}, path[{number}]",
-                problem=problem,
-            )
+            code = f"path-jumps-{'below' if angles[-1] < within[0] else 'above'}-range"
+            text = "{subject}: {problem}; forces beyond that angle are wrong"
+            yield Notice(code, text, subject=f"{name}, path[{number}]", problem=problem)
     if not touched:
-        yield Notice(
-            "surface-not-touched",
+        text = (
             f"{name} touches the surface path[{number}] nowhere in the range of motion: it acts as if it "
-            "were not there",
-            subject=f"{name}, path[{number}]",
+            "were not there"
         )
+        yield Notice("surface-not-touched", text, subject=f"{name}, path[{number}]")
 
 
 def _problem(angles: np.ndarray, seen: list[_Seen]) -> str:
     """What is wrong with a surface over successive angles, with the first angle; "" for nothing."""
     last: np.ndarray | None = None
-    for angle, now in zip(np.degrees(angles), seen, strict=True):
-        if now.inside is not None:
+    for angle, (inside, normal) in zip(np.degrees(angles), seen, strict=True):
+        if inside is not None:
             return (
-                f"at {angle:.0f} deg a neighbouring point of the path is {100.0 * now.inside:.2g} cm from "
+                f"at {angle:.0f} deg a neighbouring point of the path is {100.0 * inside:.2g} cm from "
                 "its middle, inside it, and the path would run through it"
             )
-        if np.linalg.norm(now.normal) > TOUCHING:
-            if last is not None and last @ now.normal < 0.0:
+        if np.linalg.norm(normal) > TOUCHING:
+            if last is not None and last @ normal < 0.0:
                 return f"at {angle:.0f} deg the path would jump through it to its other side"
-            last = now.normal
+            last = normal
     return ""
 
 
@@ -306,7 +286,7 @@ def _over(paths: Paths, muscle: str, point: int, angles: np.ndarray) -> list[_Se
     entries = slice(int(model.tendon_adr[tendon]), int(model.tendon_adr[tendon] + model.tendon_num[tendon]))
     types, ids = model.wrap_type[entries], model.wrap_objid[entries]
     at = next(k for k in range(len(ids)) if ids[k] == number and types[k] != mujoco.mjtWrap.mjWRAP_SITE)
-    found = []
+    found: list[_Seen] = []
     for angle in angles:
         data.qpos[0] = angle
         mujoco.mj_fwdPosition(model, data)
@@ -319,7 +299,7 @@ def _over(paths: Paths, muscle: str, point: int, angles: np.ndarray) -> list[_Se
         route = route_of(model, data, tendon)
         on = (route.points[route.surfaces == number] - centre) @ turn * flat / model.geom_size[number, 0]
         inside = min(away) if min(away) <= model.geom_size[number, 0] else None
-        found.append(_Seen(inside, np.cross(*on) if len(on) == 2 else np.zeros(3)))
+        found.append((inside, np.cross(*on) if len(on) == 2 else np.zeros(3)))
     return found
 
 
@@ -345,13 +325,11 @@ def _muscle_that_bends(name: str, group: MuscleGroup, paths: Paths, angles: np.n
         mujoco.mj_fwdPosition(paths.model, data)
         points = route_of(paths.model, data, paths.tendons[f"{name}_1"]).points
         straight = min(straight, float(np.linalg.norm(points[1] - points[0])))
-    if straight < group.type.total_length:
-        yield Notice(
-            "muscle-bends",
-            f"{{subject}}: the muscle, {100.0 * group.type.total_length:.3g} cm long, does not fit on the "
+    length = group.type.total_length
+    if straight < length:
+        text = (
+            f"{{subject}}: the muscle, {100.0 * length:.3g} cm long, does not fit on the "
             f"{100.0 * straight:.3g} cm between its origin and the first guide; it is computed as if only "
-            "its cable bent",
-            subject=name,
-            length=group.type.total_length,
-            straight=straight,
+            "its cable bent"
         )
+        yield Notice("muscle-bends", text, subject=name, length=length, straight=straight)

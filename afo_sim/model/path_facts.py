@@ -11,14 +11,9 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.common import InputError, Shown
-from afo_sim.description import Muscle, MuscleGroup
+from afo_sim.description import MuscleGroup
 from afo_sim.model.build import Built
-from afo_sim.model.mounting import (
-    chamber_of,
-    muscle_names,
-    sweep_ankle,
-    sweep_lengths,
-)
+from afo_sim.model.mounting import chamber_of, muscle_names, sweep_ankle, sweep_lengths
 from afo_sim.model.path_checks import path_contraction
 from afo_sim.physics import root
 
@@ -152,15 +147,24 @@ def _facts(
     force: np.ndarray,
 ) -> PathFacts:
     """Facts of alike muscles; contraction of path and muscle, moment arm and force are those of one."""
-    kind, orthosis, exact = group.type, built.scenario.orthosis, _path_of(built, muscles[0])
-    natural = np.array([_natural(kind, float(p)) for p in pressures])
+    kind, orthosis, model, index = group.type, built.scenario.orthosis, built.model, built.index
+    # at which it hangs freely
+    natural = np.array(
+        [float(kind.contraction(p, force=0.0)) if p > 0.0 else 0.0 for p in pressures.tolist()]
+    )
+    row = model.actuator_user[index.muscles[muscles[0]]]
+    nominal, series = row[native.MUSCLE_NOMINAL_LENGTH], row[native.MUSCLE_SERIES_LENGTH]
     hardware = kind.end_length if group.pulley is not None else group.series_length
+
+    def exact(angle: float) -> float:
+        lengths = sweep_lengths(model, [index.muscles[muscles[0]]], index.ankle_qpos, np.array([angle]))
+        return float((nominal + series - lengths[0, 0]) / nominal)
 
     def above(level: float) -> tuple[Span, ...]:
         return spans_above(angles, path - level, lambda angle: exact(angle) - level)
 
     def below(kappa: float) -> tuple[Span, ...]:
-        level = path_contraction(group, orthosis, kappa)
+        level = path_contraction(group, orthosis)(kappa)
         return spans_above(angles, -(path - level), lambda angle: -(exact(angle) - level))
 
     return PathFacts(
@@ -182,24 +186,6 @@ def _facts(
         stretched=below(kind.limits.contraction_min),
         short=above(kind.limits.contraction_max),
     )
-
-
-def _natural(kind: Muscle, pressure: float) -> float:
-    """Contraction ratio at which a muscle hangs freely at a gauge pressure [Pa]; without air it is 0."""
-    return float(kind.contraction(pressure, force=0.0)) if pressure > 0.0 else 0.0
-
-
-def _path_of(built: Built, muscle: str) -> Callable[[float], float]:
-    """Contraction ratio of a muscle's path as a function of the ankle's angle [rad]."""
-    model, index = built.model, built.index
-    row = model.actuator_user[index.muscles[muscle]]
-    own, series = row[native.MUSCLE_NOMINAL_LENGTH], row[native.MUSCLE_SERIES_LENGTH]
-
-    def of(angle: float) -> float:
-        lengths = sweep_lengths(model, [index.muscles[muscle]], index.ankle_qpos, np.array([angle]))
-        return float((own + series - lengths[0, 0]) / own)
-
-    return of
 
 
 def _alike(

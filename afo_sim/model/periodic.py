@@ -62,16 +62,12 @@ def unseen_drift(scenario: Scenario) -> Notice | None:
     if scenario.duration * share >= stride * (1.0 - WHOLE):
         return None
     seen = scenario.duration * share / stride
-    return Notice(
-        "timer-drifts",
+    text = (
         f"the {{subject}} drifts by {100.0 * share:.2g} % of its period in each stride: this run sees "
         f"{100.0 * seen:.2g} % of the way round, and verdict and numbers are of that part alone; "
-        "a duration of {enough:.0f} s sees all of it",
-        subject="timer",
-        drift=share,
-        seen=seen,
-        enough=stride / share,
+        "a duration of {enough:.0f} s sees all of it"
     )
+    return Notice("timer-drifts", text, subject="timer", drift=share, seen=seen, enough=stride / share)
 
 
 def steps_of_stride(scenario: Scenario) -> int:

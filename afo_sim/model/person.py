@@ -182,28 +182,21 @@ def with_person(scenario: Scenario) -> Scenario:
     patient, gait = scenario.patient, scenario.gait
     if patient is None or gait is None:
         return scenario
-    walker = walker_of(scenario)
-    person = person_of(scenario)
+    recorded = f"of the recorded walker, gait {pathlib.Path(gait.cycle).name}"
+    sources = dict(patient.provenance)
+    if patient.body_mass is None:
+        sources["body_mass"] = Provenance(kind="derived", source=recorded)
+    if patient.body_height is None and recorded_stride(gait).body_height is not None:
+        sources["body_height"] = Provenance(kind="derived", source=recorded)
+    elif patient.body_height is None:
+        source = "of the leg's body: the recorded walker's is not known"
+        sources["body_height"] = Provenance(kind="assumed", source=source)
+    person, walker = person_of(scenario), walker_of(scenario)
     stated: dict[str, object] = {"body_mass": person.body_mass, "body_height": person.body_height}
-    stated["provenance"] = patient.provenance | _sources(scenario)
+    stated["provenance"] = sources
     # a copy is not checked again: a gait file's mass is checked where it is read
     told = {"patient": patient.model_copy(update=stated), "gait": gait.model_copy(update={"walker": walker})}
     return scenario.model_copy(update=told | {"ground": scenario.ground or USUAL_GROUND})
-
-
-def _sources(scenario: Scenario) -> dict[str, Provenance]:
-    """Sources of the mass and height that the patient does not state."""
-    patient, gait = scenario.patient, scenario.gait
-    assert patient is not None and gait is not None
-    walker, found = f"of the recorded walker, gait {pathlib.Path(gait.cycle).name}", {}
-    if patient.body_mass is None:
-        found["body_mass"] = Provenance(kind="derived", source=walker)
-    if patient.body_height is None and recorded_stride(gait).body_height is not None:
-        found["body_height"] = Provenance(kind="derived", source=walker)
-    elif patient.body_height is None:
-        source = "of the leg's body: the recorded walker's is not known"
-        found["body_height"] = Provenance(kind="assumed", source=source)
-    return found
 
 
 @dataclass(frozen=True)

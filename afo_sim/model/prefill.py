@@ -22,9 +22,9 @@ from afo_sim.description.orthosis import Chamber
 from afo_sim.model.air_path import SOURCE
 from afo_sim.model.build import Built
 from afo_sim.model.periodic import beyond_chambers
+from afo_sim.model.supply_and_timer import OFF
 from afo_sim.physics import laminar_slope, sigma_rate, valve_flow
 
-OFF = -1.0  # input of a drive that leaves its valves to their own inputs
 LOOK = 0.064  # between two looks at whether a network is full [s]
 
 

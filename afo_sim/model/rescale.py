@@ -192,20 +192,12 @@ def fits(orthosis: Orthosis) -> Mapping[str, Fit]:
         length = group.type.nominal_length
         left = 1.0 - (lengths[:, own].mean(axis=1) - group.series_length) / length
         over = 1.0 - (far[:, own].mean(axis=1) - group.series_length) / length
-        found[name] = Fit(
-            float(arms[0, own].mean()), (float(left.min()), float(left.max())), _crossing(wide, over)
-        )
+        taut, crossings = math.nan, np.flatnonzero(np.diff(np.signbit(over)))
+        if len(crossings):  # the one nearest to zero
+            k = crossings[np.argmin(np.abs(wide[crossings]))]
+            taut = float(wide[k] + over[k] / (over[k] - over[k + 1]) * (wide[k + 1] - wide[k]))
+        found[name] = Fit(float(arms[0, own].mean()), (float(left.min()), float(left.max())), taut)
     return found
-
-
-def _crossing(angles: np.ndarray, values: np.ndarray) -> float:
-    """The angle nearest to zero at which values change their sign; NaN where they do not."""
-    at = np.flatnonzero(np.diff(np.signbit(values)))
-    if not len(at):
-        return math.nan
-    k = at[np.argmin(np.abs(angles[at]))]
-    share = values[k] / (values[k] - values[k + 1])
-    return float(angles[k] + share * (angles[k + 1] - angles[k]))
 
 
 def write_rescaled(
@@ -223,7 +215,11 @@ def write_rescaled(
     former = re.compile(r"\bfrom_ankle(?=,|['\"]?\s*=)")  # a key, in a comment too
     before = former.sub("from_joint", file.read_text(encoding="utf-8"))
     document = tomlkit.parse(without_digests(before))
-    _write_numbers(document, found, by)
+    if by.shank != 1.0 or by.foot != 1.0:
+        text = str(document.get("description", "")).strip()
+        document["description"] = f"{text}; refitted{f': {by.words}' if by.words else ''}".lstrip("; ")
+        for name, group in found.anchored.items():
+            _write_group(document["muscle"][name], group, by)
     check_writable(folder)
     with together(folder) as scratch:
         _carry(document, file, folder, scratch)
@@ -234,18 +230,8 @@ def write_rescaled(
     return found
 
 
-def _write_numbers(document: Any, orthosis: Orthosis, by: Ratio) -> None:
-    """Put the changed numbers into the text."""
-    if by.shank == by.foot == 1.0:
-        return
-    before = str(document.get("description", "")).strip()
-    document["description"] = f"{before}; refitted{f': {by.words}' if by.words else ''}".lstrip("; ")
-    for name, group in orthosis.anchored.items():
-        table = document["muscle"][name]
-        _write_group(table, group, by)
-
-
 def _write_group(table: Any, group: MuscleGroup, by: Ratio) -> None:
+    """Put a group's changed numbers into the text."""
     assert group.origin is not None and group.insertion is not None and group.link_length is not None
     places: list[tuple[Any, Anchor | PathPoint]] = [
         (table["origin"], group.origin),

@@ -13,10 +13,10 @@ from afo_sim.common import (
     Notice,
     in_unit,
 )
-from afo_sim.description import Muscle, Orthosis, Scenario
+from afo_sim.description import Orthosis, Scenario
 from afo_sim.model.air_checks import check_drives
 from afo_sim.model.air_path import least_volume
-from afo_sim.model.mounting import Index, muscle_names, sweep_ankle
+from afo_sim.model.mounting import Index, sweep_ankle
 from afo_sim.physics import FRICTIONS, laminar_slope
 
 # Of rate × time step of a chamber's air. Measured on S1's muscles at 1 and 2 ms against 20 µs, filled and
@@ -33,9 +33,13 @@ def check_stability(
     model: mujoco.MjModel, index: Index, circuit: native.Circuit, scenario: Scenario
 ) -> tuple[dict[str, float], list[str]]:
     """Rate × time step of the air and of friction; refuse or warn where the step is too long."""
-    friction = _friction_number(model, index, scenario)
+    orthosis, friction = scenario.orthosis, 0.0
+    falling = falling_frictions(orthosis, scenario.supply.pressure)
+    if falling.any():  # the largest over the range of motion
+        _, arm, inertia = sweep_ankle(model, index, np.linspace(*orthosis.range_of_motion, 9))
+        friction = float(np.max(scenario.timestep * (arm**2 @ falling) / inertia))
     check_friction(friction, scenario.timestep)
-    air, warnings = check_air(scenario.orthosis, scenario.timestep)
+    air, warnings = check_air(orthosis, scenario.timestep)
     warnings += check_volumes(circuit, scenario.timestep)
     drives, of_drives = check_drives(scenario)
     return {"air": air, "friction": friction} | drives, [*warnings, *of_drives]
@@ -62,17 +66,12 @@ def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
         air = max(air, step * rate)
         if step * rate > AIR_ACCURATE:
             enough = AIR_ACCURATE / rate
-            warnings.append(
-                Notice(
-                    "air-coarse",
-                    "the air of chamber {subject!r} is coarse at this time step (number {number:.3g}): while "
-                    "it fills or vents, pressures may be off by 1 to 3 % of the supply's, moments by 1 to "
-                    f"5 %; {in_unit(enough, 's', 'ms'):.2g} ms would do",
-                    subject=name,
-                    number=step * rate,
-                    enough=enough,
-                )
+            text = (
+                "the air of chamber {subject!r} is coarse at this time step (number {number:.3g}): while "
+                "it fills or vents, pressures may be off by 1 to 3 % of the supply's, moments by 1 to "
+                f"5 %; {in_unit(enough, 's', 'ms'):.2g} ms would do"
             )
+            warnings.append(Notice("air-coarse", text, subject=name, number=step * rate, enough=enough))
     return air, warnings
 
 
@@ -95,42 +94,28 @@ def check_volumes(circuit: native.Circuit, step: float) -> list[Notice]:
         number = step * stiff * slopes[volume.name] / volume.volume
         if number > RIGID_ACCURATE:
             least = volume.volume * number / RIGID_ACCURATE
-            warnings.append(
-                Notice(
-                    "volume-too-fast",
-                    f"the air of {{subject!r}}, {1e6 * volume.volume:.2g} ml, is too fast at this time step "
-                    "(number {number:.3g}): its pressure may be off by several per cent, its temperature by "
-                    f"tens of K; {1e6 * least:.2g} ml would do, or a smaller valve",
-                    subject=volume.name,
-                    number=number,
-                    least=least,
-                )
+            text = (
+                f"the air of {{subject!r}}, {1e6 * volume.volume:.2g} ml, is too fast at this time step "
+                "(number {number:.3g}): its pressure may be off by several per cent, its temperature by "
+                f"tens of K; {1e6 * least:.2g} ml would do, or a smaller valve"
             )
+            warnings.append(Notice("volume-too-fast", text, subject=volume.name, number=number, least=least))
     return warnings
 
 
-def _friction_number(model: mujoco.MjModel, index: Index, scenario: Scenario) -> float:
-    """Rate × time step of friction that falls with speed, the largest over the range of motion."""
-    orthosis, pressure = scenario.orthosis, scenario.supply.pressure
-    falling = falling_frictions(orthosis, pressure)
-    if not falling.any():
-        return 0.0
-    _, arm, inertia = sweep_ankle(model, index, np.linspace(*orthosis.range_of_motion, 9))
-    return float(np.max(scenario.timestep * (arm**2 @ falling) / inertia))
-
-
 def falling_frictions(orthosis: Orthosis, pressure: float) -> np.ndarray:
-    """The steepest fall of every single muscle's friction with its speed at a gauge pressure [N·s/m]."""
-    of_group = {name: _falling_friction(g.type, pressure) for name, g in orthosis.muscle.items()}
-    return np.array([of_group[name.rsplit("_", 1)[0]] for name in muscle_names(orthosis)])
+    """The steepest fall of every single muscle's friction with its speed at a gauge pressure [N·s/m].
 
-
-def _falling_friction(muscle: Muscle, pressure: float) -> float:
-    """The steepest fall of a muscle's friction with its speed [N·s/m]: damping of the wrong sign."""
-    if muscle.friction not in FRICTIONS:
-        return 0.0
-    parameters = muscle.frictions[muscle.friction].parameters
-    return FRICTIONS[muscle.friction].steepest_fall(muscle.braid, parameters, pressure)
+    It is damping of the wrong sign.
+    """
+    found: list[float] = []
+    for group in orthosis.muscle.values():
+        muscle, fall = group.type, 0.0
+        if muscle.friction in FRICTIONS:
+            parameters = muscle.frictions[muscle.friction].parameters
+            fall = FRICTIONS[muscle.friction].steepest_fall(muscle.braid, parameters, pressure)
+        found += [fall] * group.count
+    return np.array(found)
 
 
 def _too_long(reason: str, step: float, enough: float) -> InputError:

@@ -281,14 +281,6 @@ def _fitted(stride: GaitCycle, stands: _Stands) -> Placed:
     return placed
 
 
-def _laid(placed: Placed, foot: Foot, resting: Resting | None, offset: float) -> Placed:
-    """A fitted stride whose sole is on the floor in stance; `offset` is added to the ankle angle [rad]."""
-    cycle, wave = placed.cycle, Wave.at(placed.cycle.phase)
-    shank, ankle, height = (cycle.signal(name, wave) for name in ("shank_angle", "ankle_angle", "ankle_z"))
-    sole = foot.outsole(ankle + offset - shank, 0.0 if resting is None else resting.at(wave))
-    return lay_on_floor(placed, height + np.minimum.reduce([z for _, z in sole.values()]))
-
-
 @functools.lru_cache(maxsize=4)
 def _sampled(
     cycle: GaitCycle, gait: Gait, timestep: float, n_step: int
@@ -311,7 +303,16 @@ def _laid_out(
     """A sampled walk; `laid` is the foot whose sole is laid on the floor, and where its toes rest."""
     fitted = placed = _fitted(stride, stands)
     if laid is not None:
-        placed = _laid(fitted, *laid, gait.ankle_offset)
+        foot, resting = laid
+        at = Wave.at(fitted.cycle.phase)
+        turn = (
+            fitted.cycle.signal("ankle_angle", at)
+            + gait.ankle_offset
+            - fitted.cycle.signal("shank_angle", at)
+        )
+        sole = foot.outsole(turn, 0.0 if resting is None else resting.at(at))
+        height = fitted.cycle.signal("ankle_z", at) + np.minimum.reduce([z for _, z in sole.values()])
+        placed = lay_on_floor(fitted, height)
     cycle, shift = placed.cycle, (placed.along, placed.vertical)
     as_recorded = gait.model_copy(update={"ankle_offset": 0.0})
     phase, signals, wave = _sampled(stride, as_recorded, timestep, n_step)

@@ -29,8 +29,21 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     shank.pos = -at
     slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
     for name, kind, axis in zip(JOINTS, (slide, slide, hinge), np.eye(3)[[0, 2, 1]], strict=True):
-        if name == JOINTS[-1] and in_contact(scenario):  # before the shank turns: along the world's z
-            _add_sink(shank, at, scenario, size)
+        if name == JOINTS[-1] and in_contact(scenario):
+            # The leg's compliance against the ground, upward positive; before the shank turns, along the
+            # world's z
+            ground, rest = (
+                ground_of(scenario, Size(taller=size.taller)),
+                [0.0, 0.0],
+            )  # of MuJoCo's polynomials
+            shank.add_joint(
+                name=SINK,
+                type=slide,
+                axis=[0.0, 0.0, 1.0],
+                pos=at,
+                stiffness=[ground.body_stiffness * size.heavier, *rest],
+                damping=[0.5 * ground.body_damping * size.heavier, *rest],  # the other half is the support's
+            )
         shank.add_joint(name=name, type=kind, axis=axis, pos=at, armature=ARMATURE)
     for drive, driven in zip(DRIVES, JOINTS, strict=True):
         add_motor(spec, drive, driven, (ARMATURE,))
@@ -41,20 +54,6 @@ def add_walking(spec: mujoco.MjSpec, scenario: Scenario, size: Size) -> None:
     add_rest(spec, scenario)
     if in_contact(scenario):
         _add_contact(spec, padded(leg.toes))
-
-
-def _add_sink(shank: mujoco.MjsBody, at: np.ndarray, scenario: Scenario, size: Size) -> None:
-    """The joint of the leg's compliance against the ground, upward positive."""
-    ground = ground_of(scenario, Size(taller=size.taller))
-    rest = [0.0, 0.0]  # of MuJoCo's polynomials
-    shank.add_joint(
-        name=SINK,
-        type=mujoco.mjtJoint.mjJNT_SLIDE,
-        axis=[0.0, 0.0, 1.0],
-        pos=at,
-        stiffness=[ground.body_stiffness * size.heavier, *rest],
-        damping=[0.5 * ground.body_damping * size.heavier, *rest],  # the other half is the support's
-    )
 
 
 def _add_contact(spec: mujoco.MjSpec, points: tuple[str, ...]) -> None:
