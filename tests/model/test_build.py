@@ -241,7 +241,6 @@ def test_cuff_that_is_not_one_rigid_part_is_refused(cuff: str, tmp_path) -> None
 @pytest.mark.parametrize(
     ("key", "value", "problem"),
     [
-        ("orthosis.muscle.dorsiflexor.insertion.segment", "shank", "same segment"),
         ("orthosis.muscle.dorsiflexor.type.laws", 3, "not a table"),
         ("provenance", 3, "not a table"),
         ("orthosis.muscle", {}, "no muscle"),

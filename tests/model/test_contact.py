@@ -157,9 +157,7 @@ def test_the_toes_of_a_healthy_walker_stand_as_recorded(runs: dict[str, Recordin
 def test_toe_flexors_bear_the_recorded_load_on_the_hinge(gait: str) -> None:
     """They give the load's moment less what weight and inertia of the toes need."""
     built = contact_built({"gait.cycle": gait})
-    walk, contact, active = built.walk, built.contact, built.active
-    assert walk is not None and walk.toe is not None and contact is not None and active is not None
-    assert contact.flexors is not None
+    walk, contact = built.walk, built.contact
     pitch = walk.ankle - walk.pose[:, 2]
     needed = needed_by_the_toes(walk.pose[:, 0], walk.pose[:, 1], pitch, walk.toe, walk.timestep)[3:-3]
     turn = (pitch + walk.toe)[1:-1]
@@ -173,7 +171,6 @@ def test_toe_flexors_bear_the_recorded_load_on_the_hinge(gait: str) -> None:
 def test_toe_flexors_need_what_is_published(gait: str) -> None:
     """The most is a fifth to a third of the ankle's (Miyazaki & Yamamoto 1993, two walkers)."""
     built = contact_built({"gait.cycle": gait})
-    assert built.contact is not None and built.contact.flexors is not None and built.active is not None
     assert 0.2 < built.contact.flexors.min() / built.active.recorded.min() < 0.34
 
 
@@ -205,7 +202,6 @@ def test_a_dragging_toe_bends_up(runs: dict[str, Recording]) -> None:
     need to move otherwise than recorded.
     """
     built, run = contact_built({"patient": "drop-foot"}), runs["drop-foot"]
-    assert built.foot is not None
     pitch, extension = run["ankle/angle"] - run["shank/angle"], run["toe/extension"]
     departure = extension - run["gait/toe_extension"]
     points = built.foot.outsole(pitch, extension)
@@ -237,7 +233,6 @@ def test_all_moments_sum_to_the_ankles_acceleration(runs: dict[str, Recording]) 
         cases.append((built, run_built(built)))
     assert max(np.degrees(run["ankle/angle"]).max() for _, run in cases) > 30.0
     for built, run in cases:
-        assert built.foot is not None
         assert run.ok
         total = sum(run[name] for name in run.columns if name.startswith("ankle/moment/"))
         assert np.abs(total - built.foot.inertia * run["ankle/acceleration"]).max() < 1e-9
@@ -307,8 +302,6 @@ def independent_leg(built: Built, run: Recording, first: int, n: int) -> np.ndar
     The unknowns are the pitch of foot and toes, and the sink; each body's row is J·(m a) + ω·I α.
     """
     walk, contact, active = built.walk, built.contact, built.active
-    assert walk is not None and contact is not None and contact.flexors is not None and active is not None
-    assert walk.toe is not None
     cycle, period, rest = walk.cycle, walk.cycle.stride_time, walk.toe
     shank, shank_centre = 3.49, 0.2444
     masses, inertias = (0.929, 0.161), (0.004234, 1e-4)
@@ -415,7 +408,6 @@ def test_a_pad_that_is_no_number_ends_the_run(mode: str) -> None:
     run = run_built(built)
     assert "pad_ball" in run.status
     built = contact_built({"callback": mode, "duration": "0.1 s"})
-    assert built.contact is not None
     floor = built.contact.floor.copy()
     floor[50:] = np.nan
     run = run_built(dataclasses.replace(built, contact=dataclasses.replace(built.contact, floor=floor)))

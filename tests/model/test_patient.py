@@ -75,7 +75,6 @@ def test_half_the_step_moves_nothing_at_the_same_instants(sets: dict[str, object
     found = []
     for step in (3.0, 1.5, 1.0, 0.25):
         built = build(load("scenario", "walk-dropfoot", MILD | {"timestep": f"{step} ms"} | sets))
-        assert built.active is not None
         found.append(built.active.stiffness[:: round(3.0 / step)][:990])
     for coarse in found[:-1]:
         assert np.abs(coarse - found[-1]).max() < 1e-4 * np.ptp(found[-1])
@@ -85,7 +84,6 @@ def test_sides_are_those_of_the_recorded_walking() -> None:
     """Mean over the last stride of what is left: each side's strength for its share of the stride."""
     built = build(load("scenario", "walk-dropfoot", MILD | {"timestep": "0.5 ms"}))
     healthy = build(load("scenario", "walk-dropfoot", MILD | {"patient": "healthy", "timestep": "0.5 ms"}))
-    assert built.active is not None and healthy.active is not None and built.walk is not None
     strength = built.active.stiffness / healthy.active.stiffness
     assert strength.min() >= 0.3 - 1e-12
     assert strength.max() <= 1.0 + 1e-12

@@ -23,7 +23,6 @@ def scenario(name: str = "walk-dropfoot-afo", **sets: object) -> Scenario:
 def test_a_stride_is_a_whole_number_of_steps(step: str, stride: str | None) -> None:
     sets = {} if stride is None else {"gait.stride_time": stride}
     described = scenario(timestep=step).set(sets)
-    assert described.gait is not None
     n, adjusted = steps_of_stride(described), two_strides(described)
     duration = stride_time_of(described)
     assert n * adjusted.timestep == pytest.approx(duration, rel=1e-14)
@@ -52,7 +51,6 @@ def test_the_second_stride_takes_the_inputs_of_the_first(step: str, start: float
 def test_strides_from_the_start_end_at_a_heel_strike(duration: float, start: float) -> None:
     described = scenario().set({"duration": f"{duration} s", "gait.start_phase": start})
     begun, n = start_up(described), steps_of_stride(described)
-    assert begun.gait is not None
     first = begun.gait.start_phase * n
     assert first == pytest.approx(round(first), abs=1e-6) and abs(first - start * n) <= 0.5 + 1e-9
     assert (round(first) + begun.n_step) % n == 0

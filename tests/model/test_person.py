@@ -112,7 +112,6 @@ def test_tissue_that_is_stiffer_and_shorter_is_missed_by_what_it_holds_back() ->
     sets = {"patient.passive_scale": 1.5, "patient.passive_offset": "-9 deg", "duration": "1 s"}
     size = {"patient.body_mass": "60 kg", "patient.body_height": "1.6 m"}
     built = build(load("scenario", "walk-healthy", sets | size))
-    assert built.walk is not None and built.active is not None
     share = 60.0 / LEG[0] * 1.6 / LEG[1]
     angle, knee = built.walk.ankle[1:-1], built.walk.knee[1:-1]
     for k in range(0, len(angle), 97):
@@ -129,18 +128,7 @@ def test_cases_by_mass_share_what_is_compiled() -> None:
     assert assemble._kept.cache_info().misses == before
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "healthy",
-        "drop-foot",
-        "drop-foot-flaccid",
-        "drop-foot-mild",
-        "plantarflexor-weak",
-        "spastic",
-        "contracture",
-    ],
-)
+@pytest.mark.parametrize("name", assets.names("patient"))
 def test_presets_say_where_each_number_comes_from(name: str) -> None:
     patient = load("patient", name)
     told = {"dorsiflexor_strength", "plantarflexor_strength"}

@@ -60,7 +60,6 @@ def test_a_tube_and_its_muscles_hold_what_a_second_integration_says() -> None:
             native.fill_chambers(model, data, {chamber: gauge})
             rooms.append(float(native.read_flows(model, data.userdata, chamber).volume))
     described = built.scenario.orthosis.chamber["dorsiflexor"]
-    assert described.tube is not None and described.tube_length is not None
     inlet, tube, supply = described.inlet, described.tube, built.scenario.supply.pressure + AMBIENT_PRESSURE
     half, gamma = 0.5 * tube.volume(described.tube_length), HEAT_CAPACITY_RATIO
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import afo_sim as afo
-from afo_sim.common import STANDARD_DENSITY, InputError
+from afo_sim.common import STANDARD_DENSITY
 from afo_sim.simulation import Both, described
 from afo_sim.simulation.bilateral import laid_together
 from afo_sim.simulation.bilateral_air import Cycle, mean_over
@@ -151,46 +151,32 @@ def test_each_leg_that_walks_has_a_controller_of_its_own() -> None:
 
 
 @pytest.mark.parametrize(
-    ("left", "left_sets", "apart", "says"),
+    ("given", "says"),
     [
-        (
-            None,
-            {"gait.stride_time": "1.2 s"},
-            None,
-            "stride of the left leg is 1.2 s and the right one's 1.0929 s",
-        ),
-        (None, {"supply.pressure": "3 bar"}, None, "3 bar and the right one's 4 bar"),
-        (None, {"gait.variability": 0.02}, None, "stride time varies"),
-        ("seated", {}, None, "the left leg's person sits"),
-        (None, {}, 1.0, "apart = 1.0: is out of range"),
-        (None, {}, float("nan"), "is out of range"),
-        (None, {"supply.presure": "3 bar"}, None, "did you mean"),
+        ({"left_sets": {"gait.stride_time": "1.2 s"}}, "left leg is 1.2 s and the right one's 1.0929 s"),
+        ({"left_sets": {"supply.pressure": "3 bar"}}, "3 bar and the right one's 4 bar"),
+        ({"left_sets": {"supply.source": "bottle_0_5l"}}, "different sources or regulators"),
+        ({"left_sets": {"gait.variability": 0.02}}, "stride time varies"),
+        ({"left_sets": {"supply.presure": "3 bar"}}, "did you mean"),
+        ({"left_sets": {"side": "right"}}, "is each leg's own here"),
+        ({"left": "seated"}, "the left leg's person sits"),
+        ({"apart": 1.0}, "apart = 1.0: is out of range"),
+        ({"apart": float("nan")}, "is out of range"),
+        ({"right": "walk-healthy"}, "neither leg's orthosis has a chamber"),
+        ({"right": "seated", "apart": 0.5}, "no strides"),
     ],
 )
-def test_legs_that_are_not_one_persons_are_refused(
-    left: str | None, left_sets: dict[str, Any], apart: float | None, says: str
-) -> None:
+def test_legs_that_are_not_one_persons_are_refused(given: dict[str, Any], says: str) -> None:
     with pytest.raises(afo.InputError, match=says):
-        afo.both(WALK, left, left_sets=left_sets, apart=apart)
+        afo.both(**{"right": WALK} | given)
 
 
-@pytest.mark.parametrize("side", ["right", "left"])
-def test_one_leg_may_have_no_orthosis(side: str, tmp_path: pathlib.Path) -> None:
+def test_the_right_leg_may_have_no_orthosis(tmp_path: pathlib.Path) -> None:
     """Its supply is drawn whichever leg has it; with none at all there is no air to tell of."""
-    legs = afo.both(*((WALK, "walk-dropfoot") if side == "left" else ("walk-dropfoot", WALK)))
+    legs = afo.both("walk-dropfoot", WALK)
     legs.save(tmp_path, rrd=False)
     assert (tmp_path / "both.png").is_file()
-    assert legs.numbers[f"air_per_stride_{side}"].value == 0.0
-
-
-def test_two_legs_without_air_are_refused() -> None:
-    with pytest.raises(afo.InputError, match="neither leg's orthosis has a chamber"):
-        afo.both("walk-healthy")
-
-
-def test_seated_legs_have_no_strides_to_be_apart() -> None:
-    with pytest.raises(afo.InputError, match="no strides"):
-        afo.both("seated", apart=0.5)
+    assert legs.numbers["air_per_stride_right"].value == 0.0
 
 
 def test_a_leg_that_fails_is_named_and_nothing_is_added_up(legs: Both, tmp_path: pathlib.Path) -> None:
@@ -221,8 +207,3 @@ def test_warnings_name_their_leg(legs: Both) -> None:
     for side, leg in legs.legs.items():
         for warning in leg.warnings:
             assert {f"{side}: {warning}", f"both legs: {warning}"} & set(legs.warnings)
-
-
-def test_a_side_is_not_set_over_both() -> None:
-    with pytest.raises(InputError, match="is each leg's own here"):
-        afo.both("walk-dropfoot-afo", left_sets={"side": "right"})

@@ -104,23 +104,6 @@ def test_command(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> 
     assert not (tmp_path / "a" / "recording.rrd").exists()
 
 
-@pytest.mark.slow
-def test_command_works_on_a_leg_too(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
-    sets = [
-        "--set",
-        "duration=0.5 s",
-        "--set",
-        "orthosis.muscle.dorsiflexor.type=dmsp_10",
-        "--set",
-        "orthosis.muscle.plantarflexor.type=dmsp_10",
-        "--set",
-        "orthosis.muscle.dorsiflexor.link_length=9 cm",
-    ]
-    asked = ["compare", "seated", "--laws", "sarosi_2012", *sets]
-    assert call(capsys, *asked, "--out", tmp_path / "b")[0] == 0
-    assert (tmp_path / "b" / "recording.rrd").is_file()
-
-
 def test_law_that_a_muscle_lacks_is_refused(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

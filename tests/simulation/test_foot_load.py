@@ -25,7 +25,6 @@ def runs() -> dict[str, Recording]:
 
 def places(built: Built, run: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Heel, ball, and centre of pressure ahead of the ankle [m], from the foot's drawing and the angles."""
-    assert built.foot is not None
     pitch = run["ankle/angle"] - run["shank/angle"]
     heel, ball = (
         x * np.cos(pitch) - z * np.sin(pitch) for x, z in map(built.foot.points.get, ("heel", "ball"))
@@ -80,7 +79,6 @@ def test_the_shanks_velocity_is_the_mean_of_the_step_before(
     steps = np.diff(run["shank/angle"]) / np.diff(run["time"])
     assert run["shank/velocity"][1:] == pytest.approx(steps, abs=1e-9)
     walk = built[mode].walk
-    assert walk is not None
     middle = walk.phase[1:-1] - 0.5 * (walk.phase[1:-1] - walk.phase[:-2])  # half a step before
     exact = walk.cycle.signal("shank_angle", middle, 1) * walk.cycle.stride_time * np.diff(walk.phase)[0]
     assert run["shank/velocity"] == pytest.approx(exact / walk.timestep, abs=1e-3)

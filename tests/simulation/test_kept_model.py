@@ -14,7 +14,7 @@ import pytest
 import afo_sim
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, InputError, parquet_writer
-from afo_sim.model import Built, as_run, equilibrium, get_state, two_strides, walking_start
+from afo_sim.model import Built, as_run, equilibrium, two_strides, walking_start
 from afo_sim.model.build import build
 from afo_sim.model.supply_and_timer import controls
 from afo_sim.simulation import Recording, fixed, read_recording, to_binary
@@ -73,14 +73,10 @@ def same_as_recorded(run: Recording, built: Built, start: np.ndarray, inputs: np
         assert np.array_equal(opening, run[f"valve/{name}/opening"]), name
 
 
-def with_model(built: Built, model: mujoco.MjModel) -> Built:
-    return dataclasses.replace(built, model=model)
-
-
 def test_seated_steps_to_the_same_bits(folder: pathlib.Path) -> None:
     """Inputs are the recorded columns; the start is the kept model's own rest."""
     run = read_recording(folder)
-    built = with_model(afo_sim.build(run.scenario), run.model())
+    built = dataclasses.replace(afo_sim.build(run.scenario), model=run.model())
     model = built.model
     assert built.scenario.record_stride == 1
     inputs = np.zeros((len(run["time"]), model.nu))
@@ -101,7 +97,7 @@ def test_walking_steps_to_the_same_bits(settled: str, tmp_path: pathlib.Path) ->
     sets = {"duration": "0.4 s", "gait.settled": settled}
     afo_sim.run("walk-dropfoot-afo", sets).save(tmp_path, rrd=False)
     run = read_recording(tmp_path)
-    built = with_model(build(as_run(afo_sim.load("scenario", run.scenario))), run.model())
+    built = dataclasses.replace(build(as_run(afo_sim.load("scenario", run.scenario))), model=run.model())
     with native.installed():
         start = walking_start(built, controls(built, 1)[0])
     if settled == "solved":
@@ -295,14 +291,3 @@ def test_model_too_large_for_metadata_is_left_out(monkeypatch: pytest.MonkeyPatc
     assert unpacked(packed(some)) == some
     monkeypatch.setattr(kept_model, "LARGEST", 100)
     assert packed(some) == "" and unpacked("") == b""
-
-
-def test_start_of_a_kept_model_is_the_built_ones(seated_short: Recording) -> None:
-    """The state at rest of both, to the bit."""
-    built = build(afo_sim.load("scenario", "seated", SHORT))
-    other = with_model(built, seated_short.model())
-    first = controls(built, 1)[0]
-    with native.installed():
-        assert np.array_equal(equilibrium(built, first), equilibrium(other, first))
-        mujoco.mj_setState(other.model, data := mujoco.MjData(other.model), equilibrium(built, first), STATE)
-        assert np.array_equal(get_state(other.model, data), equilibrium(built, first))

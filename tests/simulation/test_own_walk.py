@@ -67,7 +67,6 @@ def test_a_small_torque_moves_the_ankle_by_the_tissue_alone(own: dict[str, objec
     """
     added, small, sets = 0.005, 1e-4, own | {"ground.mode": "recorded", "gait.settled": "walked"}
     built = build("walk-dropfoot", sets)
-    assert built.walk is not None and built.foot is not None
     foot, tissue = built.foot, own_tissue(built.scenario)
     push = {"load_moment": f"{-added} N*m"}  # stands against positive angles
     plain, moved = (afo_sim.run("walk-dropfoot", sets | load) for load in ({}, push))

@@ -13,7 +13,7 @@ import pytest
 from afo_sim.common import InputError, Notice, replacing
 from afo_sim.common import display_hooks as shown
 from afo_sim.description import as_found
-from afo_sim.simulation import Recording, read_recording
+from afo_sim.simulation import RERUN, Recording, read_recording
 
 
 @pytest.fixture(scope="module")
@@ -22,12 +22,7 @@ def folder(seated: Recording, tmp_path_factory: pytest.TempPathFactory) -> pathl
 
 
 def test_all_files_are_there_and_nothing_else(folder: pathlib.Path) -> None:
-    assert {p.name for p in folder.iterdir()} == {
-        "recording.parquet",
-        "summary.json",
-        "model.xml",
-        "recording.rrd",
-    }
+    assert {p.name for p in folder.iterdir()} == {"recording.parquet", "summary.json", "model.xml", RERUN}
 
 
 def test_columns_have_the_promised_names_units_and_signs(folder: pathlib.Path, seated: Recording) -> None:

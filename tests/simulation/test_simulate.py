@@ -162,25 +162,6 @@ def test_air_is_counted_of_whole_cycles() -> None:
     assert part.value == pytest.approx(whole.value, rel=1e-9)
 
 
-def test_supply_without_pressure_is_a_failure() -> None:
-    built = build(load("scenario", "seated", {"duration": "1 s"}))
-    control = schedule.controls(built)
-    control[250:, built.index.chambers["dorsiflexor"]] = -2e5
-    run = make_recording(built, simulate(built, control))
-    assert "supply's absolute pressure is not positive in 'chamber_dorsiflexor'" in run.status
-    assert len(run["time"]) == 250
-
-
-def test_step_that_warns_is_not_kept() -> None:
-    built = build(load("scenario", "seated", {"duration": "1 s"}))
-    control = schedule.controls(built)
-    control[250:, built.index.passive] = np.nan
-    run = make_recording(built, simulate(built, control))
-    assert not run.ok
-    assert len(run["time"]) == 250
-    assert all(np.isfinite(values).all() for values in run.columns.values())
-
-
 @pytest.mark.parametrize("kind", ["passive", "chambers", "valves", "muscles"])
 def test_actuator_that_lost_its_parameters_does_not_run(kind: str) -> None:
     built = build(load("scenario", "seated", {"duration": "1 s"}))

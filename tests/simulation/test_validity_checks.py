@@ -161,15 +161,6 @@ def test_the_balance_stands_among_the_metrics(name: str, sets: dict[str, Any]) -
     assert run.summary()["metrics"]["energy_error"]["unit"] == "percent"
 
 
-def test_they_do_not_depend_on_the_record_rate() -> None:
-    fine, coarse = (
-        afo_sim.run("seated", {"duration": "1 s", "timestep": "1 ms", "record_rate": rate})
-        for rate in ("1 kHz", "50 Hz")
-    )
-    assert len(coarse["time"]) == 50
-    assert coarse.metrics == fine.metrics
-
-
 def test_a_run_without_muscles_or_of_two_rows_has_no_balance() -> None:
     assert "air_work" not in afo_sim.run("walk-healthy", {"duration": "3 s"}).metrics
     assert "air_work" not in afo_sim.run("seated", {"duration": "4 ms"}).metrics
