@@ -164,8 +164,13 @@ class Loop:
         """Inputs of the steps of a moment, from what the controller commands in it."""
         steps, timestep = moment.steps, self.built.scenario.timestep
         rows = moment.last
-        if not len(rows["time"]):
-            rows = self._first(moment.now)
+        if not len(rows["time"]):  # the row of the start: its state, and the forces in it
+            model, now = self.built.model, moment.now
+            data = native.scratch(model)
+            for name in ("qpos", "qvel", "act"):
+                getattr(data, name)[:] = now[name]
+            data.time = float(now["time"][0])
+            rows = forces_of(model, data, self.schedule[0], FIELDS)
         frame = frame_of(self.built, rows, self.last, max(steps.start - len(rows["time"]), 0))
         readings = self.sensors.feed(frame, self.columns)
         seen = Seen(frame, readings, steps.start * timestep, self.period * timestep, self.columns)
@@ -219,15 +224,6 @@ class Loop:
             told = np.array([reported.get(name, math.nan) for _, reported in self.reported])
             found[f"controller/{name}"] = told[place]
         return found
-
-    def _first(self, now: Rows) -> Rows:
-        """The row of the start: its state, and the forces in it."""
-        model = self.built.model
-        data = native.scratch(model)
-        for name in ("qpos", "qvel", "act"):
-            getattr(data, name)[:] = now[name]
-        data.time = float(now["time"][0])
-        return forces_of(model, data, self.schedule[0], FIELDS)
 
 
 def checked_report(reported: object) -> dict[str, float]:

@@ -7,7 +7,7 @@ is the state before step k, with the forces of that same step.
 import math
 import re
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import mujoco
@@ -24,6 +24,7 @@ from afo_sim.simulation.stepping import (
     Rows,
     Stepper,
     StopEarly,
+    one_of,
     stepper_of,
 )
 
@@ -71,6 +72,10 @@ class Workspace:
         if name not in self.arrays or self.arrays[name].size < size:
             self.arrays[name] = np.empty(size)
         return self.arrays[name][:size].reshape(shape)
+
+    def rows(self, of: str, shape: tuple[int, ...], widths: Mapping[str, int]) -> Rows:
+        """Arrays (*shape, width) of recorded fields by name; `of` what."""
+        return {name: self.take(of + name, (*shape, width)) for name, width in widths.items()}
 
 
 @dataclass(frozen=True)
@@ -171,7 +176,7 @@ class _Run:
         self.start = first_states(cases)
         self.now = {name: values.copy() for name, values in self.start.items()}
         self.widths = widths(cases[0].model, recipe.fields)
-        self.rows = {name: workspace.take(name, (n, kept, width)) for name, width in self.widths.items()}
+        self.rows = workspace.rows("", (n, kept), self.widths)
         self.control = workspace.take(
             "control", (n, kept, mujoco.mj_stateSize(cases[0].model, recipe.inputs))
         )
@@ -215,12 +220,10 @@ class _Run:
             alive, inputs = [alive[place] for place in going], np.ascontiguousarray(inputs[going])
             if not alive:
                 return
-        out: Rows = {}
-        for name, width in self.widths.items():
-            if self.in_place:
-                out[name] = self.rows[name][:, steps.start : steps.stop]
-            else:
-                out[name] = self.workspace.take(f"block of {name}", (len(alive), len(steps), width))
+        if self.in_place:
+            out = {name: values[:, steps.start : steps.stop] for name, values in self.rows.items()}
+        else:
+            out = self.workspace.rows("block of ", (len(alive), len(steps)), self.widths)
         out["time"][:] = np.nan  # tells the rows that no step has written
         stopped = stepper.advance(alive, inputs, out)
         for place, k in enumerate(alive):
@@ -235,7 +238,7 @@ class _Run:
                 done = max(int(np.sum(stamps > due)) - stop.spoilt, 0)
                 self.stops[k] = steps.start + done, stopped[k].reason
             if not self.in_place:
-                self._keep(k, {name: values[place] for name, values in out.items()}, steps, done)
+                self._keep(k, one_of(out, place), steps)
             for name in STATE if done else ():
                 self.now[name][k] = out[name][place, done - 1]
 
@@ -254,7 +257,7 @@ class _Run:
         """Inputs of one simulation; of one whose policy gives up, none."""
         moment = Moment(
             steps,
-            lambda: {name: values[k].copy() for name, values in self.now.items()},
+            lambda: one_of(self.now, k, copy=True),
             lambda: self.aligned(k, before, steps.start),
         )
         try:
@@ -266,7 +269,7 @@ class _Run:
             self.stops[k] = steps.start, None
         return np.zeros((len(steps), self.control.shape[-1]))
 
-    def _keep(self, k: int, out: Rows, steps: range, done: int) -> None:
+    def _keep(self, k: int, out: Rows, steps: range) -> None:
         """Copy every stride-th row of a block, aligned: states come after their step, forces before it."""
         stride = self.recipe.stride
         offset = -steps.start % stride
@@ -306,7 +309,7 @@ class _Run:
         if reason is not None and k in self.faults:
             failure = ControllerError(reason, simulation=number, time=done * model.opt.timestep)
         found = self.stretch(k, 0, done)
-        final = {name: values[k].copy() for name, values in self.now.items()}
+        final = one_of(self.now, k, copy=True)
         return Rollout(found.rows, found.control, failure, wall, 0, final, found.reported)
 
 

@@ -36,7 +36,7 @@ from afo_sim.simulation.rollout import (
     widths,
 )
 from afo_sim.simulation.simulate import GONE, begun_case, first_beyond
-from afo_sim.simulation.stepping import Rows, stepper_of
+from afo_sim.simulation.stepping import Rows, one_of, stepper_of
 from afo_sim.simulation.stride_search import StrideSearch, sticks
 
 ROUGH = 10.0  # times the distances within which a stride in long steps is settled [-]
@@ -134,13 +134,7 @@ class _Party:
         starts = first_states(cases)
         self.walks = walks
         self.searches = [
-            StrideSearch(
-                walk.built,
-                walk.control,
-                {name: values[k] for name, values in starts.items()},
-                near=walk.slopes,
-                within=within,
-            )
+            StrideSearch(walk.built, walk.control, one_of(starts, k), near=walk.slopes, within=within)
             for k, walk in enumerate(walks)
         ]
 
@@ -165,17 +159,14 @@ class _Party:
 
     def settled(self, workspace: Workspace) -> list[Settled]:
         """Walk until every search has ended, and two strides of each."""
-        rows = {
-            name: workspace.take(f"settled {name}", (len(self.searches), 2 * self.n + AFTER, width))
-            for name, width in self.widths.items()
-        }
+        rows = workspace.rows("settled ", (len(self.searches), 2 * self.n + AFTER), self.widths)
         found: dict[int, Settled] = {}
         for k, search, failure in self.ended(workspace):
             steps = self.walks[k].steps + search.strides * self.n
             if failure is not None:
                 found[k] = Settled(not_begun(search.built.model, failure), search.strides, steps)
                 continue
-            rollout = self._rollout(k, {name: values[k] for name, values in rows.items()})
+            rollout = self._rollout(k, one_of(rows, k))
             found[k] = Settled(
                 rollout, search.strides, steps, search.air, search.angle, search.found, search.slowest
             )
@@ -183,17 +174,13 @@ class _Party:
 
     def _stride(self, going: list[int], turn: int, workspace: Workspace) -> dict[int, Exception]:
         """Walk a stride of every search that goes on; memory of the stride before stays."""
-        shape = len(going), self.n
         firsts = [0 if self.searches[k].strides == 0 else self.n for k in going]
         inputs = [self.searches[k].control[a : a + self.n] for k, a in zip(going, firsts, strict=True)]
-        out = {
-            name: workspace.take(f"stride {turn} {name}", (*shape, width))
-            for name, width in self.widths.items()
-        }
+        out = workspace.rows(f"stride {turn} ", (len(going), self.n), self.widths)
         stopped = self.stepper.advance(going, np.ascontiguousarray(inputs), out)
         for place, k in enumerate(going):
             if k not in stopped:
-                self.searches[k].walked({name: values[place] for name, values in out.items()})
+                self.searches[k].walked(one_of(out, place))
         return {k: self._failed(k, stop.reason) for k, stop in stopped.items()}
 
     def _failed(self, k: int, reason: str) -> SimulationError:

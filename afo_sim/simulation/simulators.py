@@ -25,7 +25,7 @@ from afo_sim.simulation.recording import Recording
 from afo_sim.simulation.rollout import METRIC_FIELDS, Rollout
 from afo_sim.simulation.sensed import SensorBank, checked_seed
 from afo_sim.simulation.simulate import Stepped
-from afo_sim.simulation.stepping import PolicyFault, Rows
+from afo_sim.simulation.stepping import PolicyFault, Rows, one_of
 
 MEMORY = ("_stepped.moment", "_sensors.moment", "_commander.commands", "_sight", "_blocks", "_seconds")
 SLIGHTLY = 1e-6  # of dt, to which it must be whole steps
@@ -151,8 +151,7 @@ class Simulator(Forkable, native.Closing):
         self._sensors.reset(seed)
         self._blocks: list[tuple[Rows, np.ndarray]] = []
         self._seconds = 0.0
-        begun = {name: values[0] for name, values in self._stepped.begun.items()}
-        self._seen = self._look(begun, self._stepped.schedules[0][:1], 0, 1)
+        self._seen = self._look(one_of(self._stepped.begun, 0), self._stepped.schedules[0][:1], 0, 1)
         return self._seen
 
     def observe(self) -> Seen:
@@ -207,7 +206,7 @@ class Simulator(Forkable, native.Closing):
         first, start = int(self._stepped.taken[0]), time.perf_counter()
         rows = self._stepped.advance([0], inputs[None])
         self._seconds += time.perf_counter() - start
-        kept = {name: values[0].copy() for name, values in rows.items()}
+        kept = one_of(rows, 0, copy=True)
         failure = self._stepped.failures.get(0)
         if failure is not None:
             done = self._stepped.done[0]
@@ -226,7 +225,7 @@ class Simulator(Forkable, native.Closing):
             raise InputError("has no step yet: step() before recording()", field="recording")
         rows = {name: np.concatenate([rows[name] for rows, _ in self._blocks]) for name in self._blocks[0][0]}
         control = np.concatenate([inputs for _, inputs in self._blocks])
-        final = {name: values[0].copy() for name, values in self._stepped.now.items()}
+        final = one_of(self._stepped.now, 0, copy=True)
         reported = {} if self._loop is None else self._loop.columns_reported(0, len(control))
         rollout = Rollout(rows, control, failure, self._seconds, 0, final, reported)
         return make_recording(self.built, rollout, seed=self._sensors.seed)
@@ -366,8 +365,7 @@ class Simulators(native.Closing):
         for k in chosen:
             self._commanders[k].reset()
             self._sensors[k].reset(seeds[k])
-            begun = {name: values[k] for name, values in self._stepped.begun.items()}
-            self._look(k, begun, self._stepped.schedules[k][:1], 0, 1)
+            self._look(k, one_of(self._stepped.begun, k), self._stepped.schedules[k][:1], 0, 1)
         return self.observe()
 
     def observe(self) -> list[Seen]:

@@ -18,6 +18,11 @@ Rows = dict[str, np.ndarray]
 CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)  # inputs that are the actuators' alone
 
 
+def one_of(rows: Rows, place: int, *, copy: bool = False) -> Rows:
+    """The rows of one of several simulations."""
+    return {name: values[place].copy() if copy else values[place] for name, values in rows.items()}
+
+
 @dataclass(frozen=True)
 class Moment:
     """The view from which a policy chooses the inputs of the next steps, `steps`."""
