@@ -44,10 +44,8 @@ def check_air_path(scenario: Scenario) -> list[Notice]:
     return [
         *_lost(orthosis),
         *_pressures(scenario),
-        *_above_supply(scenario),
         *_long_tubes(orthosis),
-        *_never(scenario),
-        *_pulses(scenario),
+        *_times(scenario),
     ]
 
 
@@ -90,7 +88,7 @@ def valves_of(orthosis: Orthosis) -> Iterator[tuple[str, Valve, str]]:
 
 
 def _pressures(scenario: Scenario) -> Iterator[Notice]:
-    """Valves that get another pressure than their maker allows."""
+    """Valves that get another pressure than their maker allows, volumes that begin above the supply's."""
     highest = highest_pressures(scenario.orthosis, scenario.supply.pressure)
     for name, valve, before in valves_of(scenario.orthosis):
         if valve.working_pressure is None:
@@ -113,11 +111,7 @@ def _pressures(scenario: Scenario) -> Iterator[Notice]:
             needed = amount(low, "Pa", 3)
             yield Notice("valve-pressure-low", text, subject=name, needed=needed, **data)
 
-
-def _above_supply(scenario: Scenario) -> Iterator[Notice]:
-    """Volumes that the supply feeds and that begin with more than it has."""
-    most = scenario.supply.pressure
-    fed = reached([SUPPLY], ways(scenario.orthosis))
+    most, fed = scenario.supply.pressure, reached([SUPPLY], ways(scenario.orthosis))
     for name, each in scenario.orthosis.volume.items():
         if name in fed and (each.start_pressure or 0.0) > most * (1.0 + 1e-9):
             text = (
@@ -141,8 +135,8 @@ def _long_tubes(orthosis: Orthosis) -> Iterator[Notice]:
             yield Notice("tube-long", text, subject=where, length=length, delay=_ms(tube.delay(length)))
 
 
-def _never(scenario: Scenario) -> Iterator[Notice]:
-    """Valves between nodes that nothing opens."""
+def _times(scenario: Scenario) -> Iterator[Notice]:
+    """Valves between nodes that nothing opens, and pulses too short for their valve."""
     timing = scenario.timer or scenario.phases
     told = timing.chambers if timing is not None else {}
     for name, each in scenario.orthosis.restriction.items():
@@ -150,10 +144,6 @@ def _never(scenario: Scenario) -> Iterator[Notice]:
             table = "phases" if scenario.phases is not None else "timer"
             text = "valve {subject!r} never opens: {table}.{subject}.open would say when"
             yield Notice("valve-never-opens", text, subject=name, table=table)
-
-
-def _pulses(scenario: Scenario) -> Iterator[Notice]:
-    """Pulses too short for their valve."""
     valves = {name: valve for name, valve, _ in valves_of(scenario.orthosis)}
     for name, seconds in _shortest(scenario).items():
         if name in valves and (text := too_short(name, valves[name], seconds)):

@@ -5,7 +5,6 @@ hinge: it needs no leg, and gives the same lengths as the compiled scenario.
 """
 
 import functools
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -241,15 +240,6 @@ def mean_length(group: MuscleGroup) -> float:
     ends = {place.segment for place in group.places}
     joint = next(each for each in JOINTS.values() if ends <= {*each.segments})  # at zero all are alike
     return float(_paths((("muscle", group),), joint).lengths(np.zeros(1)).mean())
-
-
-def turns(route: Route) -> np.ndarray:
-    """Angles by which a path turns at its points, 0 at its ends [rad] (n,)."""
-    pieces = np.diff(route.points, axis=0)
-    found = np.zeros(len(route.points))
-    for k, (a, b) in enumerate(itertools.pairwise(pieces), start=1):
-        found[k] = np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
-    return found
 
 
 def path_points(model: mujoco.MjModel, data: mujoco.MjData, muscle: str) -> np.ndarray:

@@ -61,8 +61,19 @@ def check_friction(friction: float, step: float) -> None:
 def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
     """Rate × time step [s] of the chambers' air, and warnings where it makes a run inaccurate."""
     air, warnings = 0.0, list[Notice]()
-    for name in orthosis.chamber:
-        rate = _air_rate(orthosis, name)
+    for name, chamber in orthosis.chamber.items():
+        # Fastest rate: laminar flow of tube, quick exhaust or valves, heat to the wall [1/s]
+        volume = least_volume(orthosis, name)
+        flow = sum(laminar_slope(v.conductance, v.critical_ratio) for v in (chamber.inlet, chamber.vent))
+        if chamber.tube is not None and chamber.tube_length is not None:
+            tube, length = chamber.tube, chamber.tube_length
+            flow = laminar_slope(tube.conductance(length), tube.critical_ratio(length))
+        if (quick := chamber.quick_exhaust) is not None:  # one of its ways is open
+            widest = max(quick.conductance, quick.exhaust_conductance)
+            flow = laminar_slope(widest, quick.critical_ratio)
+        mass = AMBIENT_PRESSURE * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
+        heat = chamber.wall_conductance / (mass * GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1.0))
+        rate = HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE * flow / volume + heat
         air = max(air, step * rate)
         if step * rate > AIR_ACCURATE:
             enough = AIR_ACCURATE / rate
@@ -125,18 +136,3 @@ def _too_long(reason: str, step: float, enough: float) -> InputError:
         value=f"{in_unit(step, 's', 'ms'):g} ms",
         allowed=f"at most {0.99 * in_unit(enough, 's', 'ms'):.2g} ms",
     )
-
-
-def _air_rate(orthosis: Orthosis, name: str) -> float:
-    """Fastest rate of a chamber: laminar flow of tube, quick exhaust or valves, heat to the wall [1/s]."""
-    chamber, volume = orthosis.chamber[name], least_volume(orthosis, name)
-    flow = sum(laminar_slope(v.conductance, v.critical_ratio) for v in (chamber.inlet, chamber.vent))
-    if chamber.tube is not None and chamber.tube_length is not None:
-        tube, length = chamber.tube, chamber.tube_length
-        flow = laminar_slope(tube.conductance(length), tube.critical_ratio(length))
-    if (quick := chamber.quick_exhaust) is not None:  # one of its ways is open
-        widest = max(quick.conductance, quick.exhaust_conductance)
-        flow = laminar_slope(widest, quick.critical_ratio)
-    mass = AMBIENT_PRESSURE * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE)
-    heat = chamber.wall_conductance / (mass * GAS_CONSTANT / (HEAT_CAPACITY_RATIO - 1.0))
-    return HEAT_CAPACITY_RATIO * GAS_CONSTANT * AMBIENT_TEMPERATURE * flow / volume + heat

@@ -56,11 +56,6 @@ class Energy:
         """Residual as a share of the air's turnover [-]; not a number where the air does not work."""
         return self.residual / self.turnover if self.turnover > 0.0 else float("nan")
 
-    @property
-    def mismatch(self) -> float:
-        """Mismatch of the law as a share of the air's turnover [-]."""
-        return self.law_mismatch / self.turnover if self.turnover > 0.0 else float("nan")
-
 
 def balance(built: Built, columns: Columns, static: Columns | None = None) -> Energy:
     """Energy balance of a run, or of a part of it."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import LEAST_NUMBER, Notice
-from afo_sim.description import WORN, Described, Muscle, MuscleGroup, Scenario, provenance_note
+from afo_sim.description import WORN, Described, MuscleGroup, Scenario, provenance_note
 from afo_sim.metrics import Metric, Window, cut, skin_metrics
 from afo_sim.model import ANKLE, SOURCE, Built, chamber_of, muscle_names
 from afo_sim.physics import LAWS, TRIPLE_TEMPERATURE, braid_forces
@@ -193,22 +193,11 @@ def limit_warnings(
     the skin."""
     yield from _target_warnings(built, columns)
     for name, group in muscle_names(built.scenario.orthosis).items():
-        pressure = columns[f"chamber/{chamber_of(name, group)}/pressure"]
-        force, contraction = columns[f"muscle/{name}/force"], columns[f"muscle/{name}/contraction"]
-        yield from _muscle_limits(name, group.type, columns["time"], pressure, force, contraction)
+        yield from _muscle_limits(name, group, columns)
         if name.endswith("_1"):  # its neighbours say the same
-            given = (static or {}).get(name, force)
-            n = len(given)
-            rows = columns["time"][:n], pressure[:n], contraction[:n]
-            yield from _law_warnings(name, group.type, *rows, given)
-            if why := group.type.law_volume.reason:
-                text = "{subject}: the braid's volume is used, not that which follows from {law}: {why}"
-                label = name.rsplit("_", 1)[0]
-                yield Notice("law-volume", text, subject=label, law=group.type.law, why=why)
-            if why := group.type.length_warning:
-                yield Notice("muscle-length", "{subject}: {why}", subject=name.rsplit("_", 1)[0], why=why)
-        filled = float(pressure.max())
-        if filled > 1e5 and force.max() < 1.0:
+            yield from _law_warnings(name, group, columns, (static or {}).get(name))
+        filled = float(columns[f"chamber/{chamber_of(name, group)}/pressure"].max())
+        if filled > 1e5 and columns[f"muscle/{name}/force"].max() < 1.0:
             text = "{subject} never pulls, although its chamber reaches {bar:.2g} bar: {reason}"
             why = _why_slack(group, filled)
             yield Notice("muscle-never-pulls", text, subject=name, bar=filled * 1e-5, reason=why)
@@ -224,19 +213,13 @@ def limit_warnings(
     yield from _source_warnings(built, columns)
 
 
-def _muscle_limits(
-    name: str,
-    muscle: Muscle,
-    time: np.ndarray,
-    pressure: np.ndarray,
-    force: np.ndarray,
-    contraction: np.ndarray,
-) -> Iterator[Notice]:
+def _muscle_limits(name: str, group: MuscleGroup, columns: Columns) -> Iterator[Notice]:
     """Warnings of one muscle beyond its limits."""
-    limits = muscle.limits
+    limits, contraction = group.type.limits, columns[f"muscle/{name}/contraction"]
+    pressure = columns[f"chamber/{chamber_of(name, group)}/pressure"]
     for word, key, values, limit, unit in (
         ("gauge pressure", "pressure", pressure * 1e-5, limits.pressure * 1e-5, " bar"),
-        ("force", "force", force, limits.force, " N"),
+        ("force", "force", columns[f"muscle/{name}/force"], limits.force, " N"),
         ("contraction", "contraction_max", contraction, limits.contraction_max, ""),
         ("stretch", "contraction_min", -contraction, -limits.contraction_min, ""),
     ):
@@ -252,7 +235,7 @@ def _muscle_limits(
                 limit=limit,
                 beyond=float(values[worst]) - limit,
                 unit=unit,
-                time=float(time[worst]),
+                time=float(columns["time"][worst]),
                 kind=provenance_note(limits, key),
             )
 
@@ -298,15 +281,13 @@ def _target_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterato
 
 
 def _law_warnings(
-    name: str,
-    muscle: Muscle,
-    time: np.ndarray,
-    pressure: np.ndarray,
-    contraction: np.ndarray,
-    force: np.ndarray,
+    name: str, group: MuscleGroup, columns: Columns, static: np.ndarray | None
 ) -> Iterator[Notice]:
-    """Warnings of a muscle whose law gave a force outside its range of validity."""
-    law = muscle.law_set
+    """Warnings of a law that gave a force outside its range, or that has another volume or length."""
+    role, muscle, law = name.rsplit("_", 1)[0], group.type, group.type.law_set
+    force = columns[f"muscle/{name}/force"] if static is None else static
+    pressure = columns[f"chamber/{chamber_of(name, group)}/pressure"][: len(force)]
+    contraction = columns[f"muscle/{name}/contraction"][: len(force)]
     # stretched, the braid carries; the law is asked at zero contraction
     pulling = force - braid_forces(contraction, muscle.braid_stiffness) > NEGLIGIBLE * muscle.limits.force
     for word, values, (lower, upper), unit in (
@@ -320,7 +301,7 @@ def _law_warnings(
                 f"law-outside-its-{word.split()[-1]}",
                 "{subject}: the law {law} was asked at a {what} of {value:.3g}{unit} at {time:.3f} s, "
                 "outside its range of {lower:g} to {upper:g}{unit}",
-                subject=name.rsplit("_", 1)[0],
+                subject=role,
                 law=muscle.law,
                 what=word,
                 value=float(values[worst]),
@@ -328,8 +309,13 @@ def _law_warnings(
                 upper=float(upper),
                 beyond=float(beyond[worst]),
                 unit=unit,
-                time=float(time[worst]),
+                time=float(columns["time"][worst]),
             )
+    if why := muscle.law_volume.reason:
+        text = "{subject}: the braid's volume is used, not that which follows from {law}: {why}"
+        yield Notice("law-volume", text, subject=role, law=muscle.law, why=why)
+    if why := muscle.length_warning:
+        yield Notice("muscle-length", "{subject}: {why}", subject=role, why=why)
 
 
 def _skin_warnings(built: Built, columns: Mapping[str, np.ndarray]) -> Iterator[Notice]:

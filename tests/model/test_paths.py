@@ -14,7 +14,7 @@ from afo_sim.common import InputError, assets
 from afo_sim.description import Orthosis, load
 from afo_sim.model import Built, mean_length, paths_of, sweep_ankle
 from afo_sim.model.build import build
-from afo_sim.model.paths import route_of, turns
+from afo_sim.model.paths import route_of
 from afo_sim.simulation.facts import pull_on
 
 ANGLES = np.radians(np.linspace(-20.0, 20.0, 17))
@@ -330,16 +330,6 @@ def test_a_straight_path_pulls_along_the_line_between_its_anchors() -> None:
         for angle, direction in zip(ANGLES, found, strict=True):
             line = turned(other, -angle if segment == "foot" else angle) - own
             assert direction[[0, 2]] == pytest.approx(line / np.hypot(*line), abs=1e-9)
-
-
-def test_turns_are_those_of_the_pieces() -> None:
-    paths = paths_of(guided(point("shank", 0.08, 0.05)))
-    data = mujoco.MjData(paths.model)
-    mujoco.mj_fwdPosition(paths.model, data)
-    middle = np.array([0.08, 0.05])
-    above, below = middle - HIGH, LOW - middle
-    angle = abs(math.atan2(*above[::-1]) - math.atan2(*below[::-1]))
-    assert turns(route_of(paths.model, data, 0)) == pytest.approx([0.0, angle, 0.0], abs=1e-12)
 
 
 def test_the_compiled_model_is_shared_by_cases_that_differ_in_friction_alone() -> None:
