@@ -6,6 +6,7 @@ import sys
 import mujoco
 import numpy as np
 import pytest
+from changed_leg import changed_leg
 
 from afo_sim.common import InputError, with_code
 from afo_sim.description import load
@@ -180,14 +181,6 @@ def test_dm_control_reads_the_model() -> None:
     assert physics.named.data.qpos["ankle"].size == 1
 
 
-def own_leg(tmp_path, change) -> dict[str, str]:
-    """The shipped leg with its MJCF changed."""
-    source = load("leg", "adult_75kg").file
-    (tmp_path / "leg.xml").write_text(change(source.read_text()))
-    (tmp_path / "leg.toml").write_text((source.parent / "leg.toml").read_text())
-    return {"leg": str(tmp_path / "leg.toml")}
-
-
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
@@ -203,7 +196,7 @@ def own_leg(tmp_path, change) -> dict[str, str]:
 )
 def test_leg_put_together_otherwise_is_refused(old: str, new: str, problem: str, tmp_path) -> None:
     with pytest.raises(InputError, match=problem):
-        built(**own_leg(tmp_path, lambda text: text.replace(old, new)))
+        built(**changed_leg(tmp_path, lambda text: text.replace(old, new)))
 
 
 def test_shank_and_foot_must_be_the_ankles_bodies() -> None:

@@ -1,6 +1,7 @@
 """Walking on a floor: the recorded walking comes back, and other feet are caught."""
 
 import dataclasses
+import functools
 import math
 import pathlib
 import re
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaign import size
+from changed_leg import changed_leg
 from scipy.integrate import solve_ivp
 
 import afo_sim
@@ -457,16 +459,8 @@ def test_every_parameter_of_the_floor_acts(key: str, value: str, column: str) ->
     assert np.abs(after - before).max() > 1e-3 * np.abs(before).max()
 
 
-def rigid_leg(folder: pathlib.Path) -> str:
-    """The adult leg with its toes stiff on the foot."""
-    for file in assets.find("leg", "adult_75kg").parent.iterdir():
-        text = re.sub(r'<joint name="toe".*/>', "", file.read_text())
-        (folder / file.name).write_text(re.sub(r"\[toes\]\n(.+\n?)*", "", text))
-    return str(folder / "leg.toml")
-
-
 def test_a_rigid_foot_has_its_toe_joint_in_its_pad(tmp_path: pathlib.Path) -> None:
-    leg = {"leg": rigid_leg(tmp_path)}
+    leg = changed_leg(tmp_path, lambda text: re.sub(r'<joint name="toe".*/>|\[toes\]\n(.+\n?)*', "", text))
     run = afo_sim.run("walk-healthy", CONTACT | leg)
     assert "toe/extension" not in run.columns
     error = np.degrees(run["ankle/angle"] - run["gait/ankle_angle"])[part(run, 0.0, 1.0)]
@@ -502,19 +496,13 @@ def test_bad_floors_are_refused(name: str, sets: dict[str, object], said: str) -
 
 
 def test_a_sole_without_its_points_is_refused(tmp_path: pathlib.Path) -> None:
-    leg = assets.find("leg", "adult_75kg")
-    for spoil, said in (
-        (
-            lambda xml: xml.replace('<site name="pulp"', '<site name="hallux"'),
-            "lacks some of the sole's sites",
-        ),
-        (lambda xml: xml.replace('pos="0.060 0 -0.018"', 'pos="-0.010 0 -0.018"'), "back to front"),
+    for old, new, said in (
+        ('<site name="pulp"', '<site name="hallux"', "lacks some of the sole's sites"),
+        ('pos="0.060 0 -0.018"', 'pos="-0.010 0 -0.018"', "back to front"),
     ):
-        for file in leg.parent.iterdir():
-            (tmp_path / file.name).write_text(spoil(file.read_text()))
-        with pytest.raises(InputError) as refused:
-            contact_built({"leg": str(tmp_path / "leg.toml")})
-        assert said in str(refused.value)
+        leg = changed_leg(tmp_path, functools.partial(re.sub, old, new))
+        with pytest.raises(InputError, match=said):
+            contact_built(leg)
 
 
 @pytest.mark.parametrize(

@@ -3,12 +3,14 @@
 import functools
 import math
 import pathlib
+import re
 from types import SimpleNamespace
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from changed_leg import changed_leg
 from scipy.optimize import brentq
 
 import afo_sim as afo
@@ -180,9 +182,6 @@ def test_spans_are_found_with_their_ends() -> None:
 # --- through the limb
 
 
-LEG = pathlib.Path(__file__).parents[2] / "models/legs/adult_75kg/leg.xml"
-
-
 def test_depths_are_the_analytic_distances() -> None:
     shapes = leg_shapes(afo.build("seated"))
     draw = np.random.default_rng(3)
@@ -225,15 +224,14 @@ def box_leg(folder: pathlib.Path) -> dict[str, Any]:
     text = "".join(f"v {x} {y} {z}\n" for x, y, z in corners)
     text += "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces)
     (folder / "channel.obj").write_text(text)
-    xml = LEG.read_text(encoding="utf-8")
-    start = xml.index('<geom name="shank"')
-    end = xml.index("/>", start) + 2
+    asset = '<asset><mesh name="channel" file="channel.obj"/></asset>'
     mesh = '<geom name="shank" type="mesh" mesh="channel" contype="0" conaffinity="0"/>'
-    xml = xml[:start] + mesh + xml[end:]
-    xml = xml.replace("<worldbody>", '<asset><mesh name="channel" file="channel.obj"/></asset><worldbody>', 1)
-    (folder / "leg.xml").write_text(xml)
-    (folder / "leg.toml").write_text((LEG.parent / "leg.toml").read_text(encoding="utf-8"))
-    return {"leg": str(folder / "leg.toml")}
+
+    def channelled(text: str) -> str:
+        text = re.sub(r'<geom name="shank"[^>]*/>', mesh, text)
+        return text.replace("<worldbody>", f"{asset}<worldbody>")
+
+    return changed_leg(folder, channelled)
 
 
 def test_a_mesh_is_asked_itself_and_not_its_hull(tmp_path: pathlib.Path) -> None:

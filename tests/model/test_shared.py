@@ -2,10 +2,10 @@
 
 import contextlib
 import dataclasses
+import functools
 import itertools
 import pathlib
 import re
-import shutil
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -14,8 +14,9 @@ import mujoco
 import numpy as np
 import pytest
 from campaign import size
+from changed_leg import changed_leg
 
-from afo_sim.common import InputError, assets
+from afo_sim.common import InputError
 from afo_sim.description import Scenario, expand, load
 from afo_sim.model import assemble, leg, muscle_weakness, person, supply_and_timer, walk
 from afo_sim.model.build import build
@@ -180,27 +181,17 @@ def test_threads_share_without_harm() -> None:
 
 
 def test_a_leg_that_changes_is_compiled_again(tmp_path: pathlib.Path) -> None:
-    folder = pathlib.Path(shutil.copytree(assets.find("leg", "adult_75kg").parent, tmp_path / "leg"))
-    file = folder / "leg.xml"
-
-    def mass() -> float:
-        return float(build(load("scenario", "seated", {"leg": str(folder)})).model.body("foot").mass[0])
-
-    before = mass()
-    file.write_text(file.read_text(encoding="utf-8").replace('mass="0.929"', 'mass="1.5"'), encoding="utf-8")
-    assert (before, mass()) == (0.929, 1.5)
+    for mass in (0.929, 1.5):
+        leg = changed_leg(tmp_path, functools.partial(re.sub, 'mass="0.929"', f'mass="{mass}"'))
+        assert build(load("scenario", "seated", leg)).model.body("foot").mass[0] == mass
 
 
 def test_a_leg_whose_inertia_is_a_full_matrix_is_compiled_for_every_mass(tmp_path: pathlib.Path) -> None:
     """MuJoCo turns it into principal axes, which rounds."""
-    folder = pathlib.Path(shutil.copytree(assets.find("leg", "adult_75kg").parent, tmp_path / "leg"))
-    file = folder / "leg.xml"
-    text = file.read_text(encoding="utf-8").replace(
-        'diaginertia="0.0018 0.00423392 0.00423392"', 'fullinertia="0.0018 0.0042 0.0041 1e-4 2e-4 1e-4"'
-    )
-    file.write_text(text, encoding="utf-8")
+    old, new = "0.0018 0.00423392 0.00423392", "0.0018 0.0042 0.0041 1e-4 2e-4 1e-4"
+    leg = changed_leg(tmp_path, lambda text: text.replace(f'diaginertia="{old}"', f'fullinertia="{new}"'))
     for kilograms in (60.0, 91.3):
-        sets = SHORT | {"leg": str(folder), "patient.body_mass": f"{kilograms} kg"}
+        sets = SHORT | leg | {"patient.body_mass": f"{kilograms} kg"}
         built = build(load("scenario", "walk-dropfoot-afo", sets))
         for array in ("body_mass", "body_inertia", "body_iquat", "dof_M0"):
             assert getattr(built.model, array).tobytes() == getattr(built.full_model, array).tobytes()

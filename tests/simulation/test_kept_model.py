@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from changed_leg import changed_leg
 
 import afo_sim
 from afo_sim import native
@@ -242,15 +243,14 @@ OBJ = "v 0 0 0\nv .1 0 0\nv 0 .02 0\nv 0 0 .013\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 
 
 def own_leg(folder: pathlib.Path) -> dict[str, str]:
     """The shipped leg, with a mesh on its foot."""
-    source = afo_sim.load("scenario", "seated").leg.file
-    text = source.read_text(encoding="utf-8")
-    text = text.replace("<worldbody>", '<asset><mesh name="shoe" file="shoe.obj"/></asset><worldbody>', 1)
+    asset = '<asset><mesh name="shoe" file="shoe.obj"/></asset>'
     shoe = '<geom type="mesh" mesh="shoe" mass="0" contype="0" conaffinity="0"/>'
-    text = text.replace('<body name="foot">', f'<body name="foot">{shoe}', 1)
     (folder / "shoe.obj").write_text(OBJ, encoding="utf-8")
-    (folder / "leg.xml").write_text(text, encoding="utf-8")
-    (folder / "leg.toml").write_text((source.parent / "leg.toml").read_text(encoding="utf-8"))
-    return {"leg": str(folder / "leg.toml")}
+    foot = '<body name="foot">'
+    return changed_leg(
+        folder,
+        lambda text: text.replace("<worldbody>", f"{asset}<worldbody>").replace(foot, foot + shoe),
+    )
 
 
 @pytest.fixture
