@@ -49,12 +49,16 @@ class Rollout:
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation to be rolled out: model, mjSTATE_INTEGRATION row to start from, inputs; its number."""
+    """One simulation to be rolled out: model, mjSTATE_INTEGRATION row to start from, inputs; its number.
+
+    One that has failed before its start has its failure and no state.
+    """
 
     model: mujoco.MjModel
     state: np.ndarray
     policy: Policy
     number: int = 0
+    failure: Exception | None = None
 
 
 See = Callable[[int, Rollout], None]  # a case's number, and a new stretch of it
@@ -149,6 +153,8 @@ def widths(model: mujoco.MjModel, fields: tuple[str, ...]) -> dict[str, int]:
 
 def limp(case: Case) -> Exception | None:
     """The reason for which a simulation must not start."""
+    if case.failure is not None:
+        return case.failure
     try:
         native.assert_muscles_pull(case.model, case.state)
     except FAILURES as error:

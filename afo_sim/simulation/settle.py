@@ -72,12 +72,10 @@ def settle(
             # friction that keeps the past keeps that of this start
             air = None if sticks(built) else functools.partial(first_air, control=control)
             case = begun_case(built, control, air=air)
-            if isinstance(case, Case) and (reason := limp(case)) is not None:
-                case = not_begun(built.model, reason)
-            if isinstance(case, Case):
+            if (reason := limp(case)) is None:
                 cases[k] = case
             else:
-                found[k] = Settled(case)
+                found[k] = Settled(not_begun(built.model, reason))
         if cases:
             walks = [_Walk(builts[k], controls[k], case) for k, case in cases.items()]
             party = _Party(_begun_near(walks, mode, workspace), mode, fields)

@@ -22,7 +22,6 @@ from afo_sim.simulation.rollout import (
     Workspace,
     failed,
     first_states,
-    not_begun,
     roll_out,
     widths,
 )
@@ -52,8 +51,6 @@ def simulate(
         policy, first, count = fixed(control), control[0], n_step or len(control)
     with native.installed(mode):
         case = case_of(built, policy, first, state)
-        if isinstance(case, Rollout):
-            return case
         block = WATCHED_BLOCK if see is not None or mode == "python" else BLOCK
         (rollout,) = roll_out(
             [case],
@@ -78,43 +75,33 @@ def simulate_together(
     recipe = Recipe(fields=METRIC_FIELDS, block=len(controls[0]))
     with native.installed("native"):
         chosen = policies or [None] * len(builts)
-        begun = [
-            begun_case(built, control, policy, recipe)
-            for built, control, policy in zip(builts, controls, chosen, strict=True)
-        ]
-        ready = [case for case in begun if isinstance(case, Case)]
-        ended = iter(roll_out(ready, len(controls[0]), recipe, workspace=workspace))
-    return [
-        case if isinstance(case, Rollout) else _within_stops(built, next(ended))
-        for built, case in zip(builts, begun, strict=True)
-    ]
+        cases = [begun_case(*each) for each in zip(builts, controls, chosen, strict=True)]
+        ended = roll_out(cases, len(controls[0]), recipe, workspace=workspace)
+    return [_within_stops(built, rollout) for built, rollout in zip(builts, ended, strict=True)]
 
 
 def case_of(
     built: Built, policy: Policy, first: np.ndarray, state: np.ndarray | None = None, air: Guess | None = None
-) -> Case | Rollout:
-    """The case to roll out, or an empty Rollout where a kernel refuses the start."""
+) -> Case:
+    """The case to roll out; a failed one where a kernel refuses the start."""
     try:
         native.assert_rows(built.model)
         if state is None:
             state = equilibrium(built, first) if built.walk is None else walking_start(built, first, air)
     except FAILURES as error:
-        return not_begun(built.model, failed(built.model, str(error), 0))
+        return Case(built.model, np.empty(0), policy, failure=failed(built.model, str(error), 0))
     return Case(built.model, state, policy)
 
 
 def begun_case(
-    built: Built,
-    control: np.ndarray,
-    policy: Policy | None = None,
-    recipe: Recipe | None = None,
-    air: Guess | None = None,
-) -> Case | Rollout:
+    built: Built, control: np.ndarray, policy: Policy | None = None, air: Guess | None = None
+) -> Case:
     """As `case_of`, but an error is this simulation's own."""
+    policy = policy or fixed(control)
     try:
-        return case_of(built, policy or fixed(control), control[0], air=air)
+        return case_of(built, policy, control[0], air=air)
     except Exception as error:
-        return not_begun(built.model, error, recipe)
+        return Case(built.model, np.empty(0), policy, failure=error)
 
 
 def first_beyond(built: Built, angle: np.ndarray) -> int | None:
@@ -274,8 +261,7 @@ class Stepped:
 def _case(built: Built, control: np.ndarray) -> Case:
     native.assert_rows(built.model)
     case = case_of(built, fixed(control), control[0])
-    if not isinstance(case, Case):
-        assert case.failure is not None
+    if case.failure is not None:
         raise case.failure
     native.assert_muscles_pull(case.model, case.state)
     return case
