@@ -41,12 +41,7 @@ def check_air_path(scenario: Scenario) -> list[Notice]:
     orthosis = scenario.orthosis
     if not orthosis.chamber:
         return []
-    return [
-        *_lost(orthosis),
-        *_pressures(scenario),
-        *_long_tubes(orthosis),
-        *_times(scenario),
-    ]
+    return [*_lost(orthosis), *_pressures(scenario), *_long_tubes(orthosis), *_times(scenario)]
 
 
 def _lost(orthosis: Orthosis) -> Iterator[Notice]:

@@ -286,13 +286,7 @@ def _proportional(valve: Valve) -> tuple[str, ...]:
     return ("proportional",) if valve.proportional else ()
 
 
-def _drawn(
-    kind: str,
-    name: str,
-    label: str,
-    edges: Sequence[FlowEdge],
-    lines: tuple[str, ...],
-) -> AirEdge:
+def _drawn(kind: str, name: str, label: str, edges: Sequence[FlowEdge], lines: tuple[str, ...]) -> AirEdge:
     """What is drawn of the edges of one part; of a quick exhaust with its way out."""
     own, *branches = edges
     drawn = AirEdge(kind, name, label, own.origin, own.end, own.forth, own.back, own.ratio_forth, lines)

@@ -145,10 +145,7 @@ def build(
         fill_walking(model, index.walking, scenario, foot)
     tissue = own_tissue(scenario)
     model.actuator_user[index.passive] = native.passive_row(
-        scale=tissue.scale,
-        offset=tissue.offset,
-        load=scenario.load_moment,
-        damping=0.5 * tissue.damping,
+        scale=tissue.scale, offset=tissue.offset, load=scenario.load_moment, damping=0.5 * tissue.damping
     )
     fill_hinge(model, scenario, size)
     stretch = _stretched(geometry, circuit, scenario.orthosis)

@@ -39,10 +39,7 @@ def add_tendons(
 
 
 def _add_path(
-    tendon: mujoco.MjsTendon,
-    anchors: dict[str, mujoco.MjsBody],
-    name: str,
-    group: MuscleGroup,
+    tendon: mujoco.MjsTendon, anchors: dict[str, mujoco.MjsBody], name: str, group: MuscleGroup
 ) -> None:
     """The path of one muscle from origin to insertion; half its mass stands at each end."""
     assert group.origin is not None and group.insertion is not None
@@ -108,10 +105,7 @@ def side(name: str, group: MuscleGroup) -> float:
 
 
 def _add_pulley(
-    tendon: mujoco.MjsTendon,
-    anchors: dict[str, mujoco.MjsBody],
-    name: str,
-    group: MuscleGroup,
+    tendon: mujoco.MjsTendon, anchors: dict[str, mujoco.MjsBody], name: str, group: MuscleGroup
 ) -> None:
     """One muscle over a pulley: a fixed tendon of length −(moment arm) × angle."""
     assert group.pulley is not None

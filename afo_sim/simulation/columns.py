@@ -205,11 +205,7 @@ COLUMNS = (
         lambda f, i: f.rows["actuator_length"][:, i],
     ),
     Column(
-        "muscle/*/moment_arm",
-        "m",
-        "-dL/dtheta of the path; dorsiflexion positive",
-        _moment_arm,
-        whole=True,
+        "muscle/*/moment_arm", "m", "-dL/dtheta of the path; dorsiflexion positive", _moment_arm, whole=True
     ),
     Column("cuff/*/force", "N", "pull of all muscles on it", lambda f, i: _anchor(f, i).force),
     Column("cuff/*/displacement", "m", "along the pull", lambda f, i: _anchor(f, i).displacement),

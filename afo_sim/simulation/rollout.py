@@ -262,9 +262,7 @@ class _Run:
     def _chosen(self, k: int, steps: range, before: int) -> np.ndarray:
         """Inputs of one simulation; of one whose policy gives up, none."""
         moment = Moment(
-            steps,
-            lambda: one_of(self.now, k, copy=True),
-            lambda: self.aligned(k, before, steps.start),
+            steps, lambda: one_of(self.now, k, copy=True), lambda: self.aligned(k, before, steps.start)
         )
         try:
             return self.cases[k].policy.choose(moment)

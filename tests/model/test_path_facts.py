@@ -18,14 +18,7 @@ from afo_sim.common import InputError
 from afo_sim.description import Orthosis
 from afo_sim.model import Design, PathFacts, along, path_points, rows, support, taut
 from afo_sim.model.design import design
-from afo_sim.model.leg_shapes import (
-    DEEP,
-    LegShapes,
-    _knee_height,
-    leg_shapes,
-    through_leg,
-    winding_number,
-)
+from afo_sim.model.leg_shapes import DEEP, LegShapes, _knee_height, leg_shapes, through_leg, winding_number
 from afo_sim.model.path_facts import _alike, path_facts, spans_above
 from afo_sim.model.path_words import in_words
 from afo_sim.model.torque_map import torque_map
@@ -153,10 +146,7 @@ def test_stretch_limits_are_found_at_their_contraction() -> None:
     built = afo.build("arm-s1")
     entry = path_facts(built)[0]
     pulley, kind = entry.group.pulley, entry.group.type
-    for spans, level in (
-        (entry.locked, kind.braid.lock),
-        (entry.stretched, kind.limits.contraction_min),
-    ):
+    for spans, level in ((entry.locked, kind.braid.lock), (entry.stretched, kind.limits.contraction_min)):
         gives = kind.force(0.0, contraction=level) / entry.group.cable.stiffness / kind.nominal_length
         angle = (level - gives - pulley.initial_contraction) * kind.nominal_length / pulley.radius
         ((low, high),) = spans

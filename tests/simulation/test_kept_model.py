@@ -248,8 +248,7 @@ def own_leg(folder: pathlib.Path) -> dict[str, str]:
     (folder / "shoe.obj").write_text(OBJ, encoding="utf-8")
     foot = '<body name="foot">'
     return changed_leg(
-        folder,
-        lambda text: text.replace("<worldbody>", f"{asset}<worldbody>").replace(foot, foot + shoe),
+        folder, lambda text: text.replace("<worldbody>", f"{asset}<worldbody>").replace(foot, foot + shoe)
     )
 
 
