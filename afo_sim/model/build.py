@@ -196,7 +196,7 @@ def _with_walking(built: Built, foot: Foot, bare: Foot) -> Built:
     if in_contact(scenario):
         check_sole(foot, scenario)
         contact = register(walk, foot, built.model, scenario, built.body_mass)
-        warnings = (*warnings, *contact.warnings())
+        warnings = (*warnings, *contact.warnings)
         if walk.laid > MISFIT * Size.of(scenario).taller:
             text = "the recorded sole is {laid:.0f} mm off the floor while force acts: the two do not fit"
             warnings = (*warnings, Notice("sole-off-floor", text, subject="gait.cycle", laid=1e3 * walk.laid))

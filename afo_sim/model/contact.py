@@ -54,9 +54,9 @@ class Contact:
     floor [m] and load [N], recorded, of each pad (n, n_pad); moment is what the recorded ground force has
     about the ankle beside the pads' [N·m]; shift is how far it stands ahead of the pads' centre [m]; support
     is what the body above gives so that the ankle stays where it was recorded, upward [N]; flexors is the
-    moment of the toes' own muscles beside their spring, extension positive [N·m], None of a rigid foot. lost
-    is what of the recorded force no floor has the pads carry; loaded is the force from which on a pad stands
-    on the floor [N].
+    moment of the toes' own muscles beside their spring, extension positive [N·m], None of a rigid foot.
+    warnings are of recorded force that no floor has the pads carry; loaded is the force from which on a pad
+    stands on the floor [N].
     """
 
     floor: np.ndarray
@@ -64,43 +64,9 @@ class Contact:
     moment: np.ndarray
     shift: np.ndarray
     support: np.ndarray
-    lost: "Lost"
+    warnings: tuple[Notice, ...]
     loaded: float = LOADED
     flexors: np.ndarray | None = None
-
-    def warnings(self) -> tuple[Notice, ...]:
-        """Warnings of recorded force that the pads cannot reproduce even on the recorded path."""
-        lost = self.lost
-        if lost.most <= NOTICED:
-            return ()
-        text = (
-            f"the pads lose up to {100.0 * lost.most:.0f} % of the body weight of the recorded force at "
-            f"{100.0 * lost.phase:.0f} % of the stride, where the recorded foot leaves the floor fast: "
-            "lower {subject} to {damping:.2f} s/m"
-        )
-        told: dict[str, Any] = {"lost": lost.most, "phase": lost.phase, "damping": lost.damping}
-        return (Notice("ground-force-lost", text, subject="ground.damping", **told),)
-
-
-@dataclass(frozen=True)
-class Lost:
-    """Recorded force that the pads do not carry, since the recorded foot rises too fast under it.
-
-    most : at once, in body weights [-]
-    phase : where that is [-]
-    damping : greatest `ground.damping` that loses nothing, to the full hundredth below [s/m]
-    """
-
-    most: float
-    phase: float
-    damping: float
-
-    @classmethod
-    def of(cls, force: np.ndarray, phase: np.ndarray, fastest: float) -> "Lost":
-        """What is lost at each step."""
-        worst = int(np.argmax(force))
-        enough = (1.0 - FASTEST) / max(fastest, 1e-3)
-        return cls(float(force[worst]), float(phase[worst]) % 1.0, math.floor(100.0 * enough) / 100.0)
 
 
 def ground_of(scenario: "Scenario", size: Size) -> Ground:
@@ -227,10 +193,27 @@ def _registered(
         moment=recorded - turning,
         shift=shift,
         support=_leg_force(walk, pitch, foot, leg) - total,
-        lost=Lost.of(lost, walk.phase[1:-1], fastest),
+        warnings=_lost(lost, walk.phase[1:-1], fastest),
         loaded=least,
         flexors=flexors,
     )
+
+
+def _lost(force: np.ndarray, phase: np.ndarray, fastest: float) -> tuple[Notice, ...]:
+    """A warning where pads lose force [body weights], since the recorded foot rises too fast [m/s]."""
+    worst = int(np.argmax(force))
+    most, at = float(force[worst]), float(phase[worst]) % 1.0
+    if most <= NOTICED:
+        return ()
+    text = (
+        f"the pads lose up to {100.0 * most:.0f} % of the body weight of the recorded force at "
+        f"{100.0 * at:.0f} % of the stride, where the recorded foot leaves the floor fast: "
+        "lower {subject} to {damping:.2f} s/m"
+    )
+    enough = (1.0 - FASTEST) / max(fastest, 1e-3)  # loses nothing
+    hundredth = math.floor(100.0 * enough) / 100.0
+    told: dict[str, Any] = {"lost": most, "phase": at, "damping": hundredth}
+    return (Notice("ground-force-lost", text, subject="ground.damping", **told),)
 
 
 def _toe_levers(foot: Foot, pitch: np.ndarray, ahead: np.ndarray) -> np.ndarray:

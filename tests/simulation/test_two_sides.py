@@ -16,7 +16,7 @@ from afo_sim.common import Notice, with_code
 from afo_sim.gait import asymmetry, file
 from afo_sim.gait_lab import Choices, import_sides
 from afo_sim.simulation import Both, described
-from afo_sim.simulation.bilateral_sides import copied
+from afo_sim.simulation.bilateral import copied
 
 WALK = "walk-dropfoot-afo"
 
