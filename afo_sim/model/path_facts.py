@@ -148,7 +148,7 @@ def _facts(
 ) -> PathFacts:
     """Facts of alike muscles; contraction of path and muscle, moment arm and force are those of one."""
     kind, orthosis, model, index = group.type, built.scenario.orthosis, built.model, built.index
-    # at which it hangs freely
+    # contraction ratios at which it hangs freely; without air 0
     natural = np.array(
         [float(kind.contraction(p, force=0.0)) if p > 0.0 else 0.0 for p in pressures.tolist()]
     )

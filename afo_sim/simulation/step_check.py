@@ -74,9 +74,9 @@ def check_forgets(controller: object, policy: object) -> None:
         raise InputError(problem, field="policy", allowed="a scenario's own timing, or a controller")
     plain = inspect.isfunction(controller) and not controller.__closure__
     if controller is not None and not plain and not hasattr(controller, "reset"):
-        problem, name = "runs twice to check the time step, and may remember the first run", type(controller)
+        problem = "runs twice to check the time step, and may remember the first run"
         allowed = "a function without a memory, or an object whose reset() forgets"
-        raise InputError(problem, field="controller", value=name.__name__, allowed=allowed)
+        raise InputError(problem, field="controller", value=type(controller).__name__, allowed=allowed)
 
 
 def step_errors(run: Mapping[str, Metric], fine: Mapping[str, Metric]) -> dict[str, StepError]:

@@ -1,6 +1,7 @@
 """Warnings of runs that are not to be believed, and the energy balance among the metrics of a run."""
 
 import re
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 import afo_sim
 from afo_sim import load
-from afo_sim.common import with_code
+from afo_sim.common import Notice, with_code
 from afo_sim.metrics import words
 from afo_sim.model import Built
 from afo_sim.model import supply_and_timer as schedule
@@ -16,6 +17,7 @@ from afo_sim.model.build import build
 from afo_sim.simulation import balance, make_recording
 from afo_sim.simulation.columns import columns_of
 from afo_sim.simulation.energy_balance import law_forces, with_static_forces
+from afo_sim.simulation.run import _warnings
 from afo_sim.simulation.simulate import simulate
 from afo_sim.simulation.validity_checks import limit_warnings, validity_warnings
 
@@ -172,3 +174,33 @@ def test_a_stretch_that_is_watched_has_none() -> None:
     whole = simulate(built, schedule.controls(built), see=seen.append)
     assert seen and "air_work" not in make_recording(built, seen[0]).metrics
     assert "air_work" in make_recording(built, whole).metrics
+
+
+def notice(code: str, value: float, subject: str = "front", **data: float) -> Notice:
+    return Notice(code, "front: the law x was asked at {value:g}", subject=subject, value=value, **data)
+
+
+def test_what_was_said_of_the_settled_stride_is_not_said_again_and_all_else_is() -> None:
+    settled: Any = SimpleNamespace(found=True, slowest=0.1)
+    first: Any = SimpleNamespace(warnings=("of the description",))
+    doubts = notice("energy-lost", 0.7, "back", beyond=0.7), notice("metric-undefined", 0.8)
+    before: Any = SimpleNamespace(
+        limits=(notice("law-pressure", 3.0), notice("law-contraction", 0.4)),
+        found=SimpleNamespace(warnings=doubts),
+    )
+    after: Any = SimpleNamespace(
+        limits=(notice("law-pressure", 2.0), notice("law-pressure", 2.0, "back")),
+        found=SimpleNamespace(warnings=(notice("other", 1.0), notice("source-empty", 9.0))),
+    )
+    found = _warnings(first, before, after, settled, (notice("source-empty", 5.0),))
+    assert found == (
+        "of the description",
+        "front: the law x was asked at 5",
+        "front: the law x was asked at 2",
+        "front: the law x was asked at 2",
+        "front: the law x was asked at 1",
+        "before it settles: front: the law x was asked at 0.4",
+        "before it settles: front: the law x was asked at 0.7",
+    )
+    last = found[-2]
+    assert isinstance(last, Notice) and (last.code, last.subject) == ("law-contraction", "front")
