@@ -55,6 +55,7 @@ from .rollout import Workspace as Workspace
 from .rollout import failed as failed
 from .rollout import roll_out as roll_out
 from .rollout import row_width as row_width
+from .rollout import state_parts as state_parts
 from .run import run_built as run_built
 from .run import run_controlled as run_controlled
 from .run import run_scenario as run_scenario
@@ -65,7 +66,6 @@ from .settle import Settled as Settled
 from .simulate import Progress as Progress
 from .simulate import Stepped as Stepped
 from .simulate import simulate_together as simulate_together
-from .simulate import state_parts as state_parts
 from .simulators import steps_in as steps_in
 from .step_check import found_step_errors as found_step_errors
 from .step_check import quarter_step as quarter_step

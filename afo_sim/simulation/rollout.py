@@ -179,7 +179,7 @@ class _Run:
         self.block = min(recipe.block, *(period for period in periods if period), n_step) or 1
         n, kept = len(cases), -(-n_step // recipe.stride)
         self.in_place = recipe.stride == 1 and (n == 1 or (self.block == n_step and not periods))
-        self.start = first_states(cases)
+        self.start = state_parts(cases[0].model, [case.state for case in cases])
         self.now = {name: values.copy() for name, values in self.start.items()}
         self.widths = widths(cases[0].model, recipe.fields)
         self.rows = workspace.rows("", (n, kept), self.widths)
@@ -317,12 +317,11 @@ class _Run:
         return Rollout(found.rows, found.control, failure, wall, 0, final, found.reported)
 
 
-def first_states(cases: Sequence[Case]) -> Rows:
-    """The first states by name (n, width)."""
-    found: dict[str, list[np.ndarray]] = {name: [] for name in STATE}
-    data = native.scratch(cases[0].model)
-    for case in cases:
-        mujoco.mj_setState(case.model, data, case.state, mujoco.mjtState.mjSTATE_INTEGRATION)
-        for name in STATE:
-            found[name].append(np.array(getattr(data, name), float).reshape(-1))
-    return {name: np.array(values) for name, values in found.items()}
+def state_parts(model: mujoco.MjModel, states: Sequence[np.ndarray] | np.ndarray) -> Rows:
+    """Time, qpos, qvel and act (n, width) of mjSTATE_INTEGRATION rows, which begin with them."""
+    rows, found, first = np.array(states), {}, 0
+    for name in STATE:
+        size = mujoco.mj_stateSize(model, getattr(mujoco.mjtState, f"mjSTATE_{name.upper()}"))
+        found[name] = rows[:, first : first + size]
+        first += size
+    return found

@@ -30,9 +30,9 @@ from afo_sim.simulation.rollout import (
     Rollout,
     Workspace,
     failed,
-    first_states,
     limp,
     not_begun,
+    state_parts,
     widths,
 )
 from afo_sim.simulation.simulate import GONE, begun_case, first_beyond
@@ -129,7 +129,7 @@ class _Party:
         self.stepper = stepper_of(models, states, mode)
         self.n = steps_of_stride(walks[0].built.scenario)
         self.widths = widths(models[0], fields)
-        starts = first_states(cases)
+        starts = state_parts(models[0], states)
         self.walks = walks
         self.searches = [
             StrideSearch(walk.built, walk.control, one_of(starts, k), near=walk.slopes, within=within)

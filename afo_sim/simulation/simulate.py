@@ -21,8 +21,8 @@ from afo_sim.simulation.rollout import (
     Rollout,
     Workspace,
     failed,
-    first_states,
     roll_out,
+    state_parts,
     widths,
 )
 from afo_sim.simulation.stepping import FAILURES, Policy, Rows, fixed, stepper_of
@@ -147,7 +147,7 @@ class Stepped:
             self.cases = [cases[id(built)] for built in self.builts]
             models, states = [case.model for case in self.cases], [case.state for case in self.cases]
             self.stepper = stepper_of(models, states, mode, threads=threads)
-            self.now = first_states(self.cases)
+            self.now = state_parts(models[0], states)
             begun = {key: _first_rows(case, schedules[key][0], fields) for key, case in cases.items()}
             self.begun = {
                 name: np.stack([begun[id(built)][name] for built in self.builts])
@@ -174,9 +174,9 @@ class Stepped:
         for k, state, step in zip(numbers, states, steps, strict=True):
             self.stepper.restart(k, state)
             self.failures.pop(k, None)
-            self.taken[k], first = step, 0
-            for values in self.now.values():  # a state begins with these
-                values[k] = state[first : (first := first + values.shape[1])]
+            self.taken[k] = step
+            for name, values in state_parts(self.cases[k].model, [state]).items():
+                self.now[name][k] = values[0]
 
     @property
     def moment(self) -> tuple[Any, ...]:
@@ -281,13 +281,3 @@ def forces_of(
     data.ctrl[:] = control
     mujoco.mj_forward(model, data)
     return {name: np.array(getattr(data, name), float).reshape(1, -1) for name in (*STATE, *fields)}
-
-
-def state_parts(model: mujoco.MjModel, states: np.ndarray) -> Rows:
-    """Time, qpos, qvel and act (n, width) of mjSTATE_INTEGRATION rows, which begin with them."""
-    found, first = {}, 0
-    for name in STATE:
-        size = mujoco.mj_stateSize(model, getattr(mujoco.mjtState, f"mjSTATE_{name.upper()}"))
-        found[name] = states[:, first : first + size]
-        first += size
-    return found
