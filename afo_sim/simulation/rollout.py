@@ -318,8 +318,8 @@ class _Run:
 
 
 def state_parts(model: mujoco.MjModel, states: Sequence[np.ndarray] | np.ndarray) -> Rows:
-    """Time, qpos, qvel and act (n, width) of mjSTATE_INTEGRATION rows, which begin with them."""
-    rows, found, first = np.array(states), {}, 0
+    """Time, qpos, qvel and act (n, width) of mjSTATE_INTEGRATION rows; of an array they are views."""
+    rows, found, first = np.asarray(states), {}, 0
     for name in STATE:
         size = mujoco.mj_stateSize(model, getattr(mujoco.mjtState, f"mjSTATE_{name.upper()}"))
         found[name] = rows[:, first : first + size]
