@@ -11,6 +11,7 @@ from afo_sim.model import AFTER, as_run, start_up, steps_of_stride, stride_time_
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.model.periodic import unseen_drift
+from afo_sim.simulation.run import run
 
 
 def scenario(name: str = "walk-dropfoot-afo", **sets: object) -> Scenario:
@@ -128,3 +129,22 @@ def test_a_timer_that_has_not_come_round_is_told() -> None:
     assert unseen_drift(timed(2.4, 1.2).set({"duration": "1.2 s"}))
     assert unseen_drift(timed(1.2, 1.2)) is None
     assert unseen_drift(scenario("walk-dropfoot-afo")) is None
+
+
+@pytest.mark.slow
+def test_a_timer_s_verdict_may_turn_in_what_a_short_run_does_not_see() -> None:
+    """Quick valves hold air in the right phase at first, and in the wrong one a minute later."""
+    valve = "orthosis.chamber.dorsiflexor.{}.conductance"
+    quick = {valve.format(side): "0.3 dm^3/(s*bar)" for side in ("inlet", "outlet")}
+    sets = quick | {"reference": None, "timestep": "2 ms", "orthosis.anchor.shank.stiffness": "6 kN/m"}
+    short, long = (
+        run("walk-dropfoot-afo-timer", sets | {"duration": duration}) for duration in ("14.4 s", "170 s")
+    )
+    assert (
+        float(short.metrics["lowest_toe_clearance"])
+        > 10.0
+        > 0.0
+        > float(long.metrics["lowest_toe_clearance"])
+    )
+    assert any("drifts" in w for w in short.warnings)
+    assert not any("the timer drifts" in w for w in long.warnings)

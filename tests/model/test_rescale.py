@@ -148,7 +148,8 @@ def test_a_fit_is_that_of_straight_lines_between_the_anchors(taller: float) -> N
     assert found.arm == pytest.approx(slope * group.type.nominal_length, rel=1e-6)
     if taller == 1.0:
         told = [np.degrees(each.taut) for each in fits(orthosis).values()]
-        assert told == pytest.approx([-15.5, 30.0], abs=0.5)
+        assert told[0] == pytest.approx(-15.5, abs=0.1)
+        assert told[1] == pytest.approx(30.0, abs=0.5)
 
 
 def test_a_file_says_the_same_and_keeps_its_comments(tmp_path: pathlib.Path) -> None:
