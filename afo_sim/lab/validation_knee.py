@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 from afo_sim.common import assets, number, read_table, scale_of, split_title
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import rms
-from afo_sim.lab.validation_row import About, Row
+from afo_sim.lab.validation_row import Row, rows
 from afo_sim.physics import LAWS, forces
 
 LAW = "bolen_2026"
@@ -41,38 +41,8 @@ COLUMNS = {"angle": "rad", "torque": "N*m", "length": "m", "moment arm": "m", "p
 EXAMPLE = "test, angle [deg], torque [N*m], length [mm], moment arm [mm], pressure [kPa]"
 LOCKED, EMPTY = -0.3, 0.6  # contraction ratios between which every balance lies
 HALVINGS = 50  # of that interval: to 1e-15
-SOURCE = "Bolen, pin knee"
 PREDICTED = "47"  # the test that the first fit does not see
 START_STIFFNESS, START_OFFSET = 13e3, 5e-3  # of the fits [N/m], [m]
-# A separate computation from the same angles, torques and path, before this one. By test [N·m].
-RIGID = {"48": 7.57, "46": 4.55, "47": 7.67, "40t": 13.61, "41": 12.04}
-TOO_STRONG = {"48": 64.0, "46": 39.0, "47": 57.0, "40t": 93.0, "41": 95.0}  # of the mean torque [%]
-UNSEEN = {"48": 2.37, "46": 2.45, "47": 2.28, "40t": 1.17, "41": 1.56}
-AS_MEASURED = {"48": 1.70, "46": 1.49, "47": 1.97, "40t": 2.08, "41": 2.19}
-STIFFNESS = 12.88  # fitted without test 47 [kN/m]
-WITH_OFFSET = 2.28  # test 47 by a stiffness and an offset [N·m]
-# The author's brackets of two stiffnesses and an offset that move the attachment ("row 77"). By test [N·m].
-BOLEN = {"48": 2.16, "46": 1.37, "47": 2.29, "40t": 1.61, "41": 1.08}
-BOUND = 2.6  # on the torques of test 47 [N·m]
-ALIKE = 0.05  # between the two computations [N·m], [kN/m]
-MEASURED = "torques measured by the author"
-DERIVED = "measured torques; derived here in a separate computation, not printed"
-WHY_ALIKE = "two computations on the same points; pressures are given to 1 kPa, which is worth 0.02 N·m"
-WHY_PER_CENT = "the other computation is given to 1 %"
-WHY_BOUND = (
-    "at one angle this test's ways up and down lie up to 2.55 N·m apart; 0.05 more for the computation"
-)
-WHY_BRAID = (
-    "the path is longer than the muscle at 31 points: there the simulator's braid carries what exceeds the "
-    "law's force at rest, the judged rows continue the printed formula; one stiffness leaves no such point"
-)
-WHY_MAKERS = (
-    "the law is fitted to the maker's curve, which ends at a contraction of 25 %, these muscles at 16 to 18 %"
-)
-WHY_BOLEN = (
-    "the author's brackets have three numbers and move the moment arm; one spring keeps it, and did not see "
-    "the test"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,30 +158,21 @@ def _others(name: str) -> list[KneeTest]:
     return [test for other, test in knee_tests().items() if other != name]
 
 
-ALIKE_HERE = About(SOURCE, "N·m", DERIVED, WHY_ALIKE)
-
-
 def _rigid() -> list[Row]:
     """The law on anchors that do not give, test by test; then the muscle as a run has it, by two laws."""
-    found = []
-    for name, test in knee_tests().items():
-        errors = rigid_torque(test) - test.torque
-        what = f"test {name}, {len(test)} torques, rigid anchors"
-        found.append(ALIKE_HERE.implied(f"{what}: RMS", RIGID[name], rms(errors), ALIKE))
-        excess = 100.0 * (np.abs(rigid_torque(test)).mean() / np.abs(test.torque).mean() - 1.0)
-        strong = About(SOURCE, "%", DERIVED, WHY_PER_CENT)
-        found.append(strong.implied(f"{what}: mean too strong by", TOO_STRONG[name], excess, 0.5))
+    missed, strong = [], []
+    for test in knee_tests().values():
+        found, count = rigid_torque(test), len(test)
+        missed.append({"simulated": rms(found - test.torque), "count": count})
+        excess = 100.0 * (np.abs(found).mean() / np.abs(test.torque).mean() - 1.0)
+        strong.append({"simulated": excess, "count": count})
     shipped = reader.load("muscle", "dmsp_10").law
-    return [
-        *found,
-        _muscles(f"rigid anchors, the simulator's muscle by `{LAW}`", LAW, WHY_BRAID),
-        _muscles(f"rigid anchors, the simulator's muscle by `{shipped}`", shipped, WHY_MAKERS),
-        _muscles(f"`{shipped}` at the measured length and arm", shipped, WHY_MAKERS, measured=True),
-    ]
+    others = ({"simulated": _muscles(shipped, measured=how), "law": shipped} for how in (False, True))
+    return rows("pin_knee", "rigid", *missed, *strong, _muscles(LAW), *others)
 
 
-def _muscles(what: str, law: str, why: str, *, measured: bool = False) -> Row:
-    """All torques by a law, through the simulator's own muscle at rest."""
+def _muscles(law: str, *, measured: bool = False) -> np.ndarray:
+    """Errors of all torques by a law, through the simulator's own muscle at rest [N·m]."""
     errors = []
     for test in knee_tests().values():
         muscle = test.muscle.using(law=law)
@@ -219,41 +180,22 @@ def _muscles(what: str, law: str, why: str, *, measured: bool = False) -> Row:
         if measured:
             kappa, arm = 1.0 - test.length / muscle.nominal_length, test.moment_arm
         errors.append(-muscle.force(test.pressure, contraction=kappa) * arm - test.torque)
-    together = np.concatenate(errors)
-    return About(SOURCE, "N·m", MEASURED, why).curve(f"all tests, {what}: RMS", together, None)
+    return np.concatenate(errors)
 
 
 def _one_stiffness() -> list[Row]:
-    """One stiffness for all tests but one, and what it says of that one."""
-    fitted = {name: fit(_others(name))[0] for name in knee_tests()}
-    errors = {name: torque(test, fitted[name]) - test.torque for name, test in knee_tests().items()}
-    one = "one series stiffness, fitted to 167 torques, all but test 47"
-    predicted = About(SOURCE, "N·m", f"{MEASURED}; stiffness fitted here", WHY_BOUND)
-    what = f"test {PREDICTED}, which the fit did not see: RMS"
-    found = [
-        About(SOURCE, "kN/m", DERIVED, WHY_ALIKE).implied(one, STIFFNESS, 1e-3 * fitted[PREDICTED], ALIKE),
-        predicted.curve(what, errors[PREDICTED], BOUND),
-    ]
-    for name, unseen in UNSEEN.items():
-        what = f"test {name}, predicted with {1e-3 * fitted[name]:.1f} kN/m, fitted to the other four: RMS"
-        found.append(ALIKE_HERE.implied(what, unseen, rms(errors[name]), ALIKE))
-    found.append(_with_offset())
-    for name, test in knee_tests().items():
-        what = f"test {name}, law at the measured length and arm: RMS"
-        missed = rms(torque_as_measured(test) - test.torque)
-        found.append(ALIKE_HERE.implied(what, AS_MEASURED[name], missed, ALIKE))
-    printed = About(SOURCE, "N·m", "printed in a dissertation's proofs", WHY_BOLEN)
-    what = "RMS: bending brackets, one stiffness held out"
-    return found + [printed.compared(f"test {n}, {what}", BOLEN[n], rms(e)) for n, e in errors.items()]
-
-
-def _with_offset() -> Row:
-    """An offset beside the stiffness: another pair of numbers, the same error."""
+    """One stiffness for all tests but one, and what it says of that one; with an offset, another pair."""
+    tests, unseen = knee_tests(), dict[str, np.ndarray]()
+    fitted = {name: fit(_others(name))[0] for name in tests}
+    for name, test in tests.items():
+        unseen[name] = torque(test, fitted[name]) - test.torque
+    each = [{"simulated": rms(unseen[name]), "stiffness": 1e-3 * k} for name, k in fitted.items()]
     stiffness, offset = fit(_others(PREDICTED), offset=True)
-    test = knee_tests()[PREDICTED]
-    pair = f"{1e-3 * stiffness:.1f} kN/m and {1e3 * offset:.1f} mm of offset"
-    error = rms(torque(test, stiffness, offset) - test.torque)
-    return ALIKE_HERE.implied(f"test {PREDICTED}, predicted with {pair}: RMS", WITH_OFFSET, error, ALIKE)
+    error = rms(torque(tests[PREDICTED], stiffness, offset) - tests[PREDICTED].torque)
+    pair = {"simulated": error, "stiffness": 1e-3 * stiffness, "offset": 1e3 * offset}
+    as_measured = [rms(torque_as_measured(test) - test.torque) for test in tests.values()]
+    first = 1e-3 * fitted[PREDICTED], unseen[PREDICTED]
+    return rows("pin_knee", "one_stiffness", *first, *each, pair, *as_measured, *map(rms, unseen.values()))
 
 
 PARTS = (_rigid, _one_stiffness)

@@ -1,16 +1,27 @@
-"""One published number or curve beside what the simulator says to it, and how that came out."""
+"""One published number or curve beside what the simulator says to it, and how that came out.
 
+What a source says stands in `models/validation`: a file for each module that simulates it, in it a list of
+tables for each part, in a table what its `rows` have in common. Keys are those of `Row`, and
+
+    published   as a text: as printed, right to half of the last digit
+    share       the tolerance, as a share of what is published
+    allowed     how far the simulated number may be from `expected`, which the source contradicts
+    measure     "worst" error of a curve; by default the root mean square
+    {key}       in a quantity or sourcing: another key of the row, or of its value
+"""
+
+import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
+from afo_sim.common import assets
 from afo_sim.lab.identifiability import rms
 
 Outcome = Literal["good", "FAILED", "erratum", "disagrees", "compared", "lost"]
-NOT_RECOVERABLE = "not recoverable"
 
 
 @dataclass(frozen=True)
@@ -42,92 +53,45 @@ class Row:
     points: int = 1
     cell: bool = False
 
-
-def worst(errors: np.ndarray) -> float:
-    """The largest absolute error."""
-    return float(np.abs(errors).max())
-
-
-@dataclass(frozen=True)
-class About:
-    """What rows of one source have in common: its name, their unit, how well sourced they are, and why."""
-
-    source: str
-    unit: str
-    sourcing: str
-    why: str
-
-    def row(
-        self,
-        outcome: Outcome,
-        good: object,
-        quantity: str,
-        error: float,
-        simulated: float | None,
-        *,
-        published: float | None = None,
-        expected: float | None = None,
-        tolerance: float | None = None,
-        **others: Any,
-    ) -> Row:
-        """A line of the validation, of an outcome if it is good and else failed."""
-        verdict: tuple[bool, Outcome] = (True, outcome) if good else (False, "FAILED")
-        numbers = (published, simulated, error, tolerance)
-        how = (self.unit, self.sourcing)
-        return Row(self.source, quantity, *numbers, *how, *verdict, self.why, expected, **others)
-
-    def number(
-        self, quantity: str, published: float, simulated: float, tolerance: float, **others: Any
-    ) -> Row:
-        """A printed number against ours."""
-        error = float(simulated) - float(published)
-        numbers = {"published": float(published), "tolerance": tolerance}
-        return self.row(
-            "good", abs(error) <= tolerance, quantity, error, float(simulated), **numbers, **others
-        )
-
-    def implied(self, quantity: str, expected: float, simulated: float, tolerance: float) -> Row:
-        """A number that follows from printed ones but is not printed, against ours."""
-        error = float(simulated) - float(expected)
-        numbers = {"expected": float(expected), "tolerance": tolerance}
-        return self.row("good", abs(error) <= tolerance, quantity, error, float(simulated), **numbers)
-
-    def compared(self, quantity: str, published: float, simulated: float) -> Row:
-        """A printed number beside ours where no agreement can be demanded."""
-        error = simulated - published
-        return self.row("compared", math.isfinite(error), quantity, error, simulated, published=published)
-
-    def contradicted(
-        self,
-        outcome: Literal["erratum", "disagrees"],
-        quantity: str,
-        published: float | None,
-        expected: float,
-        simulated: float,
-        allowed: float,
-    ) -> Row:
-        """A printed number that the source's own other numbers contradict; ours must be the expected one."""
-        error = simulated - (expected if published is None else published)
-        numbers = {"published": published, "expected": expected}
-        return self.row(outcome, abs(simulated - expected) <= allowed, quantity, error, simulated, **numbers)
-
-    def curve(
-        self,
-        quantity: str,
-        errors: np.ndarray,
-        tolerance: float | None,
-        *,
-        held_out: Mapping[str, float] | None = None,
-        measure: Callable[[np.ndarray], float] = rms,
-    ) -> Row:
-        """Many numbers at once: `measure` over their errors; without a tolerance it is not judged."""
-        error = measure(errors)
-        outcome: Outcome = "compared" if tolerance is None else "good"
-        good = math.isfinite(error) if tolerance is None else error <= tolerance
-        counts: dict[str, Any] = {"held_out": held_out or {}, "points": len(errors)}
-        return self.row(outcome, good, quantity, error, None, tolerance=tolerance, **counts)
+    @classmethod
+    def of(cls, told: Mapping[str, Any], value: Any) -> "Row":
+        """What is told with its value: a number, a curve's errors, or either as `simulated` of a table."""
+        known = dict(told) | (value if isinstance(value, Mapping) else {"simulated": value})
+        quantity, why = known["quantity"].format_map(known), known["why"]
+        if known.get("outcome") == "lost":
+            nothing = (None,) * 4
+            return cls(known["source"], quantity, *nothing, "", "not recoverable", True, "lost", why)
+        published, expected, tolerance = (known.get(key) for key in ("published", "expected", "tolerance"))
+        if isinstance(published, str):
+            tolerance, published = 0.5 * 10.0 ** -len(published.partition(".")[2]), float(published)
+        if "share" in known:
+            tolerance = known["share"] * published
+        simulated, points = known["simulated"], 1
+        if isinstance(simulated, np.ndarray):
+            error = float(np.abs(simulated).max()) if known.get("measure") == "worst" else rms(simulated)
+            simulated, points = None, len(simulated)
+        else:
+            simulated = float(simulated)
+            error = simulated - (expected if published is None else published)
+        good = math.isfinite(error) if tolerance is None else abs(error) <= tolerance
+        if "allowed" in known:
+            good = abs(simulated - expected) <= known["allowed"]
+        outcome = known.get("outcome", "compared" if tolerance is None else "good") if good else "FAILED"
+        how = known.get("unit", ""), known["sourcing"].format_map(known), bool(good), outcome, why
+        more = known.get("held_out", {}), points, known.get("cell", False)
+        return cls(known["source"], quantity, published, simulated, error, tolerance, *how, expected, *more)
 
 
-def lost(source: str, quantity: str, why: str) -> Row:
-    """A number that the paper printed and its text no longer holds. Nothing stands in for it."""
-    return Row(source, quantity, None, None, None, None, "", NOT_RECOVERABLE, True, "lost", why)
+@functools.cache
+def _told(file: str) -> dict[str, list[dict[str, Any]]]:
+    return assets.read_toml(assets.folder("models") / "validation" / f"{file}.toml")
+
+
+def rows(file: str, part: str, *values: Any) -> list[Row]:
+    """The rows of a part of a file, lost ones last; each other takes a value, or a list for several rows."""
+    told = [group | row for group in _told(file)[part] for row in group.get("rows", ({},))]
+    lost = [row for row in told if row.get("outcome") == "lost"]
+    simulated, found = [row for row in told if row not in lost], list[Row]()
+    for row, value in zip(simulated, values, strict=True):
+        found += [Row.of(row, one) for one in (value if isinstance(value, list) else [value])]
+    return [*found, *(Row.of(row, None) for row in lost)]
