@@ -8,7 +8,7 @@ from afo_sim import native
 from afo_sim.lab import FEMUR_ANCHOR, FITTINGS, PIN, TIBIA_ANCHOR, KneeTest, knee_tests
 from afo_sim.lab.validation_knee import contraction_on_path, path, torque
 
-ONE_STIFFNESS = 12.9e3  # fitted to the measured torques [N/m]
+SOFT = 12.9e3  # fitted to the measured torques [N/m]
 DEFAULT = 1e6  # of a muscle's cable [N/m]
 VALVE = native.CircuitValve(5.5e-10, 0.3, 4e-3, 4e-3)
 HELD = 1e12  # inertia that keeps a knee where it is put [kg·m²]
@@ -41,17 +41,12 @@ def knees(test: KneeTest, points: list[int]) -> mujoco.MjSpec:
     )
 
 
-def circuit_muscle(test: KneeTest, name: str, **cable: float) -> native.CircuitMuscle:
-    """The test's muscle on the tendon and the chamber of a name."""
-    return native.CircuitMuscle(name, (name,), test.muscle.row, FITTINGS + test.tendon, name, **cable)
-
-
 def held(test: KneeTest, points: list[int], **cable: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Tendon lengths [m], moment arms [m] and torques [N·m] of held knees whose muscles are filled."""
     spec = knees(test, points)
-    names = [str(k) for k in points]
+    names, ends = [str(k) for k in points], FITTINGS + test.tendon
     circuit = native.Circuit(
-        tuple(circuit_muscle(test, name, **cable) for name in names),
+        tuple(native.CircuitMuscle(name, (name,), test.muscle.row, ends, name, **cable) for name in names),
         tuple(native.CircuitChamber(name, name, 4e-6, 0.5, VALVE, VALVE) for name in names),
     )
     native.add_circuit(spec, circuit)
@@ -73,19 +68,14 @@ def held(test: KneeTest, points: list[int], **cable: float) -> tuple[np.ndarray,
 
 
 @pytest.mark.parametrize("name", ["48", "46", "47", "40t", "41"])
-def test_a_muscle_without_a_soft_cable_gives_the_torque_of_rigid_anchors(name: str) -> None:
-    test = knee_tests()[name]
-    points = some(test, ONE_STIFFNESS)
-    length, arm, found = held(test, points)
-    assert length == pytest.approx(path(test.angle)[0][points], abs=1e-6)
-    assert arm == pytest.approx(path(test.angle)[1][points], abs=1e-6)
-    assert found == pytest.approx(torque(test, DEFAULT)[points], rel=2e-4)
-
-
-@pytest.mark.parametrize("name", ["48", "46", "47", "40t", "41"])
-def test_a_soft_cable_gives_the_torque_of_one_stiffness(name: str) -> None:
+@pytest.mark.parametrize(("stiffness", "cable"), [(DEFAULT, {}), (SOFT, {"cable_stiffness": SOFT})])
+def test_a_muscle_on_its_cable_gives_the_torque_of_one_stiffness(
+    name: str, stiffness: float, cable: dict[str, float]
+) -> None:
     """The same equilibrium twice: by MuJoCo's steps to rest, and by a root."""
     test = knee_tests()[name]
-    points = some(test, ONE_STIFFNESS)
-    _, _, found = held(test, points, cable_stiffness=ONE_STIFFNESS)
-    assert found == pytest.approx(torque(test, ONE_STIFFNESS)[points], rel=2e-4)
+    points = some(test, SOFT)
+    length, arm, found = held(test, points, **cable)
+    assert length == pytest.approx(path(test.angle)[0][points], abs=1e-6)
+    assert arm == pytest.approx(path(test.angle)[1][points], abs=1e-6)
+    assert found == pytest.approx(torque(test, stiffness)[points], rel=2e-4)
