@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import InputError, Table, number, read_facts, table_of, unknown
-from afo_sim.lab.measured import column_of
+from afo_sim.common import InputError, Table, read_facts, table_of, unknown
+from afo_sim.lab.measured import Known, columns_of
 
 # Column → the SI units that it may be given in.
 _UNITS = {"time": "s", "pressure": "Pa", "force": "N", "length": "m", "contraction": ""}
-_COLUMNS = {name: (unit,) for name, unit in _UNITS.items()} | {"inlet": (), "outlet": ()}
+_COLUMNS: Known = {name: (unit,) for name, unit in _UNITS.items()} | {"inlet": (), "outlet": ()}
 _EXAMPLE = "time [s], pressure [kPa], force [N], inlet, outlet"
 # SI unit → header lines "# key: value", which are the keys of `bench`; None for texts.
 _KEYS: dict[str | None, str] = {
@@ -80,17 +80,10 @@ def read_bench_log(data: Any) -> BenchLog:
     if isinstance(data, BenchLog):
         return data
     table = table_of(data, _EXAMPLE, "log")
-    heads = [column_of(table.file, title, _COLUMNS, _EXAMPLE) for title in table.titles]
-    names = [name for name, _, _ in heads]
-    if not {"time", "pressure"} <= set(names) or len(set(names)) < len(names):
-        value = ", ".join(names)
-        raise InputError(
-            "needs time and pressure, each column once", file=table.file, value=value, allowed=_EXAMPLE
-        )
-    columns = {
-        name: np.array([number(table.file, line, name, row[k]) for line, row in table.rows]) * scale
-        for k, (name, scale, _) in enumerate(heads)
-    }
+    columns, _ = columns_of(table, _COLUMNS, _EXAMPLE)
+    if not {"time", "pressure"} <= columns.keys():
+        value = ", ".join(columns)
+        raise InputError("needs time and pressure", file=table.file, value=value, allowed=_EXAMPLE)
     time = columns["time"]
     if len(time) < _FEWEST or np.diff(time).min() <= 0.0:
         allowed = f"at least {_FEWEST} samples, each later than the last"

@@ -14,6 +14,7 @@ from afo_sim.common import (
     EXAMPLES,
     GRAVITY,
     InputError,
+    Table,
     in_unit,
     nearest_name,
     number,
@@ -23,8 +24,8 @@ from afo_sim.common import (
     table_of,
 )
 
-# Column → the SI units that it may be given in.
-COLUMNS: dict[str, tuple[str, ...]] = {
+Known = Mapping[str, tuple[str, ...] | None]  # column → SI units that it may be given in; None for texts
+COLUMNS: Known = {
     "pressure": ("Pa",),
     "absolute pressure": ("Pa",),
     "contraction": ("",),
@@ -32,38 +33,23 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "change of length": ("m",),
     "force": ("N",),
     "load": ("kg", "N"),
-    "curve": (),
+    "curve": None,
 }
 EXAMPLE = "pressure [bar], contraction [-], force [N]; or pressure [bar], load [kg], change of length [cm]"
-# Header line "# key: value" → SI unit; text where there is none.
-HEADER: dict[str, str | None] = {
-    "total_length": "m",
-    "end_length": "m",
-    "bore": "m",
-    "braid_angle": "rad",
-    "hanger": "kg",
-    "damping": "m^2*s",
-    "braid_stiffness": "N",
-    "dead_volume": "m^3",
-    "mass": "kg",
-    "source": None,
-    "licence": None,
-    "note": None,
-}
-
-
-# Range of each property of a muscle, SI: from, to.
+# Header line "# key: value" of a property of a muscle → SI unit, least and greatest value.
 POSSIBLE = {
-    "total_length": (1e-3, 2.0),
-    "end_length": (0.0, 1.0),
-    "bore": (5e-4, 0.2),
-    "braid_angle": (0.0873, 0.872),
-    "hanger": (0.0, 50.0),
-    "damping": (0.0, 1.0),
-    "braid_stiffness": (1.0, 1e7),
-    "dead_volume": (1e-9, 0.1),
-    "mass": (0.0, 20.0),
+    "total_length": ("m", 1e-3, 2.0),
+    "end_length": ("m", 0.0, 1.0),
+    "bore": ("m", 5e-4, 0.2),
+    "braid_angle": ("rad", 0.0873, 0.872),
+    "hanger": ("kg", 0.0, 50.0),
+    "damping": ("m^2*s", 0.0, 1.0),
+    "braid_stiffness": ("N", 1.0, 1e7),
+    "dead_volume": ("m^3", 1e-9, 0.1),
+    "mass": ("kg", 0.0, 20.0),
 }
+TEXTS: dict[str, str | None] = dict.fromkeys(("source", "licence", "note"))
+HEADER = {name: unit for name, (unit, *_) in POSSIBLE.items()} | TEXTS
 MOST_LEVELS = 12  # of pressure; more is a sweep
 SENSOR_OFFSET = 5e3  # below zero that a gauge may read without air [Pa]
 
@@ -122,63 +108,38 @@ def read_measured(data: Any, known: Mapping[str, float] | None = None) -> Measur
     file = table.file
     facts = dict(known or {}) | read_facts(table, HEADER)
     check_facts(file, facts)
-    columns = [column_of(file, title) for title in table.titles]
-    names = [name for name, _, _ in columns]
-    _require(file, names)
-    values: dict[str, list[Any]] = {name: [] for name in names}
-    for line, cells in table.rows:
-        for (name, scale, _), cell in zip(columns, cells, strict=True):
-            values[name].append(cell if name == "curve" else number(file, line, name, cell) * scale)
-    return _measured(file, values, {name: si for name, _, si in columns}, facts)
+    arrays, units = columns_of(table, COLUMNS, EXAMPLE)
+    _require(file, list(arrays))
+    return _measured(file, arrays, units, facts)
 
 
 def _measured(
-    file: pathlib.Path, values: dict[str, list[Any]], units: dict[str, str], facts: dict[str, Any]
+    file: pathlib.Path, arrays: dict[str, np.ndarray], units: dict[str, str], facts: dict[str, Any]
 ) -> Measured:
-    arrays = {name: np.array(v) for name, v in values.items()}
     pressure = arrays.get("pressure")
     if pressure is None:
         pressure = arrays["absolute pressure"] - AMBIENT_PRESSURE
     if len(pressure) < 3:
         raise InputError(f"holds {len(pressure)} points", file=file, allowed="at least 3")
     if pressure.min() < -SENSOR_OFFSET or pressure.max() > 2e6:
-        raise InputError(
-            "is out of range",
-            file=file,
-            field="pressure",
-            value=f"{pressure.min() * 1e-5:g} to {pressure.max() * 1e-5:g} bar",
-            allowed="gauge, 0 to 20 bar",
-        )
-    contraction = arrays.get("contraction")
-    change = arrays.get("change of length")
+        value, allowed = f"{pressure.min() * 1e-5:g} to {pressure.max() * 1e-5:g} bar", "gauge, 0 to 20 bar"
+        raise InputError("is out of range", file=file, field="pressure", value=value, allowed=allowed)
+    contraction, change = arrays.get("contraction"), arrays.get("change of length")
+    total = facts.get("total_length", np.inf)
     if "length" in arrays:
         if "total_length" not in facts:
-            raise InputError(
-                "is measured, so the muscle's length at rest must be stated",
-                file=file,
-                field="length",
-                allowed='a header line "# total_length: 21.5 cm"',
-            )
-        change = facts["total_length"] - arrays["length"]
-    if (
-        change is not None
-        and "total_length" in facts
-        and np.any(np.abs(change) > 0.6 * facts["total_length"])
-    ):
-        raise InputError(
-            "is more than 60 % of the muscle's length; is the unit right?",
-            file=file,
-            field="change of length",
-            value=f"{100 * np.abs(change).max():.3g} cm",
-        )
+            problem = "is measured, so the muscle's length at rest must be stated"
+            allowed = 'a header line "# total_length: 21.5 cm"'
+            raise InputError(problem, file=file, field="length", allowed=allowed)
+        change = total - arrays["length"]
+    if change is not None and np.any(np.abs(change) > 0.6 * total):
+        problem = "is more than 60 % of the muscle's length; is the unit right?"
+        value = f"{100 * np.abs(change).max():.3g} cm"
+        raise InputError(problem, file=file, field="change of length", value=value)
     if contraction is not None and np.any(np.abs(contraction) > 0.6):
-        raise InputError(
-            "is beyond any muscle; is it in per cent?",
-            file=file,
-            field="contraction",
-            value=f"{np.abs(contraction).max():g}",
-            allowed="-0.6 to 0.6, or the title contraction [%]",
-        )
+        problem, value = "is beyond any muscle; is it in per cent?", f"{np.abs(contraction).max():g}"
+        allowed = "-0.6 to 0.6, or the title contraction [%]"
+        raise InputError(problem, file=file, field="contraction", value=value, allowed=allowed)
     loaded = "load" in arrays
     force = arrays["load"] if loaded else arrays["force"]
     if loaded:
@@ -189,9 +150,6 @@ def _measured(
 
 
 def _require(file: pathlib.Path, names: list[str]) -> None:
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError("stands there twice", file=file, field=name)
     for needed, one_of in (
         ("a pressure", ("pressure", "absolute pressure")),
         ("a contraction or a length", ("contraction", "length", "change of length")),
@@ -205,37 +163,31 @@ def _require(file: pathlib.Path, names: list[str]) -> None:
 
 def check_facts(file: pathlib.Path | None, facts: Mapping[str, Any], group: str = "") -> None:
     """Refuse facts about a muscle that cannot be, from a file's header or from the argument `group`."""
-    for key, (low, high) in POSSIBLE.items():
+    for key, (si, low, high) in POSSIBLE.items():
         if key in facts and not low <= facts[key] <= high:
-            si = HEADER[key] or ""
-            usual = EXAMPLES[si].partition(" ")[2]
+            usual, field = EXAMPLES[si].partition(" ")[2], f"{group}.{key}" if group else key
             shown = [f"{in_unit(value, si, usual):.4g}" for value in (facts[key], low, high)]
-            raise InputError(
-                "is out of range",
-                file=file,
-                field=f"{group}.{key}" if group else key,
-                value=f"{shown[0]} {usual}",
-                allowed=f"{shown[1]} to {shown[2]} {usual}",
-            )
+            value, allowed = f"{shown[0]} {usual}", f"{shown[1]} to {shown[2]} {usual}"
+            raise InputError("is out of range", file=file, field=field, value=value, allowed=allowed)
     if facts.get("end_length", 0.0) >= facts.get("total_length", 2.0):
         raise InputError("is not less than the total length", file=file, field="end_length")
 
 
-def column_of(
-    file: pathlib.Path, title: str, columns: Mapping[str, tuple[str, ...]] = COLUMNS, example: str = EXAMPLE
-) -> tuple[str, float, str]:
-    """Name of a column, the factor that takes its values to SI, and that SI unit."""
-    name = re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower())
-    if name not in columns:
-        raise InputError(
-            "is an unknown column",
-            file=file,
-            field="header",
-            value=title,
-            allowed=", ".join(columns),
-            nearest=nearest_name(name, columns),
-        )
-    if not columns[name]:
-        return name, 1.0, ""
-    scale, si = scale_of(file, name, title, columns[name], example)
-    return name, scale, si
+def columns_of(table: Table, known: Known, example: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """A table's columns by name, each once, in SI; and their SI units. Nothing else may stand there."""
+    file, found, units = table.file, dict[str, np.ndarray](), dict[str, str]()
+    for k, title in enumerate(table.titles):
+        name = re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower())
+        if name not in known:
+            problem, allowed, near = "is an unknown column", ", ".join(known), nearest_name(name, known)
+            raise InputError(problem, file=file, field="header", value=title, allowed=allowed, nearest=near)
+        if name in found:
+            raise InputError("stands there twice", file=file, field=name, value=title)
+        scale, units[name] = 1.0, ""
+        if si := known[name]:
+            scale, units[name] = scale_of(file, name, title, si, example)
+        if si is None:
+            found[name] = np.array([cells[k] for _, cells in table.rows])
+        else:
+            found[name] = np.array([number(file, line, name, cells[k]) for line, cells in table.rows]) * scale
+    return found, units

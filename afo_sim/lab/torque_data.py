@@ -16,22 +16,20 @@ from afo_sim.common import (
     AMBIENT_PRESSURE,
     InputError,
     Table,
-    number,
     read_facts,
     split_title,
     table_of,
     unknown,
 )
-from afo_sim.lab.measured import SENSOR_OFFSET, column_of
+from afo_sim.lab.measured import SENSOR_OFFSET, TEXTS, columns_of
 
 EXAMPLE = "angle [deg], pressure [bar], torque [N*m]"
 WORDS = {"group": "group", "test": "group", "chamber": "chamber", "muscle": "chamber"}
 PATH = ("path length", "moment arm")  # [m]; with a muscle's name behind, where there are several
 IGNORED = ("length", "note")  # that may stand in such a file; with a muscle's own length, its moment arm too
-UNITS: dict[str, tuple[str, ...]] = {"time": ("s",), "angle": ("rad",), "torque": ("N*m",), "cuff": ("m",)}
-UNITS |= dict.fromkeys(("pressure", "absolute pressure"), ("Pa",)) | dict.fromkeys(PATH, ("m",))
-UNITS |= dict.fromkeys((*WORDS, *IGNORED), ())
-HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}
+UNITS: dict[str, tuple[str, ...] | None] = {"time": ("s",), "angle": ("rad",), "torque": ("N*m",)}
+UNITS |= {"cuff": ("m",)} | dict.fromkeys(("pressure", "absolute pressure"), ("Pa",))
+UNITS |= dict.fromkeys(PATH, ("m",)) | dict.fromkeys((*WORDS, *IGNORED))
 ONLY = "1"  # the group where there is no such column
 HIGHEST, WIDEST, LARGEST = 2e6, np.radians(180.0), 1e4  # gauge pressure [Pa], angle [rad], torque [N·m]
 FARTHEST = 0.5  # displacement of a cuff [m]
@@ -93,7 +91,7 @@ def read_torques(
 ) -> Torques:
     """Measured torques from a CSV, or from columns in memory."""
     table = table_of(data, EXAMPLE, "data")
-    read_facts(table, HEADER)
+    read_facts(table, TEXTS)
     columns = _columns(table)
     columns, chambers = _of_chamber(table.file, columns, chamber)
     _check(table.file, columns)
@@ -126,35 +124,22 @@ Columns = dict[str, np.ndarray]
 
 def _columns(table: Table) -> Columns:
     """Columns by their meaning, SI; nothing twice, nothing unknown, nothing missing."""
-    found: Columns = {}
     names = [re.sub(r"[\s_]+", " ", split_title(title)[0].strip().lower()) for title in table.titles]
-    no_path = "length" in names and not any(name.startswith(PATH[0]) for name in names)
-    for k, (title, name) in enumerate(zip(table.titles, names, strict=True)):
-        if name in IGNORED or (no_path and name.startswith(PATH)):
-            continue
-        units = {**UNITS, name: ("m",)} if name.startswith(PATH) else UNITS
-        name, scale, _ = column_of(table.file, title, units, EXAMPLE)
+    paths = [name for name in names if name.startswith(PATH)]
+    own = "length" in names and not any(name.startswith(PATH[0]) for name in paths)  # a muscle's, and no path
+    units: tuple[str, ...] | None = None if own else ("m",)
+    columns, _ = columns_of(table, UNITS | dict.fromkeys(paths, units), EXAMPLE)
+    found: Columns = {}
+    for name in (name for name in columns if name not in IGNORED and not (own and name in paths)):
         meant = WORDS.get(name, "pressure" if name == "absolute pressure" else name)
         if meant in found:
-            raise InputError("stands there twice", file=table.file, field=meant, value=title)
-        cells = [(line, row[k]) for line, row in table.rows]
-        if name in WORDS:
-            found[meant] = np.array([str(cell) for _, cell in cells], dtype=object)
-            continue
-        found[meant] = scale * np.array([number(table.file, line, name, cell) for line, cell in cells])
-        if name == "absolute pressure":
-            found[meant] -= AMBIENT_PRESSURE
+            raise InputError("stands there twice", file=table.file, field=meant, value=name)
+        found[meant] = columns[name] - AMBIENT_PRESSURE if name == "absolute pressure" else columns[name]
     for needed in ("angle", "pressure", "torque"):
         if needed not in found:
-            titles = ", ".join(table.titles)
-            raise InputError(
-                f"lacks {'an' if needed == 'angle' else 'a'} {needed}",
-                file=table.file,
-                field="header",
-                value=titles,
-                allowed=EXAMPLE,
-            )
-    for name in filter(lambda name: name.startswith(PATH), found):
+            problem, titles = f"lacks {'an' if needed == 'angle' else 'a'} {needed}", ", ".join(table.titles)
+            raise InputError(problem, file=table.file, field="header", value=titles, allowed=EXAMPLE)
+    for name in _of_path(found):
         partner = name.replace(*(PATH if name.startswith(PATH[0]) else PATH[::-1]))
         if partner not in found:
             raise InputError("stands without its partner", file=table.file, field=name, allowed=partner)
@@ -224,19 +209,13 @@ def _still(file: pathlib.Path, columns: Columns, rates: tuple[float, float]) -> 
     if not still.any():
         least = f"{np.degrees(np.abs(turning).min()):.3g} deg/s, {np.abs(filling).min() * 1e-5:.3g} bar/s"
         problem = f"is never still: angle and pressure change faster than {bounds} throughout"
-        raise InputError(
-            problem, file=file, field="time", value=least, allowed="higher bounds, or held postures"
-        )
+        allowed = "higher bounds, or held postures"
+        raise InputError(problem, file=file, field="time", value=least, allowed=allowed)
     stretch = np.cumsum(np.diff(still.astype(int), prepend=0) == 1)
-    group = columns["group"]
+    turned, filled = np.floor(angle / CELL_ANGLE + 0.5), np.floor(pressure / CELL_PRESSURE + 0.5)
     cells: dict[tuple[Any, ...], list[int]] = {}
     for k in np.flatnonzero(still):
-        key = (
-            group[k],
-            stretch[k],
-            np.floor(angle[k] / CELL_ANGLE + 0.5),
-            np.floor(pressure[k] / CELL_PRESSURE + 0.5),
-        )
+        key = columns["group"][k], stretch[k], turned[k], filled[k]
         cells.setdefault(key, []).append(int(k))
     found: Columns = {"group": np.array([key[0] for key in cells], dtype=object)}
     for name in ("angle", "pressure", "torque", "cuff", *_of_path(columns)):

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim.common import assets, number, read_table, scale_of, split_title
+from afo_sim.common import assets, read_table
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.identifiability import rms
+from afo_sim.lab.measured import Known, columns_of
 from afo_sim.lab.validation_row import Row, rows
 from afo_sim.physics import LAWS, forces
 
@@ -37,7 +38,8 @@ MUSCLES = {
     "40t": (0.406, 0.338, 0.035),
     "41": (0.410, 0.335, 0.0),
 }
-COLUMNS = {"angle": "rad", "torque": "N*m", "length": "m", "moment arm": "m", "pressure": "Pa"}
+LENGTHS = {"length": ("m",), "moment arm": ("m",)}
+COLUMNS: Known = {"test": None, "angle": ("rad",), "torque": ("N*m",), "pressure": ("Pa",), **LENGTHS}
 EXAMPLE = "test, angle [deg], torque [N*m], length [mm], moment arm [mm], pressure [kPa]"
 LOCKED, EMPTY = -0.3, 0.6  # contraction ratios between which every balance lies
 HALVINGS = 50  # of that interval: to 1e-15
@@ -77,19 +79,12 @@ def path(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def knee_tests() -> dict[str, KneeTest]:
     """The five tests by name, in the order of their file."""
     table = read_table(assets.folder("models") / "muscles" / "dmsp_10" / "pin_knee.csv", EXAMPLE)
-    of_test = np.array([cells[0] for _, cells in table.rows])
-    columns = {}
-    for k, title in enumerate(table.titles[1:], 1):
-        name = split_title(title)[0]
-        scale, _ = scale_of(table.file, name, title, (COLUMNS[name],), EXAMPLE)
-        values = [number(table.file, line, name, cells[k]) for line, cells in table.rows]
-        columns[name.replace(" ", "_")] = scale * np.array(values)
-    return {
-        name: KneeTest(
-            name, _muscle(*lengths), tendon, **{key: x[of_test == name] for key, x in columns.items()}
-        )
-        for name, (*lengths, tendon) in MUSCLES.items()
-    }
+    columns, _ = columns_of(table, COLUMNS, EXAMPLE)
+    of_test, found = columns.pop("test"), {}
+    for name, (*lengths, tendon) in MUSCLES.items():
+        own = {key.replace(" ", "_"): x[of_test == name] for key, x in columns.items()}
+        found[name] = KneeTest(name, _muscle(*lengths), tendon, **own)
+    return found
 
 
 def contraction_on_path(test: KneeTest) -> np.ndarray:

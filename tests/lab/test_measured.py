@@ -43,13 +43,6 @@ def test_loads_hang_with_their_hanger(tmp_path: pathlib.Path) -> None:
     assert data.pressure == pytest.approx([2e5, 3e5, 4e5])
 
 
-def test_a_load_in_newtons_is_a_force(tmp_path: pathlib.Path) -> None:
-    text = "pressure [bar],load [N],contraction [-]\n1,10,0.1\n2,10,0.2\n3,10,0.25\n"
-    data = read_measured(write(tmp_path, text))
-    assert data.loaded
-    assert list(data.force) == [10.0, 10.0, 10.0]
-
-
 @pytest.mark.parametrize(
     ("title", "loads"),
     [
