@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from afo_sim.common import Shown
-from afo_sim.lab import validation_air, validation_knee, validation_laws, validation_s1
+from afo_sim.lab import validation_knee, validation_laws, validation_s1
 from afo_sim.lab.validation_row import Row
 
 PARTS = (
@@ -15,10 +15,10 @@ PARTS = (
     *validation_s1.PARTS,
     validation_laws.s2,
     *validation_laws.PARTS,
-    validation_air.tube,
+    validation_laws.tube,
     *validation_knee.PARTS,
-    validation_air.smc,
-    validation_air.festo,
+    validation_laws.smc,
+    validation_laws.festo,
 )
 HEADER = ("source", "quantity", "published", "simulated", "error", "tolerance", "how well sourced", "")
 OTHERS = "What is not good, and why:"
@@ -75,7 +75,7 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
     return [
         [
             row.source,
-            _quantity(row),
+            quantity + (f"; held out: {_held_out(row)}" if row.held_out else ""),
             _published(row),
             "" if row.simulated is None else f"{row.simulated:.4g}",
             _error(row),
@@ -84,6 +84,7 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
             row.outcome,
         ]
         for row in rows
+        for quantity in [f"{row.quantity} [{row.unit}]" if row.unit else row.quantity]
         if not (row.cell and row.outcome == "good")
     ]
 
@@ -140,11 +141,6 @@ def _brief(row: Row, first: Row) -> str:
     notes = [] if row.tolerance is None else [f"±{row.tolerance:.3g}"]
     notes += [f"held out: {_held_out(row)}"] if row.held_out else []
     return f"{quantity}: {numbers} {row.unit}".strip() + (f" ({'; '.join(notes)})" if notes else "")
-
-
-def _quantity(row: Row) -> str:
-    text = f"{row.quantity} [{row.unit}]" if row.unit else row.quantity
-    return f"{text}; held out: {_held_out(row)}" if row.held_out else text
 
 
 def _held_out(row: Row) -> str:

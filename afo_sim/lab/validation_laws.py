@@ -1,17 +1,29 @@
-"""What S0, S3, the authors of the force laws and S2 (Piteľ & Tóthová) printed, and what their texts lost."""
+"""What S0, S3, the authors of the force laws and S2 (Piteľ & Tóthová) printed, and what their texts lost.
+
+At the end flows that makers print beside C and b of their valves, and a printed line, against the flow laws.
+"""
 
 from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from afo_sim.common import assets
+from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY, assets
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.law_fit import fit_law, held_out
 from afo_sim.lab.law_problem import pose, select
 from afo_sim.lab.measured import Measured, read_measured
 from afo_sim.lab.validation_row import Row, rows
-from afo_sim.physics import LAWS, Braid, braid_force, forces, three_element_damping
+from afo_sim.physics import (
+    LAWS,
+    Braid,
+    braid_force,
+    forces,
+    nominal_flow,
+    three_element_damping,
+    tube_conductance,
+    tube_critical_ratio,
+)
 from afo_sim.simulation.run import run
 
 BAR, KPA = 1e5, 1e3  # [Pa]
@@ -158,3 +170,30 @@ def _on_makers_curve(law: str, bore: int) -> dict[str, Any]:
     )
     unseen = held_out(fit_law(pose(law, [data]), starts=4)).held_out["pressure"].rms
     return {"simulated": errors, "held_out": {"pressure": unseen}}
+
+
+BORE, LENGTH = 4e-3, 10.0  # [m]
+LITRES = 6e4  # m³/s in l/min
+SONIC = 1e-8  # dm³/(s·bar) in m³/(s·Pa)
+
+
+def tube() -> list[Row]:
+    conductance = tube_conductance(BORE, LENGTH) / SONIC
+    return rows("valves", "tube", conductance, tube_critical_ratio(BORE, LENGTH))
+
+
+def _shipped_flow(name: str, density: float) -> float:
+    """Flow of a shipped valve from 6 to 5 bar gauge [l/min of a norm]."""
+    valve = reader.load("valve", name)
+    return LITRES * nominal_flow(valve.conductance, valve.critical_ratio, 6e5, 5e5, density)
+
+
+def smc() -> list[Row]:
+    flows = [_shipped_flow(f"sy{k}000", STANDARD_DENSITY) for k in (3, 5, 7, 9)]
+    return rows("valves", "smc", *flows, LITRES * nominal_flow(2.0 * SONIC, 0.3, 4e5, 3e5, STANDARD_DENSITY))
+
+
+def festo() -> list[Row]:
+    return rows(
+        "valves", "festo", *(_shipped_flow(name, NORMAL_DENSITY) for name in ("mpye_1_4", "vuvs_lt25"))
+    )

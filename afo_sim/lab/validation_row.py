@@ -22,6 +22,9 @@ from afo_sim.common import assets
 from afo_sim.lab.identifiability import rms
 
 Outcome = Literal["good", "FAILED", "erratum", "disagrees", "compared", "lost"]
+# What a row has where nothing is told.
+ABSENT: dict[str, Any] = {"published": None, "expected": None, "tolerance": None, "unit": "", "held_out": {}}
+ABSENT |= {"cell": False, "sourcing": "not recoverable"}
 
 
 @dataclass(frozen=True)
@@ -56,12 +59,13 @@ class Row:
     @classmethod
     def of(cls, told: Mapping[str, Any], value: Any) -> "Row":
         """What is told with its value: a number, a curve's errors, or either as `simulated` of a table."""
-        known = dict(told) | (value if isinstance(value, Mapping) else {"simulated": value})
-        quantity, why = known["quantity"].format_map(known), known["why"]
+        known: dict[str, Any] = {**ABSENT, **told}
+        known |= value if isinstance(value, Mapping) else {"simulated": value}
+        quantity, sourcing = (known[key].format_map(known) for key in ("quantity", "sourcing"))
         if known.get("outcome") == "lost":
             nothing = (None,) * 4
-            return cls(known["source"], quantity, *nothing, "", "not recoverable", True, "lost", why)
-        published, expected, tolerance = (known.get(key) for key in ("published", "expected", "tolerance"))
+            return cls(known["source"], quantity, *nothing, "", sourcing, True, "lost", known["why"])
+        published, expected, tolerance = (known[key] for key in ("published", "expected", "tolerance"))
         if isinstance(published, str):
             tolerance, published = 0.5 * 10.0 ** -len(published.partition(".")[2]), float(published)
         if "share" in known:
@@ -69,17 +73,19 @@ class Row:
         simulated, points = known["simulated"], 1
         if isinstance(simulated, np.ndarray):
             error = float(np.abs(simulated).max()) if known.get("measure") == "worst" else rms(simulated)
-            simulated, points = None, len(simulated)
+            points, simulated = len(simulated), None
         else:
             simulated = float(simulated)
             error = simulated - (expected if published is None else published)
         good = math.isfinite(error) if tolerance is None else abs(error) <= tolerance
         if "allowed" in known:
             good = abs(simulated - expected) <= known["allowed"]
-        outcome = known.get("outcome", "compared" if tolerance is None else "good") if good else "FAILED"
-        how = known.get("unit", ""), known["sourcing"].format_map(known), bool(good), outcome, why
-        more = known.get("held_out", {}), points, known.get("cell", False)
-        return cls(known["source"], quantity, published, simulated, error, tolerance, *how, expected, *more)
+        outcome: Outcome = "FAILED"
+        if good:
+            outcome = known.get("outcome", "compared" if tolerance is None else "good")
+        numbers = (published, simulated, error, tolerance, known["unit"], sourcing)
+        same = {key: known[key] for key in ("why", "expected", "held_out", "cell")}
+        return cls(known["source"], quantity, *numbers, bool(good), outcome, points=points, **same)
 
 
 @functools.cache
