@@ -26,25 +26,16 @@ from afo_sim.common import (
     unknown,
 )
 from afo_sim.description import Scenario, field_at, load
-from afo_sim.lab.fit_parameter import FitParameter
-from afo_sim.model import AirPath, muscle_names, valve_names
+from afo_sim.lab.measured import TEXTS
+from afo_sim.lab.solution import FitParameter
+from afo_sim.model import muscle_names
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
-from afo_sim.simulation import Recording, describe, described_policy, make_recording
+from afo_sim.simulation import Recording, describe, described_policy, formulas, make_recording
 from afo_sim.simulation.simulate import simulate
 
 EXAMPLE = "time [s], angle [deg], pressure dorsiflexor [bar], force dorsiflexor_1 [N]"
-HEADER: dict[str, str | None] = {"source": None, "licence": None, "note": None}
 FEWEST = 10  # samples
-ANKLE = ("angle", "velocity", "acceleration", "moment/orthosis", "moment/passive", "moment/gravity")
-LOAD = "moment/load"  # where the scenario has one
-MUSCLE = ("force", "length", "velocity", "contraction", "path_length", "moment_arm")
-CUFF = ("force", "displacement")
-CHAMBER = ("pressure", "mass", "volume", "temperature", "mass_flow_in", "mass_flow_out")
-VALVE = ("coil", "opening", "mass_flow")
-HELD = ("pressure", "mass", "temperature")  # of a volume or a store
-SUPPLY = ("pressure", "set_pressure", "mass_flow", "exergy_flow")
-EXHAUST = ("mass_flow", "exergy_flow")
 
 
 @dataclass(frozen=True)
@@ -100,7 +91,8 @@ def read_log(data: Any, scenario: Scenario) -> Log:
     """A log, read against the scenario that it was taken of."""
     table = table_of(data, EXAMPLE, "log")
     file = table.file
-    titles = [_meaning(table, title, scenario) for title in table.titles]
+    known = dict(_names(scenario))
+    titles = [_meaning(table, title, known) for title in table.titles]
     _require(table, titles)
     columns = []
     for k, (name, _, scale, offset) in enumerate(titles):
@@ -113,26 +105,20 @@ def read_log(data: Any, scenario: Scenario) -> Log:
         for (name, paths, scale, _), title, values in zip(titles, table.titles, columns, strict=True)
         if name != "time"
     ]
-    return Log(file, columns[clock], tuple(channels), read_facts(table, HEADER))
+    return Log(file, columns[clock], tuple(channels), read_facts(table, TEXTS))
 
 
 Meaning = tuple[str, tuple[str, ...], float, float]  # name, columns, factor and summand to SI
 
 
-def _meaning(table: Table, title: str, scenario: Scenario) -> Meaning:
+def _meaning(table: Table, title: str, known: Mapping[str, tuple[str, ...]]) -> Meaning:
     """The columns that a title stands for, and its unit."""
     name = " ".join(split_title(title)[0].split())
-    known = dict(_names(scenario))
     if name not in known:
-        shown = [other for other in known if "/" not in other]
-        raise InputError(
-            "is an unknown column",
-            file=table.file,
-            field="header",
-            value=title,
-            allowed=f"{', '.join(shown)}, or a recording's column such as ankle/velocity",
-            nearest=nearest_name(name, known),
-        )
+        shown = ", ".join(other for other in known if "/" not in other)
+        about = {"file": table.file, "field": "header", "value": title, "nearest": nearest_name(name, known)}
+        allowed = f"{shown}, or a recording's column such as ankle/velocity"
+        raise InputError("is an unknown column", allowed=allowed, **about)
     paths = known[name]
     si = "s" if name == "time" else describe(paths[0])[0]
     scale, _ = scale_of(table.file, name, title, (si,), EXAMPLE)
@@ -158,21 +144,7 @@ def _names(scenario: Scenario) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 def recorded_columns(scenario: Scenario) -> list[str]:
     """The columns that a run of a scenario records, but its time and its coordinates."""
-    orthosis = scenario.orthosis
-    paths = [f"ankle/{part}" for part in (*ANKLE, *([LOAD] if scenario.load_moment else []))]
-    paths += [f"muscle/{name}/{part}" for name in muscle_names(orthosis) for part in MUSCLE]
-    paths += [f"cuff/{name}/{part}" for name in orthosis.anchor for part in CUFF]
-    paths += [f"chamber/{name}/{part}" for name in orthosis.chamber for part in CHAMBER]
-    air = AirPath.of(orthosis, scenario.supply)
-    between = [each.name for each in air.restrictions if each.valve is not None]
-    paths += [f"valve/{name}/{part}" for name in (*valve_names(orthosis), *between) for part in VALVE]
-    paths += [f"restriction/{each.name}/mass_flow" for each in air.restrictions if each.valve is None]
-    paths += [f"volume/{each.name}/{part}" for each in air.volumes for part in HELD]
-    paths += [f"store/{each.name}/{part}" for each in air.stores for part in HELD]
-    source = scenario.supply.source
-    running = ("running",) if source is not None and source.kind == "compressor" else ()
-    paths += [f"supply/{part}" for part in (*SUPPLY, *running)]
-    return paths + [f"exhaust/{part}" for part in EXHAUST]
+    return [name for name in formulas(build(scenario)) if name != "time" and not name.startswith("qpos/")]
 
 
 def _require(table: Table, titles: list[Meaning]) -> None:
@@ -183,10 +155,8 @@ def _require(table: Table, titles: list[Meaning]) -> None:
             raise InputError("stands there twice", file=table.file, field=name)
         seen.append(paths)
     if "time" not in names or len(names) < 2:
-        lacking = "a time" if "time" not in names else "anything measured"
-        raise InputError(
-            f"lacks {lacking}", file=table.file, field="header", value=", ".join(names), allowed=EXAMPLE
-        )
+        problem = f"lacks {'a time' if 'time' not in names else 'anything measured'}"
+        raise InputError(problem, file=table.file, field="header", value=", ".join(names), allowed=EXAMPLE)
     if len(table.rows) < FEWEST:
         raise InputError(f"holds {len(table.rows)} samples", file=table.file, allowed=f"at least {FEWEST}")
 
@@ -199,12 +169,9 @@ def _check_time(table: Table, time: np.ndarray, scenario: Scenario) -> None:
     if time[0] < 0.0 or time[-1] > scenario.duration:
         early = time[0] < 0.0
         cure = "cut what is before the timer's start" if early else "a longer duration"
+        value, allowed = f"{time[0] if early else time[-1]:g} s", f"0 s to {scenario.duration:g} s; {cure}"
         raise InputError(
-            "is outside the scenario",
-            file=table.file,
-            field="time",
-            value=f"{time[0] if early else time[-1]:g} s",
-            allowed=f"0 s to {scenario.duration:g} s; {cure}",
+            "is outside the scenario", file=table.file, field="time", value=value, allowed=allowed
         )
 
 
@@ -212,12 +179,9 @@ def read_noise(log: Log, texts: dict[str, Any]) -> dict[str, float]:
     """The noise of each channel [SI], by title: as stated ({"angle": "0.5 deg"}), else estimated."""
     for channel in log.channels:
         if np.ptp(channel.values) == 0.0 and channel.title not in texts:
-            raise InputError(
-                "is constant, so its noise cannot be estimated, and it would outweigh all else",
-                file=log.file,
-                field=channel.title,
-                allowed="its noise stated, or a log without this column",
-            )
+            problem = "is constant, so its noise cannot be estimated, and it would outweigh all else"
+            allowed = "its noise stated, or a log without this column"
+            raise InputError(problem, file=log.file, field=channel.title, allowed=allowed)
     noise = {channel.title: channel.noise(log.time) for channel in log.channels}
     for name, text in texts.items():
         channel = log.channel(name)
@@ -241,12 +205,6 @@ class RunParameterKind:
     typical: float
     logarithmic: bool
     unit: str = ""
-
-    def starting(self, name: str, start: float, keys: dict[str, float]) -> FitParameter:
-        """The parameter of a search that begins at the scenario's own value."""
-        size = (start or self.typical) if self.logarithmic else self.typical
-        ends = self.lower, self.upper, start, start
-        return FitParameter(name, self.unit, self.shown, *ends, size, logarithmic=self.logarithmic, keys=keys)
 
 
 _CONDUCTANCE = ("chamber", "dm^3/(s*bar)", 1e-12, 1e-7, 5e-10, True)
@@ -285,9 +243,8 @@ def find_parameters(names: Sequence[str], scenario: Scenario) -> tuple[FitParame
     for parameter in found:
         for key in parameter.keys or {parameter.name: 1.0}:
             if key in taken:
-                raise InputError(
-                    f"sets what {taken[key]!r} sets already", field="names", value=parameter.name
-                )
+                problem = f"sets what {taken[key]!r} sets already"
+                raise InputError(problem, field="names", value=parameter.name)
             taken[key] = parameter.name
     return tuple(found)
 
@@ -298,33 +255,27 @@ def _find(name: str, scenario: Scenario) -> FitParameter:
     members = list(getattr(scenario.orthosis, kind.each)) if kind is not None and kind.each else []
     if kind is None or (dot and one not in members):
         allowed = [*KINDS] if kind is None else [general, *(f"{general}.{member}" for member in members)]
-        raise unknown(
-            name,
-            allowed,
-            field="names",
-            problem="is not a dynamic parameter"
-            if kind is None
-            else f"there is no such {kind.each or 'part'}",
-        )
-    if not kind.key:
-        return kind.starting(name, 0.0, {})
-    keys = [kind.key.format(member) for member in ([one] if dot else members)] if members else [kind.key]
-    fields = [field_at(key, scenario) for key in keys]
-    low, high = fields[0].bounds
-    kind = replace(kind, unit=fields[0].unit, lower=max(kind.lower, low), upper=min(kind.upper, high))
-    values = [float(field.value) for field in fields]
-    start = values[0]
-    # from zero no ratio can be kept
-    shares = [value / start for value in values] if all(values) else [1.0] * len(values)
-    if start and not kind.lower <= start <= kind.upper:
-        low, high = (in_unit(limit, kind.unit, kind.shown) for limit in (kind.lower, kind.upper))
-        raise InputError(
-            "starts beyond what is searched",
-            field=keys[0],
-            value=format_quantity(start, kind.unit),
-            allowed=f"{low:g} to {high:g} {kind.shown}",
-        )
-    return kind.starting(name, start, dict(zip(keys, shares, strict=True)))
+        problem = "is not a dynamic parameter" if kind is None else f"there is no such {kind.each or 'part'}"
+        raise unknown(name, allowed, field="names", problem=problem)
+    start, keys = 0.0, dict[str, float]()
+    if kind.key:
+        paths = [kind.key.format(member) for member in ([one] if dot else members)] or [kind.key]
+        fields = [field_at(path, scenario) for path in paths]
+        low, high = fields[0].bounds
+        kind = replace(kind, unit=fields[0].unit, lower=max(kind.lower, low), upper=min(kind.upper, high))
+        values = [float(field.value) for field in fields]
+        start = values[0]
+        # from zero no ratio can be kept
+        shares = [value / start for value in values] if all(values) else [1.0] * len(values)
+        keys = dict(zip(paths, shares, strict=True))
+        if start and not kind.lower <= start <= kind.upper:
+            low, high = (in_unit(limit, kind.unit, kind.shown) for limit in (kind.lower, kind.upper))
+            problem, allowed_range = "starts beyond what is searched", f"{low:g} to {high:g} {kind.shown}"
+            value = format_quantity(start, kind.unit)
+            raise InputError(problem, field=paths[0], value=value, allowed=allowed_range)
+    size = (start or kind.typical) if kind.logarithmic else kind.typical
+    ends = kind.lower, kind.upper, start, start
+    return FitParameter(name, kind.unit, kind.shown, *ends, size, logarithmic=kind.logarithmic, keys=keys)
 
 
 Values = Mapping[str, float]
@@ -376,11 +327,8 @@ def pose(
     problem = RunProblem(scenario.resolved(), parameters, log, read_noise(log, dict(noise or {})), hold_out)
     samples = int(problem.seen.sum()) * len(log.channels)
     if samples <= len(names):
-        raise InputError(
-            f"holds {samples} samples outside its held-out part for {len(names)} parameters",
-            file=log.file,
-            allowed="more samples than parameters",
-        )
+        few = f"holds {samples} samples outside its held-out part for {len(names)} parameters"
+        raise InputError(few, file=log.file, allowed="more samples than parameters")
     return problem
 
 
