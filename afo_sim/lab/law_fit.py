@@ -30,9 +30,8 @@ CHANCE = 2.0  # standard errors 1/√n of a correlation: beyond them neighbourin
 class LawFit(Believed):
     """Parameters of a law, and how far they can be believed. SI.
 
-    `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `silent` is
-    the number of readings of a slack muscle that the law calls slack, too: they identify nothing. `held_out`
-    are the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
+    `half_width` is half the 95 % interval, infinite where it is refused; `verdict` says why. `held_out` are
+    the errors [N or m] of points that the fit did not see: by what was left out, then group by group.
     `covariance` is of the parameters that the data identify together, whether or not each alone; None
     where the points are too few or the starts end in different places.
     """
@@ -70,9 +69,10 @@ class LawFit(Believed):
         return errors(self.problem, self.values, self.problem.data)
 
     @property
-    def silent(self) -> int:
-        """Readings of a slack muscle that the law, too, says is slack."""
-        return int(agreed_slack(self.problem, self.values, self.problem.data).sum())
+    def telling(self) -> int:
+        """Readings but those of a slack muscle that the law calls slack, too: they identify nothing."""
+        silent = agreed_slack(self.problem, self.values, self.problem.data).sum()
+        return len(self.residuals) - int(silent)
 
     @property
     def rms(self) -> float:
@@ -82,7 +82,7 @@ class LawFit(Believed):
     @property
     def spread(self) -> float:
         """Standard deviation of the residuals [N or m], which counts the parameters against the law."""
-        freedom = len(self.residuals) - self.silent - len(self.values)
+        freedom = self.telling - len(self.values)
         return float(np.sqrt(np.sum(self.residuals**2) / freedom)) if freedom > 0 else np.inf
 
     @property

@@ -7,7 +7,7 @@ from typing import Any
 from afo_sim.common import InputError, Notice, assets, format_quantity
 from afo_sim.description import Muscle, reader
 from afo_sim.lab.law_fit import LawFit
-from afo_sim.lab.law_problem import NOMINAL_LENGTH
+from afo_sim.lab.law_problem import NOMINAL_LENGTH, described
 from afo_sim.lab.measured import Measured
 from afo_sim.lab.solution import POINTS_PER_PARAMETER
 
@@ -34,23 +34,46 @@ def grade(fit: LawFit, data: Measured) -> str:
     return "A" if fit.identifiable and length and not taken_over(data) else "C"
 
 
+Sourced = dict[str, tuple[Any, dict[str, str]]]  # name → value as it is written, and what is known of it
+
+
 def muscle_table(fit: LawFit, data: Measured, like: str = LIKE) -> dict[str, Any]:
     """The description of one data set's muscle, as plain data that `reader.load` takes."""
-    law = fit.problem.law
-    values, sources = _beside_the_law(data, like)
-    for name, (value, source) in _geometry(fit, data).items():
-        values[name], sources[name] = value, source
+    law, covariance = fit.problem.law, fit.covariance
+    if covariance is not None:
+        # a muscle whose contractions were measured has no end length, which other muscles' data may have told
+        own = [key for key in covariance.parameters if key != "end_length" or data.contraction is None]
+        covariance = covariance.block(own) if own else None
+    active = data.facts.get("total_length", 1.0) - {**fit.problem.fixed, **fit.values}["end_length"]
+    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
+    greatest = min(max(float(kappa.max()), 0.01), 0.6)  # within what a muscle can be described with
+    highest = _source("derived", f"the highest of {data.file.name}")
+    limits: Sourced = {
+        "pressure": (format_quantity(float(data.pressure.max()), "Pa"), highest),
+        "force": (format_quantity(max(float(data.force.max()), 1.0), "N"), highest),
+        "contraction_min": (-0.03, _source("assumed", "as comparable fluidic muscles")),
+        "contraction_max": (greatest, highest),
+    }
+    measured = {  # and no more
+        "pressure_range": [format_quantity(p, "Pa") for p in (data.pressure.min(), data.pressure.max())],
+        "contraction_range": [0.0, greatest],
+    }
     return {
         "name": data.file.stem,
         "description": f"{data.file.stem}: {law.name} fitted to {_files(fit)}",
         "grade": grade(fit, data),
         "law": law.name,
-        **values,
-        "provenance": sources,
-        "laws": {law.name: _law_table(fit, data)},
-        "limits": _limits(fit, data),
-        "covariance": _covariance(fit, data),
+        **_table(_beside_the_law(data, like) | _geometry(fit, data)),
+        "laws": {law.name: _table({p.name: _fitted(fit, p.name) for p in law.parameters}) | measured},
+        "limits": _table(limits),
+        "covariance": None if covariance is None else covariance.model_dump(mode="json"),
     }
+
+
+def _table(sourced: Sourced) -> dict[str, Any]:
+    """Values by name, and their sources as their provenance."""
+    values = {name: value for name, (value, _) in sourced.items()}
+    return values | {"provenance": {name: source for name, (_, source) in sourced.items()}}
 
 
 def muscle(fit: LawFit, data: Measured, like: str = LIKE) -> Muscle:
@@ -63,42 +86,36 @@ def muscle(fit: LawFit, data: Measured, like: str = LIKE) -> Muscle:
     return found
 
 
-Sourced = tuple[str | float, dict[str, str]]
-
-
-def _beside_the_law(data: Measured, like: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def _beside_the_law(data: Measured, like: str) -> Sourced:
     """Damping, stiffness, dead volume and mass: as the data's header states them, else another muscle's."""
-    other = assets.read_toml(assets.find("muscle", like))
-    values, sources = {}, {}
+    other, found = assets.read_toml(assets.find("muscle", like)), Sourced()
     for name, unit in BESIDE_THE_LAW.items():
-        values[name] = other[name]["value"] if isinstance(other[name], dict) else other[name]
-        sources[name] = _source("assumed", f"taken over from {like}, not measured")
+        own = other[name]["value"] if isinstance(other[name], dict) else other[name]
+        found[name] = own, _source("assumed", f"taken over from {like}, not measured")
         if name in data.facts:
-            values[name] = format_quantity(data.facts[name], unit)
-            sources[name] = _source("user", f"stated with {data.file.name}")
-    return values, sources
+            stated = _source("user", f"stated with {data.file.name}")
+            found[name] = format_quantity(data.facts[name], unit), stated
+    return found
 
 
-def _geometry(fit: LawFit, data: Measured) -> dict[str, Sourced]:
+def _geometry(fit: LawFit, data: Measured) -> Sourced:
     """Lengths, bore and braid angle."""
     given = _source("user", f"stated with {data.file.name}")
     # with contraction ratios the law was fitted for this length, which some laws depend on
     length = data.facts.get("total_length")
     assumed = _source("assumed", "contraction ratios were measured")
-    found: dict[str, Sourced] = {
+    ends = format_quantity(0.0, "m"), _source("assumed", "contractions were given: braid only")
+    return {
         "total_length": (format_quantity(length or NOMINAL_LENGTH, "m"), given if length else assumed),
         "bore": (format_quantity(data.facts["bore"], "m"), given),
-        "end_length": (format_quantity(0.0, "m"), _source("assumed", "contractions were given: braid only")),
+        "end_length": _fitted(fit, "end_length") if data.contraction is None else ends,
         "braid_angle": _fitted(fit, "braid_angle"),
     }
-    if data.contraction is None:
-        found["end_length"] = _fitted(fit, "end_length")
-    return found
 
 
-def _fitted(fit: LawFit, name: str) -> tuple[str | float, dict[str, str]]:
+def _fitted(fit: LawFit, name: str) -> tuple[str, dict[str, str]]:
     """A parameter's value as text, and what is known of it."""
-    si = fit.problem.describe(name).unit
+    si = described(fit.problem.law)[name].unit
     if name not in fit.values:
         return format_quantity(fit.problem.fixed[name], si), _source("assumed", "held during the fit")
     factor, unit = residual_unit(fit)
@@ -108,49 +125,6 @@ def _fitted(fit: LawFit, name: str) -> tuple[str | float, dict[str, str]]:
         p = next(p for p in fit.problem.free if p.name == name)
         belief = f"95 % interval ± {p.number(fit.half_width[name]):.3g} {p.shown}".rstrip()
     return format_quantity(fit.values[name], si), _source("fitted", f"{summary}; {belief}")
-
-
-def _law_table(fit: LawFit, data: Measured) -> dict[str, Any]:
-    """The law's parameters, and the range that was measured, no more."""
-    found = {p.name: _fitted(fit, p.name) for p in fit.problem.law.parameters}
-    return {
-        **{name: value for name, (value, _) in found.items()},
-        "pressure_range": [format_quantity(p, "Pa") for p in (data.pressure.min(), data.pressure.max())],
-        "contraction_range": [0.0, _greatest_contraction(fit, data)],
-        "provenance": {name: source for name, (_, source) in found.items()},
-    }
-
-
-def _covariance(fit: LawFit, data: Measured) -> dict[str, Any] | None:
-    """The covariance of the fitted numbers that this data set's muscle has; None where the fit has none."""
-    found = fit.covariance
-    if found is None:
-        return None
-    # a muscle whose contractions were measured has no end length, which other muscles' data may have told
-    own = [key for key in found.parameters if key != "end_length" or data.contraction is None]
-    return found.block(own).model_dump(mode="json") if own else None
-
-
-def _limits(fit: LawFit, data: Measured) -> dict[str, Any]:
-    """Limits of the muscle's use: the largest pressure, force and contraction that were measured."""
-    highest = _source("derived", f"the highest of {data.file.name}")
-    return {
-        "pressure": format_quantity(float(data.pressure.max()), "Pa"),
-        "force": format_quantity(max(float(data.force.max()), 1.0), "N"),
-        "contraction_min": -0.03,
-        "contraction_max": _greatest_contraction(fit, data),
-        "provenance": {
-            **dict.fromkeys(("pressure", "force", "contraction_max"), highest),
-            "contraction_min": _source("assumed", "as comparable fluidic muscles"),
-        },
-    }
-
-
-def _greatest_contraction(fit: LawFit, data: Measured) -> float:
-    """The greatest measured contraction ratio [-], within what a muscle can be described with."""
-    active = data.facts.get("total_length", 1.0) - {**fit.problem.fixed, **fit.values}["end_length"]
-    kappa = data.contraction if data.contraction is not None else data.change / active  # type: ignore[operator]
-    return min(max(float(kappa.max()), 0.01), 0.6)
 
 
 def _files(fit: LawFit) -> str:
@@ -202,19 +176,15 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
         if _too_few(fits, kind):
             text = (
                 "only {groups} {subject}s: one left out is extrapolated from the other, so the laws are not "
-                "ranked by it; measure at {fewest} or more"
             )
+            text += "ranked by it; measure at {fewest} or more"
             groups = _groups(fits, kind)
             found.append(Notice("too-few-groups", text, subject=kind, groups=groups, fewest=FEWEST[kind]))
     if not _ranked_by(fits) and not found:
         text = "nothing was left out: the order says how laws fit, not how they predict"
         found.append(Notice("nothing-left-out", text))
     # more parameters than the points can bear fit anything
-    sound = [
-        fit
-        for fit in fits
-        if len(fit.residuals) - fit.silent >= POINTS_PER_PARAMETER * len(fit.values) and fit.values
-    ]
+    sound = [f for f in fits if f.values and f.telling >= POINTS_PER_PARAMETER * len(f.values)]
     closest = min(sound or [best], key=lambda fit: fit.spread)
     if best.spread > GROSS * closest.spread:
         text = (
@@ -222,9 +192,8 @@ def doubts(fits: Sequence[LawFit]) -> list[Notice]:
             f"{factor * best.rms:.3g} {unit} RMS, and {{closest}} by "
             f"{factor * closest.rms:.3g} {unit}: the two orders contradict each other"
         )
-        found.append(
-            Notice("orders-contradict", text, subject=best.problem.law.name, closest=closest.problem.law.name)
-        )
+        first, other = best.problem.law.name, closest.problem.law.name
+        found.append(Notice("orders-contradict", text, subject=first, closest=other))
     return found
 
 

@@ -10,9 +10,8 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import qmc
 
 from afo_sim.common import EXAMPLES, InputError, unknown
-from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.measured import Measured, level_starts
-from afo_sim.lab.solution import FitProblem
+from afo_sim.lab.solution import FitParameter, FitProblem
 from afo_sim.physics import LAWS, Braid, Law, LawParameter, contractions, forces
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
@@ -25,8 +24,6 @@ GEOMETRY = {
 }
 SLACK = 1e-3  # of the largest force: a gauge that reads less than this reads zero
 NOMINAL_LENGTH = 0.2  # of a muscle whose data are contraction ratios, in laws that want a length [m]
-
-
 OUTLYING = 0.01  # residual, over the data's range, from which a robust loss first doubts a point
 
 
@@ -47,10 +44,6 @@ class LawProblem(FitProblem):
     outlying: float = OUTLYING
 
     near, least_size, counted = 1e-6, 0.0, "points"
-
-    def describe(self, name: str) -> LawParameter:
-        """The description of a free or fixed parameter."""
-        return described(self.law)[name]
 
     @property
     def loaded(self) -> bool:
@@ -75,16 +68,14 @@ class LawProblem(FitProblem):
 
     def search(self, x: np.ndarray) -> OptimizeResult:
         """Where a search from `x` ends."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             return super().search(x)
 
     def jacobian(self, best: OptimizeResult) -> tuple[np.ndarray, np.ndarray]:
         """Without the loss, which weights the search's own; without readings that are agreed to be slack."""
         options = {**self.options, "loss": "linear", "max_nfev": 1}
         heard = ~agreed_slack(self, self.values(best.x), self.data)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
             return least_squares(self.residuals, best.x, bounds=self.bounds, **options).jac[heard], heard
 
     def variance(self, residuals: np.ndarray, freedom: float) -> float:
@@ -181,20 +172,17 @@ def pose(
         wanted.append("end_length")
     chosen = tuple(dict.fromkeys(name for name in wanted if name not in given))
     settled = _settled(law, data, chosen, given)
-    problem = LawProblem(law, tuple(data), (), settled, loss)
-    problem = replace(problem, free=tuple(_searched(problem, name) for name in chosen))
+    searched = tuple(_searched(described(law)[name], data) for name in chosen)
+    problem = LawProblem(law, tuple(data), searched, settled, loss)
     _require_enough(problem)
     return problem
 
 
-def _searched(problem: LawProblem, name: str) -> FitParameter:
+def _searched(p: LawParameter, data: Sequence[Measured]) -> FitParameter:
     """A free parameter in a search, whose end length is less than the shortest muscle's own."""
-    p = problem.describe(name)
-    upper = p.upper
-    if name == "end_length":
-        upper = 0.8 * min(d.facts["total_length"] for d in problem.data)
+    upper = 0.8 * min(d.facts["total_length"] for d in data) if p.name == "end_length" else p.upper
     usual = EXAMPLES[p.unit].partition(" ")[2] if p.unit else ""
-    return FitParameter(name, p.unit, usual, p.lower, upper, *p.start, max(map(abs, p.start)) or 1.0)
+    return FitParameter(p.name, p.unit, usual, p.lower, upper, *p.start, max(map(abs, p.start)) or 1.0)
 
 
 def _require_sensible(
@@ -204,33 +192,19 @@ def _require_sensible(
     known = described(law)
     for name in (*free, *given):
         if name not in known:
-            raise unknown(
-                name,
-                known,
-                field="free" if name in free else "fixed",
-                problem=f"is not a parameter of {law.name}",
-            )
+            field, problem = "free" if name in free else "fixed", f"is not a parameter of {law.name}"
+            raise unknown(name, known, field=field, problem=problem)
     if len({d.loaded for d in data}) > 1:
-        raise InputError(
-            "are given in one file and loads in another: their errors cannot be added",
-            field="force",
-            allowed="forces in all files, or loads in all files",
-        )
+        problem = "are given in one file and loads in another: their errors cannot be added"
+        raise InputError(problem, field="force", allowed="forces in all files, or loads in all files")
     if data[0].contraction is not None and "end_length" in (*free, *given):
-        raise InputError(
-            "has no effect where contraction ratios were measured",
-            field="free" if "end_length" in free else "fixed",
-            value="end_length",
-        )
+        problem = "has no effect where contraction ratios were measured"
+        raise InputError(problem, field="free" if "end_length" in free else "fixed", value="end_length")
     for name, value in given.items():
-        parameter = known[name]
-        if not parameter.lower <= value <= parameter.upper:
-            raise InputError(
-                "is out of range",
-                field=f"fixed.{name}",
-                value=f"{value:g} {parameter.unit}".strip(),
-                allowed=f"{parameter.lower:g} to {parameter.upper:g} {parameter.unit}".strip(),
-            )
+        p = known[name]
+        if not p.lower <= value <= p.upper:
+            shown, allowed = f"{value:g} {p.unit}".strip(), f"{p.lower:g} to {p.upper:g} {p.unit}".strip()
+            raise InputError("is out of range", field=f"fixed.{name}", value=shown, allowed=allowed)
 
 
 def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
@@ -241,11 +215,8 @@ def _stated(data: Sequence[Measured], but: Sequence[str]) -> dict[str, float]:
         if name in but or not values:
             continue
         if len(values) > 1:
-            raise InputError(
-                "is stated differently in the files, which are fitted with one value",
-                field=name,
-                allowed=f"the same in all files, or free: {name}",
-            )
+            problem = "is stated differently in the files, which are fitted with one value"
+            raise InputError(problem, field=name, allowed=f"the same in all files, or free: {name}")
         found[name] = values.pop()
     return found
 
@@ -259,11 +230,9 @@ def _settled(
         if name in free or name in settled:
             continue
         if parameter.default is None:
-            raise InputError(
-                f"is neither free nor fixed in {law.name}",
-                field=name,
-                allowed="a value to hold, or one of the parameters to fit as well",
-            )
+            problem = f"is neither free nor fixed in {law.name}"
+            allowed = "a value to hold, or one of the parameters to fit as well"
+            raise InputError(problem, field=name, allowed=allowed)
         settled[name] = parameter.default
     for d in data:
         needed = {"bore": "20 mm"} | ({"total_length": "21.5 cm"} if d.contraction is None else {})
@@ -274,29 +243,20 @@ def _settled(
 
 
 def _require_enough(problem: LawProblem) -> None:
-    points = problem.telling
-    file = problem.data[0].file
+    file, law = problem.data[0].file, problem.law.name
     pressures = np.unique(np.concatenate(pressure_levels(problem.data)))
     if len(pressures) < 2:
-        raise InputError(
-            "holds one pressure only: how the force depends on pressure cannot be identified",
-            file=file,
-            field="pressure",
-            value=f"{pressures[0]:g} bar" if len(pressures) else "none",
-            allowed="at least two pressures",
-        )
+        text = "holds one pressure only: how the force depends on pressure cannot be identified"
+        only = f"{pressures[0]:g} bar" if len(pressures) else "none"
+        raise InputError(text, file=file, field="pressure", value=only, allowed="at least two pressures")
     if not problem.free:
         held = ", ".join(name for name in problem.fixed if name in (*GEOMETRY, *problem.law.fitted))
         allowed = "one of them free, or not stated"
-        raise InputError(
-            "has nothing left to fit", file=file, field=problem.law.name, value=held, allowed=allowed
-        )
-    if points <= len(problem.free):
-        raise InputError(
-            f"holds {points} usable points for the {len(problem.free)} parameters of {problem.law.name}",
-            file=file,
-            allowed="more points than parameters; or a law with fewer, or some of them held",
-        )
+        raise InputError("has nothing left to fit", file=file, field=law, value=held, allowed=allowed)
+    if problem.telling <= len(problem.free):
+        text = f"holds {problem.telling} usable points for the {len(problem.free)} parameters of {law}"
+        allowed = "more points than parameters; or a law with fewer, or some of them held"
+        raise InputError(text, file=file, allowed=allowed)
 
 
 def pressure_levels(data: Sequence[Measured]) -> list[np.ndarray]:
@@ -332,10 +292,8 @@ def errors(problem: LawProblem, values: Mapping[str, float], data: Sequence[Meas
     """Prediction less measurement over several data sets [N or m]."""
     parts = []
     for d in data:
-        found = predict(problem, values, d)
-        if d.slack is not None:
-            found = np.where(d.slack & (found < 0.0), 0.0, found)
-        parts.append(found - _measurement(d))
+        found, slack = predict(problem, values, d), False if d.slack is None else d.slack
+        parts.append(np.where(slack & (found < 0.0), 0.0, found) - _measurement(d))
     return np.concatenate(parts)
 
 

@@ -224,16 +224,15 @@ def _fitted(
 
 
 def _check(law: str, hold_out: str, loss: str, like: str, fixed: Mapping[str, Any]) -> None:
-    parameters = {name for each in LAWS.values() for name in described(each)}
-    checks: list[tuple[str, str, Sequence[str], str]] = [
-        ("hold_out", hold_out, HOLD_OUT, "is not a valid choice"),
-        ("loss", loss, get_args(Loss), "is not a valid choice"),
-        ("law", law, ("all", *LAWS), "is not a valid choice"),
-    ]
-    checks += [("fixed", name, sorted(parameters), "is not a parameter of any law") for name in fixed]
-    for field, value, allowed, problem in checks:
+    choices = {"hold_out": (hold_out, HOLD_OUT), "loss": (loss, get_args(Loss)), "law": (law, ("all", *LAWS))}
+    for field, (value, allowed) in choices.items():
         if value not in allowed:
-            raise unknown(value, allowed, field=field, problem=problem)
+            raise unknown(value, allowed, field=field)
+    parameters = {name for each in LAWS.values() for name in described(each)}
+    for name in fixed:
+        if name not in parameters:
+            problem = "is not a parameter of any law"
+            raise unknown(name, sorted(parameters), field="fixed", problem=problem)
     try:
         assets.find("muscle", like)
     except InputError as error:
@@ -342,20 +341,14 @@ def tables(found: StaticFit) -> Tables:
         title = f"laws, best first by the {criterion(found.fits)}"
         rows = _ranking_rows(found)
         shown.append((title, [*header, "starts agree", "intervals"], rows))
-    rows = _parameter_rows(found.best)
-    shown.append((found.best.problem.law.name, ["parameter", "value", "95 % interval", "unit"], rows))
-    return shown
-
-
-def _parameter_rows(best: LawFit) -> list[list[str]]:
-    """Name, value, half the 95 % interval, unit of every free parameter."""
-    rows = []
+    rows, best = [], found.best
     for p in best.problem.free:
         value, width = best.values[p.name], best.half_width[p.name]
-        shown = p.number(value)
-        interval = "refused" if math.isinf(width) else f"± {width * shown / value if value else width:.3g}"
-        rows.append([p.name, f"{shown:.5g}", interval, p.shown])
-    return rows
+        number = p.number(value)
+        interval = "refused" if math.isinf(width) else f"± {width * number / value if value else width:.3g}"
+        rows.append([p.name, f"{number:.5g}", interval, p.shown])
+    shown.append((best.problem.law.name, ["parameter", "value", "95 % interval", "unit"], rows))
+    return shown
 
 
 def _ranking_rows(found: StaticFit) -> list[list[str]]:
