@@ -157,10 +157,8 @@ def _several(value: Any) -> tuple[Any, ...]:
     """One or several as a tuple."""
     if value is None:
         return ()
-    single = isinstance(value, str | os.PathLike | Mapping | Muscle) or not isinstance(
-        value, Sequence | np.ndarray
-    )
-    return (value,) if single else tuple(value)
+    one = isinstance(value, str | os.PathLike | Mapping | Muscle)
+    return (value,) if one or not isinstance(value, Sequence | np.ndarray) else tuple(value)
 
 
 def _kinds(test: str, given: Sequence[str]) -> tuple[str, ...]:
@@ -184,9 +182,8 @@ def _muscles(muscle: Any, law: Any, friction: Any, sets: Mapping[str, Any] | Non
         for name, rubbing in itertools.product(_several(law) or (None,), _several(friction) or (None,)):
             chosen = {"law": name, "friction": rubbing}
             laid = {key: value for key, value in chosen.items() if value is not None} | dict(sets or {})
-            found.append(
-                one if isinstance(one, Muscle) and not laid else load_description("muscle", description, laid)
-            )
+            same = isinstance(one, Muscle) and not laid
+            found.append(one if same else load_description("muscle", description, laid))
     return found
 
 

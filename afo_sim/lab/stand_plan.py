@@ -175,12 +175,9 @@ def plan_isotonic(
     start = np.array([hanging(muscle, load, p) for load, p in zip(points, lows, strict=True)])
     for load, p, kappa in zip(points, lows, start, strict=True):
         if kappa <= muscle.braid.lock:
-            raise InputError(
-                f"the braid would lock under {load:g} N",
-                field="pressure",
-                value=f"{p * 1e-5:g} bar",
-                allowed=f"from {_lifting(muscle, load, limit, high) * 1e-5:.3g} bar",
-            )
+            problem, value = f"the braid would lock under {load:g} N", f"{p * 1e-5:g} bar"
+            allowed = f"from {_lifting(muscle, load, limit, high) * 1e-5:.3g} bar"
+            raise InputError(problem, field="pressure", value=value, allowed=allowed)
     if duration is None:
         way = max(hanging(muscle, load, high) - x for load, x in zip(points, start, strict=True))
         duration = 3.0 * _slow(muscle, high, way)
@@ -207,12 +204,9 @@ def plan_step(
     else:
         _check_contractions(muscle, [start], float(points.max()))
     if start <= muscle.braid.lock:
-        raise InputError(
-            "the empty muscle's braid would lock under it",
-            field="load",
-            value=f"{hung:g} N",
-            allowed=f"at most {math.floor(force_at(muscle, muscle.braid.lock, 0.0))} N",
-        )
+        problem = "the empty muscle's braid would lock under it"
+        allowed = f"at most {math.floor(force_at(muscle, muscle.braid.lock, 0.0))} N"
+        raise InputError(problem, field="load", value=f"{hung:g} N", allowed=allowed)
     if duration is None:
         volume = laboratory.tube_volume + float(muscle.volume(contraction=0.6))
         duration = max(1.0, math.ceil(5.0 * volume / (valve.conductance * 1e5)))
@@ -285,9 +279,8 @@ def _plan(
         raise InputError("is out of range", field="time", value=f"{duration:g} s", allowed=allowed)
     steps = math.ceil(duration / step - 1e-9)
     stride = max(1, steps // ROWS)
-    return dataclasses.replace(
-        plan, timestep=step, duration=math.ceil(steps / stride) * stride * step, stride=stride
-    )
+    whole = math.ceil(steps / stride) * stride * step
+    return dataclasses.replace(plan, timestep=step, duration=whole, stride=stride)
 
 
 def _usual_step(plan: StandPlan) -> float:
@@ -327,15 +320,12 @@ def _check_contractions(muscle: Muscle, contractions: Sequence[float] | np.ndarr
     low, high = muscle.braid.lock, slack(muscle, pressure)
     for value in contractions:
         if not low < value <= high + 1e-9:
-            worst = "the braid locks before that" if value <= low else "the muscle is slack"
-            lengths = [f"{100.0 * muscle.nominal_length * (1.0 - x):.2f}" for x in (high, low)]
-            raise InputError(
-                f"{worst} at {pressure * 1e-5:g} bar",
-                field="contraction",
-                value=f"{value:.4g}",
-                allowed=f"above {low:.3f} (lock) and at most {math.floor(1e4 * high) * 1e-4:.4f} (slack): "
-                f"lengths of {lengths[0]} to {lengths[1]} cm",
-            )
+            problem = "the braid locks before that" if value <= low else "the muscle is slack"
+            ends = [f"{100.0 * muscle.nominal_length * (1.0 - x):.2f}" for x in (high, low)]
+            allowed = f"above {low:.3f} (lock) and at most {math.floor(1e4 * high) * 1e-4:.4f} (slack): "
+            allowed += f"lengths of {ends[0]} to {ends[1]} cm"
+            problem += f" at {pressure * 1e-5:g} bar"
+            raise InputError(problem, field="contraction", value=f"{value:.4g}", allowed=allowed)
 
 
 def _check_loads(
@@ -346,35 +336,30 @@ def _check_loads(
     for load in loads:
         if not LEAST_LOAD <= load < strength:
             weak = "the muscle cannot lift it" if load >= strength else "is less than the stand can hang on"
-            raise InputError(
-                f"{weak} at {pressure * 1e-5:g} bar",
-                field="load",
-                value=f"{load:g} N",
-                allowed=f"{LEAST_LOAD:g} N to {math.floor(strength * 0.999):g} N",
-            )
+            problem, value = f"{weak} at {pressure * 1e-5:g} bar", f"{load:g} N"
+            allowed = f"{LEAST_LOAD:g} N to {math.floor(strength * 0.999):g} N"
+            raise InputError(problem, field="load", value=value, allowed=allowed)
 
 
 def _check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
     """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
     top, told = muscle.limits.pressure, provenance_note(muscle.limits, "pressure")
+
+    def refused(problem: str, value: float, low: float = 0.0, field: str = "pressure") -> InputError:
+        allowed = f"{math.ceil(low * 1e-3) * 1e-2:g} bar to {top * 1e-5:.4g} bar"
+        return InputError(problem, field=field, value=f"{value * 1e-5:g} bar", allowed=allowed)
+
     whose = f"the muscle's limit{told}"
-    if supply is not None and supply > top:
-        raise _pressure_refusal(f"is more than the muscle bears{told}", "supply", supply, 0.0, top)
     if supply is not None:
+        if supply > top:
+            raise refused(f"is more than the muscle bears{told}", supply, field="supply")
         top, whose = supply, "the supply's pressure"
     for pressure in pressures:
         if not 0.0 <= pressure <= top * (1.0 + 1e-9):
-            raise _pressure_refusal(f"is beyond {whose}", "pressure", pressure, 0.0, top)
+            raise refused(f"is beyond {whose}", pressure)
         if pulls and force_at(muscle, 0.0, pressure) < PULLING:
             enough = _lifting(muscle, PULLING, 0.0, top)
-            raise _pressure_refusal(
-                "is too little for this muscle to pull", "pressure", pressure, enough, top
-            )
-
-
-def _pressure_refusal(problem: str, name: str, value: float, low: float, high: float) -> InputError:
-    allowed = f"{math.ceil(low * 1e-3) * 1e-2:g} bar to {high * 1e-5:.4g} bar"
-    return InputError(problem, field=name, value=f"{value * 1e-5:g} bar", allowed=allowed)
+            raise refused("is too little for this muscle to pull", pressure, enough)
 
 
 def _check_span(muscle: Muscle, low: float, high: float, supply: float | None) -> None:
@@ -389,14 +374,9 @@ def _check_rise(name: str, low: float, high: float, shown: str) -> None:
         raise InputError("does not rise", field=name, value=shown, allowed="FROM < TO")
 
 
-def rest_force(muscle: Muscle, contraction: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-    """Tension at rest and without friction, exactly as the compiled muscle computes it."""
-    return np.asarray(muscle.force(pressure, contraction=contraction))
-
-
 def force_at(muscle: Muscle, contraction: float, pressure: float) -> float:
-    """`rest_force` of one contraction [-] and gauge pressure [Pa]."""
-    return float(rest_force(muscle, np.array([contraction]), np.array([pressure]))[0])
+    """Tension at rest and without friction, at one contraction [-] and gauge pressure [Pa]."""
+    return float(muscle.force(pressure, contraction=contraction))
 
 
 def slack(muscle: Muscle, pressure: float) -> float:

@@ -30,7 +30,7 @@ from afo_sim.common import (
     HEAT_CAPACITY_RATIO,
     InputError,
 )
-from afo_sim.lab.stand_plan import StandPlan, rest_force
+from afo_sim.lab.stand_plan import StandPlan
 from afo_sim.model import get_state
 from afo_sim.physics import laminar_slope
 from afo_sim.simulation import Case, Moment, Policy, Recipe, Rollout, roll_out
@@ -106,12 +106,9 @@ def _require_stable(plan: StandPlan) -> None:
     slope = sum(laminar_slope(each.conductance, each.critical_ratio) for each in valves)
     air = step * _per_slope(plan) * slope
     if air > AIR_LIMIT:
-        raise InputError(
-            "is too long for the air of this stand",
-            field="timestep",
-            value=f"{step * 1e3:g} ms",
-            allowed=f"at most {0.99e3 * step * AIR_LIMIT / air:.2g} ms",
-        )
+        problem, value = "is too long for the air of this stand", f"{step * 1e3:g} ms"
+        allowed = f"at most {0.99e3 * step * AIR_LIMIT / air:.2g} ms"
+        raise InputError(problem, field="timestep", value=value, allowed=allowed)
 
 
 def _per_slope(plan: StandPlan) -> float:
@@ -125,7 +122,7 @@ def _hook(plan: StandPlan, k: int) -> np.ndarray:
     """Coordinates of the slide [m] at which the muscle of a curve has its two contractions."""
     contraction = plan.contraction[k]
     if plan.held:
-        force = rest_force(plan.muscle, contraction, np.full(2, plan.pressure[k, 1]))
+        force = plan.muscle.force(plan.pressure[k, 1], contraction=contraction)
     else:
         force = np.full(2, plan.load[k])
     found: np.ndarray = contraction * plan.muscle.nominal_length - force / MOUNTING
@@ -149,9 +146,8 @@ def _loaded(rig: Rig, plan: StandPlan, k: int) -> mujoco.MjModel:
         return rig.model
     model = copy.copy(rig.model)
     model.body_mass[1] = plan.load[k] / GRAVITY
-    mujoco.mj_setConst(
-        model, mujoco.MjData(model)
-    )  # or the slide would keep the inertia it was compiled with
+    # or the slide would keep the inertia it was compiled with
+    mujoco.mj_setConst(model, mujoco.MjData(model))
     native.fill_inverse_masses(model)
     return model
 

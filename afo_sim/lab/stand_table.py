@@ -25,28 +25,40 @@ SET = {  # what tells the curves of a test apart: (quantity, form, factor from S
     "step": ("supply", "{:.3g} bar", 1e-5),
     "release": ("pressure", "{:.3g} bar", 1e-5),
 }
-PRINTED = {  # column title of a printed table: (measure, factor, unit)
-    "isobaric": {
-        "force": ("greatest_force", 1.0, "N"),
-        "off formula": ("off_formula_share", 1.0, "%"),
-        "off pressure": ("pressure_off", 1.0, "%"),
-        "loop": ("loop_height", 1.0, "N"),
-        "work lost": ("work_lost_per_cycle", 1.0, "J"),
-    },
-    "isotonic": {
-        "contraction": ("greatest_contraction", 100.0, "%"),
-        "off formula": ("off_formula_share", 1.0, "%"),
-        "loop": ("loop_height", 100.0, "%"),
-        "work lost": ("work_lost_per_cycle", 1.0, "J"),
-    },
-    "isometric": {"force": ("greatest_force", 1.0, "N"), "off formula": ("off_formula_share", 1.0, "%")},
-    "release": {
-        "peak speed": ("peak_speed", 1.0, "m/s"),
-        "τ": ("time_constant", 1e3, "ms"),
-        "overshoot": ("overshoot", 1.0, "%"),
-        "final contraction": ("final_contraction", 100.0, "%"),
-        "lowest pressure": ("lowest_pressure", 1e-5, "bar"),
-    },
+PRINTED = {  # columns of a printed table: (title, measure where there is one, factor, unit)
+    "isobaric": (
+        ("force", "greatest_force", 1.0, "N"),
+        ("off formula", "off_formula_share", 1.0, "%"),
+        ("off pressure", "pressure_off", 1.0, "%"),
+        ("loop", "loop_height", 1.0, "N"),
+        ("work lost", "work_lost_per_cycle", 1.0, "J"),
+    ),
+    "isotonic": (
+        ("contraction", "greatest_contraction", 100.0, "%"),
+        ("off formula", "off_formula_share", 1.0, "%"),
+        ("loop", "loop_height", 100.0, "%"),
+        ("work lost", "work_lost_per_cycle", 1.0, "J"),
+    ),
+    "isometric": (("force", "greatest_force", 1.0, "N"), ("off formula", "off_formula_share", 1.0, "%")),
+    "step": (  # held, or under a load
+        ("dead time", "fill_force_dead_time", 1e3, "ms"),
+        ("dead time", "fill_contraction_dead_time", 1e3, "ms"),
+        ("pressure, 63 %", "fill_pressure_time_constant", 1e3, "ms"),
+        ("force τ", "fill_force_time_constant", 1e3, "ms"),
+        ("contraction τ", "fill_contraction_time_constant", 1e3, "ms"),
+        ("vented τ", "vent_force_time_constant", 1e3, "ms"),
+        ("vented τ", "vent_contraction_time_constant", 1e3, "ms"),
+        ("force", "filled_force", 1.0, "N"),
+        ("contraction", "filled_contraction", 100.0, "%"),
+        ("air", "air_per_fill", 1.0, "g"),
+    ),
+    "release": (
+        ("peak speed", "peak_speed", 1.0, "m/s"),
+        ("τ", "time_constant", 1e3, "ms"),
+        ("overshoot", "overshoot", 1.0, "%"),
+        ("final contraction", "final_contraction", 100.0, "%"),
+        ("lowest pressure", "lowest_pressure", 1e-5, "bar"),
+    ),
 }
 # Largest distance of a point from its curve in pressure [Pa], load [N] or contraction [-].
 NEAR = {"isobaric": 1e3, "isotonic": 0.5, "isometric": 2e-3}
@@ -175,28 +187,13 @@ def summary(trials: Sequence[Trial], compared: Sequence[Comparison]) -> dict[str
 
 def printed(trial: Trial) -> tuple[str, list[str], list[list[str]]]:
     """(title, header, rows) to print: the numbers of every curve."""
-    named = PRINTED.get(trial.plan.kind) or _step_columns(trial)
-    present = {title: of for title, of in named.items() if of[0] in trial.metrics[0]}
-    header = ["curve", *(f"{title} [{unit}]" for title, (_, _, unit) in present.items())]
-    rows = []
+    present = [column for column in PRINTED[trial.plan.kind] if column[1] in trial.metrics[0]]
+    header, rows = ["curve", *(f"{title} [{unit}]" for title, _, _, unit in present)], []
     for k, found in enumerate(trial.metrics):
-        values = [factor * found[name].value for name, factor, _ in present.values()]
+        values = [factor * found[name].value for _, name, factor, _ in present]
         cells = [f"{value:.4g}" if np.isfinite(value) else "–" for value in values]
         rows.append([set_point_text(trial, k), *cells])
     return f"{trial.name}: {trial.plan.kind}", header, rows
-
-
-def _step_columns(trial: Trial) -> dict[str, tuple[str, float, str]]:
-    response = "force" if trial.plan.held else "contraction"
-    factor, unit = (1.0, "N") if trial.plan.held else (100.0, "%")
-    return {
-        "dead time": (f"fill_{response}_dead_time", 1e3, "ms"),
-        "pressure, 63 %": ("fill_pressure_time_constant", 1e3, "ms"),
-        f"{response} τ": (f"fill_{response}_time_constant", 1e3, "ms"),
-        "vented τ": (f"vent_{response}_time_constant", 1e3, "ms"),
-        response: (f"filled_{response}", factor, unit),
-        "air": ("air_per_fill", 1.0, "g"),
-    }
 
 
 def points_of(kind: str, data: Measured, muscle: Muscle) -> tuple[list[float], float]:
@@ -211,11 +208,9 @@ def points_of(kind: str, data: Measured, muscle: Muscle) -> tuple[list[float], f
     elif kind == "isotonic":
         values = [f for f in values if 1.0 <= f < 0.999 * force_at(muscle, 0.0, float(pressure.max()))]
     if not 0 < len(values) <= MANY:
-        raise InputError(
-            f"its points lie on {len(values)} {kind} curves of this muscle",
-            file=data.file,
-            allowed=f"1 to {MANY}, or name the curves with `pressure`, `load` or `contraction`",
-        )
+        allowed = f"1 to {MANY}, or name the curves with `pressure`, `load` or `contraction`"
+        problem = f"its points lie on {len(values)} {kind} curves of this muscle"
+        raise InputError(problem, file=data.file, allowed=allowed)
     least = float(contraction.min())
     return values, max(least, 0.95 * muscle.braid.lock) if least < 0.0 else 0.0
 

@@ -30,7 +30,6 @@ from afo_sim.lab.stand_plan import (
     plan_isotonic,
     plan_release,
     plan_step,
-    rest_force,
 )
 from afo_sim.lab.stand_rig import Progress, Rows, roll
 from afo_sim.metrics import Metric
@@ -140,7 +139,7 @@ def static(plan: StandPlan, rows: int = 200) -> Trial:
             "pressure": p,
             "contraction": kappa,
             "contraction_rate": np.zeros_like(p),
-            "force": rest_force(plan.muscle, kappa, p),
+            "force": plan.muscle.force(p, contraction=kappa),
             "air_mass": (p + AMBIENT_PRESSURE) * volume / (GAS_CONSTANT * AMBIENT_TEMPERATURE),
             "volume": volume,
             "inflow": np.zeros_like(p),
@@ -157,7 +156,7 @@ def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
         "branch": plan.branch(rows["time"]),
         "length": length * (1.0 - rows["contraction"]),
         "velocity": -length * rows["contraction_rate"],
-        "static_force": rest_force(plan.muscle, rows["contraction"], rows["pressure"]),
+        "static_force": plan.muscle.force(rows["pressure"], contraction=rows["contraction"]),
         "load": np.full(len(rows["time"]), plan.load[k]),
     }
     return {name: columns[name] for name in COLUMNS}
