@@ -20,10 +20,9 @@ from scipy.optimize import OptimizeResult
 
 from afo_sim.common import InputError, Notice, Shown, SimulationError
 from afo_sim.description import Scenario, load
-from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.identifiability import Believed, memory, refused, rms, unidentified
 from afo_sim.lab.run_problem import HELD_OUT, RunProblem, differences, pose, run_at, sets_of
-from afo_sim.lab.solution import FitProblem, Progress, believed, verdict
+from afo_sim.lab.solution import FitParameter, FitProblem, Progress, believed, verdict
 from afo_sim.simulation import Recording
 
 MISFIT = 1.15  # times the noise: above it, and above what chance does to so few samples, something is missing
@@ -100,21 +99,20 @@ class FitRun(Believed, Shown):
 
     def __repr__(self) -> str:
         """One line: the fitted values with their intervals, and the errors."""
-        each = [f"{p.name} = {self._value_text(p)}" for p in self.problem.free]
+        each = [f"{p.name} = {self.value_text(p)} ({self.belief(p)})" for p in self.problem.free]
         fitted = ", ".join(each) or "nothing fitted"
         return f"<FitRun to {self.problem.log.file.name}: {fitted}; errors {self.misfit:.3g} times the noise>"
 
-    def _value_text(self, parameter: FitParameter) -> str:
-        value = f"{parameter.number(self.values[parameter.name]):.4g} {parameter.shown}"
-        return f"{value} ({self.belief(parameter)})"
+    def value_text(self, parameter: FitParameter) -> str:
+        """A fitted value in the unit for people's eyes."""
+        return f"{parameter.number(self.values[parameter.name]):.4g} {parameter.shown}"
 
     @functools.cached_property
     def errors(self) -> dict[str, Errors]:
         """Each channel's errors [SI]."""
         problem = self.problem
+        first, last = differences(problem, {}, self.before), differences(problem, self.values, self.after)
         unseen = None if self.forecast is None else differences(problem, *self.forecast)
-        first = differences(problem, {}, self.before)
-        last = differences(problem, self.values, self.after)
         return channel_errors(problem.noise, first, last, unseen, ~problem.seen)
 
     @property
@@ -333,10 +331,8 @@ def doubts(errors: Mapping[str, Errors], columns: Mapping[str, str]) -> Iterator
             ratios.append(f"{math.sqrt(held_out):.2g} times where it was held out")
         if ratios:
             causes = CAUSES.get(columns[title].rpartition("/")[2].partition("_in")[0], OTHERWISE)
-            text = (
-                "{subject}: its errors are {ratios}; the scenario lacks something: {causes}; "
-                "the fitted values make up for it and may be wrong by more than their intervals"
-            )
+            text = "{subject}: its errors are {ratios}; the scenario lacks something: {causes}; "
+            text += "the fitted values make up for it and may be wrong by more than their intervals"
             yield Notice("misfit", text, subject=title, ratios=" and ".join(ratios), causes=causes)
 
 

@@ -24,8 +24,8 @@ def scenario_toml(fit: FitRun, folder: pathlib.Path) -> str:
     comments = [f"# Fitted to {fit.problem.log.file.name}; what it does not say is as it was before."]
     for parameter in fit.problem.free:
         if not parameter.keys:
-            value = f"{parameter.number(fit.values[parameter.name]):.4g} {parameter.shown}"
-            comments.append(f"# {parameter.name} = {value}, of the log: {fit.belief(parameter)}")
+            value, belief = fit.value_text(parameter), fit.belief(parameter)
+            comments.append(f"# {parameter.name} = {value}, of the log: {belief}")
     scenario = portable(fit.scenario.resolved(), folder)
     return "\n".join(comments) + "\n" + toml_text(scenario)
 
@@ -82,9 +82,8 @@ def tables(fit: FitRun) -> list[tuple[str, list[str], list[list[str]]]]:
         belief = f"refused: {fit.reason(p.name)}"
         if interval is not None:
             belief = " to ".join(f"{p.number(end):.4g}" for end in interval)
-        rows.append(
-            [p.name, f"{p.number(p.low):.4g}", f"{p.number(fit.values[p.name]):.4g}", p.shown, belief]
-        )
+        values = (f"{p.number(value):.4g}" for value in (p.low, fit.values[p.name]))
+        rows.append([p.name, *values, p.shown, belief])
     found = [("parameters", ["parameter", "start", "fitted", "unit", "95 % interval"], rows)] if rows else []
     header = ["channel", "unit", "noise", "before", "after"]
     if fit.problem.hold_out and fit.values:

@@ -4,6 +4,7 @@ A problem says what is searched and how. Where neighbouring errors hang together
 them are n (1 − ρ)/(1 + ρ) independent ones. A parameter at its bound is held for the others.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
@@ -11,14 +12,53 @@ from typing import Any, Self
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-from afo_sim.common import InputError, Notice
-from afo_sim.lab.fit_parameter import FitParameter
+from afo_sim.common import InputError, Notice, in_unit
 from afo_sim.lab.identifiability import intervals, unidentified
 
 Progress = Callable[[str], None]
 CORRELATED = 0.98  # two parameters with more are not told apart
 VAGUE = 0.5  # a half-interval of more than this share of the parameter's size tells nothing
 POINTS_PER_PARAMETER = 2.0  # with fewer no interval is given
+
+
+@dataclass(frozen=True)
+class FitParameter:
+    """SI; `shown` is the unit for people's eyes, `neutral` the value at which it does nothing.
+
+    `low` and `high` are usual values, `size` the unit of a coordinate, or its reference if that is a
+    logarithm. `keys` are what it sets in a scenario, each with its share of the value.
+    """
+
+    name: str
+    unit: str
+    shown: str
+    lower: float
+    upper: float
+    low: float
+    high: float
+    size: float
+    neutral: float | None = None
+    logarithmic: bool = False
+    of_law: bool = False
+    keys: Mapping[str, float] = field(default_factory=dict)
+
+    def coordinate(self, value: float) -> float:
+        """A value [SI] as it is searched."""
+        return math.log(value / self.size) if self.logarithmic else value / self.size
+
+    def value(self, coordinate: float) -> float:
+        """The value [SI] of what is searched, within its bounds."""
+        # an interval's end may overflow
+        ratio = math.exp(min(max(coordinate, -700.0), 700.0)) if self.logarithmic else coordinate
+        return float(min(max(self.size * ratio, self.lower), self.upper))
+
+    def number(self, value: float) -> float:
+        """A value in the unit for people's eyes."""
+        return in_unit(value, self.unit, self.shown) if self.shown else value
+
+    def text(self, value: float) -> str:
+        """A value [SI] for people."""
+        return f"{self.number(value):.3g} {self.shown}".strip()
 
 
 class FitProblem:

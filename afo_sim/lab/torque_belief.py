@@ -46,10 +46,8 @@ def scattered(solution: Solution, groups: Apart | None) -> tuple[Solution, list[
         if groups.chance[p.name] < CONTRADICT and scatter[k] > half[k]:
             half[k] = scatter[k]
             own = [values[p.name] for values in groups.values.values()]
-            text = (
-                "{subject}: the groups contradict each other, {least} to {largest} one by one; "
-                "the interval is their scatter"
-            )
+            text = "{subject}: the groups contradict each other, {least} to {largest} one by one; "
+            text += "the interval is their scatter"
             least, largest = p.text(min(own)), p.text(max(own))
             said.append(Notice("groups-contradict", text, subject=p.name, least=least, largest=largest))
     return replace(solution, half=half), said
@@ -66,8 +64,8 @@ def judged(
     if one and not set(solution.problem.names) <= refused(lines):
         why = (
             "not identifiable one by one: the readings are at one pressure, where the law's strength passes "
-            "for stiffness"
         )
+        why += "for stiffness"
         lines.append(unidentified("one-pressure", solution.problem.names, why))
     return lines
 
@@ -86,11 +84,8 @@ def _as_well_without(
             if p.name == other.dropped
             or abs(p.coordinate(other.values[p.name]) - solution.x[k]) > 0.5 * solution.half[k]
         ]
-        rest = ", ".join(
-            f"{p.name} {p.text(other.values[p.name])}"
-            for p in solution.problem.free
-            if p.name != other.dropped
-        )
+        left = [p for p in solution.problem.free if p.name != other.dropped]
+        rest = ", ".join(f"{p.name} {p.text(other.values[p.name])}" for p in left)
         words = "not identifiable one by one" if len(names) > 1 else "not identifiable"
         why = (
             f"{words}: without {other.dropped} ({rest}) the {kind} that is left out is predicted as well, "
@@ -123,14 +118,10 @@ def doubts(solution: Solution, told: Sequence[str], shared: Sequence[SharedError
         for each in shared:
             x = p.coordinate(max(each.values[p.name], p.lower))
             if each.held and p.name in told and abs(x - solution.x[k]) > solution.half[k]:
-                text = (
-                    "{subject} depends on {held}, which is the orthosis' own and was not fitted: with "
-                    "{cause} it is {value}, beyond its interval"
-                )
-                now = p.text(each.values[p.name])
-                yield Notice(
-                    "depends-on-held", text, subject=p.name, held=each.held, cause=each.cause, value=now
-                )
+                text = "{subject} depends on {held}, which is the orthosis' own and was not fitted: with "
+                text += "{cause} it is {value}, beyond its interval"
+                told_of = {"subject": p.name, "held": each.held, "cause": each.cause}
+                yield Notice("depends-on-held", text, value=p.text(each.values[p.name]), **told_of)
 
 
 def _problems(problem: TorqueProblem) -> Iterator[tuple[str, TorqueProblem, str]]:
@@ -222,13 +213,10 @@ def beyond_law(solution: Solution) -> Iterator[Notice]:
         pressure = problem.column("pressure")
         filled = pressure[pressure > WITHOUT_AIR]
         if len(filled) and (filled.min() < 0.98 * low or filled.max() > 1.02 * high):
+            asked = f"pressures go from {filled.min() * 1e-5:.3g} to {filled.max() * 1e-5:.3g} bar"
+            holds = f"{group.type.law} holds from {low * 1e-5:.3g} to {high * 1e-5:.3g} bar"
             yield Notice(
-                "beyond-law",
-                f"{{subject}}: pressures go from {filled.min() * 1e-5:.3g} to "
-                f"{filled.max() * 1e-5:.3g} bar, and "
-                f"{group.type.law} holds from {low * 1e-5:.3g} to {high * 1e-5:.3g} bar",
-                subject=name,
-                quantity="pressure",
+                "beyond-law", f"{{subject}}: {asked}, and {holds}", subject=name, quantity="pressure"
             )
 
 
@@ -239,9 +227,8 @@ def _slack(solution: Solution) -> Iterator[Notice]:
     scatter = float(np.sqrt(np.mean((found - torque)[taut] ** 2))) if taut.any() else 0.0
     slack = int(np.sum(~taut & (np.abs(torque) > max(PULL * np.abs(found).max(), 4.0 * scatter))))
     if slack:
-        settings = "1 setting" if slack == 1 else f"{slack} settings"
         text = "at {settings} the fitted muscle hangs slack where a torque was read"
-        yield Notice("slack", text, settings=settings)
+        yield Notice("slack", text, settings="1 setting" if slack == 1 else f"{slack} settings")
 
 
 def _held_soft(solution: Solution) -> Iterator[Notice]:

@@ -208,12 +208,10 @@ def _shared(muscles: Sequence[_Muscle], anchors: tuple[Anchor, ...]) -> list[np.
         return [muscle.tension(anchors) for muscle in muscles]
 
     def of(pull: np.ndarray) -> list[np.ndarray]:
-        given = np.array(
-            [
-                math.fsum(anchor_displacement(float(p), *a, 0.0, 0.0, 0.0, 1.0)[0] for a in anchors)
-                for p in pull
-            ]
-        )
+        def displaced(p: float) -> float:
+            return math.fsum(anchor_displacement(p, *a, 0.0, 0.0, 0.0, 1.0)[0] for a in anchors)
+
+        given = np.array([displaced(float(p)) for p in pull])
         return [muscle.tension((), given) for muscle in muscles]
 
     def total(found: list[np.ndarray]) -> np.ndarray:

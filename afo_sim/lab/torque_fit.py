@@ -7,7 +7,7 @@ share. Any other name is a parameter of the muscle's law. `fit_torque` says in w
 
 import os
 import pathlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,10 +15,9 @@ import numpy as np
 
 from afo_sim.common import InputError, Notice, Shown, nearest_name, quantity_at, unknown
 from afo_sim.description import Orthosis, reader
-from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.identifiability import Believed, refused
 from afo_sim.lab.measured import require_once, several
-from afo_sim.lab.solution import HeldOut, Solution, held_out, require_left_out, unseen
+from afo_sim.lab.solution import FitParameter, HeldOut, Progress, Solution, held_out, require_left_out, unseen
 from afo_sim.lab.torque_belief import (
     SharedError,
     doubts,
@@ -54,8 +53,6 @@ USUAL_FIT = ("series_stiffness", "offset")
 HOLD_OUT = ("all", "none", *KINDS)
 MEANINGS = ("device", "difference")
 
-Progress = Callable[[str], None]
-
 
 @dataclass(frozen=True, repr=False, eq=False)
 class TorqueFit(Believed, Shown):
@@ -85,7 +82,11 @@ class TorqueFit(Believed, Shown):
         error = f"{self.rms:.3g} N·m RMS over {len(self.problem)} settings"
         error += f", {self.held_out[kind].rms:.3g} with {kind} left out" if kind else ""
         error += f"; {lacking} not identifiable" if lacking else ""
-        return f"<TorqueFit: {', '.join(map(self._in_short, self.problem.free))}; {error}>"
+        short = []
+        for p in self.problem.free:
+            ends = " to ".join(f"{p.number(end):.3g}" for end in self.intervals[p.name] or ())
+            short.append(f"{p.name} = {p.text(self.parameters[p.name])} ({ends or 'no interval'})")
+        return f"<TorqueFit: {', '.join(short)}; {error}>"
 
     @property
     def problem(self) -> TorqueProblem:
@@ -129,12 +130,6 @@ class TorqueFit(Believed, Shown):
             g.readings.group: fitted_orthosis(g.orthosis, problem.chamber, self.parameters, sources)
             for g in problem.groups
         }
-
-    def _in_short(self, parameter: FitParameter) -> str:
-        interval = self.intervals[parameter.name]
-        ends = "" if interval is None else " to ".join(f"{parameter.number(end):.3g}" for end in interval)
-        value = parameter.text(self.parameters[parameter.name])
-        return f"{parameter.name} = {value} ({ends or 'no interval'})"
 
     def ends(self, parameter: FitParameter) -> str:
         """A parameter's interval, or why it has none."""
@@ -236,12 +231,9 @@ def fit_torque(
     lines = judged(solution, kind, alone, found)
     laws = of_laws(solution, dict(found), report)
     if further:
-        found["file"] = unseen(
-            [
-                (f"{g.readings.file.name} {g.readings.group}", replace(problem, groups=(g,)), solution.values)
-                for g in further
-            ]
-        )
+        names_of = [f"{g.readings.file.name} {g.readings.group}" for g in further]
+        posed = [replace(problem, groups=(g,)) for g in further]
+        found["file"] = unseen([(n, p, solution.values) for n, p in zip(names_of, posed, strict=True)])
     shared = shared_errors(solution)
     moved = (each for each in moves(laws, problem.free) if each.severity == "warning")
     told = [*warnings_of(solution, [name for name in problem.names if name not in names])]
@@ -260,8 +252,7 @@ def _held(hold_out: Any) -> tuple[tuple[str, ...], list[Any]]:
         elif isinstance(each, str) and each in KINDS:
             kinds.append(each)
         elif isinstance(each, str) and each != "none" and not pathlib.Path(each).is_file():
-            problem = "is neither something to leave out nor a file"
-            near = nearest_name(each, HOLD_OUT)
+            problem, near = "is neither something to leave out nor a file", nearest_name(each, HOLD_OUT)
             allowed = f"{', '.join(HOLD_OUT)}, or a CSV"
             raise InputError(problem, field="hold_out", value=each, allowed=allowed, nearest=near)
         elif each != "none":
@@ -304,15 +295,12 @@ def _read(data: Any, chamber: str, difference: bool, rates: Mapping[str, Any] | 
     found: dict[str, Torques] = {}
     for k, source in enumerate(sources):
         if not isinstance(source, str | os.PathLike) and not hasattr(source, "keys"):
-            shown = type(source).__name__
-            raise InputError(
-                "is not valid data", field="data", value=shown, allowed="a CSV, or {title: numbers}"
-            )
+            shown, allowed = type(source).__name__, "a CSV, or {title: numbers}"
+            raise InputError("is not valid data", field="data", value=shown, allowed=allowed)
         name = pathlib.Path(source).stem if isinstance(source, str | os.PathLike) else f"data {k + 1}"
         name = name if name not in found else f"{name} {k + 1}"
-        found[name] = read_torques(
-            source, chamber=chamber, difference=difference, rates=(bounds["angle"], bounds["pressure"])
-        )
+        rest = bounds["angle"], bounds["pressure"]
+        found[name] = read_torques(source, chamber=chamber, difference=difference, rates=rest)
     return joined(found)
 
 
@@ -344,11 +332,9 @@ def _posed(
     problem = TorqueProblem(groups, parameters(wanted, used, chamber), chamber, difference)
     file = groups[0].readings.file
     if len(problem) <= len(problem.free):
-        raise InputError(
-            f"holds {len(problem)} different setting{'s' if len(problem) != 1 else ''} for "
-            f"{len(problem.free)} parameter{'s' if len(problem.free) != 1 else ''}",
-            file=file,
-            allowed="more settings than parameters, or fewer parameters in the fit",
-        )
+        settings, wanted = ("" if len(each) == 1 else "s" for each in (problem, problem.free))
+        few = f"holds {len(problem)} different setting{settings} for {len(problem.free)} parameter{wanted}"
+        allowed = "more settings than parameters, or fewer parameters in the fit"
+        raise InputError(few, file=file, allowed=allowed)
     require_possible(problem)
     return problem

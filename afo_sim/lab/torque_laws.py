@@ -21,9 +21,8 @@ import numpy as np
 from scipy.stats import f
 
 from afo_sim.common import Notice
-from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.identifiability import refused
-from afo_sim.lab.solution import HeldOut, Progress, Solution, held_out, verdict
+from afo_sim.lab.solution import FitParameter, HeldOut, Progress, Solution, held_out, verdict
 from afo_sim.lab.torque_belief import beyond_law, scattered
 from afo_sim.lab.torque_problem import Group, TorqueProblem
 from afo_sim.lab.torque_solution import apart, from_start, mean_square, solve

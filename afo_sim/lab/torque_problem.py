@@ -12,10 +12,9 @@ from scipy.optimize import OptimizeResult
 
 from afo_sim.common import EXAMPLES, InputError, Notice, unknown
 from afo_sim.description import Orthosis
-from afo_sim.lab.fit_parameter import FitParameter
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.measured import level_starts
-from afo_sim.lab.solution import FitProblem
+from afo_sim.lab.solution import FitParameter, FitProblem
 from afo_sim.lab.torque_data import SAME_ANGLE, Readings
 from afo_sim.lab.torque_device import Change, Path, paths, statics
 from afo_sim.physics import LAWS
@@ -255,10 +254,8 @@ def arms_off(readings: Readings) -> Iterator[Notice]:
         lengths, turned = _over_angle(readings, length, arm)
         length, turn, apart = (1e3 * float(np.ptp(each)) for each in (lengths, turned, lengths + turned))
         if apart > DISAGREE * length + 1e3 * APART:
-            text = (
-                "{subject}: its path changes by {length:.3g} mm and, by its moment arm (r = -dL/dangle), by "
-            )
-            text += "{turn:.3g} mm, up to {apart:.3g} mm apart"
+            text = "{subject}: its path changes by {length:.3g} mm and, by its moment arm (r = -dL/dangle), "
+            text += "by {turn:.3g} mm, up to {apart:.3g} mm apart"
             yield Notice("arm-off", text, subject=name, length=length, turn=turn, apart=apart)
 
 
@@ -296,7 +293,8 @@ def predict(
     problem: TorqueProblem, values: Mapping[str, float], groups: Sequence[Group] | None = None
 ) -> dict[str, np.ndarray]:
     """Torque [N·m] and displacement of the cuff [m], all groups end to end."""
-    change = _change(problem, values)
+    law = {p.name: values[p.name] for p in problem.free if p.of_law}
+    change = Change(*map({**problem.fixed, **values}.get, OWN), law)
     found: dict[str, list[np.ndarray]] = {channel: [] for channel in CHANNELS}
     for group in problem.groups if groups is None else groups:
         torque, pull = _statics(problem, group, group.readings.pressure, change)
@@ -316,52 +314,42 @@ def _statics(
     return statics(group.orthosis, group.geometry, problem.chamber, pressure, change)
 
 
-def _change(problem: TorqueProblem, values: Mapping[str, float]) -> Change:
-    law = {p.name: values[p.name] for p in problem.free if p.of_law}
-    series, offset, cuff, plate = map({**problem.fixed, **values}.get, OWN)
-    return Change(series, offset, cuff, plate, law)
-
-
 def require_possible(problem: TorqueProblem) -> None:
     """Refuse torques that the muscles cannot give at any compliance: of the wrong sign, or far too large."""
     measured, rigid = problem.column("torque"), Change(np.inf, 0.0, np.inf, np.inf)
     most = np.concatenate([_statics(problem, g, g.readings.pressure, rigid)[0] for g in problem.groups])
-    file, largest = problem.groups[0].readings.file, float(np.abs(measured).max())
+    file, orthosis = problem.groups[0].readings.file, problem.groups[0].orthosis
+    largest, cuff = float(np.abs(measured).max()), problem.column("cuff")
+
+    def refused(text: str, value: str | None = None, allowed: str = "", field: str = "torque") -> InputError:
+        return InputError(text, file=file, field=field, value=value, allowed=allowed)
+
     if largest == 0.0:
-        raise InputError("is zero at every reading", file=file, field="torque")
-    cuff = problem.column("cuff")
+        raise refused("is zero at every reading")
     if np.isfinite(cuff).any() and not np.nansum(cuff) > 0.0:
-        problem_of_cuff = "does not go along the pull, which is positive"
-        raise InputError(
-            problem_of_cuff, file=file, field="cuff", value=f"{1e3 * np.nanmean(cuff):.3g} mm on average"
-        )
+        mean = f"{1e3 * np.nanmean(cuff):.3g} mm on average"
+        raise refused("does not go along the pull, which is positive", mean, field="cuff")
+    muscles = f"the muscles of chamber {problem.chamber!r}"
     if not np.abs(most).max() > 1e-6 * largest:
-        raise InputError(
-            f"the muscles of chamber {problem.chamber!r} hang slack at every reading, even on rigid anchors",
-            file=file,
-            field="torque",
-            value=f"{largest:.3g} N·m measured",
-            allowed="another chamber, angle or pressure, or a shorter link in the orthosis",
+        raise refused(
+            f"{muscles} hang slack at every reading, even on rigid anchors",
+            f"{largest:.3g} N·m measured",
+            "another chamber, angle or pressure, or a shorter link in the orthosis",
         )
     share = float(np.sum(measured * most) / np.sum(most**2))
     if share < 0.0:
-        sign = "positive" if most.sum() > 0.0 else "negative"
-        raise InputError(
-            f"has the wrong sign: the muscles of chamber {problem.chamber!r} turn the joint to {sign} "
-            f"torques ({problem.groups[0].orthosis.words.directions[0]} is positive)",
-            file=file,
-            field="torque",
-            value=f"{measured[np.argmax(np.abs(measured))]:.3g} N·m",
-            allowed="the other sign, or another chamber",
+        sign, way = "positive" if most.sum() > 0.0 else "negative", orthosis.words.directions[0]
+        raise refused(
+            f"has the wrong sign: {muscles} turn the joint to {sign} torques ({way} is positive)",
+            f"{measured[np.argmax(np.abs(measured))]:.3g} N·m",
+            "the other sign, or another chamber",
         )
     if share > BEYOND and not any(p.of_law for p in problem.free):
-        raise InputError(
+        raise refused(
             f"is {share:.2g} times what the muscles give on rigid anchors; a series stiffness or an offset "
             "can only lessen it",
-            file=file,
-            field="torque",
-            value=f"up to {largest:.3g} N·m measured, {np.abs(most).max():.3g} N·m at most",
-            allowed="another muscle, law, geometry, unit or pressure; or a parameter of the law in the fit",
+            f"up to {largest:.3g} N·m measured, {np.abs(most).max():.3g} N·m at most",
+            "another muscle, law, geometry, unit or pressure; or a parameter of the law in the fit",
         )
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import write_json, write_sealed
-from afo_sim.description import Orthosis, reader, toml_text
+from afo_sim.description import reader, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.lab.identifiability import rms
 from afo_sim.lab.solution import held_out_json, held_out_lines
@@ -24,9 +24,14 @@ Table = tuple[str, list[str], list[list[str]]]
 def write(found: TorqueFit, folder: pathlib.Path, place: pathlib.Path) -> None:
     """Write fit_torque.json and orthosis.toml; with an orthosis for each group, a folder for each."""
     write_json(folder / NUMBERS, as_json(found), "torque fit")
+    lacking = [f"# the readings do not identify: {line}" for line in found.verdict]
     for name, own in folders(found).items():
         (folder / own).mkdir(parents=True, exist_ok=True)
-        _write_orthosis(found, found.orthoses[name], folder / own, place / own)
+        table = {"orthosis": found.orthoses[name].model_dump(mode="json", exclude_none=True)}
+        # with its cuff and plate beside it where they are not shipped
+        text = "\n".join([*lacking, toml_text(portable(table, place / own, folder / own)["orthosis"])])
+        write_sealed(folder / own / ORTHOSIS, text, "orthosis", folder / own)
+        reader.load("orthosis", folder / own / ORTHOSIS)  # it must be one
 
 
 def folders(found: TorqueFit) -> dict[str, pathlib.Path]:
@@ -37,16 +42,6 @@ def folders(found: TorqueFit) -> dict[str, pathlib.Path]:
     return {
         name: pathlib.Path("".join(c if c.isalnum() or c in "-_" else "_" for c in name)) for name in names
     }
-
-
-def _write_orthosis(found: TorqueFit, orthosis: Orthosis, folder: pathlib.Path, place: pathlib.Path) -> None:
-    """One orthosis' file, with its cuff and plate beside it where they are not shipped."""
-    table = orthosis.model_dump(mode="json", exclude_none=True)
-    table = portable({"orthosis": table}, place, folder)["orthosis"]
-    lacking = [f"# the readings do not identify: {line}" for line in found.verdict]
-    text = "\n".join([*lacking, toml_text(table)]) if lacking else toml_text(table)
-    write_sealed(folder / ORTHOSIS, text, "orthosis", folder)
-    reader.load("orthosis", folder / ORTHOSIS)  # it must be one
 
 
 def as_json(found: TorqueFit) -> dict[str, Any]:

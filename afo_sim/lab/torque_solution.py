@@ -5,8 +5,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2, t
 
-from afo_sim.lab.fit_parameter import FitParameter
-from afo_sim.lab.solution import HeldOut, Progress, Refit, Solution, believed, left_out, of_readings
+from afo_sim.lab.solution import (
+    FitParameter,
+    HeldOut,
+    Progress,
+    Refit,
+    Solution,
+    believed,
+    left_out,
+    of_readings,
+)
 from afo_sim.lab.torque_problem import TorqueProblem, errors
 
 ROUNDS = 4  # in which two channels' sizes of error are found
@@ -141,11 +149,7 @@ def profile(solution: Solution) -> Profile | None:
     axes = []
     for k in range(2):
         reach = 1.6 if free[k].logarithmic else max(1.5 * abs(solution.x[k]), 1.0)
-        half = (
-            min(max(HALVES * float(solution.half[k]), 1e-3), reach)
-            if np.isfinite(solution.half[k])
-            else reach
-        )
+        half = min(max(HALVES * float(solution.half[k]), 1e-3), reach)  # which may be infinite
         low, high = max(solution.x[k] - half, lower[k]), min(solution.x[k] + half, upper[k])
         axes.append(np.linspace(low, high, GRID))
     values = [np.array([p.value(x) for x in axis]) for p, axis in zip(free[:2], axes, strict=True)]

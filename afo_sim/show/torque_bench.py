@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.lab import Group, Profile, Readings, TorqueFit, profile, refused
-from afo_sim.lab.fit_parameter import FitParameter
+from afo_sim.lab.solution import FitParameter
 from afo_sim.lab.torque_problem import predict
 from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_pair
 
