@@ -116,9 +116,9 @@ def _meaning(table: Table, title: str, known: Mapping[str, tuple[str, ...]]) -> 
     name = " ".join(split_title(title)[0].split())
     if name not in known:
         shown = ", ".join(other for other in known if "/" not in other)
-        about = {"file": table.file, "field": "header", "value": title, "nearest": nearest_name(name, known)}
-        allowed = f"{shown}, or a recording's column such as ankle/velocity"
-        raise InputError("is an unknown column", allowed=allowed, **about)
+        allowed, near = f"{shown}, or a recording's column such as ankle/velocity", nearest_name(name, known)
+        problem, file = "is an unknown column", table.file
+        raise InputError(problem, file=file, field="header", value=title, allowed=allowed, nearest=near)
     paths = known[name]
     si = "s" if name == "time" else describe(paths[0])[0]
     scale, _ = scale_of(table.file, name, title, (si,), EXAMPLE)

@@ -17,7 +17,7 @@ from afo_sim.description import load as load_description
 from afo_sim.lab import stand_trial
 from afo_sim.lab.measured import Measured, read_measured
 from afo_sim.lab.stand_plan import KINDS, Laboratory
-from afo_sim.lab.stand_table import Comparison, compare_trial, points_of, table_of
+from afo_sim.lab.stand_table import SET, Comparison, compare_trial, points_of, table_of
 from afo_sim.lab.stand_trial import AXES, Trial
 
 Amount = str | float  # "3 bar", or a number in SI
@@ -35,7 +35,6 @@ TAKES = {
     "release": ("pressure", "load", "contraction", "length", "valve"),
 }
 UNITS = {"pressure": "Pa", "load": "N", "contraction": "", "length": "m", "supply": "Pa", "time": "s"}
-POINTS = {"isobaric": "pressure", "isotonic": "load", "isometric": "contraction"}  # that tell curves apart
 
 
 @dataclass(frozen=True, repr=False)
@@ -213,12 +212,12 @@ def _arguments(
         found = {"pressures": si["pressure"] or None, "load": _one("load", si["load"])}
         return found if held is None else found | {"contraction": held}
     points, start = points_of(kind, data, muscle) if data is not None else (None, None)
-    name = POINTS[kind]
     if kind != "isobaric":
         span = _span(si["pressure"], None if kind == "isotonic" else 0.0)
     else:
         span = _span(si["contraction"], 0.0) if ends else None
         span = span if span or start is None else (start, None)
+    name, _, _ = SET[kind]
     return {f"{name}s": si[name] or points, "span": span}
 
 

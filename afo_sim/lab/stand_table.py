@@ -198,33 +198,29 @@ def printed(trial: Trial) -> tuple[str, list[str], list[list[str]]]:
 
 def points_of(kind: str, data: Measured, muscle: Muscle) -> tuple[list[float], float]:
     """The curves that measured points ask for: set points, and the contraction at which isobars begin."""
-    pressure, contraction = data.pressure, _contraction(data, muscle)
-    column = {"isobaric": pressure, "isotonic": data.force, "isometric": contraction}[kind]
+    columns = _columns(data, muscle)
     digits = {"isobaric": -3, "isotonic": 1, "isometric": 3}[kind]
-    values = np.unique(np.round(column, digits)).tolist()
+    values = np.unique(np.round(columns[SET[kind][0]], digits)).tolist()
     if kind == "isobaric":
         top = muscle.limits.pressure * (1.0 + 1e-9)
         values = [p for p in values if p <= top and force_at(muscle, 0.0, p) > 10.0]
     elif kind == "isotonic":
-        values = [f for f in values if 1.0 <= f < 0.999 * force_at(muscle, 0.0, float(pressure.max()))]
+        values = [f for f in values if 1.0 <= f < 0.999 * force_at(muscle, 0.0, float(data.pressure.max()))]
     if not 0 < len(values) <= MANY:
         allowed = f"1 to {MANY}, or name the curves with `pressure`, `load` or `contraction`"
         problem = f"its points lie on {len(values)} {kind} curves of this muscle"
         raise InputError(problem, file=data.file, allowed=allowed)
-    least = float(contraction.min())
+    least = float(columns["contraction"].min())
     return values, max(least, 0.95 * muscle.braid.lock) if least < 0.0 else 0.0
 
 
 def compare_trial(trial: Trial, data: Measured) -> Comparison:
     """Readings of the stand at the conditions of measured points."""
-    kind = trial.plan.kind
-    contraction = _contraction(data, trial.plan.muscle)
-    columns = {"pressure": data.pressure, "contraction": contraction, "force": data.force}
+    kind, columns = trial.plan.kind, _columns(data, trial.plan.muscle)
     abscissa, _, ordinate, _ = AXES[kind]
-    own = {"isobaric": "pressure", "isotonic": "force", "isometric": "contraction"}[kind]
     found: list[tuple[int, float, float, float]] = []
     for point in range(len(data)):
-        distance = np.abs(trial.plan.set_points - columns[own][point])
+        distance = np.abs(trial.plan.set_points - columns[SET[kind][0]][point])
         k = int(np.argmin(distance))
         predicted = _read(trial, k, float(columns[abscissa][point]))
         if distance[k] <= NEAR[kind] and np.isfinite(predicted) and data.force[point] >= 0.0:
@@ -250,10 +246,11 @@ def _read(trial: Trial, k: int, x: float) -> float:
     return float(np.mean(values))
 
 
-def _contraction(data: Measured, muscle: Muscle) -> np.ndarray:
-    """Contraction ratios of measured points, from their lengths where need be."""
+def _columns(data: Measured, muscle: Muscle) -> dict[str, np.ndarray]:
+    """Measured points by quantity, contraction ratios from their lengths where need be."""
+    known = {"pressure": data.pressure, "load": data.force, "force": data.force}
     if data.contraction is not None:
-        return data.contraction
+        return known | {"contraction": data.contraction}
     if data.change is None:
         raise InputError("has neither contraction nor length", file=data.file)
-    return data.change / muscle.nominal_length
+    return known | {"contraction": data.change / muscle.nominal_length}

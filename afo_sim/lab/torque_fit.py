@@ -231,9 +231,8 @@ def fit_torque(
     lines = judged(solution, kind, alone, found)
     laws = of_laws(solution, dict(found), report)
     if further:
-        names_of = [f"{g.readings.file.name} {g.readings.group}" for g in further]
-        posed = [replace(problem, groups=(g,)) for g in further]
-        found["file"] = unseen([(n, p, solution.values) for n, p in zip(names_of, posed, strict=True)])
+        posed = {f"{g.readings.file.name} {g.readings.group}": replace(problem, groups=(g,)) for g in further}
+        found["file"] = unseen([(name, each, solution.values) for name, each in posed.items()])
     shared = shared_errors(solution)
     moved = (each for each in moves(laws, problem.free) if each.severity == "warning")
     told = [*warnings_of(solution, [name for name in problem.names if name not in names])]

@@ -75,7 +75,7 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
     return [
         [
             row.source,
-            quantity + (f"; held out: {_held_out(row)}" if row.held_out else ""),
+            _quantity(row),
             _published(row),
             "" if row.simulated is None else f"{row.simulated:.4g}",
             _error(row),
@@ -84,7 +84,6 @@ def table(rows: Sequence[Row]) -> list[list[str]]:
             row.outcome,
         ]
         for row in rows
-        for quantity in [f"{row.quantity} [{row.unit}]" if row.unit else row.quantity]
         if not (row.cell and row.outcome == "good")
     ]
 
@@ -141,6 +140,11 @@ def _brief(row: Row, first: Row) -> str:
     notes = [] if row.tolerance is None else [f"±{row.tolerance:.3g}"]
     notes += [f"held out: {_held_out(row)}"] if row.held_out else []
     return f"{quantity}: {numbers} {row.unit}".strip() + (f" ({'; '.join(notes)})" if notes else "")
+
+
+def _quantity(row: Row) -> str:
+    text = f"{row.quantity} [{row.unit}]" if row.unit else row.quantity
+    return f"{text}; held out: {_held_out(row)}" if row.held_out else text
 
 
 def _held_out(row: Row) -> str:

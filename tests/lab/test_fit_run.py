@@ -17,7 +17,7 @@ from afo_sim.description import load
 from afo_sim.lab import FitRun, differences, fit_run
 from afo_sim.lab.run_fit import channel_errors, doubts
 from afo_sim.lab.run_problem import find_parameters, pose, run_at
-from afo_sim.lab.run_report import remarks, scenario_toml, write
+from afo_sim.lab.run_report import remarks, write
 from afo_sim.show import write_log_figure
 from afo_sim.simulation import Recording
 
@@ -127,16 +127,6 @@ def test_one_chamber_alone(planted: pathlib.Path) -> None:
     problem = pose("seated", planted, ["wall_conductance.plantarflexor"], sets=SHORT)
     keys = set(problem.with_values({"wall_conductance.plantarflexor": 1.0}))
     assert keys == {"orthosis.chamber.plantarflexor.wall_conductance"}
-
-
-def test_written_scenario_runs_and_is_the_fitted_run(found: FitRun, tmp_path: pathlib.Path) -> None:
-    file = tmp_path / "scenario.toml"
-    file.write_text(scenario_toml(found, tmp_path), encoding="utf-8")
-    run = afo_sim.run(file)
-    rows = len(run["time"])
-    assert rows == 4000
-    for column in ("ankle/angle", "chamber/dorsiflexor/pressure", "muscle/dorsiflexor_1/force"):
-        assert np.array_equal(run[column], found.after[column][:rows])
 
 
 @pytest.mark.slow

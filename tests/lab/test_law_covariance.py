@@ -201,13 +201,3 @@ def test_errors_that_hang_together_are_told() -> None:
     assert abs(alike(noisy.problem, noisy.residuals)) < 3.0 / np.sqrt(32.0)
     data = noisy.problem.data[0]
     assert alike(noisy.problem, np.ones(len(data))) == pytest.approx((32 - 4) / 32)  # four curves
-
-
-def test_fitted_muscle_draws_about_its_own_values() -> None:
-    noise = NOISE * np.random.default_rng(4).standard_normal(32)
-    found = fit({**BRAID, **FORM, "force [N]": grid()[1] + noise}, law=LAW, hold_out="none")
-    assert found.covariance is not None
-    drawn = found.muscle.drawn(np.zeros((2, 4)))
-    assert list(drawn) == list(found.covariance.parameters)
-    for key, values in drawn.items():
-        np.testing.assert_allclose(values, found.parameters[key.rpartition(".")[2]], rtol=1e-12)

@@ -150,10 +150,7 @@ def test_a_cuffs_displacement_tells_its_stiffness() -> None:
 
 def test_torque_alone_does_not_tell_a_cuff_from_cables() -> None:
     """Three muscles on one cuff: F/k + 3 F/k_cuff is all that can be seen."""
-    orthosis = reader.load("orthosis", "s1_short_links")
-    torque = statics(
-        orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(series_stiffness=30e3, cuff=6e3)
-    )[0]
+    torque = torques(Change(series_stiffness=30e3, cuff=6e3), "s1_short_links", "dorsiflexor")
     noise = np.random.default_rng(0).normal(0.0, 0.02, 27)
     names = ("series_stiffness", "cuff_stiffness")
     found = fit_torque(data_of(torque + noise), "s1_short_links", names, hold_out="none")
@@ -164,8 +161,7 @@ def test_torque_alone_does_not_tell_a_cuff_from_cables() -> None:
 @pytest.mark.parametrize(("cuff", "said"), [(16e3, True), (3e3, False)])
 def test_a_held_cuff_that_is_too_soft_is_told(cuff: float, said: bool) -> None:
     """S1's cuff is described with 4 kN/m; the planted one is stiffer, or softer, and is not asked for."""
-    orthosis = reader.load("orthosis", "s1_short_links")
-    torque = statics(orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(cuff=cuff))[0]
+    torque = torques(Change(cuff=cuff), "s1_short_links", "dorsiflexor")
     found = fit_torque(data_of(torque), "s1_short_links", hold_out="none")
     assert any("try --fit cuff_stiffness" in warning for warning in found.warnings) is said
     assert not any(
@@ -285,8 +281,7 @@ def test_a_groups_contradiction_widens_the_interval() -> None:
 def test_the_written_orthosis_runs(tmp_path: pathlib.Path) -> None:
     from afo_sim.lab import torque_report
 
-    orthosis = reader.load("orthosis", "s1")
-    torque = statics(orthosis, paths(orthosis, ANGLE), "dorsiflexor", GAUGE, Change(offset=3e-3))[0]
+    torque = torques(Change(offset=3e-3), "s1", "dorsiflexor")
     found = fit_torque(data_of(torque), "s1", ("offset",), hold_out="none")
     torque_report.write(found, tmp_path, tmp_path)
     run = afo_sim.run("seated", {"orthosis": str(tmp_path), "duration": "0.2 s"})
