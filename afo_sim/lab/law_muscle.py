@@ -113,7 +113,7 @@ def _geometry(fit: LawFit, data: Measured) -> Sourced:
     }
 
 
-def _fitted(fit: LawFit, name: str) -> tuple[str, dict[str, str]]:
+def _fitted(fit: LawFit, name: str) -> tuple[Any, dict[str, str]]:
     """A parameter's value as text, and what is known of it."""
     si = described(fit.problem.law)[name].unit
     if name not in fit.values:

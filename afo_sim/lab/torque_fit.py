@@ -331,8 +331,8 @@ def _posed(
     problem = TorqueProblem(groups, parameters(wanted, used, chamber), chamber, difference)
     file = groups[0].readings.file
     if len(problem) <= len(problem.free):
-        settings, wanted = ("" if len(each) == 1 else "s" for each in (problem, problem.free))
-        few = f"holds {len(problem)} different setting{settings} for {len(problem.free)} parameter{wanted}"
+        settings, parts = ("" if len(each) == 1 else "s" for each in (problem, problem.free))
+        few = f"holds {len(problem)} different setting{settings} for {len(problem.free)} parameter{parts}"
         allowed = "more settings than parameters, or fewer parameters in the fit"
         raise InputError(few, file=file, allowed=allowed)
     require_possible(problem)

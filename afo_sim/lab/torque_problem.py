@@ -294,7 +294,8 @@ def predict(
 ) -> dict[str, np.ndarray]:
     """Torque [N·m] and displacement of the cuff [m], all groups end to end."""
     law = {p.name: values[p.name] for p in problem.free if p.of_law}
-    change = Change(*map({**problem.fixed, **values}.get, OWN), law)
+    series, offset, cuff, plate = map({**problem.fixed, **values}.get, OWN)
+    change = Change(series, offset, cuff, plate, law)
     found: dict[str, list[np.ndarray]] = {channel: [] for channel in CHANNELS}
     for group in problem.groups if groups is None else groups:
         torque, pull = _statics(problem, group, group.readings.pressure, change)

@@ -99,7 +99,8 @@ def _own_simulation() -> list[Row]:
         printed, bench = _change(data), _change(tables[k - 2])
         simulated = CM * as_s1(data.facts["total_length"], data.force, data.pressure)
         good = np.arange(len(data)) != (MISPRINT if k == 4 else -1)
-        found += [(simulated - printed)[good], [_cell(data, at, simulated) for at in np.flatnonzero(good)]]
+        cells = [_cell(data, at, simulated) for at in range(len(data)) if good[at]]
+        found += [(simulated - printed)[good], cells]
         if k == 4:
             ratio = data.facts["total_length"] / tables[3].facts["total_length"]
             expected = float(ratio * _change(tables[3])[MISPRINT])
