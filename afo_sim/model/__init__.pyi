@@ -37,7 +37,6 @@ from .mounting import chamber_of as chamber_of
 from .mounting import muscle_names as muscle_names
 from .mounting import sweep_ankle as sweep_ankle
 from .mounting import sweep_lengths as sweep_lengths
-from .mounting import valve_names as valve_names
 from .muscle_weakness import Active as Active
 from .muscle_weakness import passive_along as passive_along
 from .outsole import OLD_TOE as OLD_TOE

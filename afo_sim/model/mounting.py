@@ -33,11 +33,6 @@ def chamber_of(muscle: str, group: MuscleGroup) -> str:
     return group.chamber or muscle.rsplit("_", 1)[0]
 
 
-def valve_names(orthosis: Orthosis) -> list[str]:
-    """Every valve by name ("dorsiflexor_inlet", …)."""
-    return [f"{name}_{side}" for name in orthosis.chamber for side in ("inlet", "outlet")]
-
-
 def add_motor(
     spec: mujoco.MjSpec, name: str, joint: str, gains: tuple[float, ...], *, callback: bool = False
 ) -> None:
