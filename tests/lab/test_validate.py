@@ -232,7 +232,7 @@ def test_a_wrong_law_parameter_fails(
     assert [row["quantity"].split(",")[0] for row in json.loads(text) if not row["passed"]] == ["K"]
 
 
-def test_what_is_no_number_fails() -> None:
+def test_what_is_no_number_or_too_far_off_fails() -> None:
     told = {"source": "S1", "quantity": "x", "sourcing": "printed", "why": "a test"}
     for more, bad in (
         ({"published": 1.0, "tolerance": 1.0}, math.nan),
@@ -242,6 +242,10 @@ def test_what_is_no_number_fails() -> None:
         ({}, np.array([0.0, math.nan])),
         ({"published": 1.0}, math.nan),
         ({"published": 1.0, "expected": 2.0, "allowed": 1.0, "outcome": "disagrees"}, math.nan),
+        ({"published": 1.0, "expected": 2.0, "allowed": 0.5, "outcome": "disagrees"}, 1.0),
+        ({"published": "1.0"}, 1.06),
+        ({"published": 1.0, "share": 0.1}, 1.2),
+        ({"tolerance": 1.0, "measure": "worst"}, np.array([0.0, -1.1])),
     ):
         row = Row.of(told | more, bad)
         assert not row.passed
