@@ -7,7 +7,7 @@ Names of parameters, numbers, 'quantities', + - * /, < <= > >= == !=, and, or, n
 """
 
 import ast
-import math
+import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -37,6 +37,9 @@ ARITHMETIC: dict[type[ast.operator], np.ufunc] = {
 }
 
 
+Judged = tuple[Any, Any, Any]  # whether it holds; how far it is from that, and how far from the contrary
+
+
 @dataclass(frozen=True)
 class Constraint:
     """A condition on the parameters that every case of a sweep fulfils."""
@@ -47,15 +50,18 @@ class Constraint:
 
     def holds(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Mask of the cases that fulfil it (n,)."""
-        with np.errstate(all="ignore"):  # what is not a number compares as false
-            found = _Evaluation(self, values).truth(_parse(self.text))
-        return np.broadcast_to(found, (len(next(iter(values.values()), "-")),))
+        return self._judged(values)[0]
 
     def excess(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Distance of cases from fulfilling it: 0 where they do, more where more is missing."""
-        with np.errstate(all="ignore"):
-            found = np.nan_to_num(_Evaluation(self, values).excess(_parse(self.text)), nan=np.inf)
-        return np.where(self.holds(values), 0.0, np.maximum(found, np.finfo(np.float64).tiny))
+        holds, off = self._judged(values)
+        off = np.nan_to_num(off, nan=np.inf)
+        return np.where(holds, 0.0, np.maximum(off, np.finfo(np.float64).tiny))
+
+    def _judged(self, values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, Any]:
+        with np.errstate(all="ignore"):  # what is not a number compares as false
+            holds, off, _ = _Evaluation(self, values).judged(_parse(self.text))
+        return np.broadcast_to(holds, (len(next(iter(values.values()), "-")),)), off
 
 
 def read_constraint(text: str, parameters: Sequence[Parameter]) -> Constraint:
@@ -68,13 +74,15 @@ def read_constraint(text: str, parameters: Sequence[Parameter]) -> Constraint:
     return constraint
 
 
-@dataclass(frozen=True)
-class _Operand:
-    """Numbers [SI] and what they measure, as far as the text states: a word's values measure nothing."""
+def _all(parts: Sequence[Judged]) -> Judged:
+    """Several conditions at once: what is missing adds up, and the contrary of one is that of all."""
+    holds, off, contrary = (np.broadcast_arrays(*each) for each in zip(*parts, strict=True))
+    return np.logical_and.reduce(holds), np.add.reduce(off), np.minimum.reduce(contrary)
 
-    value: Any
-    measures: Dimension
-    text: str
+
+def _not(condition: Judged) -> Judged:
+    holds, off, contrary = condition
+    return np.logical_not(holds), contrary, off
 
 
 class _Evaluation:
@@ -83,49 +91,21 @@ class _Evaluation:
     def __init__(self, constraint: Constraint, values: Mapping[str, np.ndarray]):
         self.constraint, self.values, self.text = constraint, values, constraint.text
 
-    def truth(self, node: ast.expr) -> Any:
-        """The value of something that is true or false."""
+    def judged(self, node: ast.expr) -> Judged:
+        """Something that is true or false."""
         if isinstance(node, ast.BoolOp):
-            parts = [self.truth(part) for part in node.values]
-            return (np.logical_and if isinstance(node.op, ast.And) else np.logical_or).reduce(
-                np.broadcast_arrays(*parts)
-            )
+            parts = [self.judged(part) for part in node.values]
+            return _all(parts) if isinstance(node.op, ast.And) else _not(_all([_not(part) for part in parts]))
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-            return np.logical_not(self.truth(node.operand))
+            return _not(self.judged(node.operand))
         if isinstance(node, ast.Compare):
             sides = [node.left, *node.comparators]
             pairs = zip(sides, node.ops, sides[1:], strict=False)
-            return np.logical_and.reduce(
-                np.broadcast_arrays(*(self._compared(left, op, right, node) for left, op, right in pairs))
-            )
+            return _all([self._compared(left, op, right, node) for left, op, right in pairs])
         self._refuse(node, "is neither true nor false", "a comparison, or several with and, or, not")
 
-    def excess(self, node: ast.expr, negated: bool = False) -> Any:
-        """Distance of something that `truth` can read from being true, or `negated`, false."""
-        if isinstance(node, ast.UnaryOp):
-            return self.excess(node.operand, not negated)
-        if isinstance(node, ast.BoolOp):
-            parts = [self.excess(part, negated) for part in node.values]
-            all_of_them = isinstance(node.op, ast.And)
-        else:
-            assert isinstance(node, ast.Compare)
-            sides = [node.left, *node.comparators]
-            pairs = zip(sides, node.ops, sides[1:], strict=False)
-            parts = [self._off(left, op, right, negated) for left, op, right in pairs]
-            all_of_them = True
-        joined = np.add if all_of_them != negated else np.minimum
-        return joined.reduce(np.broadcast_arrays(*parts))
-
-    def _off(self, left: ast.expr, op: ast.cmpop, right: ast.expr, negated: bool) -> Any:
-        """Error of a comparison, as a share of the larger side."""
-        a, b = self._number(left).value, self._number(right).value
-        if isinstance(op, ast.Eq | ast.NotEq):
-            off = np.abs(a - b) if isinstance(op, ast.Eq) != negated else np.zeros(np.shape(a - b))
-        else:
-            off = a - b if isinstance(op, ast.Lt | ast.LtE) != negated else b - a
-        return np.where(off > 0.0, off / np.maximum(np.abs(a), np.abs(b)), off * 0.0)
-
-    def _compared(self, left: ast.expr, op: ast.cmpop, right: ast.expr, whole: ast.expr) -> Any:
+    def _compared(self, left: ast.expr, op: ast.cmpop, right: ast.expr, whole: ast.expr) -> Judged:
+        """A comparison; it is off by a share of the larger side, or of words by one."""
         if type(op) not in COMPARISONS:
             self._refuse(whole, "is not a comparison that is known here", "< <= > >= == !=")
         for name, other in ((left, right), (right, left)):
@@ -133,10 +113,18 @@ class _Evaluation:
                 same = self.values[name.id] == self._word(name.id, other)
                 if not isinstance(op, ast.Eq | ast.NotEq):
                     self._refuse(whole, f"orders words: {name.id!r} is a word", "== or !=")
-                return same if isinstance(op, ast.Eq) else np.logical_not(same)
-        a, b = self._number(left), self._number(right)
-        self._require_alike(a, b, whole)
-        return COMPARISONS[type(op)](a.value, b.value)
+                alike = same, np.where(same, 0.0, 1.0), np.where(same, 1.0, 0.0)
+                return alike if isinstance(op, ast.Eq) else _not(alike)
+        a, b, _ = self._alike(left, right, whole)
+        if isinstance(op, ast.Eq | ast.NotEq):
+            off, contrary = np.abs(a - b), np.zeros(np.shape(a - b))
+        else:
+            off, contrary = a - b, b - a
+        if isinstance(op, ast.NotEq | ast.Gt | ast.GtE):
+            off, contrary = contrary, off
+        largest = np.maximum(np.abs(a), np.abs(b))
+        shares = (np.where(each > 0.0, each / largest, each * 0.0) for each in (off, contrary))
+        return COMPARISONS[type(op)](a, b), *shares
 
     def _word(self, name: str, node: ast.expr) -> Any:
         """The other side of a comparison of words: one of the words, or another such parameter."""
@@ -149,26 +137,22 @@ class _Evaluation:
             self._refuse(node, f"is not a value of {name!r}", ", ".join(map(repr, words)), nearest)
         return word
 
-    def _number(self, node: ast.expr) -> _Operand:
-        """The value of something that is a number or a quantity."""
-        text = ast.get_source_segment(self.text, node) or self.text
+    def _number(self, node: ast.expr) -> tuple[Any, Dimension]:
+        """Numbers [SI] and what they measure, as far as the text states."""
         if isinstance(node, ast.Name):
-            return _Operand(*self._parameter(node), text)
+            return self._parameter(node)
         if isinstance(node, ast.Constant):
-            return _Operand(*self._constant(node), text)
+            return self._constant(node)
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-            inner = self._number(node.operand)
-            return _Operand(
-                -inner.value if isinstance(node.op, ast.USub) else inner.value, inner.measures, text
-            )
+            value, measures = self._number(node.operand)
+            return -value if isinstance(node.op, ast.USub) else value, measures
         if isinstance(node, ast.BinOp) and type(node.op) in ARITHMETIC:
-            a, b = self._number(node.left), self._number(node.right)
             if isinstance(node.op, ast.Add | ast.Sub):
-                self._require_alike(a, b, node)
-                measures = a.measures
+                a, b, measures = self._alike(node.left, node.right, node)
             else:
-                measures = _product(a.measures, b.measures, 1 if isinstance(node.op, ast.Mult) else -1)
-            return _Operand(ARITHMETIC[type(node.op)](a.value, b.value), measures, text)
+                (a, of_a), (b, of_b) = self._number(node.left), self._number(node.right)
+                measures = _product(of_a, of_b, 1 if isinstance(node.op, ast.Mult) else -1)
+            return ARITHMETIC[type(node.op)](a, b), measures
         self._refuse(node, "is not of the language of constraints", _LANGUAGE)
 
     def _parameter(self, node: ast.Name) -> tuple[Any, Dimension]:
@@ -187,24 +171,30 @@ class _Evaluation:
                 return np.float64(read_any_quantity(value)[0]), read_any_quantity(value)[1]
             except ValueError as error:
                 self._refuse(node, str(error))
-        if isinstance(value, bool) or not isinstance(value, int | float) or not _finite(value):
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not number or not abs(value) <= sys.float_info.max:  # type: ignore[arg-type]  # nor inf, nor 10**400
             self._refuse(node, "is not a number", _LANGUAGE)
         return np.float64(value), ()
 
-    def _require_alike(self, a: _Operand, b: _Operand, node: ast.expr) -> None:
-        if a.measures != b.measures:
-            words = " and ".join(f"{o.text!r} in {_in_words(o.measures)}" for o in (a, b))
-            self._refuse(node, f"puts together what has different dimensions: {words}", "alike on both sides")
+    def _alike(self, left: ast.expr, right: ast.expr, whole: ast.expr) -> tuple[Any, Any, Dimension]:
+        """Both sides of what puts numbers of one dimension together, and the dimension."""
+        (a, of_a), (b, of_b) = self._number(left), self._number(right)
+        if of_a != of_b:
+            sides = ((left, of_a), (right, of_b))
+            words = " and ".join(f"{self._part(each)!r} in {_in_words(of)}" for each, of in sides)
+            problem = f"puts together what has different dimensions: {words}"
+            self._refuse(whole, problem, "alike on both sides")
+        return a, b, of_a
+
+    def _part(self, node: ast.expr) -> str:
+        return ast.get_source_segment(self.text, node) or self.text
 
     def _refuse(
         self, node: ast.expr, problem: str, allowed: str = "", nearest: str | None = None
     ) -> NoReturn:
-        part = ast.get_source_segment(self.text, node) or self.text
-        line = self.text.split("\n")[node.lineno - 1].encode()
-        at = sum(len(before) + 1 for before in self.text.split("\n")[: node.lineno - 1])
-        _refuse(
-            self.text, at + len(line[: node.col_offset].decode()), f"{part!r} {problem}", allowed, nearest
-        )
+        *before, line = self.text.split("\n")[: node.lineno]
+        at = sum(len(each) + 1 for each in before) + len(line.encode()[: node.col_offset].decode())
+        _refuse(self.text, at, f"{self._part(node)!r} {problem}", allowed, nearest)
 
 
 def _refuse(text: str, at: int, problem: str, allowed: str = "", nearest: str | None = None) -> NoReturn:
@@ -236,13 +226,6 @@ def _parse(text: str) -> ast.expr:
     if depth > _DEEPEST:
         _refuse(text, 0, "is nested too deeply", f"up to {_DEEPEST} levels")
     return tree
-
-
-def _finite(value: float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number beyond any float
-        return False
 
 
 def _product(a: Dimension, b: Dimension, sign: int) -> Dimension:
