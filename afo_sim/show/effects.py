@@ -9,7 +9,7 @@ from afo_sim.show.run_names import begun
 from afo_sim.show.run_view import RunView
 from afo_sim.simulation import Recording
 from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, NOTICED, PITCH, TORQUE, WORK, Effects
-from afo_sim.study.effects import Effect
+from afo_sim.study.effect import Effect
 
 _TOP = 5
 _FEW = 3  # on a page

@@ -4,7 +4,7 @@ import dataclasses
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, titles
@@ -12,30 +12,26 @@ from afo_sim.description import Limits, Scenario, load
 from afo_sim.metrics import Metric, Status
 from afo_sim.model import as_run, with_person
 from afo_sim.simulation import Asked, Recording, limits_of, run_scenario, verdict_of
-from afo_sim.study.effects_parameters import Step, steps
+from afo_sim.study.effect import (
+    AIR,
+    CLEARANCE,
+    HEIGHTS,
+    METRICS,
+    NOTICED,
+    PITCH,
+    TORQUE_PER_MASS,
+    WORK,
+    Effect,
+    defined,
+    number,
+)
+from afo_sim.study.effects_parameters import steps
 from afo_sim.study.engine import INFEASIBLE, OK, Outcome
 from afo_sim.study.pool import Report, pool
 
 if TYPE_CHECKING:
     import pandas
 
-
-CLEARANCE, FIRST, LOWEST = "toe_clearance", "toe_clearance_stride_1", "lowest_toe_clearance"
-_HEIGHTS = (CLEARANCE, FIRST, LOWEST)
-TORQUE, TORQUE_PER_MASS = "torque_against_push_off", "torque_against_push_off_per_mass"
-WORK, PITCH, AIR = "work_against_push_off", "foot_pitch_at_contact", "air_per_stride"
-METRICS = (*_HEIGHTS, TORQUE, TORQUE_PER_MASS, WORK, PITCH, AIR)
-# Below this a difference is none, in the metric's unit: below what can be built, felt or measured.
-NOTICED = {
-    CLEARANCE: 0.1,
-    FIRST: 0.1,
-    LOWEST: 0.1,
-    TORQUE: 0.03,
-    TORQUE_PER_MASS: 0.0005,
-    WORK: 0.0001,
-    PITCH: 0.1,
-    AIR: 0.0005,
-}
 
 # {metric: whose limit it is a share of}; beyond 100 % the limit is left
 SHARES = {
@@ -48,7 +44,6 @@ SHARES = {
 }
 
 BEYOND_LIMIT = "beyond-limit"
-Run = Literal["run", "no air", "forbidden", "refused", "failed"]
 Aim = Literal["lift", "heel", "push_off", "air", "spare"]
 ORDER: tuple[Aim, ...] = ("lift", "heel", "push_off", "air")  # among answers that are alike bad
 _GRAIN = 0.01  # of a limit, to which hindrances count as equal [-]
@@ -64,63 +59,18 @@ def beyond_limit(share: str, percent: float) -> Notice:
     )
 
 
-@dataclass(frozen=True)
-class Effect:
-    """One step of one parameter, and by how much the metrics differ from the walk as it is."""
-
-    name: str
-    before: str
-    after: str
-    sets: dict[str, Any] = field(default_factory=dict)
-    status: Run = "run"
-    reason: str = ""
-    differences: dict[str, float] = field(default_factory=dict)
-    assumed: bool = False
-    beyond: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    helps: bool = False
-
-    @property
-    def noticed(self) -> bool:
-        """Whether any metric differs by more than can be noticed, or is defined no more."""
-        found = self.differences.items()
-        return any(math.isnan(value) or abs(value) >= NOTICED[name] for name, value in found)
-
-    def by(self, metric: str) -> float:
-        """Difference of a metric; 0 where there is none, or it is not defined."""
-        value = self.differences.get(metric, 0.0)
-        return value if math.isfinite(value) else 0.0
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What is wanted of a walk, in the metrics' units: clearance and pitch at least, the others at most."""
-
-    clearance: float
-    pitch: float
-    torque: float
-    work: float
-
-    def hindrance(self, values: Mapping[str, float]) -> float:
-        """Torque and work against push-off by what is wanted, the larger of the two [-]."""
-        return max(values.get(TORQUE_PER_MASS, 0.0) / self.torque, values.get(WORK, 0.0) / self.work)
+def _hindrance(values: Mapping[str, float], limits: Limits) -> float:
+    """Torque and work against push-off by what is wanted, the larger of the two [-]."""
+    torque, work = values.get(TORQUE_PER_MASS, 0.0), values.get(WORK, 0.0)
+    tiny = 1e-12  # a limit may be zero
+    most = limits.torque_against_push_off[0], limits.work_against_push_off[0]
+    return max(torque / max(most[0], tiny), work / max(most[1], tiny))
 
 
 def _lowest(values: Mapping[str, float]) -> float:
     """The lowest known toe clearance [mm]: settled, of the first stride, of all; NaN where one is."""
-    heights = [values[name] for name in _HEIGHTS if name in values]
+    heights = [values[name] for name in HEIGHTS if name in values]
     return math.nan if not heights or any(map(math.isnan, heights)) else min(heights)
-
-
-def wanted_of(limits: Limits) -> Wanted:
-    """The first of each pair of limits, in the metrics' units."""
-    tiny = 1e-12  # a limit may be zero
-    return Wanted(
-        clearance=in_unit(limits.toe_clearance[0], "m", "mm"),
-        pitch=in_unit(limits.contact_pitch[0], "rad", "deg"),
-        torque=max(limits.torque_against_push_off[0], tiny),
-        work=max(limits.work_against_push_off[0], tiny),
-    )
 
 
 def aim_of(statuses: Mapping[str, Status]) -> Aim:
@@ -132,29 +82,29 @@ def aim_of(statuses: Mapping[str, Status]) -> Aim:
     return "spare"
 
 
-def rank(effects: Sequence[Effect], base: Mapping[str, float], wanted: Wanted, aim: Aim) -> list[Effect]:
-    """Effects with what helps most first, those that help marked."""
+def rank(effects: Sequence[Effect], base: Mapping[str, float], limits: Limits, aim: Aim) -> list[Effect]:
+    """Effects with what helps most first, those that help marked; wanted is the first of each two limits."""
     marked = []
     for each in effects:
-        effect, gain = each, _gain(each, base, wanted, aim)
+        effect, gain = each, _gain(each, base, limits, aim)
         if effect.status == "run" and _gains(gain, aim):
-            lost = _lost(effect, base, wanted, aim)  # what it breaks, where it would help
+            lost = _lost(effect, base, limits, aim)  # what it breaks, where it would help
             effect = dataclasses.replace(effect, helps=not (lost or effect.beyond), reason=lost)
         place = 3 if effect.status != "run" else 0 if effect.helps else 1 if effect.noticed else 2
         marked.append(((place, *(-part for part in gain)), effect))
     return [effect for _, effect in sorted(marked, key=lambda pair: pair[0])]  # stable
 
 
-def _gain(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -> tuple[float, ...]:
+def _gain(effect: Effect, base: Mapping[str, float], limits: Limits, aim: Aim) -> tuple[float, ...]:
     """What a step gives of what is aimed at, the first of all first."""
     if aim == "lift":
-        gain = _lowest(_after(effect, base)) - _lowest(base)
+        gain = _lowest(effect.after_it(base)) - _lowest(base)
         return (-math.inf if math.isnan(gain) else gain,)
     if aim == "heel":
         return (effect.by(PITCH),)
     if aim == "air":
         return (-effect.by(AIR),)
-    relief = wanted.hindrance(base) - wanted.hindrance(_after(effect, base))
+    relief = _hindrance(base, limits) - _hindrance(effect.after_it(base), limits)
     relief = -math.inf if math.isnan(relief) else relief
     if aim == "push_off" or math.isinf(relief):
         return relief, -effect.by(AIR)
@@ -169,27 +119,25 @@ def _gains(gain: tuple[float, ...], aim: Aim) -> bool:
     return gain[0] >= least
 
 
-def _lost(effect: Effect, base: Mapping[str, float], wanted: Wanted, aim: Aim) -> str:
+def _lost(effect: Effect, base: Mapping[str, float], limits: Limits, aim: Aim) -> str:
     """What a step takes of what goes before the aim: worse than what is wanted, and worse than now."""
-    after, before = _after(effect, base), len(ORDER) if aim == "spare" else ORDER.index(aim)
+    after, before = effect.after_it(base), len(ORDER) if aim == "spare" else ORDER.index(aim)
     clearance = "the toe clears {:.1f} mm, {:g} mm are wanted"
     landing = "the foot lands at {:.1f}°, {:g}° are wanted"
     push_off = "push-off is hindered {:.2f} times as much as is wanted"
-    pitch, pitched = base.get(PITCH, math.inf), after.get(PITCH, math.inf)
+    height, pitch = (
+        in_unit(limits.toe_clearance[0], "m", "mm"),
+        in_unit(limits.contact_pitch[0], "rad", "deg"),
+    )
     kept = (
-        (clearance, 1.0, _lowest(base), _lowest(after), wanted.clearance),
-        (landing, 1.0, pitch, pitched, wanted.pitch),
-        (push_off, -1.0, wanted.hindrance(base), wanted.hindrance(after), 1.0),
+        (clearance, 1.0, _lowest(base), _lowest(after), height),
+        (landing, 1.0, base.get(PITCH, math.inf), after.get(PITCH, math.inf), pitch),
+        (push_off, -1.0, _hindrance(base, limits), _hindrance(after, limits), 1.0),
     )
     for text, sign, was, now, limit in kept[:before]:
         if math.isnan(now) or (sign * now < sign * limit and sign * now < sign * was):
             return text.format(now, limit)
     return ""
-
-
-def _after(effect: Effect, base: Mapping[str, float]) -> dict[str, float]:
-    """Metrics with the step; NaN where the step leaves one undefined."""
-    return {name: value + effect.differences.get(name, 0.0) for name, value in base.items()}
 
 
 @dataclass(frozen=True, repr=False)
@@ -230,8 +178,8 @@ class Effects(Shown):
         return {
             "aim": self.aim,
             "timestep": self.timestep,
-            "base": {name: [_defined(metric.value), metric.unit] for name, metric in self.base.items()},
-            "ranked": [_table(effect) for effect in self.ranked],
+            "base": {name: [defined(metric.value), metric.unit] for name, metric in self.base.items()},
+            "ranked": [effect.to_json() for effect in self.ranked],
         }
 
     @classmethod
@@ -239,8 +187,8 @@ class Effects(Shown):
         """Of what `to_json` gave."""
         return cls(
             aim=table["aim"],
-            base={name: Metric(_number(value), unit) for name, (value, unit) in table["base"].items()},
-            ranked=tuple(_effect(row) for row in table["ranked"]),
+            base={name: Metric(number(value), unit) for name, (value, unit) in table["base"].items()},
+            ranked=tuple(map(Effect.from_json, table["ranked"])),
             timestep=table["timestep"],
         )
 
@@ -316,15 +264,14 @@ def effects(
     if not walk.ok:
         raise SimulationError(f"the walk as it is {walk.status}")
     offered = steps(description, _hanging(description, walk))
-    cases = [step.sets for step in offered if not step.barred]
+    cases = [step.sets for step in offered if step.status == "run"]
     asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
     with pool(threads) as who:
         outcome = iter(who.in_order(description, cases, asked, _DOING, report))
     base = {name: walk.metrics[name] for name in METRICS if name in walk.metrics}
-    tried = [_effect_of(step, None if step.barred else next(outcome), base, walk) for step in offered]
-    limits = limits_of(walk)
+    tried = [_tried(step, next(outcome), base, walk) if step.status == "run" else step for step in offered]
     aim = aim_of({answer.name: answer.status for answer in verdict_of(walk)})
-    ranked = rank(tried, {name: metric.value for name, metric in base.items()}, wanted_of(limits), aim)
+    ranked = rank(tried, {name: metric.value for name, metric in base.items()}, limits_of(walk), aim)
     return Effects(aim, base, tuple(ranked), as_run(description).timestep)
 
 
@@ -337,15 +284,10 @@ def _hanging(scenario: Scenario, walk: Recording) -> list[str]:
     ]
 
 
-def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], walk: Recording) -> Effect:
-    """What a step does; why it was not run where it has no outcome."""
-    effect = Effect(step.name, step.before, step.after, dict(step.sets), assumed=step.assumed)
-    if outcome is None:
-        assert step.barred
-        return dataclasses.replace(effect, status=step.barred, reason=step.reason)
+def _tried(step: Effect, outcome: Outcome, base: Mapping[str, Metric], walk: Recording) -> Effect:
+    """What a step has done."""
     if outcome.status != OK:
-        status: Run = "refused" if outcome.status == INFEASIBLE else "failed"
-        return dataclasses.replace(effect, status=status, reason=outcome.reason)
+        return step.barred("refused" if outcome.status == INFEASIBLE else "failed", outcome.reason)
     undefined = Metric(math.nan)
     differences = {name: outcome.metrics.get(name, undefined).value - was.value for name, was in base.items()}
     beyond = tuple(
@@ -354,23 +296,4 @@ def _effect_of(step: Step, outcome: Outcome | None, base: Mapping[str, Metric], 
         if name in outcome.metrics and outcome.metrics[name] > max(100.0, walk.metrics[name].value + _WORSE)
     )
     notes = tuple(warning for warning in outcome.warnings if warning not in walk.warnings)
-    return dataclasses.replace(effect, differences=differences, beyond=beyond, notes=notes)
-
-
-def _table(effect: Effect) -> dict[str, Any]:
-    table = dataclasses.asdict(effect) | {key: list(getattr(effect, key)) for key in ("beyond", "notes")}
-    return table | {"differences": {name: _defined(value) for name, value in effect.differences.items()}}
-
-
-def _effect(row: Mapping[str, Any]) -> Effect:
-    differences = {name: _number(value) for name, value in row["differences"].items()}
-    lists = {key: tuple(row[key]) for key in ("beyond", "notes")}
-    return Effect(**{**row, **lists, "differences": differences})
-
-
-def _defined(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
+    return dataclasses.replace(step, differences=differences, beyond=beyond, notes=notes)

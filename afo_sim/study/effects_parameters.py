@@ -7,13 +7,13 @@ same tautness at an ankle angle of zero. The sole's stacks under heel and ball g
 
 import dataclasses
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from afo_sim.common import in_unit
 from afo_sim.description import WORN, MuscleGroup, Scenario
-from afo_sim.description.orthosis import Chamber
 from afo_sim.model import mean_length
+from afo_sim.study.effect import Effect
 
 PRESSURE, LINK, MUSCLE, ANCHOR, STACK = 0.5e5, 0.005, 0.02, 0.01, 0.005  # [Pa], [m]
 TIME, FILL, PHASE = 0.05, 0.5, 0.05  # [s], [s], [-]
@@ -22,21 +22,6 @@ STIFFNESS, FLOW = 2.0, 1.5  # factors; FLOW of valves and tubes
 _LIMIT = 1.0 + 1e-9  # rounding of a pressure beside a limit [-]
 _WAYS = {0: "forward", 2: "up"}  # axes of an anchor's place
 SIDES: tuple[Literal["inlet", "outlet"], ...] = ("inlet", "outlet")
-
-Barred = Literal["", "forbidden", "no air"]
-
-
-@dataclass(frozen=True)
-class Step:
-    """One parameter's step to one side."""
-
-    name: str
-    before: str
-    after: str
-    sets: dict[str, Any] = field(default_factory=dict)
-    barred: Barred = ""
-    reason: str = ""
-    assumed: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,20 +43,16 @@ class _Amount:
         return self.text(value) if self.unit else round(value, 9)
 
 
-def steps(scenario: Scenario, hanging: Collection[str] = ()) -> list[Step]:
-    """Both steps of every parameter of a scenario's orthosis, its air and its valves' timing."""
-    return [
-        *_supply(scenario),
-        *(step for name in scenario.orthosis.muscle for step in _group(scenario, name, name in hanging)),
-        *(step for name in scenario.orthosis.chamber for step in _timing(scenario, name)),
-        *(step for name in scenario.orthosis.chamber for step in _start(scenario, name)),
-        *(
-            step
-            for name, chamber in scenario.orthosis.chamber.items()
-            for step in _air(scenario, name, chamber)
-        ),
-        *_structure(scenario),
-    ]
+def steps(scenario: Scenario, hanging: Collection[str] = ()) -> list[Effect]:
+    """Both steps of every parameter of a scenario's orthosis, its air and its valves' timing, not yet run."""
+    found = [*_supply(scenario)]
+    for name in scenario.orthosis.muscle:
+        found += _group(scenario, name, name in hanging)
+    for of_chamber in (_timing, _start, _air):
+        for name in scenario.orthosis.chamber:
+            own, reason = of_chamber(scenario, name), f"no air enters {name}"
+            found += own if takes_air(scenario, name) else (step.barred("no air", reason) for step in own)
+    return [*found, *_structure(scenario)]
 
 
 def takes_air(scenario: Scenario, chamber: str) -> bool:
@@ -83,23 +64,23 @@ def takes_air(scenario: Scenario, chamber: str) -> bool:
     return bool(times and times.inlet) or bool(start and chamber in start.chambers)
 
 
-def _added(name: str, amount: _Amount, by: float, *along: tuple[_Amount, int]) -> Iterator[Step]:
+def _added(name: str, amount: _Amount, by: float, *along: tuple[_Amount, int]) -> Iterator[Effect]:
     """A step down and one up by a difference [SI]; `along` goes the same way (+1) or the other (−1)."""
     for sign in (-1, 1):
         value = amount.value + sign * by
         sets = {amount.key: amount.written(value)}
         sets |= {other.key: other.written(other.value + sign * way * by) for other, way in along}
-        yield Step(name, amount.text(amount.value), amount.text(value), sets)
+        yield Effect(name, amount.text(amount.value), amount.text(value), sets)
 
 
-def _scaled(name: str, amount: _Amount, by: float) -> Iterator[Step]:
+def _scaled(name: str, amount: _Amount, by: float) -> Iterator[Effect]:
     """A step down and one up by a factor."""
     for factor in (1.0 / by, by):
         text = amount.text(amount.value * factor, 4)
-        yield Step(name, amount.text(amount.value), text, {amount.key: text})
+        yield Effect(name, amount.text(amount.value), text, {amount.key: text})
 
 
-def _supply(scenario: Scenario) -> Iterator[Step]:
+def _supply(scenario: Scenario) -> Iterator[Effect]:
     pressure = _Amount("supply.pressure", scenario.supply.pressure, "Pa", "bar")
     names = [n for n in scenario.orthosis.chamber if takes_air(scenario, n)]
     groups = {n: g for name in names for n, g in scenario.orthosis.muscles_of(name).items()}
@@ -109,12 +90,12 @@ def _supply(scenario: Scenario) -> Iterator[Step]:
         limit = group.type.limits.pressure
         if scenario.supply.pressure + PRESSURE > limit * _LIMIT:
             reason = f"the muscles of {name} are limited to {1e-5 * limit:g} bar"
-            yield dataclasses.replace(upper, barred="forbidden", reason=reason)
+            yield upper.barred("forbidden", reason)
             return
     yield upper
 
 
-def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Step]:
+def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Effect]:
     """Steps of a muscle group: its length, its number, its muscle, its mounting, its cable."""
     at, group = f"orthosis.muscle.{name}", scenario.orthosis.muscle[name]
     if group.link_length is not None:
@@ -123,14 +104,14 @@ def _group(scenario: Scenario, name: str, hangs: bool) -> Iterator[Step]:
         loose = group.link_length < LINK <= group.slack  # both act alike: one of them is stepped
         yield from _added(f"{name} slack" if loose else f"{name} link length", slack if loose else link, LINK)
     for count in (group.count - 1, group.count + 1):
-        yield Step(f"{name} count", f"{group.count}", f"{count}", {f"{at}.count": count})
+        yield Effect(f"{name} count", f"{group.count}", f"{count}", {f"{at}.count": count})
     reason = f"no air enters {name}, and its muscles hang through all along"
     idle = hangs and not takes_air(scenario, group.chamber or name)
     for step in (*_mounting(name, at, group), *_pulley(name, at, group)):
-        yield dataclasses.replace(step, barred="no air", reason=reason) if idle else step
+        yield step.barred("no air", reason) if idle else step
 
 
-def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
+def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Effect]:
     """Anchors further forward or up, with the link as much longer as the path between them at angle zero."""
     if group.origin is None or group.insertion is None:
         return
@@ -146,7 +127,7 @@ def _mounting(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
     yield from _added(f"{name} muscle length, link to match", muscle, MUSCLE, (link, -1))
 
 
-def _moves(name: str, key: str, place: Any) -> Iterator[tuple[Any, Step]]:
+def _moves(name: str, key: str, place: Any) -> Iterator[tuple[Any, Effect]]:
     """A place of the path further back, forward, down and up, and the step that moves it there."""
     for axis, way in _WAYS.items():
         amount = _Amount(f"{key}.from_joint[{axis}]", place.from_joint[axis], "m", "cm")
@@ -156,13 +137,13 @@ def _moves(name: str, key: str, place: Any) -> Iterator[tuple[Any, Step]]:
             yield place.model_copy(update={"from_joint": there}), step
 
 
-def _matched(step: Step, group: MuscleGroup, moved: dict[str, Any], link: _Amount) -> Step:
+def _matched(step: Effect, group: MuscleGroup, moved: dict[str, Any], link: _Amount) -> Effect:
     """The step with the link as much longer as the path at angle zero."""
     longer = mean_length(group.model_copy(update=moved)) - mean_length(group)
     return dataclasses.replace(step, sets=step.sets | {link.key: link.text(link.value + longer)})
 
 
-def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
+def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Effect]:
     """A pulley's radius, where there is one, and the cable."""
     if group.pulley is not None:
         radius = _Amount(f"{at}.pulley.radius", group.pulley.radius, "m", "cm")
@@ -173,7 +154,7 @@ def _pulley(name: str, at: str, group: MuscleGroup) -> Iterator[Step]:
     yield from _scaled(f"{name} cable stiffness", cable, STIFFNESS)
 
 
-def _timing(scenario: Scenario, chamber: str) -> Iterator[Step]:
+def _timing(scenario: Scenario, chamber: str) -> Iterator[Effect]:
     """Begin and end of every interval in which a chamber's valves are open."""
     kind = "phases" if scenario.phases is not None else "timer"
     times_of = scenario.phases or scenario.timer
@@ -185,11 +166,10 @@ def _timing(scenario: Scenario, chamber: str) -> Iterator[Step]:
             for end, word in enumerate(("opens", "closes")):
                 name = f"{chamber} {side}{number} {word}"
                 key = f"{kind}.{chamber}.{side}[{k}][{end}]"
-                for step in _interval(name, key, intervals[k], end, kind):
-                    yield _unless_airless(step, scenario, chamber)
+                yield from _interval(name, key, intervals[k], end, kind)
 
 
-def _interval(name: str, key: str, interval: tuple[float, float], end: int, kind: str) -> Iterator[Step]:
+def _interval(name: str, key: str, interval: tuple[float, float], end: int, kind: str) -> Iterator[Effect]:
     """Earlier and later begin or end; of gait phases the stride goes round."""
     if kind == "timer":
         yield from _added(name, _Amount(key, interval[end], "s", "s"), TIME)
@@ -203,11 +183,11 @@ def _interval(name: str, key: str, interval: tuple[float, float], end: int, kind
         length = round(open_for + (sign if end == 1 else -sign) * PHASE, 9)
         reason = "the valve would never open" if length <= 0.0 else ""
         reason = "the valve would never shut" if length > 1.0 or length == 1.0 > open_for else reason
-        step = Step(name, amount.text(interval[end]), amount.text(value), {key: value})
-        yield dataclasses.replace(step, barred="forbidden", reason=reason) if reason else step
+        step = Effect(name, amount.text(interval[end]), amount.text(value), {key: value})
+        yield step.barred("forbidden", reason) if reason else step
 
 
-def _start(scenario: Scenario, chamber: str) -> Iterator[Step]:
+def _start(scenario: Scenario, chamber: str) -> Iterator[Effect]:
     """Air before the first step."""
     begun = scenario.start.chambers.get(chamber) if scenario.start is not None else None
     if begun is None:
@@ -220,27 +200,24 @@ def _start(scenario: Scenario, chamber: str) -> Iterator[Step]:
         yield from _added(f"{chamber} pressure at the start", pressure, PRESSURE)
 
 
-def _air(scenario: Scenario, name: str, chamber: Chamber) -> Iterator[Step]:
+def _air(scenario: Scenario, name: str) -> Iterator[Effect]:
     """Tube and valves of a chamber."""
-    at = f"orthosis.chamber.{name}"
-    found = [
-        *_scaled(f"{name} tube volume", _Amount(f"{at}.tube_volume", chamber.tube_volume, "m^3", "ml"), FLOW)
-    ]
+    at, chamber = f"orthosis.chamber.{name}", scenario.orthosis.chamber[name]
+    if chamber.tube_volume > 0.0:
+        volume = _Amount(f"{at}.tube_volume", chamber.tube_volume, "m^3", "ml")
+        yield from _scaled(f"{name} tube volume", volume, FLOW)
     for side in SIDES:
-        valve = getattr(chamber, side)
-        unit = "dm^3/(s*bar)"
-        flow = _Amount(f"{at}.{side}.conductance", valve.conductance, "m^3/(s*Pa)", unit)
-        found += _scaled(f"{name} {side} conductance", flow, FLOW)
-    for step in found if chamber.tube_volume > 0.0 else found[2:]:
-        yield _unless_airless(step, scenario, name)
+        conductance, unit = getattr(chamber, side).conductance, "dm^3/(s*bar)"
+        flow = _Amount(f"{at}.{side}.conductance", conductance, "m^3/(s*Pa)", unit)
+        yield from _scaled(f"{name} {side} conductance", flow, FLOW)
 
 
-def _structure(scenario: Scenario) -> Iterator[Step]:
+def _structure(scenario: Scenario) -> Iterator[Effect]:
     """How cuff and plate give, and the thickness of the plate's sole."""
     for segment, mounting in scenario.orthosis.anchor.items():
         at, name = f"orthosis.anchor.{segment}", f"{WORN[segment]} stiffness"
         assumed = any(source.kind == "assumed" for source in mounting.provenance.values())
-        found: list[Step] = []
+        found: list[Effect] = []
         if mounting.stiffness is not None:
             found += _scaled(name, _Amount(f"{at}.stiffness", mounting.stiffness, "N/m", "kN/m"), STIFFNESS)
         if mounting.stiffening is not None:  # F = a (e^(x/x0) − 1): all of it goes with a
@@ -252,10 +229,3 @@ def _structure(scenario: Scenario) -> Iterator[Step]:
         heel = _Amount("orthosis.outsole.heel_stack", sole.heel_stack, "m", "mm")
         ball = _Amount("orthosis.outsole.ball_stack", sole.ball_stack, "m", "mm")
         yield from _added("sole thickness, heel and ball", heel, STACK, (ball, 1))
-
-
-def _unless_airless(step: Step, scenario: Scenario, chamber: str) -> Step:
-    """The step; barred where its chamber never holds air."""
-    if step.barred or takes_air(scenario, chamber):
-        return step
-    return dataclasses.replace(step, barred="no air", reason=f"no air enters {chamber}")

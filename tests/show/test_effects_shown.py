@@ -10,7 +10,7 @@ from afo_sim.show import effects as shown
 from afo_sim.show.report import page
 from afo_sim.simulation import Recording
 from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, TORQUE, Effects
-from afo_sim.study.effects import Effect
+from afo_sim.study.effect import Effect
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

@@ -14,7 +14,8 @@ from afo_sim.description import load
 from afo_sim.metrics import Status
 from afo_sim.simulation import Recording
 from afo_sim.study import AIR, CLEARANCE, EFFECTS, FIRST, LEFT_OUT, PITCH, WORK, Effects, with_studies
-from afo_sim.study.effects import METRICS, TORQUE_PER_MASS, Aim, Effect, Run, Wanted, aim_of, rank, wanted_of
+from afo_sim.study.effect import METRICS, TORQUE_PER_MASS, Effect, Run
+from afo_sim.study.effects import Aim, aim_of, rank
 
 WALK, TIMER = "walk-dropfoot-afo", "walk-dropfoot-afo-timer"
 FAST: dict[str, Any] = {"timestep": "4 ms", "duration": "6.1 s"}
@@ -227,7 +228,7 @@ def test_a_run_that_would_take_minutes_says_so_instead(walked: Recording) -> Non
     assert "min" in told.studies[EFFECTS][LEFT_OUT]
 
 
-WANTED = Wanted(clearance=10.0, pitch=8.0, torque=0.07, work=0.016)
+WANTED = load("limits", "usual")  # 10 mm, 8°, 0.07 N·m/kg, 0.016 J/kg
 BASE = {CLEARANCE: 12.0, FIRST: 12.0, PITCH: 16.0, TORQUE_PER_MASS: 0.05, WORK: 0.01, AIR: 0.05}
 
 
@@ -348,12 +349,6 @@ def test_a_step_that_leaves_a_metric_undefined_does_not_help(aim: Aim) -> None:
     lost = Effect("lost", "1", "2", differences=dict.fromkeys(BASE, math.nan))
     assert ranked(aim, lost) == [("lost", False)]
     assert lost.noticed  # it is not one of those without an effect
-
-
-def test_what_is_wanted_stands_in_the_metrics_units() -> None:
-    found = wanted_of(load("limits", "usual"))
-    assert (found.clearance, found.pitch) == pytest.approx((10.0, 8.0))
-    assert (found.torque, found.work) == pytest.approx((0.07, 0.016))
 
 
 def test_air_is_not_saved_at_the_cost_of_push_off_that_is_good() -> None:
