@@ -251,11 +251,7 @@ def optimise(
         if dry_run:
             return
         with pool(threads, workers, scheduler) as who:
-            best = runner.run(
-                opened,
-                who,
-                lambda p: report(p.generations, p.most, f"{p.generations} of {p.most} generations"),
-            )
+            best = runner.run(opened, who, report)
         figure = folder / store.FIGURE
         if not opened.finished or not figure.is_file():
             draw_search(opened.problem, opened.units, store.read_designs(folder), figure)

@@ -273,8 +273,8 @@ class Answers:
         ]
         plan = search_of(scenario, options["over"], lowest=metric, limits=kept, **_SEARCH)
 
-        def told(progress: Any) -> None:
-            report(progress.generations, progress.most, "searching the best design")
+        def told(done: int, most: int, _: str) -> None:
+            report(done, most, "searching the best design")
 
         with tempfile.TemporaryDirectory() as folder:
             found = best_design(plan, optimise(plan, pathlib.Path(folder), threads=1, report=told))

@@ -30,8 +30,6 @@ class Cases:
     """The cases of a sweep, numbered from 0."""
 
     plan: Plan
-    names: tuple[str, ...]
-    units: tuple[str, ...]
     values: Columns
     seeds: np.ndarray
     dropped: int
@@ -69,7 +67,7 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     count = len(next(iter(values.values()))) if values else plan.cases or 1
     seeds = case_seeds(plan.seed, count)
     columns = {p.name: values.get(p.name, seeds.astype(np.float64)) for p in plan.parameters}
-    cases = Cases(plan, tuple(columns), tuple(p.unit for p in plan.parameters), columns, seeds, dropped)
+    cases = Cases(plan, columns, seeds, dropped)
     for case in plan.keep:
         if case >= len(cases):
             allowed = f"0 to {len(cases) - 1}"

@@ -6,7 +6,7 @@ import pathlib
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from afo_sim.common import (
     InputError,
@@ -20,7 +20,10 @@ from afo_sim.common import (
     write_json,
 )
 from afo_sim.common.versions import versions
-from afo_sim.description import as_found
+from afo_sim.description import as_found, expand
+
+if TYPE_CHECKING:
+    from afo_sim.study.sweep_plan import Plan
 
 Changed = Literal["refuse", "restart", "continue"]
 AGAIN = "the same command again when there is room; what is computed is kept"
@@ -34,8 +37,13 @@ class FolderKind:
     name: str
     manifest: str
     cases: str
+    digits: int
     computed: tuple[str, ...]
     parts: Mapping[str, type]
+
+    def part(self, folder: pathlib.Path, number: int) -> pathlib.Path:
+        """The file of a part of the cases, by which the study goes on."""
+        return folder / self.cases / f"{number:0{self.digits}d}.parquet"
 
     def read(self, folder: pathlib.Path) -> dict[str, Any]:
         """The manifest of a folder."""
@@ -58,18 +66,21 @@ class FolderKind:
     def open(
         self,
         folder: pathlib.Path,
-        known: dict[str, Any],
         changed: Changed,
-        first: Callable[[], Mapping[str, Any]],
+        plan: "Plan",
+        now: Mapping[str, Any],
+        first: Callable[[dict[str, Any]], Mapping[str, Any]],
+        **further: Any,
     ) -> dict[str, Any]:
-        """The manifest of the folder once it is this study's: a new one, or one that goes on."""
+        """The manifest of the folder once it is this plan's: a new one by `first`, or one that goes on."""
+        scenario = json.loads(json.dumps(expand("scenario", plan.scenario)))
+        known = {"fingerprint": now, "scenario": scenario, f"{self.name}_file": plan.file.name} | further
         check_writable(folder)
         settle(folder)
-        now = known["fingerprint"]
         manifest = self._continued(folder, now, changed)
         if manifest is None:
             new = _holds_nothing(folder)  # of two processes that begin at once the later one clears nothing
-            manifest = dict(first())
+            manifest = dict(first(scenario))
             if not new:
                 self.clear(folder)
         mixed = {"mixed": True} if manifest.get("fingerprint", now) != now else {}
@@ -85,37 +96,33 @@ class FolderKind:
         """The manifest of the study that goes on in the folder; None where a new one begins."""
         if _holds_nothing(folder):
             return None
+
+        def refused(problem: str, allowed: str) -> InputError:
+            return InputError(problem, field="out", value=str(folder), allowed=allowed)
+
         if not (folder / self.manifest).is_file():
             problem = f"holds something else than a {self.name} ({self.manifest} is missing)"
-            raise InputError(problem, field="out", value=str(folder), allowed="an empty folder")
+            raise refused(problem, "an empty folder")
         try:
             manifest = self.read(folder)
         except InputError:
             if changed == "restart":
                 return None
             raise
-        if manifest["fingerprint"] == now:
+        before = manifest["fingerprint"]
+        if before == now:
             return manifest
         finished = any((folder / name).is_file() for name in self.computed)
         if changed == "restart" or not (finished or any((folder / self.cases).glob("*.parquet"))):
             return None
-        self._check_change(folder, manifest["fingerprint"], now, changed)
-        return manifest
-
-    def _check_change(
-        self, folder: pathlib.Path, before: Mapping[str, Any], now: Mapping[str, Any], changed: Changed
-    ) -> None:
-        """Refuse what must not be mixed; results of other code may be, if asked for."""
         throws = "`changed=restart`, which throws its results away"
         if before.get(self.name) != now[self.name]:
             problem = f"the folder holds another {self.name}, or this one before it was changed"
-            allowed = f"another folder, or {throws}"
-        elif changed == "refuse":
+            raise refused(problem, f"another folder, or {throws}")
+        if changed == "refuse":  # results of other code may be mixed, if asked for
             problem = f"the folder's results were computed by other code{_differences(before, now)}"
-            allowed = f"{throws}, or `changed=continue`, which mixes"
-        else:
-            return
-        raise InputError(problem, field="out", value=str(folder), allowed=allowed)
+            raise refused(problem, f"{throws}, or `changed=continue`, which mixes")
+        return manifest
 
     def clear(self, folder: pathlib.Path) -> None:
         """Take away all that is computed; what the folder says of itself stays until it is replaced."""

@@ -1,6 +1,5 @@
 """A sweep from its plan to its results: what is left to do, done by threads or by a cluster."""
 
-import json
 import pathlib
 import shutil
 import time
@@ -10,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from afo_sim.common import InputError
-from afo_sim.description import expand
 from afo_sim.metrics import COMPARED, REPORTED, reference_metrics
 from afo_sim.simulation import EVERYTHING, Asked
 from afo_sim.study import engine
@@ -59,18 +57,12 @@ def open_store(
 ) -> Store:
     """The store of a sweep: a new one, or one to be continued."""
     now = fingerprint(plan)
-    known = {
-        "fingerprint": now,
-        "scenario": json.loads(json.dumps(expand("scenario", plan.scenario))),
-        "sweep_file": plan.file.name,
-        "cases": len(cases),
-    }
 
-    def first() -> dict[str, Any]:
-        metrics, seconds = _tried(known["scenario"], plan, cases)
+    def first(scenario: dict[str, Any]) -> dict[str, Any]:
+        metrics, seconds = _tried(scenario, plan, cases)
         return {"metrics": metrics, "seconds_per_case": seconds, "chunk": plan.chunk}
 
-    manifest = SWEEP.open(folder, known, changed, first)
+    manifest = SWEEP.open(folder, changed, plan, now, first, cases=len(cases))
     return Store(
         folder, cases, manifest["metrics"], manifest["chunk"], now["sweep"], bool(manifest.get("mixed"))
     )
@@ -158,55 +150,31 @@ def _check_room(store: Store) -> None:
 
 
 def _bytes(store: Store, cases: int) -> float:
-    return cases * (8.0 * (len(store.metrics) + len(store.cases.names)) + _ROW_BYTES)
-
-
-def _telling(cases: Cases) -> list[int]:
-    """Cases that show what metrics there are: first, middle, last, and the first with each word."""
-    last = len(cases) - 1
-    words = [
-        [int((cases.values[p.name] == word).argmax()) for word in dict.fromkeys(cases.values[p.name])]
-        for p in cases.plan.parameters
-        if p.words
-    ]
-    return list(
-        dict.fromkeys([0, last // 2, last, *[case for first in words for case in first][:_MOST_WORDS]])
-    )
+    return cases * (8.0 * (len(store.metrics) + len(store.cases.values)) + _ROW_BYTES)
 
 
 def _tried(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[str, str], float]:
     """The metrics that cases have, with their units, and what one case takes [s]."""
-    sets = [plan.set, *(cases.sets(case) for case in _telling(cases))]
-    units, seconds = probe(scenario, sets, plan.file)
+    last = len(cases) - 1
+    words = [cases.values[p.name] for p in plan.parameters if p.words]
+    first = [int((column == word).argmax()) for column in words for word in dict.fromkeys(column)]
+    telling = dict.fromkeys([0, last // 2, last, *first[:_MOST_WORDS]])
+    units, beside, seconds = probe(scenario, [plan.set, *map(cases.sets, telling)], plan.file)
     if not units:
         problem = "no case that was tried has any metric: is the run shorter than two strides?"
         raise InputError(problem, file=plan.file, field="set.duration")
-    known = units | comparisons(scenario, sets, units)
+    known = units | beside
     for name in plan.metrics:
         check_metric(plan.file, "metrics", name, known)
-    for parameter in plan.parameters:
-        if parameter.name in units:
-            problem = "is the name of a metric"
-            raise InputError(problem, file=plan.file, field=f"parameters.{parameter.name}")
     return {name: known[name] for name in plan.metrics or units}, seconds
-
-
-def comparisons(
-    scenario: Mapping[str, Any], sets: Sequence[Mapping[str, Any]], units: Mapping[str, str]
-) -> dict[str, str]:
-    """Metrics that compare with the scenario's reference, with their units: only if asked for."""
-    compares = scenario.get("reference") is not None or any("reference" in one for one in sets)
-    if not compares or COMPARED not in units:
-        return {}
-    return {row.name: row.unit for row in REPORTED[reference_metrics]}
 
 
 def probe(
     scenario: Mapping[str, Any],
     sets: Sequence[Mapping[str, Any]],
     file: pathlib.Path,
-) -> tuple[dict[str, str], float]:
-    """Cases tried before a study begins: the metrics they have, with their units, and what one takes [s]."""
+) -> tuple[dict[str, str], dict[str, str], float]:
+    """Cases tried before a study begins: {metric: unit}, the same of comparisons, what one case takes [s]."""
     # compiles what only the first run compiles
     next(engine.outcomes(scenario, [(0, sets[0])], 1, 1, EVERYTHING))
     begun = time.perf_counter()
@@ -216,4 +184,7 @@ def probe(
     if all(outcome.status != OK for outcome in found):
         reason = next(outcome.reason for outcome in reversed(found))
         raise InputError(f"no case that was tried runs: {reason}", file=file)
-    return {name: metric.unit for outcome in found for name, metric in outcome.metrics.items()}, seconds
+    units = {name: metric.unit for outcome in found for name, metric in outcome.metrics.items()}
+    compares = scenario.get("reference") is not None or any("reference" in one for one in sets)
+    rows = REPORTED[reference_metrics] if compares and COMPARED in units else ()
+    return units, {row.name: row.unit for row in rows}, seconds

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from afo_sim.study.sweep_plan import Plan
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
 _GATHERED = 64  # chunks in one row group of the results, or more
-SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
+SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, 7, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
 
 
 @dataclass(frozen=True)
@@ -59,18 +59,18 @@ class Store:
 
     def has(self, chunk: int) -> bool:
         """True where a chunk is computed, by this process or another."""
-        return self.finished or self._path(chunk).is_file()
+        return self.finished or SWEEP.part(self.folder, chunk).is_file()
 
     def pending(self) -> list[int]:
         """The chunks that are not computed yet."""
         if self.finished:
             return []
-        there = {path.stem for path in (self.folder / CHUNKS).glob("*.parquet")}
-        return [chunk for chunk in range(self.jobs.count) if _stem(chunk) not in there]
+        there = {path.name for path in (self.folder / CHUNKS).glob("*.parquet")}
+        return [chunk for chunk in range(self.jobs.count) if SWEEP.part(self.folder, chunk).name not in there]
 
     def write(self, chunk: int, outcomes: Sequence[Outcome]) -> None:
         """Put a chunk's rows on disk."""
-        with self._beside_others(), keeping(self._path(chunk)) as path:
+        with self._beside_others(), keeping(SWEEP.part(self.folder, chunk)) as path:
             write_parquet(path, self.table(chunk, outcomes), "chunk")
 
     def table(self, chunk: int, outcomes: Sequence[Outcome]) -> Any:
@@ -136,8 +136,15 @@ class Store:
                     damaged += [chunk for chunk, table in tables.items() if table is None]
                     if not damaged:
                         writer.write_table(pa.concat_tables(tables.values()))
+            for chunk in damaged:
+                SWEEP.part(self.folder, chunk).unlink(missing_ok=True)
             if damaged:
-                self._discard(damaged)
+                many = f"{len(damaged)} of {self.jobs.count} chunks"
+                raise InputError(
+                    f"{many} are damaged or of another sweep, and were taken away",
+                    file=self.folder,
+                    allowed="the same command again, which computes them anew",
+                )
 
     @contextmanager
     def _beside_others(self) -> Iterator[None]:
@@ -158,27 +165,15 @@ class Store:
     def _read(self, chunk: int) -> Any:
         """A chunk's rows, or None if they are not what `write` has written for this sweep."""
         try:
-            table = read_parquet(self._path(chunk))
+            table = read_parquet(SWEEP.part(self.folder, chunk))
         except InputError:
-            self._path(chunk).stat()  # another process may have gathered it meanwhile
+            SWEEP.part(self.folder, chunk).stat()  # another process may have gathered it meanwhile
             return None
         schema = self.schema()
         if not table.schema.equals(schema) or table["case"].to_pylist() != list(self.jobs.numbers(chunk)):
             return None
         of = json.loads((table.schema.metadata or {}).get(b"sweep", b"{}")).get("fingerprint")
         return table.replace_schema_metadata(schema.metadata) if of == self.sweep else None
-
-    def _discard(self, chunks: Sequence[int]) -> NoReturn:
-        for chunk in chunks:
-            self._path(chunk).unlink(missing_ok=True)
-        raise InputError(
-            f"{len(chunks)} of {self.jobs.count} chunks are damaged or of another sweep, and were taken away",
-            file=self.folder,
-            allowed="the same command again, which computes them anew",
-        )
-
-    def _path(self, chunk: int) -> pathlib.Path:
-        return self.folder / CHUNKS / f"{_stem(chunk)}.parquet"
 
 
 def recover(folder: pathlib.Path) -> tuple[int, int]:
@@ -196,7 +191,7 @@ def recover(folder: pathlib.Path) -> tuple[int, int]:
             for first in range(0, len(table), chunk):
                 part = table.slice(first, chunk)
                 number = part["case"][0].as_py() // chunk
-                with keeping(folder / CHUNKS / f"{_stem(number)}.parquet") as path:
+                with keeping(SWEEP.part(folder, number)) as path:
                     write_parquet(path, part, "chunk")
                 whole += len(part)
         (folder / RESULTS).rename((folder / RESULTS).with_suffix(".damaged.parquet"))
@@ -206,10 +201,6 @@ def recover(folder: pathlib.Path) -> tuple[int, int]:
 def fingerprint(plan: Plan) -> dict[str, Any]:
     """Everything that decides a sweep's results."""
     return folder.fingerprint(SWEEP.name, plan.canonical())
-
-
-def _stem(chunk: int) -> str:
-    return f"{chunk:07d}"
 
 
 def _spread(spread: Any) -> dict[str, Any]:

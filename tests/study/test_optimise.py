@@ -423,7 +423,7 @@ def test_shipped_searches_are_good(name: str, capsys: pytest.CaptureFixture[str]
     assert (judging is None) == (fresh is None) == (search.patients is None)
     if judging is not None and fresh is not None:
         assert len(fresh) == 4 * len(judging)
-        for parameter in judging.names:  # none of the fresh patients is one of the others
+        for parameter in judging.values:  # none of the fresh patients is one of the others
             assert not set(judging.values[parameter]) & set(fresh.values[parameter])
     code, out, _ = call(capsys, "list", "searches")
     assert code == 0

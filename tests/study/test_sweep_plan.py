@@ -108,9 +108,9 @@ def test_a_grid_is_the_full_product_in_order(tmp_path: pathlib.Path) -> None:
         '[parameters.count]\nkey = "orthosis.muscle.dorsiflexor.count"\nvalues = [3, 2]\n'
         '[parameters.noise]\nkey = "gait.seed"\nfrom_seed = true\n',
     )
-    assert found.names == ("pressure", "arm", "patient", "count", "noise")
-    assert found.units == ("Pa", "m", "", "", "")
-    rows = list(zip(*(found.values[name] for name in found.names[:4]), strict=True))
+    assert list(found.values) == ["pressure", "arm", "patient", "count", "noise"]
+    assert [p.unit for p in found.plan.parameters] == ["Pa", "m", "", "", ""]
+    rows = list(zip(*(found.values[name] for name in ("pressure", "arm", "patient", "count")), strict=True))
     wanted = itertools.product([2e5, 4e5, 6e5], [0.05, 0.07], ["drop-foot", "drop-foot-mild"], [3.0, 2.0])
     assert rows == list(wanted)
     assert found.values["noise"].tolist() == found.seeds.tolist()
@@ -150,7 +150,7 @@ def test_the_first_cases_do_not_depend_on_how_many_follow(kind: str, tmp_path: p
     head = f'design = "{kind}"\nseed = 5\nconstraints = ["start < end - 0.1"]\n'
     few = cases(tmp_path, f"{head}cases = 50", THREE)
     many = cases(tmp_path, f"{head}cases = 3000", THREE)
-    for name in few.names:
+    for name in few.values:
         assert np.array_equal(few.values[name], many.values[name][:50])
     assert np.array_equal(few.seeds, many.seeds[:50])
 
@@ -163,7 +163,7 @@ def test_the_same_plan_makes_the_same_cases_and_another_seed_others(
     head = f'design = "{kind}"\ncases = 16\n'
     a, b = cases(tmp_path, head, THREE), cases(tmp_path, head, THREE)
     other = cases(tmp_path, f"{head}seed = 1", THREE)
-    for name in a.names:
+    for name in a.values:
         assert np.array_equal(a.values[name], b.values[name])
         assert not np.array_equal(a.values[name], other.values[name])
     assert not set(a.seeds) & set(other.seeds)
@@ -173,7 +173,7 @@ def test_saltelli_is_its_scheme(tmp_path: pathlib.Path) -> None:
     """Per base sample: A, A with one column of B each, B with one column of A each, B."""
     found = cases(tmp_path, 'design = "saltelli"\ncases = 8', THREE)
     assert len(found) == 8 * (2 * 3 + 2)
-    blocks = np.column_stack([found.values[name] for name in found.names]).reshape(8, 8, 3)
+    blocks = np.column_stack([*found.values.values()]).reshape(8, 8, 3)
     for rows in blocks:
         a, b = rows[0], rows[-1]
         for k in range(3):
@@ -207,7 +207,7 @@ def test_a_list_is_read_row_by_row(tmp_path: pathlib.Path) -> None:
         "patient,pressure [bar],strength [%],arm\nfoot,3,10,5 cm\nfoot,4.5,20,6 cm\n"
     )
     from_file = cases(tmp_path, file, keys)
-    assert from_file.names == ("pressure", "patient", "strength", "arm")
+    assert list(from_file.values) == ["pressure", "patient", "strength", "arm"]
     assert from_file.values["pressure"].tolist() == [3e5, 4.5e5]
     assert from_file.values["strength"].tolist() == [0.1, 0.2]
     assert from_file.values["arm"].tolist() == [0.05, 0.06]
@@ -217,7 +217,7 @@ def test_a_list_is_read_row_by_row(tmp_path: pathlib.Path) -> None:
         '[parameters.pressure]\nkey = "supply.pressure"\nvalues = ["3 bar", "4.5 bar"]\n'
         f'[parameters.arm]\nkey = "{ARM}"\nvalues = ["5 cm", "6 cm"]\n',
     )
-    for name in told.names:
+    for name in told.values:
         assert np.array_equal(told.values[name], from_file.values[name])
 
 
@@ -287,7 +287,7 @@ def test_a_laws_own_parameter(tmp_path: pathlib.Path) -> None:
     key = f"orthosis.muscle.dorsiflexor.type.laws.{muscle.law}.{name}"
     told = f"[parameters.k]\nkey = {json.dumps(key)}\nfrom = {json.dumps(low)}\nto = {json.dumps(high)}\n"
     found = cases(tmp_path, 'design = "random"\ncases = 3', told)
-    assert found.units == (unit,)
+    assert found.plan.parameters[0].unit == unit
     scenario = load("scenario", "walk-dropfoot-afo", found.sets(2))
     assert scenario.orthosis.muscle["dorsiflexor"].type.law_set.parameters[name] == found.values["k"][2]
 
@@ -380,7 +380,7 @@ def test_constraints_against_the_whole_sample(
     mask = holds(every.values)
     wanted = min(200, int(mask.sum()))
     kept = cases(tmp_path, f'{head}cases = {wanted}\nconstraints = ["{text}"]', THREE)
-    for name in every.names:
+    for name in every.values:
         assert np.array_equal(kept.values[name], every.values[name][mask][:wanted])
     assert kept.dropped == np.flatnonzero(mask)[wanted - 1] + 1 - wanted
 
@@ -399,7 +399,7 @@ def test_constraints_on_a_grid_and_words(tmp_path: pathlib.Path) -> None:
         for arm in (0.05, 0.06)
         if (patient == "drop-foot" or p < 3.5e5) and (patient != "healthy" or arm == 0.05)
     ]
-    assert list(zip(*(found.values[n] for n in found.names), strict=True)) == wanted
+    assert list(zip(*found.values.values(), strict=True)) == wanted
     assert found.dropped == 20 - len(wanted)
 
 

@@ -14,7 +14,7 @@ from afo_sim.study.constraint import Constraint
 from afo_sim.study.design import Cases
 from afo_sim.study.engine import OK, Jobs
 from afo_sim.study.parameter import Parameter
-from afo_sim.study.pool import Pool
+from afo_sim.study.pool import Pool, Report
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim
 
@@ -143,26 +143,17 @@ class Problem:
         return {p.name: p.spread.at(shares[:, k]) for k, p in enumerate(self.parameters)}  # type: ignore[union-attr]
 
 
-@dataclass(frozen=True)
-class SearchProgress:
-    """Generations of all starts that are done, how many there will be at most, the best design so far."""
-
-    generations: int
-    most: int
-    best: Columns
-    feasible: bool
-
-
 def evolve(
     problem: Problem,
     folder: pathlib.Path,
     generations: int,
     evaluate: Evaluate,
-    report: Callable[[SearchProgress], None] | None = None,
+    report: Report | None = None,
 ) -> tuple[Columns, bool]:
     """Search; killed at any time, the next call goes on from the last finished generation."""
     evolutions = problem.evolutions()
     done: list[Columns] = []
+    most = generations * len(evolutions)
     for generation in range(generations):
         for start, evolution in enumerate(evolutions):
             if evolution.converged:
@@ -171,11 +162,9 @@ def evolve(
             evolution.tell(problem.aim.ranks(columns))
             done.append(columns)
             if report is not None:
-                together = store.joined(done)
-                best = row(together, best_of(problem.aim, together))
-                most, feasible = generations * len(evolutions), bool(problem.aim.feasible(best)[0])
-                report(SearchProgress(len(done), most, best, feasible))
-    return store.joined(done), all(evolution.converged for evolution in evolutions)
+                report(len(done), most, f"{len(done)} of {most} generations")
+    columns = {name: np.concatenate([each[name] for each in done]) for name in done[0]}
+    return columns, all(evolution.converged for evolution in evolutions)
 
 
 def _generation(

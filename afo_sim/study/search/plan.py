@@ -113,9 +113,8 @@ class SearchPlan:
 
     def as_cases(self, values: Mapping[str, np.ndarray]) -> Cases:
         """Designs as cases of a sweep; {parameter: values (n,) [SI]}."""
-        plan, count = self.designs, len(next(iter(values.values())))
-        names, units = (p.name for p in plan.parameters), (p.unit for p in plan.parameters)
-        return Cases(plan, tuple(names), tuple(units), dict(values), case_seeds(plan.seed, count), 0)
+        count = len(next(iter(values.values())))
+        return Cases(self.designs, dict(values), case_seeds(self.designs.seed, count), 0)
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that decides the result: the search, this program's code, its libraries."""

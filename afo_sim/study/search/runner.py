@@ -1,21 +1,20 @@
 """A design search from its description to its result, in a folder that it can be resumed from."""
 
-import json
 import math
 import pathlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from afo_sim.common import together, write_json, write_sealed
-from afo_sim.description import expand, load, toml_text
+from afo_sim.description import load, toml_text
 from afo_sim.description.portable import portable
 from afo_sim.study.design import Cases
 from afo_sim.study.folder import AGAIN, Changed
-from afo_sim.study.pool import Pool, pool
-from afo_sim.study.runner import comparisons, probe
+from afo_sim.study.pool import Pool, Report, pool
+from afo_sim.study.runner import probe
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OF_LIMIT, OUTSIDE, Aim
 from afo_sim.study.search.best import spread_over_starts
@@ -24,7 +23,6 @@ from afo_sim.study.search.loop import (
     Columns,
     Evolution,
     Problem,
-    SearchProgress,
     answers,
     best_of,
     evolve,
@@ -66,18 +64,15 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
     search.fresh()  # says now what would be wrong with them at the end
     plan = search.designs
     Evolution(len(plan.parameters), plan.seed, search.population)  # says so at once if cma is missing
-    known = {
-        "fingerprint": search.fingerprint(),
-        "scenario": json.loads(json.dumps(expand("scenario", plan.scenario))),
-        "search_file": search.file.name,
-    }
 
-    def first() -> dict[str, Any]:
-        units, seconds = _tried(known["scenario"], search, patients)
-        search.aim(units)
-        return {"metrics": units, "seconds_per_case": seconds}
+    def first(scenario: dict[str, Any]) -> dict[str, Any]:
+        middle = {p.name: p.spread.at(np.array([0.5])) for p in plan.parameters}  # type: ignore[union-attr]
+        sets = search.as_cases(middle).sets(0) | (patients.sets(0) if patients else {})
+        units, beside, seconds = probe(scenario, [plan.set, sets], search.file)
+        search.aim(units | beside)
+        return {"metrics": units | beside, "seconds_per_case": seconds}
 
-    manifest = store.SEARCH.open(folder, known, changed, first)
+    manifest = store.SEARCH.open(folder, changed, plan, search.fingerprint(), first)
     aim = search.aim(manifest["metrics"], sampled=True)
     return Opened(
         search=search,
@@ -97,14 +92,14 @@ def optimise(
     folder: pathlib.Path,
     *,
     threads: int = 0,
-    report: Callable[[SearchProgress], None] | None = None,
+    report: Report | None = None,
 ) -> dict[str, Any]:
     """A whole search, or what is left of it: `open_search` and `run` in one; returns and raises as these."""
     with pool(threads) as who:
         return run(open_search(search, folder), who, report)
 
 
-def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | None = None) -> dict[str, Any]:
+def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, Any]:
     """Search to the end; what was done before is not done again."""
     if opened.finished:
         assert opened.best is not None
@@ -119,29 +114,21 @@ def run(opened: Opened, who: Pool, report: Callable[[SearchProgress], None] | No
         problem, opened.folder, search.generations, lambda v: judged(v, opened.patients), report
     )
     best = row(columns, best_of(problem.aim, columns))
+    summary = _summary(opened, columns, best, converged) | {"fresh_patients": None}
     fresh = search.fresh()
-    again = None
-    if fresh is not None and best[OUTSIDE][0] == 0.0:
+    if fresh is not None and best[OUTSIDE][0] == 0.0:  # the best design with patients it has not seen
         found = judged({p.name: best[p.name] for p in problem.parameters}, fresh)
-        again = search.aim(opened.units).judge(found.metrics) | {
-            "reason": np.array(found.reasons, dtype=object)
+        again = search.aim(opened.units).judge(found.metrics)
+        summary["fresh_patients"] = {
+            "patients": len(fresh),
+            "seed": fresh.plan.seed,
+            "lacking": int(again[LACKING][0]),
+            "reason": str(found.reasons[0]),
+            "objective": _number(again[OBJECTIVE]),
+            "limits": _found(problem.aim, again),
         }
-    summary = _summary(opened, columns, best, converged) | {
-        "fresh_patients": _fresh(problem.aim, fresh, again)
-    }
     _write(opened, columns, summary)
     return summary
-
-
-def _tried(
-    scenario: Mapping[str, Any], search: SearchPlan, patients: Cases | None
-) -> tuple[dict[str, str], float]:
-    """The metrics that cases have, with their units, and what one case takes [s]."""
-    middle = {p.name: p.spread.at(np.array([0.5])) for p in search.designs.parameters}  # type: ignore[union-attr]
-    sets = search.as_cases(middle).sets(0) | (patients.sets(0) if patients else {})
-    tried = [search.designs.set, sets]
-    units, seconds = probe(scenario, tried, search.file)
-    return units | comparisons(scenario, tried, units), seconds
 
 
 def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -> dict[str, Any]:
@@ -204,20 +191,6 @@ def _starts(opened: Opened, columns: Columns) -> list[dict[str, Any]]:
             }
         )
     return found
-
-
-def _fresh(aim: Aim, fresh: Cases | None, columns: Columns | None) -> dict[str, Any] | None:
-    """The best design with patients that the search has not seen."""
-    if fresh is None or columns is None:
-        return None
-    return {
-        "patients": len(fresh),
-        "seed": fresh.plan.seed,
-        "lacking": int(columns[LACKING][0]),
-        "reason": str(columns["reason"][0]),
-        "objective": _number(columns[OBJECTIVE]),
-        "limits": _found(aim, columns),
-    }
 
 
 def _found(aim: Aim, columns: Columns) -> list[dict[str, float | None]]:

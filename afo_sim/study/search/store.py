@@ -2,7 +2,7 @@
 
 import json
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,21 +12,20 @@ from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 
 MANIFEST, GENERATIONS = "search.json", "generations"
 DESIGNS, BEST, SCENARIO, FIGURE = "designs.parquet", "best.json", "best.toml", "search.png"
-SEARCH = FolderKind("search", MANIFEST, GENERATIONS, (BEST, DESIGNS, SCENARIO, FIGURE), PARTS)
+SEARCH = FolderKind("search", MANIFEST, GENERATIONS, 6, (BEST, DESIGNS, SCENARIO, FIGURE), PARTS)
 
 Columns = dict[str, np.ndarray]
 
 
 def read_generation(folder: pathlib.Path, number: int) -> Columns | None:
     """A generation's designs, or None where it is not computed yet."""
-
-    path = _path(folder, number)
+    path = SEARCH.part(folder, number)
     return _read_table(path) if path.is_file() else None
 
 
 def write_generation(folder: pathlib.Path, number: int, columns: Columns) -> None:
     """Put a generation's designs on disk."""
-    with disk(folder, AGAIN), keeping(_path(folder, number)) as temporary:
+    with disk(folder, AGAIN), keeping(SEARCH.part(folder, number)) as temporary:
         _write_table(temporary, columns, {}, {}, "generation")
 
 
@@ -51,15 +50,6 @@ def read_best(folder: pathlib.Path) -> dict[str, Any] | None:
         return dict(read_json(path))
     except (OSError, ValueError) as error:
         raise InputError(f"cannot be read: {error}", file=path, allowed="`changed=restart`") from None
-
-
-def joined(generations: Sequence[Columns]) -> Columns:
-    """Generations as one table."""
-    return {name: np.concatenate([each[name] for each in generations]) for name in generations[0]}
-
-
-def _path(folder: pathlib.Path, number: int) -> pathlib.Path:
-    return folder / GENERATIONS / f"{number:06d}.parquet"
 
 
 def _write_table(

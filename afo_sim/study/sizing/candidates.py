@@ -1,5 +1,6 @@
 """What may be of the smallest size: pressures; valves, tubes, sources and muscles of the catalogue."""
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from afo_sim.common import assets
-from afo_sim.description import Muscle, MuscleGroup, Scenario, Source, Valve, highest_pressures, load
+from afo_sim.description import Muscle, MuscleGroup, Scenario, Valve, highest_pressures, load
 from afo_sim.model import valves_of
 from afo_sim.study.sizing.limits import Requirement
 from afo_sim.study.sizing.three_way import times_for
@@ -200,63 +201,50 @@ def tube_notes(scenario: Scenario, length: float) -> list[str]:
 
 def sources(scenario: Scenario) -> list[Candidate]:
     """Every source, by mass, then by volume; each is run full."""
-    found = sorted(
+    pressure, found = scenario.supply.pressure, []
+    by_size = sorted(
         _all("source").items(), key=lambda item: (item[1].mass or math.inf, item[1].volume, item[0])
     )
-    return [_source(scenario, *each) for each in found]
-
-
-def _source(scenario: Scenario, name: str, source: Source) -> Candidate:
-    pressure, unknown = scenario.supply.pressure, source.mass is None
-    facts = {
-        "g": "–" if source.mass is None else f"{1e3 * source.mass:.3g}",
-        "l": f"{1e3 * source.volume:.2g}",
-    }
-    reason = ""
-    if not source.given(pressure) > 0.0:
-        full = bar((source.switch_off if source.kind == "compressor" else source.filling_pressure) or 0.0)
-        has = f"stops at {full}" if source.kind == "compressor" else f"has {full} when full"
-        reason = f"{has}, and the supply is set to {bar(pressure)}"
-    sets: dict[str, Any] = {"supply.source": name}
-    if scenario.supply.line_pressure is not None:  # a source takes the line's place
-        table = scenario.resolved()["supply"]
-        sets = {"supply": {k: v for k, v in table.items() if k != "line_pressure"} | {"source": name}}
-    doubt = MASS_UNKNOWN if unknown else ""
-    return Candidate(name, math.inf if source.mass is None else source.mass, sets, facts, reason, doubt=doubt)
+    for name, source in by_size:
+        size, doubt = (math.inf, MASS_UNKNOWN) if source.mass is None else (source.mass, "")
+        facts = {"g": "–" if doubt else f"{1e3 * size:.3g}", "l": f"{1e3 * source.volume:.2g}"}
+        reason = ""
+        if not source.given(pressure) > 0.0:
+            pumps = source.kind == "compressor"
+            full = bar((source.switch_off if pumps else source.filling_pressure) or 0.0)
+            has = f"stops at {full}" if pumps else f"has {full} when full"
+            reason = f"{has}, and the supply is set to {bar(pressure)}"
+        sets: dict[str, Any] = {"supply.source": name}
+        if scenario.supply.line_pressure is not None:  # a source takes the line's place
+            table = scenario.resolved()["supply"]
+            sets = {"supply": {k: v for k, v in table.items() if k != "line_pressure"} | {"source": name}}
+        found.append(Candidate(name, size, sets, facts, reason, doubt=doubt))
+    return found
 
 
 def muscles(scenario: Scenario, group: str, count: tuple[int, int] | None = None) -> list[Candidate]:
     """Every muscle for one group and number of them, by the volume of all braids at rest."""
-    now = scenario.orthosis.muscle[group]
+    now, pressure = scenario.orthosis.muscle[group], scenario.supply.pressure
     low, high = count or (now.count, now.count)
-    found = [
-        _muscle(scenario, group, now, name, muscle, n)
-        for name, muscle in _all("muscle").items()
-        for n in range(low, high + 1)
-    ]
+    found = []
+    for (name, muscle), n in itertools.product(_all("muscle").items(), range(low, high + 1)):
+        size = n * 0.25 * math.pi * muscle.bore**2 * muscle.nominal_length
+        volume = f"{1e6 * size:.0f}" if size >= 1e-4 else f"{1e6 * size:.3g}"
+        facts = {"bore [mm]": f"{1e3 * muscle.bore:.3g}", "volume [ml]": volume}
+        key = f"orthosis.muscle.{group}"
+        sets: dict[str, Any] = {f"{key}.type": name, f"{key}.count": n}
+        link, reason = link_for(now, muscle), ""
+        if link is not None:
+            facts["link [cm]"] = f"{1e2 * link:.3g}".replace("-", "−")
+            sets[f"{key}.link_length"] = f"{link!r} m"
+            reason = f"is {-1e2 * link:.3g} cm too long for the path" if link < 0.0 else ""
+        doubt = doubt_of(muscle)
+        facts["grade"] = f"{muscle.grade} *" if doubt else muscle.grade
+        if muscle.limits.pressure < pressure and not reason:
+            reason = f"may hold {bar(muscle.limits.pressure)}, and the supply has {bar(pressure)}"
+        notes = (doubt,) if doubt else ()
+        found.append(Candidate(f"{n} × {name}", size, sets, facts, reason, notes, doubt))
     return sorted(found, key=lambda each: (each.size, each.name))
-
-
-def _muscle(
-    scenario: Scenario, group: str, now: MuscleGroup, name: str, muscle: Muscle, count: int
-) -> Candidate:
-    size = count * 0.25 * math.pi * muscle.bore**2 * muscle.nominal_length
-    volume = f"{1e6 * size:.0f}" if size >= 1e-4 else f"{1e6 * size:.3g}"
-    facts = {"bore [mm]": f"{1e3 * muscle.bore:.3g}", "volume [ml]": volume}
-    key = f"orthosis.muscle.{group}"
-    sets: dict[str, Any] = {f"{key}.type": name, f"{key}.count": count}
-    link, reason = link_for(now, muscle), ""
-    if link is not None:
-        facts["link [cm]"] = f"{1e2 * link:.3g}".replace("-", "−")
-        sets[f"{key}.link_length"] = f"{link!r} m"
-        reason = f"is {-1e2 * link:.3g} cm too long for the path" if link < 0.0 else ""
-    doubt = doubt_of(muscle)
-    facts["grade"] = f"{muscle.grade} *" if doubt else muscle.grade
-    if muscle.limits.pressure < scenario.supply.pressure:
-        allowed, pressure = bar(muscle.limits.pressure), bar(scenario.supply.pressure)
-        reason = reason or f"may hold {allowed}, and the supply has {pressure}"
-    notes = (doubt,) if doubt else ()
-    return Candidate(f"{count} × {name}", size, sets, facts, reason, notes, doubt)
 
 
 def doubt_of(muscle: Muscle) -> str:

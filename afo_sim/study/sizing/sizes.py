@@ -99,17 +99,7 @@ class Request:
         """Run what it takes."""
         scenario = _at_cadence(self.scenario, self.options.get("cadence"))
         with pool(threads) as who:
-            trials = Trials(
-                kind=self.kind,
-                scenario=scenario,
-                requirements=self.requirements,
-                chamber=self.chamber,
-                options=self.options,
-                asked_for=self.to_json(),
-                who=who,
-                report=report,
-            )
-            found: Sizing = getattr(trials, self.kind)()
+            found: Sizing = getattr(Trials(self, scenario, who, report), self.kind)()
         return found
 
 

@@ -3,9 +3,9 @@
 import dataclasses
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from afo_sim.common import InputError, with_code
 from afo_sim.description import USUAL_LIMITS, Scenario, load
@@ -21,6 +21,9 @@ from afo_sim.study.sizing.candidates import Candidate, bar
 from afo_sim.study.sizing.limits import Requirement, shown
 from afo_sim.study.sizing.result import ALLOWED, KINDS, Sizing
 
+if TYPE_CHECKING:
+    from afo_sim.study.sizing.sizes import Request
+
 HOURS, STRIDES = "hours_of_source", "strides_of_source"
 _SUPPLY = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
 _SAGS = 2.0  # share of the set pressure from which on a sag is reported [percent]
@@ -33,12 +36,8 @@ _STRETCHED = 1.001  # a step is adjusted to a stride by less
 class Trials:
     """Runs of candidates side by side, and the answer that they give; a method for each kind."""
 
-    kind: str
+    request: "Request"
     scenario: Scenario
-    requirements: tuple[Requirement, ...]
-    chamber: str
-    options: Mapping[str, Any]
-    asked_for: dict[str, Any]
     who: Pool
     report: Report | None
 
@@ -49,8 +48,7 @@ class Trials:
 
     def pressure(self) -> Sizing:
         """A scan of the allowed range, then every step between two of it where what is met may change."""
-        at = self.options.get("at")
-        between = self.options.get("between")
+        at, between = (self.request.options.get(name) for name in ("at", "between"))
         scan = tries.scanned(self.scenario, between)
         tried = self._pressures(scan if at is None else sorted({*scan, at}))
         inner = [
@@ -81,19 +79,19 @@ class Trials:
 
     def valve(self) -> Sizing:
         """Every valve on one chamber."""
-        options = {k: v for k, v in self.options.items() if k in ("side", "proportional")}
-        tried = self._run(tries.valves(self.scenario, self.chamber, **options))
-        return self._sizing(tried, part=f"chamber {self.chamber}")
+        options = {k: v for k, v in self.request.options.items() if k in ("side", "proportional")}
+        tried = self._run(tries.valves(self.scenario, self.request.chamber, **options))
+        return self._sizing(tried, part=f"chamber {self.request.chamber}")
 
     def tube(self) -> Sizing:
         """Every tube at every chamber."""
-        length = self.options["length"]
+        length = self.request.options["length"]
         tried = self._run(tries.tubes(self.scenario, length))
         return self._sizing(tried, notes=tries.tube_notes(self.scenario, length))
 
     def supply(self) -> Sizing:
         """Every source, with how long it lasts."""
-        hours, strides = (self.options.get(name) for name in ("hours", "strides"))
+        hours, strides = (self.request.options.get(name) for name in ("hours", "strides"))
         if self.scenario.walking and hours is None and strides is None:
             strides = (self.scenario.limits or load("limits", USUAL_LIMITS)).strides_per_bottle[0]
         lasting = [
@@ -130,8 +128,8 @@ class Trials:
 
     def muscle(self) -> Sizing:
         """Every muscle for one group."""
-        group = self.options.get("group") or next(iter(self.scenario.orthosis.muscle))
-        tried = self._run(tries.muscles(self.scenario, group, self.options.get("count")))
+        group = self.request.options.get("group") or next(iter(self.scenario.orthosis.muscle))
+        tried = self._run(tries.muscles(self.scenario, group, self.request.options.get("count")))
         return self._sizing(tried, part=group)
 
     def _run(
@@ -142,7 +140,7 @@ class Trials:
             dataclasses.replace(each, status="excluded", sets={}) if each.reason else self._fine(each)
             for each in candidates
         ]
-        metrics = {self.air, *SHARES, *asked, *(each.metric for each in self.requirements)}
+        metrics = {self.air, *SHARES, *asked, *(each.metric for each in self.request.requirements)}
         cases = [dict(each.sets) for each in tried if not each.reason]
 
         def progress(done: int, count: int, doing: str) -> None:
@@ -150,7 +148,9 @@ class Trials:
                 self.report(beyond + done, beyond + count, doing)
 
         wanted = Asked(frozenset(metrics), doubts=False)
-        outcomes = iter(self.who.in_order(self.scenario, cases, wanted, f"trying a {self.kind}", progress))
+        outcomes = iter(
+            self.who.in_order(self.scenario, cases, wanted, f"trying a {self.request.kind}", progress)
+        )
         tried = [each if each.reason else self._judged(each, next(outcomes), metrics) for each in tried]
         self._check_told([each for each in tried if each.status == "run"])
         return tried
@@ -177,11 +177,11 @@ class Trials:
         values = {name: float(outcome.metrics.get(name, math.nan)) for name in metrics}
         short = {
             each.label: each.shortfall(values[each.metric])
-            for each in self.requirements
+            for each in self.request.requirements
             if not each.met(values[each.metric])
         }
         beyond = {name: beyond_limit(name, values[name]) for name in SHARES if values[name] > _FULL}
-        if self.kind == "muscle":  # one that leaves its own limits does not do
+        if self.request.kind == "muscle":  # one that leaves its own limits does not do
             own = [name for name in beyond if name.startswith("muscle_")]
             short |= {SHARES[name]: beyond.pop(name) for name in own}
         notes = (*candidate.notes, *beyond.values(), *with_code(outcome.warnings, UNSETTLED))
@@ -189,7 +189,7 @@ class Trials:
 
     def _check_told(self, ran: Sequence[Candidate]) -> None:
         """Refuse a metric that no run has; a time to fill may simply not be reached."""
-        for requirement in self.requirements:
+        for requirement in self.request.requirements:
             name = requirement.metric
             if ran and not is_filling(name) and all(math.isnan(each.values[name]) for each in ran):
                 problem = "is reported by no run of this scenario"
@@ -203,10 +203,10 @@ class Trials:
         notes: Sequence[str] = (),
         **found: Any,
     ) -> Sizing:
-        requirements = (*self.requirements, *more)
-        told = {"air": self.air, "request": self.asked_for} | found
-        answer = Sizing(self.kind, self.scenario.name, requirements, tuple(tried), **told)
-        return dataclasses.replace(answer, notes=(*KINDS[self.kind].notes, *notes, *answer.worse()))
+        requirements = (*self.request.requirements, *more)
+        told = {"air": self.air, "request": self.request.to_json()} | found
+        answer = Sizing(self.request.kind, self.scenario.name, requirements, tuple(tried), **told)
+        return dataclasses.replace(answer, notes=(*KINDS[self.request.kind].notes, *notes, *answer.worse()))
 
 
 def _lacks(each: Candidate) -> set[str]:
