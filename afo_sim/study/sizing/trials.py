@@ -147,10 +147,8 @@ class Trials:
             if self.report is not None:
                 self.report(beyond + done, beyond + count, doing)
 
-        wanted = Asked(frozenset(metrics), doubts=False)
-        outcomes = iter(
-            self.who.in_order(self.scenario, cases, wanted, f"trying a {self.request.kind}", progress)
-        )
+        wanted, doing = Asked(frozenset(metrics), doubts=False), f"trying a {self.request.kind}"
+        outcomes = iter(self.who.in_order(self.scenario, cases, wanted, doing, progress))
         tried = [each if each.reason else self._judged(each, next(outcomes), metrics) for each in tried]
         self._check_told([each for each in tried if each.status == "run"])
         return tried
