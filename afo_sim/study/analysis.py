@@ -116,13 +116,19 @@ def effect(
     return Effect(places, means, errors, counts, float(np.sum(explained - chance)) / total)
 
 
+def levels_of(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Different values, ascending, or words in the order they come; and the place of each case there (n,)."""
+    levels, first, places = np.unique(values, return_index=True, return_inverse=True)
+    if values.dtype.kind in "US":
+        order = np.argsort(first)
+        return levels[order], np.argsort(order)[places]
+    return levels, places
+
+
 def _binned(parameter: np.ndarray, bins: int | None, grid: bool) -> tuple[np.ndarray, np.ndarray]:
     """Place of each bin (k,), and the bin of each case (n,); equal values are never parted."""
-    levels, bin_of = np.unique(parameter, return_inverse=True)
-    if parameter.dtype.kind in "US":
-        first = np.argsort(np.unique(parameter, return_index=True)[1])  # in the order they come
-        return levels[first], np.argsort(first)[bin_of]
-    if grid or len(levels) <= min(_LEVELS, len(parameter) // 2):
+    levels, bin_of = levels_of(parameter)
+    if parameter.dtype.kind in "US" or grid or len(levels) <= min(_LEVELS, len(parameter) // 2):
         return levels, bin_of
     wanted = bins or int(np.clip(len(parameter) // _FEWEST_IN_BIN, *_BINS))
     edges = np.unique(np.quantile(parameter, np.linspace(0.0, 1.0, wanted + 1)[1:-1]))

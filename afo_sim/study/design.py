@@ -57,7 +57,8 @@ def cases_of(plan: Plan, most: int = MOST) -> Cases:
     _check_count(plan, most)
     varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
     if plan.design == "grid":
-        values, dropped = _within(plan, _grid(varied))
+        meshes = np.meshgrid(*map(_levels, varied), indexing="ij")  # the last parameter fastest
+        values, dropped = _within(plan, {p.name: m.ravel() for p, m in zip(varied, meshes, strict=True)})
     elif plan.design in _ROW_BY_ROW:
         values, dropped = _within(plan, {p.name: _levels(p) for p in varied})
     elif plan.design == "saltelli":
@@ -88,20 +89,17 @@ def case_seeds(seed: int, count: int) -> np.ndarray:
     return np.fromiter(found, np.uint32, count)
 
 
-def _count(plan: Plan) -> int:
-    """Number of cases of the design, before constraints."""
-    levels = [len(_levels(p)) for p in plan.parameters if isinstance(p.spread, Choice)]
-    if plan.design == "grid":
-        steps = [getattr(p.spread, "steps", None) or 1 for p in plan.parameters]
-        return math.prod([*levels, *steps])
-    if plan.design in _ROW_BY_ROW:
-        return plan.cases or levels[0]
-    varied = sum(not isinstance(p.spread, OwnSeed) for p in plan.parameters)
-    return (plan.cases or 0) * (2 * varied + 2 if plan.design == "saltelli" else 1)
-
-
 def _check_count(plan: Plan, most: int) -> None:
-    count = _count(plan)
+    """Refuse a design of too many cases, before constraints, or of nothing to vary."""
+    varied = [p for p in plan.parameters if not isinstance(p.spread, OwnSeed)]
+    levels = [len(_levels(p)) for p in varied if isinstance(p.spread, Choice)]
+    count = plan.cases or 0
+    if plan.design == "grid":
+        count = math.prod([*levels, *(getattr(p.spread, "steps", None) or 1 for p in varied)])
+    elif plan.design in _ROW_BY_ROW:
+        count = plan.cases or levels[0]
+    elif plan.design == "saltelli":
+        count *= 2 * len(varied) + 2
     if count > most:
         steps = load("scenario", plan.scenario, plan.set).n_step
         days, size = count * steps * STEP_SECONDS / 86_400.0, count * ROW_BYTES / 1e9
@@ -111,22 +109,13 @@ def _check_count(plan: Plan, most: int) -> None:
             field="parameters" if plan.design == "grid" else "cases",
             allowed=f"up to {most}, or `yes_many`",
         )
-    if plan.design == "saltelli" and all(isinstance(p.spread, OwnSeed) for p in plan.parameters):
-        raise InputError(
-            "has no parameter but seeds", file=plan.file, field="parameters", allowed="at least one"
-        )
+    if plan.design == "saltelli" and not varied:
+        problem = "has no parameter but seeds"
+        raise InputError(problem, file=plan.file, field="parameters", allowed="at least one")
 
 
 def _levels(parameter: Parameter) -> np.ndarray:
     return parameter.spread.levels()  # type: ignore[union-attr]
-
-
-def _grid(varied: list[Parameter]) -> Columns:
-    """The full product, the last parameter fastest."""
-    if not varied:
-        return {}
-    meshes = np.meshgrid(*(_levels(p) for p in varied), indexing="ij")
-    return {p.name: mesh.ravel() for p, mesh in zip(varied, meshes, strict=True)}
 
 
 def _within(plan: Plan, values: Columns) -> tuple[Columns, int]:

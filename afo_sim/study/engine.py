@@ -321,7 +321,9 @@ def _outcome(case: Prepared, rolled: Rolled, asked: Asked, references: Reference
             warnings = (*warnings, *not_compared(case.built.scenario, other))
     except Exception as error:
         return _failed(error)
-    totals = _undefined(case, totals, asked) | totals
+    scenario = case.built.scenario
+    if scenario.walking and totals:  # what is asked of the first strides has a column in every row
+        totals = undefined(asked.metrics, bool(scenario.orthosis.chamber), fills(scenario)) | totals
     one_nan = {  # rows hold one kind of what is not finite
         name: metric if math.isfinite(metric.value) else Metric(math.nan, metric.unit)
         for name, metric in totals.items()
@@ -340,17 +342,14 @@ def _results(
     curves = _curves(case.built, columns, asked.curves)
     if settled is None:
         return found.totals, found.warnings, curves
-    totals, warnings = found.totals | settled_metrics(settled), (*_unsettled(settled), *found.warnings)
+    told = unsettled_warning(settled)
+    if not settled.found:  # which is recognised by its code
+        told = tuple(Notice(UNSETTLED, "{text}", text=text) for text in told)
+    totals, warnings = found.totals | settled_metrics(settled), (*told, *found.warnings)
     if case.first is None or rolled.first is None:
         return totals, warnings, curves
     first, left_out = first_strides(case.first.built, rolled.first, None, found.totals, asked, rolled.rollout)
     return totals | first, (*warnings, *left_out), curves
-
-
-def _unsettled(settled: Settled) -> tuple[str, ...]:
-    """What is said of a settled stride; that none was found is recognised by its code."""
-    texts = unsettled_warning(settled)
-    return texts if settled.found else tuple(Notice(UNSETTLED, "{text}", text=text) for text in texts)
 
 
 def _curves(built: Built, columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> dict[str, np.ndarray]:
@@ -359,14 +358,6 @@ def _curves(built: Built, columns: Mapping[str, np.ndarray], wanted: Sequence[st
         return {}
     whole = strides(columns, built.scenario.timestep, built.body_mass)[-1:]
     return {name: last.at(name, CYCLE) for last in whole for name in wanted if name in columns}
-
-
-def _undefined(case: Prepared, totals: Mapping[str, Metric], asked: Asked) -> dict[str, Metric]:
-    """What is asked of the first strides, undefined: a column of every row, also of this case."""
-    scenario = case.built.scenario
-    if not (scenario.walking and totals):
-        return {}
-    return undefined(asked.metrics, bool(scenario.orthosis.chamber), fills(scenario))
 
 
 def _failed(error: Exception) -> Outcome:

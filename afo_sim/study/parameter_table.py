@@ -249,6 +249,7 @@ def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> Input
     """The first validation error, as a message for people."""
     first = error.errors(include_url=False)[0]
     facts = first.get("ctx", {})
+    bound = ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
     path = [str(part) for part in first["loc"]] + ([facts["key"]] if facts.get("key") else [])
     value = table
     for part in path:
@@ -263,14 +264,9 @@ def first_error(file: pathlib.Path, table: Any, error: ValidationError) -> Input
         file=file,
         field=".".join(path),
         value=None if isinstance(value, dict) else value,
-        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or _bound(facts)),
+        allowed=str(facts.get("allowed", "") or facts.get("expected", "") or bound),
         nearest=facts.get("nearest") or None,
     )
-
-
-def _bound(facts: dict[str, Any]) -> str:
-    """The bound that a number violates, in words."""
-    return ", ".join(f"{words} {facts[name]:g}" for name, words in _BOUNDS.items() if name in facts)
 
 
 def values_of(

@@ -4,8 +4,7 @@ import dataclasses
 import os
 import pathlib
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from afo_sim.common import InputError
@@ -73,7 +72,8 @@ def sweep(
     """
     stated = {"metrics": metrics, "constraints": constraints, "seed": seed, "spreads": spreads}
     plan = plan_of(scenario, parameters, sets, design=design, cases=cases, **stated)
-    with _folder(out) as folder:
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = pathlib.Path(scratch, "study") if out is None else pathlib.Path(out)
         return runner.sweep(plan, folder, threads=threads)
 
 
@@ -123,18 +123,9 @@ def optimise(
     """
     aim: dict[str, Any] = {"lowest": lowest, "highest": highest, "limits": limits, "patients": patients}
     search = search_of(scenario, over, sets=sets, **aim, **options)
-    with _folder(out) as folder:
-        return best_design(search, search_runner.optimise(search, folder, threads=threads))
-
-
-@contextmanager
-def _folder(out: str | os.PathLike[str] | None) -> Iterator[pathlib.Path]:
-    """A folder to work in, which goes again where none is given."""
-    if out is not None:
-        yield pathlib.Path(out)
-        return
     with tempfile.TemporaryDirectory() as scratch:
-        yield pathlib.Path(scratch) / "study"
+        folder = pathlib.Path(scratch, "study") if out is None else pathlib.Path(out)
+        return best_design(search, search_runner.optimise(search, folder, threads=threads))
 
 
 def uncertainty(

@@ -5,13 +5,12 @@ import math
 import pathlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from afo_sim.common import InputError, SimulationError
 from afo_sim.description import load
 from afo_sim.simulation import Recording, run_scenario
 from afo_sim.study.engine import OK
-from afo_sim.study.results import OVERRIDES, Results, read
+from afo_sim.study.results import OVERRIDES, read
 from afo_sim.study.store import RECORDINGS, SWEEP
 
 
@@ -33,7 +32,12 @@ class Replay:
 def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], None] | None = None) -> Replay:
     """Run one case of a sweep as the sweep ran it."""
     results = read(folder)
-    row = _row_of(results, case)
+    where = (results["case"] == case).nonzero()[0]
+    if not len(where):
+        late = results.unfinished and 0 <= case < results.planned
+        problem = "is not computed yet" if late else "there is no such case"
+        raise InputError(problem, field="case", value=case, allowed=f"0 to {results.planned - 1}")
+    row = {name: column[0] for name, column in results.table.slice(int(where[0]), 1).to_pydict().items()}
     scenario = SWEEP.read(folder)["scenario"]
     try:
         description = load("scenario", scenario, json.loads(row[OVERRIDES]))
@@ -49,16 +53,6 @@ def replay(folder: pathlib.Path, case: int, *, progress: Callable[[int, int], No
         if not (now == row[name] or (math.isnan(now) and math.isnan(row[name]))):
             different[name] = (row[name], now)
     return Replay(case, recording, row["status"], different)
-
-
-def _row_of(results: Results, case: int) -> dict[str, Any]:
-    """The row of a case."""
-    where = (results["case"] == case).nonzero()[0]
-    if not len(where):
-        late = results.unfinished and 0 <= case < results.planned
-        problem = "is not computed yet" if late else "there is no such case"
-        raise InputError(problem, field="case", value=case, allowed=f"0 to {results.planned - 1}")
-    return {name: column[0] for name, column in results.table.slice(int(where[0]), 1).to_pydict().items()}
 
 
 def recording_folder(folder: pathlib.Path, case: int) -> pathlib.Path:

@@ -11,6 +11,7 @@ import numpy as np
 
 from afo_sim.common import InputError, Shown, optional, read_parquet, titles
 from afo_sim.metrics import no_metric
+from afo_sim.study.analysis import levels_of
 
 if TYPE_CHECKING:
     import pandas
@@ -94,11 +95,12 @@ class Results(Shown):
 
         Numbers ascend; words stand in the order in which they first come.
         """
-        levels = {name: _levels(self[name]) for name in self.parameters}
+        found = {name: levels_of(self[name]) for name in self.parameters}
+        levels = {name: level for name, (level, _) in found.items()}
         cells = math.prod(map(len, levels.values()))
         if self.design != "grid" or cells > max(self.planned, len(self)):
             return None
-        rows = np.column_stack([_places(self[name], level) for name, level in levels.items()])
+        rows = np.column_stack([places for _, places in found.values()])
         return levels if len(np.unique(rows, axis=0)) == len(rows) else None
 
     def to_pandas(self) -> "pandas.DataFrame":
@@ -128,7 +130,7 @@ class Results(Shown):
         if levels is None:
             columns = {n: ("case", self[n], _units(units, n)) for n in self.table.column_names if n != "case"}
             return xarray.Dataset(columns, {"case": self["case"]}, {"sweep": json.dumps(self.sweep)})
-        place = tuple(_places(self[name], level) for name, level in levels.items())
+        place = tuple(levels_of(self[name])[1] for name in levels)
         shape = tuple(map(len, levels.values()))
         variables = {}
         for name in (*EVERY_ROW, *self.metrics):
@@ -139,6 +141,8 @@ class Results(Shown):
 
 def read(folder: str | os.PathLike[str]) -> Results:
     """Read a sweep's results, or those of its cases that there are so far."""
+    import pyarrow as pa
+
     folder = pathlib.Path(folder)
     whole = folder / RESULTS
     paths = [whole] if whole.is_file() else sorted((folder / CHUNKS).glob("*.parquet"))
@@ -146,7 +150,12 @@ def read(folder: str | os.PathLike[str]) -> Results:
         raise InputError("no case of this sweep is computed yet", file=folder)
     if not paths:
         raise InputError(f"there is no sweep here ({RESULTS} is missing)", file=folder)
-    table, sweep = _read_tables(paths)
+    tables = [read_parquet(path) for path in paths]
+    for path, each in zip(paths, tables, strict=True):
+        if not {*EVERY_ROW} <= {*each.column_names} or b"sweep" not in (each.schema.metadata or {}):
+            raise InputError("is not a result of a sweep of this program", file=path)
+    sweep = json.loads(tables[0].schema.metadata[b"sweep"])
+    table = pa.concat_tables(tables, promote_options="permissive").sort_by("case")
     if not table.num_rows:
         raise InputError("this sweep has no case", file=folder)
     roles: dict[str, dict[str, str]] = {"parameter": {}, "metric": {}}
@@ -157,43 +166,16 @@ def read(folder: str | os.PathLike[str]) -> Results:
             roles[facts["role"]][field.name] = facts.get("unit", "")
         if facts.get("role") == "parameter":
             keys[field.name] = facts.get("key", field.name)
-    return Results(
-        folder, table, roles["parameter"], roles["metric"], keys, sweep, unfinished=paths[0] != whole
-    )
-
-
-def _read_tables(paths: list[pathlib.Path]) -> tuple[Any, dict[str, Any]]:
-    """All rows, ordered by case, and what the first file says of the sweep."""
-    import pyarrow as pa
-
-    tables = []
-    for path in paths:
-        table = read_parquet(path)
-        missing = [name for name in EVERY_ROW if name not in table.column_names]
-        if missing or b"sweep" not in (table.schema.metadata or {}):
-            raise InputError("is not a result of a sweep of this program", file=path)
-        tables.append(table)
-    sweep = json.loads(tables[0].schema.metadata[b"sweep"])
-    return pa.concat_tables(tables, promote_options="permissive").sort_by("case"), sweep
-
-
-def _levels(values: np.ndarray) -> np.ndarray:
-    if values.dtype.kind in "US":
-        return np.array(list(dict.fromkeys(values)))
-    return np.unique(values)
-
-
-def _places(values: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Index of each value among the levels (n,)."""
-    order = np.argsort(level)
-    return order[np.searchsorted(level, values, sorter=order)]
+    unfinished = paths[0] != whole
+    return Results(folder, table, roles["parameter"], roles["metric"], keys, sweep, unfinished)
 
 
 def _cells(values: np.ndarray, place: tuple[np.ndarray, ...], shape: tuple[int, ...]) -> np.ndarray:
+    """Values in a grid, in which a number that is missing is NaN."""
     text = values.dtype.kind in "US"
-    whole = len(values) == math.prod(shape)  # else numbers that are missing need a NaN
-    kind = values.dtype if text or whole else np.float64
-    cells = np.full(shape, "" if text else 0 if whole and values.dtype.kind in "iu" else np.nan, kind)
+    cells = np.full(shape, "" if text else np.nan, values.dtype if text else np.float64)
+    if len(values) == cells.size:
+        cells = np.empty(shape, values.dtype)
     cells[place] = values
     return cells
 

@@ -99,18 +99,15 @@ def _lacks(best: Mapping[str, Any]) -> str:
     """The shortfalls of the least violating design."""
     if best["outside"]:
         return "no design was within the constraints on the parameters"
-    each = [_missed(limit) for limit in best["limits"] if limit["short"]]
+    each = []
+    for limit in (limit for limit in best["limits"] if limit["short"]):
+        by, bound = (_value_text(limit[key], limit["unit"]) for key in ("short", "bound"))
+        side = "below" if limit["at"] == "least" else "above"
+        each.append(f"{metric_words.words(limit['metric']).label} is {by} {side} the limit of {bound}")
     if best["lacking"]:
         why = f" ({best['reason']})" if best["reason"] else ""
         each.insert(0, f"{best['lacking']} values of objective and limits are missing{why}")
     return "; ".join(each)
-
-
-def _missed(limit: Mapping[str, Any]) -> str:
-    """By how much a limit is missed, and to which side."""
-    by, bound = (_value_text(limit[key], limit["unit"]) for key in ("short", "bound"))
-    side = "below" if limit["at"] == "least" else "above"
-    return f"{metric_words.words(limit['metric']).label} is {by} {side} the limit of {bound}"
 
 
 def _quantity(parameter: Mapping[str, Any]) -> list[str]:

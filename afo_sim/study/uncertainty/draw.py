@@ -116,7 +116,9 @@ def _cut_off(unknown: Unknown) -> Iterator[str]:
 def _targets(name: str, table: SpreadTable, scenario: Scenario, left_out: list[str]) -> Iterator[Target]:
     """Keys by their own value: those that have the same are one target."""
     if table.height is not None:
-        if table.height == DERIVED_PATH and not _derived_path(scenario):
+        assert scenario.gait is not None
+        derived = recorded_stride(scenario.gait).notes.get("derived", "")
+        if table.height == DERIVED_PATH and "ankle_z_m" not in derived:
             left_out.append(f"{name}: the ankle's path of this gait is recorded, not derived")
         else:
             yield Target((), 0.0, "m", _distribution(name, table, "m", 0.0, None))
@@ -141,12 +143,6 @@ def _own(field: Field, scenario: Scenario) -> float | None:
     if field.value is None and field.key == _STRIDE_TIME and scenario.gait is not None:
         return None if scenario.gait.speed is not None else float(stride_time_of(scenario))
     return None if field.value is None else float(field.value)
-
-
-def _derived_path(scenario: Scenario) -> bool:
-    """Whether the height of the recorded ankle is derived from angles, rather than recorded."""
-    assert scenario.gait is not None
-    return "ankle_z_m" in recorded_stride(scenario.gait).notes.get("derived", "")
 
 
 def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) -> Iterator[Field]:
@@ -197,20 +193,13 @@ def _distribution(name: str, table: SpreadTable, unit: str, own: float, field: F
         except ValueError as error:
             raise InputError(str(error), field=f"parameters.{name}.{option}", value=text) from None
 
-    width = next(
-        found
-        for found in (
-            table.factor_sd,
-            None if table.relative_sd is None else table.relative_sd * abs(own),
-            None if table.relative_within is None else table.relative_within * abs(own),
-            quantity("sd", -1.0) if table.sd is not None else None,
-            quantity("within", -1.0) if table.within is not None else None,
-        )
-        if found is not None
-    )
-    if width < 0.0:
-        option = "sd" if table.sd is not None else "within"
-        raise InputError("is below zero", field=f"parameters.{name}.{option}", value=getattr(table, option))
+    relative = table.relative_within if table.relative_sd is None else table.relative_sd
+    if table.factor_sd is not None:
+        width = table.factor_sd
+    elif relative is not None:
+        width = relative * abs(own)
+    else:
+        width = quantity("within" if table.sd is None else "sd", 0.0)
     low, high = (-float("inf"), float("inf")) if field is None else field.bounds
     low, high = max(low, quantity("at_least", low)), min(high, quantity("at_most", high))
     if not low <= own <= high:

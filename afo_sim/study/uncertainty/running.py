@@ -223,7 +223,11 @@ def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     bands["curves"] = {name: quantiles(found.curves(name)[:, ::_EVERY]) for name in kept}
     bands["trips"] = _trips(found, recording)
     bands["kept"] = _kept(found, recording)
-    shares = {name: _explained(found, name) for name in _EXPLAINED if name in bands["metrics"]}
+    shares = {}
+    for name in (name for name in _EXPLAINED if name in bands["metrics"]):
+        values = found.metric(name)
+        whole = np.isfinite(values) & ok
+        shares[name] = explained([group.deviates[whole] for group in draws.groups], values[whole])
     bands["groups"] = _groups(draws, shares)
     bands["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
     bands["measure_next"] = _next(bands["groups"])
@@ -328,12 +332,6 @@ def _kept(found: Found, recording: Recording) -> dict[str, float]:
         if set(found) != {"unknown"} and not (own and name in (HELP, LIFT))
     }
     return {name: statuses.count("good") / len(statuses) for name, statuses in known.items()}
-
-
-def _explained(found: Found, name: str) -> Explained | None:
-    values = found.metric(name)
-    whole = np.isfinite(values) & found.ok
-    return explained([group.deviates[whole] for group in found.draws.groups], values[whole])
 
 
 def _groups(draws: Draws, shares: Mapping[str, Explained | None]) -> list[dict[str, Any]]:
