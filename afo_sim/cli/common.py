@@ -125,10 +125,7 @@ def plainly(plain: bool, walks: bool) -> dict[str, Any]:
 
 def hertz_of(text: str) -> float:
     """A rate given on the command line [Hz]."""
-    hertz = quantity("--rate", text, "Hz")
-    if hertz <= 0.0:
-        raise InputError("is out of range", field="--rate", value=text, allowed="more than 0 Hz")
-    return hertz
+    return quantity("--rate", text, "Hz", above=0.0)
 
 
 def short_lived() -> None:
@@ -148,14 +145,19 @@ def watching(live: bool) -> Iterator[Any]:
         yield watch
 
 
-def quantity(field: str, text: str, unit: str) -> float:
-    """A quantity given on the command line, in SI `unit`; what is wrong with it names the option."""
-    from afo_sim.common import parse_quantity
+def quantity(field: str, text: str, unit: str, **bounds: float) -> float:
+    """A quantity given on the command line, in SI `unit`; what is wrong with it names the option.
 
+    bounds : above, at_least, at_most [unit]
+    """
+    from afo_sim.description import Quantity
+
+    asked = Quantity(unit, **bounds, exact=True)  # type: ignore[arg-type]
     try:
-        return parse_quantity(text, unit)
+        return asked.read(text)
     except ValueError as error:
-        raise InputError(str(error), field=field, value=text) from None
+        allowed = asked.span if bounds else ""
+        raise InputError(str(error), field=field, value=text, allowed=allowed) from None
 
 
 def check_counts(threads: int, workers: int) -> None:

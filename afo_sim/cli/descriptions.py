@@ -62,14 +62,11 @@ def _entries(kind: str) -> list[tuple[str, str]]:
         return [(name, header.get("description", "")) for name, header in headers.items()]
     singular = next(one for one, plural in assets.KINDS.items() if plural == kind)
     tables = {name: assets.read_toml(assets.find(singular, name)) for name in assets.names(singular)}
-    return [(name, _headline(table)) for name, table in tables.items()]
-
-
-def _headline(table: dict[str, Any]) -> str:
-    line = str(table.get("description", ""))
-    if "laws" in table:
-        line += f" (grade {table.get('grade', 'D')}; {', '.join(table['laws'])})"
-    return line
+    found = []
+    for name, table in tables.items():
+        laws = f" (grade {table.get('grade', 'D')}; {', '.join(table['laws'])})" if "laws" in table else ""
+        found.append((name, f"{table.get('description', '')}{laws}"))
+    return found
 
 
 @app.command()
@@ -149,19 +146,14 @@ def new(new_one: _New) -> None:
         for fact, value in new_braid_facts(load("muscle", file)):
             print(f"{fact}: {value}")
     if new_one.kind == "orthosis" and "muscle" in uses:
-        _print_links(file)
+        from afo_sim.description import load
+
+        for name, group in load("orthosis", file).muscle.items():  # links that were fitted to it
+            if group.link_length:
+                print(f"link of {name}: {1e3 * group.link_length:.4g} mm, as long as the muscle leaves it")
+            elif group.link_length is not None:
+                print(f"warning: no link is left for {name}: the muscle is too long; move its anchors apart")
     print(f"next: {_NEXT[new_one.kind].format(file=file)}")
-
-
-def _print_links(file: Path) -> None:
-    """The links that were fitted to another muscle."""
-    from afo_sim.description import load
-
-    for name, group in load("orthosis", file).muscle.items():
-        if group.link_length:
-            print(f"link of {name}: {1e3 * group.link_length:.4g} mm, as long as the muscle leaves it")
-        elif group.link_length is not None:
-            print(f"warning: no link is left for {name}: the muscle is too long; move its anchors apart")
 
 
 @app.command()

@@ -35,9 +35,7 @@ def electronics_command(
     if len(named) > 1:
         problem = f"does not go with --{named[1]}"
         raise InputError(problem, field=named[0], value=str(given[named[0]]), allowed="one of the two")
-    passed = quantity("--within", within, "s")
-    if not 0.0 <= passed <= 10.0:
-        raise InputError("is out of range", field="--within", value=within, allowed="0 ms to 10 s")
+    passed = quantity("--within", within, "s", at_least=0.0, at_most=10.0)
     short_lived()
     compared = read or firmware
     if compared is not None:
@@ -46,7 +44,7 @@ def electronics_command(
     with progress("reading, compiling the muscles") as report:
         from afo_sim.common import as_stored, together, write_json, write_sealed, write_text
         from afo_sim.description import load
-        from afo_sim.export import board_of, commanded, notes
+        from afo_sim.export import board_of, commanded, header, host, notes, sketch
 
         description = load("scenario", scenario, values or None)
         folder = out or Path("runs") / f"{description.name}-electronics"
@@ -54,7 +52,11 @@ def electronics_command(
         now, problem = {"scenario": description.resolved()}, "holds the export of another scenario"
         check_same(folder, "export for a board", _JSON, now, problem, force=force)
         found = commanded(description, report)
-        texts = _texts(board, found)
+        texts = {
+            "valves/valves.h": header(board),
+            "valves/valves.ino": sketch(board),
+            "host.c": host(board),
+        } | ({"inputs.csv": found.inputs_text()} if len(found.times) else {})
         with together(folder, _FILES) as scratch:
             for name, text in texts.items():
                 write_text(scratch / name, text)
@@ -68,18 +70,6 @@ def electronics_command(
     print(f"written to {folder}: {', '.join((_JSON, *texts, _COMMANDS))}")
     played = "inputs.csv" if len(found.times) else f"{found.log.end:g}"
     print(f"check it with: cc -std=c99 -o host host.c && ./host {played} > host.csv")
-
-
-def _texts(board: Any, found: Any) -> dict[str, str]:
-    """{file: its text} of an export, of what compilers and boards read."""
-    from afo_sim.export import header, host, sketch
-
-    texts = {
-        "valves/valves.h": header(board),
-        "valves/valves.ino": sketch(board),
-        "host.c": host(board),
-    }
-    return texts | ({"inputs.csv": found.inputs_text()} if len(found.times) else {})
 
 
 def _compare(scenario: str, values: dict[str, Any], file: Path, within: float, *, in_loop: bool) -> None:

@@ -160,7 +160,9 @@ def _message(error: BaseException) -> tuple[int, str]:
         return 2, "the input is nested too deeply"
     file = _write_bug(error)
     where = f"please send {file}" if file else "no file with the details could be written"
-    return _BUG, f"this is a bug in afo-sim ({type(error).__name__}: {_short(error)}); {where}"
+    text = " ".join(str(error).split())
+    short = text if len(text) <= 120 else text[:117] + "..."
+    return _BUG, f"this is a bug in afo-sim ({type(error).__name__}: {short}); {where}"
 
 
 def _bounded(text: str) -> str:
@@ -168,11 +170,6 @@ def _bounded(text: str) -> str:
     lines = [f"{line[:500]} … {line[-400:]}" if len(line) > 1000 else line for line in text.split("\n")]
     more = [f"… and {len(lines) - 20} more"] if len(lines) > 20 else []
     return "\n".join(lines[:20] + more)
-
-
-def _short(error: BaseException) -> str:
-    text = " ".join(str(error).split())
-    return text if len(text) <= 120 else text[:117] + "..."
 
 
 def _encodable(text: str) -> str:

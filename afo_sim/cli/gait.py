@@ -119,8 +119,9 @@ def gait_import_command(trial: Trial) -> None:
                 found = {trial.out.with_stem(f"{trial.out.stem}_{side}"): sides[side] for side in sides}
             else:
                 found = {trial.out: import_gait(trial.files, choices)}
-        except InputError as error:
-            raise _with_map(error) from error
+        except InputError as error:  # where a map of markers would help, say how to get one
+            more = "`map`, which `write_map=roles.toml` writes to be edited"
+            raise error.replaced(allowed=error.allowed.replace("`map`", more, 1)) from error
         with together(trial.out.parent) as scratch:
             for out, done in found.items():
                 draw_gait(done.cycle, (scratch / out.name).with_suffix(".png"), done)
@@ -152,14 +153,6 @@ def _write_map(files: list[Path], path: Path) -> None:
             raise InputError("no file holds markers", file=names, allowed="a .trc, .c3d or .csv with markers")
         write_role_map(path, markers)
     print(f"written to {path}; edit it, and give it with --map {path}")
-
-
-def _with_map(error: InputError) -> InputError:
-    """The same error; where a map of markers would help, it says how to get one."""
-    if "`map`" not in error.allowed:
-        return error
-    allowed = error.allowed.replace("`map`", "`map`, which `write_map=roles.toml` writes to be edited", 1)
-    return error.replaced(allowed=allowed)
 
 
 @gait_app.command("show")

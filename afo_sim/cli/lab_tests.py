@@ -270,6 +270,9 @@ def fit_torque_command(
     out: Annotated[Path, Option(help="folder to write to")] = Path("runs/fit-torque"),
 ) -> None:
     """Fit the compliance of a worn or mounted device to its static torque; state what stays undetermined."""
+    worn: Any = orthosis[0]
+    if len(orthosis) > 1 or "=" in orthosis[0]:
+        worn = read_sets(orthosis, "--orthosis", "GROUP=ORTHOSIS, once for each group")
     with progress("reading") as report:
         from afo_sim.common import together
         from afo_sim.lab import fit_torque, torque_report
@@ -278,7 +281,7 @@ def fit_torque_command(
         check_folder(out, "fit to static torques")
         found = fit_torque(
             files,
-            _orthoses(orthosis),
+            worn,
             [name.strip() for name in fit.split(",") if name.strip()],
             hold_out=hold_out or "all",
             chamber=chamber,
@@ -292,13 +295,6 @@ def fit_torque_command(
     print_tables(torque_report.tables(found), torque_report.remarks(found))
     place = out / next(iter(torque_report.folders(found).values()))
     print(f"written to {out}; run it with: afo-sim run --set orthosis={place}")
-
-
-def _orthoses(texts: list[str]) -> Any:
-    """One orthosis, or one for each group."""
-    if len(texts) == 1 and "=" not in texts[0]:
-        return texts[0]
-    return read_sets(texts, "--orthosis", "GROUP=ORTHOSIS, once for each group")
 
 
 @app.command("validate")

@@ -56,8 +56,13 @@ def leg_import_command(cut: Cut) -> None:
     check_side(cut.side)
     at = None if cut.zero is None else quantity("--zero", cut.zero, "rad")
     stops = None if cut.range is None else tuple(quantity("--range", text, "rad") for text in cut.range)
-    mass = _within("--body-mass", cut.body_mass, "kg", 10.0, 300.0)
-    height = _within("--body-height", cut.body_height, "m", 0.5, 2.5)
+    person: dict[str, float] = {}
+    for name, text, unit, low, high in (
+        ("body_mass", cut.body_mass, "kg", 10.0, 300.0),
+        ("body_height", cut.body_height, "m", 0.5, 2.5),
+    ):
+        if text is not None:
+            person[name] = quantity(f"--{name.replace('_', '-')}", text, unit, at_least=low, at_most=high)
     with progress("reading"):
         from afo_sim.legs import default_folder, import_leg
         from afo_sim.show import draw_leg
@@ -70,8 +75,7 @@ def leg_import_command(cut: Cut) -> None:
             None if str(cut.out) == "-" else cut.out or default_folder(cut.file, cut.name, cut.side),
             zero=at,
             range=stops,  # type: ignore[arg-type]
-            body_mass=mass,
-            body_height=height,
+            **person,
             packages=tuple(cut.package or ()),
             **picked(cut, "shank", "foot", "ankle", "side", "forward", "toes", "name", "force"),
             picture=draw,
@@ -83,15 +87,6 @@ def leg_import_command(cut: Cut) -> None:
     if imported.folder is not None:
         print(f"written to {imported.folder}; leg.png shows it")
         print(f"next: afo-sim run seated --set leg={shlex.quote(str(imported.folder))}")
-
-
-def _within(option: str, text: str | None, unit: str, low: float, high: float) -> float | None:
-    if text is None:
-        return None
-    value = quantity(option, text, unit)
-    if not low <= value <= high:
-        raise InputError("is out of range", field=option, value=text, allowed=f"{low:g} to {high:g} {unit}")
-    return value
 
 
 @leg_app.command("export")

@@ -219,11 +219,7 @@ def draw(
 
     With --view air a schematic of its air path, with the narrowest part on the way to each muscle.
     """
-    full = None if pressure is None else quantity("--pressure", pressure, "Pa")
-    if full is not None and not 0.0 < full <= 2e6:
-        raise InputError(
-            "is out of range", field="--pressure", value=pressure, allowed="above 0 bar, to 20 bar"
-        )
+    full = None if pressure is None else quantity("--pressure", pressure, "Pa", above=0.0, at_most=2e6)
     with progress("reading") as report:
         from afo_sim import show
         from afo_sim.model.design import design
@@ -284,7 +280,9 @@ def export_command(
         if out is None:
             beside = folder if folder.is_dir() else folder.parent
             out = beside / f"recording.{format_of(to or '').name}"
-        _check_is_run(folder)
+        for file, kind in KNOWN_BY.items():
+            if kind in _STUDIES and (folder / file).is_file():
+                raise InputError(f"holds a {kind} ({file})", file=folder, allowed=_STUDIES[kind])
         exported = export(
             read_recording(folder),
             out,
@@ -301,10 +299,3 @@ def export_command(
     print(f"open it with {exported.opens}")
     if exported.minds:
         print(f"mind: {exported.minds}")
-
-
-def _check_is_run(folder: Path) -> None:
-    """Refuse the folder of a study with the way to a run of it."""
-    for file, kind in KNOWN_BY.items():
-        if kind in _STUDIES and (folder / file).is_file():
-            raise InputError(f"holds a {kind} ({file})", file=folder, allowed=_STUDIES[kind])

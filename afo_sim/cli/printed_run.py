@@ -156,15 +156,13 @@ def warning_lines(recording: Any, has_answers: bool, only: Callable[[str], bool]
         code = getattr(warning, "code", "")
         if not (has_answers and code == "skin-pressure"):  # the answer about the skin says it
             kinds.setdefault(code or str(warning), []).append(warning)
-    return [(f"{_WARNING}{first}{_also(first, others)}", 9) for first, *others in kinds.values()]
-
-
-def _also(first: Any, others: list[Any]) -> str:
-    """Whom else a warning concerns, and how often the same one does."""
-    subjects = dict.fromkeys(str(each.subject) for each in others if each.subject != first.subject)
-    if subjects:
-        return f" (also: {', '.join(subjects)})"
-    return f" (and {len(others)} more of this kind)" if others else ""
+    found = []
+    for first, *others in kinds.values():
+        subjects = dict.fromkeys(str(each.subject) for each in others if each.subject != first.subject)
+        also = f" (and {len(others)} more of this kind)" if others else ""
+        also = f" (also: {', '.join(subjects)})" if subjects else also
+        found.append((f"{_WARNING}{first}{also}", 9))
+    return found
 
 
 def note_lines(recording: Any) -> list[Any]:

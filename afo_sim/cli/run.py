@@ -142,13 +142,11 @@ def torque_map_command(
     """Torque needed and torque available: joint angle × pressure → orthosis torque."""
     values = read_sets(sets)
     start, stop, step = (quantity("--angle", text, "rad") for text in angle or ("-20 deg", "25 deg", "1 deg"))
-    pressures = [quantity("--pressure", p, "Pa") for p in pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]]
+    asked = pressure or ["1 bar", "2 bar", "3 bar", "4 bar"]
+    pressures = [quantity("--pressure", each, "Pa", at_least=0.0, at_most=2e6) for each in asked]
     if not (step > 0.0 and stop > start) or (stop - start) / step > 2000:
         given = " ".join(angle or ())
         raise InputError("is not a valid range", field="--angle", value=given, allowed="FROM < TO, STEP > 0")
-    for text, value in zip(pressure or [], pressures, strict=False):
-        if not 0.0 <= value <= 2e6:
-            raise InputError("is out of range", field="--pressure", value=text, allowed="0 bar to 20 bar")
     with progress("computing torques"):
         import numpy as np
 
@@ -297,31 +295,23 @@ def _print_tables(legs: Any, *, whole: bool) -> None:
     """The air of both; as a `whole` also one side beside the other, and every number of either leg."""
     from afo_sim.show import printed
 
-    air = [_air_row(legs.numbers, *row) for row in ROWS if _has(legs, row[0])]
-    print_table("air on one supply", ["", "right", "left", "both"], air)
+    sides, air = ("right", "left", "both"), []
+    for name, words in ROWS:
+        cells = [legs.numbers.get(f"{name}_{who}") for who in sides]
+        factor = 1e-3 if name.startswith("way") else 1.0  # in kilometres
+        if any(cell is not None for cell in cells):
+            air.append([words, *("–" if cell is None else f"{factor * cell.value:.4g}" for cell in cells)])
+    print_table("air on one supply", ["", *sides], air)
     if not whole:
         return
     for kind, each in legs.asymmetry.items():
         print_table(f"one side beside the other, {kind}", SIDES_HEADER, [row.cells for row in each])
-    shared = [n for n in legs.right.metrics if n in legs.left.metrics]
-    rows = [[_named(legs, n), *(printed(n, leg.metrics[n]) for leg in legs.legs.values())] for n in shared]
+    rows = []
+    for name, metric in legs.right.metrics.items():
+        if name in legs.left.metrics:
+            title = f"{name} [{metric.unit}]" if metric.unit else name
+            rows.append([title, *(printed(name, leg.metrics[name]) for leg in legs.legs.values())])
     print_table("either leg", ["", "right", "left"], rows)
-
-
-def _has(legs: Any, name: str) -> bool:
-    return any(found.startswith(f"{name}_") for found in legs.numbers)
-
-
-def _air_row(numbers: Any, name: str, words: str) -> list[str]:
-    """A row for right, left and both; a way in kilometres."""
-    factor = 1e-3 if name.startswith("way") else 1.0
-    cells = (numbers.get(f"{name}_{who}") for who in ("right", "left", "both"))
-    return [words, *("–" if cell is None else f"{factor * cell.value:.4g}" for cell in cells)]
-
-
-def _named(legs: Any, name: str) -> str:
-    unit = legs.right.metrics[name].unit
-    return f"{name} [{unit}]" if unit else name
 
 
 def _peak(legs: Any) -> list[tuple[str, int]]:

@@ -3,8 +3,7 @@
 import re
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -90,9 +89,12 @@ def sweep(given: _Sweep) -> None:
         if given.dry_run:
             return
         begun = time.monotonic()
-        with _interruptible():
-            on = {"threads": threads, "workers": given.workers, "scheduler": given.scheduler}
+        on = {"threads": threads, "workers": given.workers, "scheduler": given.scheduler}
+        try:
             state = runner.run(store, part=which, report=reporter(report), **on)  # type: ignore[arg-type]
+        except KeyboardInterrupt:
+            print("afo-sim: stopped; the same command goes on from here", file=sys.stderr)
+            sys.exit(130)
         took = time.monotonic() - begun
         _keep_recordings(store)
     print(_end_text(store, state, took, "" if given.part == "1/1" else f" of part {given.part}"))
@@ -170,16 +172,6 @@ def replay(
     print(f"case {case}: {verdict}: {target}")
 
 
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Ctrl-C says that nothing is lost."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        print("afo-sim: stopped; the same command goes on from here", file=sys.stderr)
-        sys.exit(130)
-
-
 def _part(text: str) -> tuple[int, int]:
     found = re.fullmatch(r"(\d+)/(\d+)", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
@@ -204,20 +196,16 @@ def reporter(show: Callable[..., None]) -> Callable[["SweepProgress"], None]:
     def report(state: "SweepProgress") -> None:
         nonlocal printed
         now = time.monotonic()
-        line = _line(state, now - begun)
+        failed = f", {state.failed} failed" if state.failed else ""
+        rate = state.new / max(now - begun, 1e-9)
+        left = f", {duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
+        line = f"{state.done} of {state.cases} cases{failed}; {rate:.3g} a second{left}"
         show(state.done, state.cases, line)
         if now - printed >= LINE_EVERY and not sys.stderr.isatty():
             print(line, file=sys.stderr, flush=True)
             printed = now
 
     return report
-
-
-def _line(state: "SweepProgress", seconds: float) -> str:
-    failed = f", {state.failed} failed" if state.failed else ""
-    rate = state.new / max(seconds, 1e-9)
-    left = f", {duration((state.cases - state.done) / rate)} left" if rate > 0.0 else ""
-    return f"{state.done} of {state.cases} cases{failed}; {rate:.3g} a second{left}"
 
 
 @app.command()

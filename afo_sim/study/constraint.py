@@ -174,7 +174,7 @@ class _Evaluation:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or not abs(value) <= sys.float_info.max:  # type: ignore[arg-type]  # nor inf, nor 10**400
             self._refuse(node, "is not a number", _LANGUAGE)
-        return np.float64(value), ()
+        return np.float64(value), ()  # type: ignore[arg-type]
 
     def _alike(self, left: ast.expr, right: ast.expr, whole: ast.expr) -> tuple[Any, Any, Dimension]:
         """Both sides of what puts numbers of one dimension together, and the dimension."""
