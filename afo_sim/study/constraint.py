@@ -21,6 +21,7 @@ from afo_sim.study.parameter import Choice, OwnSeed, Parameter
 _LANGUAGE = "parameters, numbers, 'quantities', + - * /, comparisons, and, or, not, parentheses"
 _LONGEST = 1000  # characters
 _DEEPEST = 60  # levels of nesting
+_LARGEST = sys.float_info.max  # a whole number may be beyond any float
 COMPARISONS: dict[type[ast.cmpop], np.ufunc] = {
     ast.Lt: np.less,
     ast.LtE: np.less_equal,
@@ -171,10 +172,9 @@ class _Evaluation:
                 return np.float64(read_any_quantity(value)[0]), read_any_quantity(value)[1]
             except ValueError as error:
                 self._refuse(node, str(error))
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not number or not abs(value) <= sys.float_info.max:  # type: ignore[arg-type]  # nor inf, nor 10**400
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
             self._refuse(node, "is not a number", _LANGUAGE)
-        return np.float64(value), ()  # type: ignore[arg-type]
+        return np.float64(value), ()
 
     def _alike(self, left: ast.expr, right: ast.expr, whole: ast.expr) -> tuple[Any, Any, Dimension]:
         """Both sides of what puts numbers of one dimension together, and the dimension."""
