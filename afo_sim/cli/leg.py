@@ -56,7 +56,7 @@ def leg_import_command(cut: Cut) -> None:
     check_side(cut.side)
     at = None if cut.zero is None else quantity("--zero", cut.zero, "rad")
     stops = None if cut.range is None else tuple(quantity("--range", text, "rad") for text in cut.range)
-    person: dict[str, float] = {}
+    person: dict[str, Any] = {}
     for name, text, unit, low, high in (
         ("body_mass", cut.body_mass, "kg", 10.0, 300.0),
         ("body_height", cut.body_height, "m", 0.5, 2.5),

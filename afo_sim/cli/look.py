@@ -280,9 +280,9 @@ def export_command(
         if out is None:
             beside = folder if folder.is_dir() else folder.parent
             out = beside / f"recording.{format_of(to or '').name}"
-        for file, kind in KNOWN_BY.items():
-            if kind in _STUDIES and (folder / file).is_file():
-                raise InputError(f"holds a {kind} ({file})", file=folder, allowed=_STUDIES[kind])
+        for name, kind in KNOWN_BY.items():
+            if kind in _STUDIES and (folder / name).is_file():
+                raise InputError(f"holds a {kind} ({name})", file=folder, allowed=_STUDIES[kind])
         exported = export(
             read_recording(folder),
             out,

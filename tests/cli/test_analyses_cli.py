@@ -77,32 +77,6 @@ def test_a_catalogue_is_drawn(capsys: pytest.CaptureFixture[str], tmp_path: path
         assert 10_000 < (folder / "size.png").stat().st_size < 150_000
 
 
-@pytest.mark.parametrize(
-    ("more", "says"),
-    [
-        (("pump", "seated"), "pressure, valve, tube, supply, muscle"),
-        (("pressure", "seatd"), "did you mean 'seated'"),
-        (("pressure", "seated"), "--limit: is needed"),
-        (("pressure", "seated", "--limit", "rise_time < 1 s"), "--limit"),
-        (("pressure", "seated", *ANGLE, "--at", "3"), "--at"),
-        (("tube", "seated", *ANGLE), "--length: is needed"),
-        (("tube", "seated", *ANGLE, "--length", "-1 m"), "--length"),
-        (("tube", "seated", *ANGLE, "--length", "1000 m"), "--length"),
-        (("pressure", "seated", *ANGLE, "--at", "21 bar"), "to 20 bar"),
-        (("valve", "seated", *ANGLE, "--chamber", "calf"), "--chamber"),
-        (("muscle", "seated", *ANGLE, "--count", "one"), "--count"),
-        (("muscle", "seated", *ANGLE, "--count", "0-2"), "--count"),
-        (("valve", "seated", *ANGLE, "--hours", "2"), "--hours"),
-    ],
-)
-def test_what_is_refused_of_size(
-    more: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
-    code, _, err = call(capsys, "size", *more, "--out", tmp_path / "none")
-    assert code == 2 and says in err and "Traceback" not in err and len(err.strip().split("\n")) == 1
-    assert not (tmp_path / "none").exists()
-
-
 @pytest.mark.slow
 def test_the_pages_cheap_examples_answer_as_they_say(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
@@ -174,20 +148,3 @@ def test_other_legs_are_not_replaced(capsys: pytest.CaptureFixture[str], tmp_pat
     assert both(capsys, tmp_path / "a", "--set-left", "load_moment=1 N*m", "--force")[0] == 0
     code, _, err = call(capsys, "run", "seated", "--out", tmp_path / "a", "--no-rrd")
     assert code == 2 and "run of both legs" in err
-
-
-@pytest.mark.parametrize(
-    ("more", "says"),
-    [
-        (("--apart", "0.5"), "--apart"),
-        (("--left", "walk-dropfoot-afo"), "sits"),
-        (("--set-left", "duration"), "--set-left"),
-        (("--left", "seatd"), "seated"),
-    ],
-)
-def test_what_does_not_fit_is_one_sentence(
-    more: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
-    code, _, err = both(capsys, tmp_path / "a", *more)
-    assert code == 2 and says in err and "Traceback" not in err
-    assert not (tmp_path / "a").exists()

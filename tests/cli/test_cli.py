@@ -14,6 +14,7 @@ from command import call
 
 import afo_sim
 from afo_sim.cli import common
+from afo_sim.common import assets
 from afo_sim.model import supply_and_timer as schedule
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -106,58 +107,6 @@ def test_a_command_loads_and_starts_nothing_that_it_does_not_need(
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == "[]"
     assert ("torque-map" if arguments == "--help" else "seated") in done.stdout
-
-
-SETS = {
-    "unknown key": ("supply.presure=3 bar", "did you mean 'pressure'"),
-    "wrong unit": ("supply.pressure=3 kg", "does not convert"),
-    "unknown unit": ("supply.pressure=3 barr", "unknown unit"),
-    "bare number": ("supply.pressure=3", 'write it like "4 bar"'),
-    "negative pressure": ("supply.pressure=-3 bar", "more than 0 bar"),
-    "supply below ambient": ("supply.pressure=-0.5 bar", "more than 0 bar"),
-    "not a number": ("supply.pressure=nan bar", "not finite"),
-    "shorter than its ends": ("orthosis.muscle.dorsiflexor.type.end_length=22 cm", "no braid is left"),
-    "taut": ("orthosis.muscle.dorsiflexor.link_length=5 cm; orthosis.anchor={}", "too taut"),  # nothing gives
-    "event outside the period": ('timer.dorsiflexor.inlet=[["0 s", "9 s"]]', "not within the period"),
-    "event backwards": ('timer.dorsiflexor.inlet=[["3 s", "2 s"]]', "not within the period"),
-    "zero duration": ("duration=0 s", "more than 0 s"),
-    "less than a step": ("duration=0.1 ms", "shorter than one time step"),
-    "unknown chamber": ('timer.dorsiflexr.inlet=[["0 s", "1 s"]]', "did you mean 'dorsiflexor'"),
-    "unknown law": (
-        "orthosis.muscle.dorsiflexor.type.law=tondu_lopez_200",
-        "did you mean 'tondu_lopez_2000'",
-    ),
-    "unknown muscle": ("orthosis.muscle.dorsiflexor.type=s1_21mm", "did you mean 's1_215mm'"),
-    "events not in a list": ("timer.dorsiflexor.inlet=4", 'is not a list; allowed: [["0 s", "4 s"]]'),
-    "event of three": ('timer.dorsiflexor.inlet=[["0 s", "4 s", "5 s"]]', "too many items"),
-    "place not in a list": ("orthosis.muscle.dorsiflexor.origin.from_joint=6 cm", "is not a list"),
-    "half a muscle": ("orthosis.muscle.dorsiflexor.count=2.5", "whole number"),
-    "no such mode": ("callback=nativ", "'native' or 'python'"),
-    "not KEY=VALUE": ("supply.pressure", "KEY=VALUE"),
-    "value where a table is": ("supply=3 bar", "not a table"),
-    "table where a value is": ("duration.x=3 s", "not a table"),
-}
-
-
-@pytest.mark.parametrize("case", SETS)
-def test_bad_input_is_one_message_and_exit_2(
-    case: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    text, expected = SETS[case]
-    out = tmp_path / "out"
-    sets = [part for each in text.split("; ") for part in ("--set", each)]
-    code, printed, complaint = call(capsys, "run", *sets, "--out", str(out))
-    assert code == 2
-    assert expected in complaint
-    assert text.split("=")[0].split(".")[0] in complaint
-    assert complaint.strip().count("\n") == 0
-    assert "Traceback" not in complaint + printed
-    assert not out.exists()
-
-
-def test_unknown_scenario_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, complaint = call(capsys, "run", "seted")
-    assert (code, "did you mean 'seated'" in complaint) == (2, True)
 
 
 def test_bad_files_name_file_and_field(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -265,38 +214,6 @@ def test_torque_map_answers_the_question(tmp_path: pathlib.Path, capsys: pytest.
     assert len(rows) == 2 * 7 * 4
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("torque-map", "--angle", "5 deg", "-5 deg", "1 deg"),
-        ("torque-map", "--angle", "5", "6", "1"),
-        ("torque-map", "--pressure", "-1 bar"),
-        ("torque-map", "--pressure", "50 bar"),
-        ("torque-map", "--angle", "-170 deg", "100 deg", "30 deg"),
-        ("view", "README.md", "--screenshot", "x.png"),
-        ("view", "models", "README.md", "--screenshot", "x.png"),
-        ("view", "nowhere"),
-        ("list", "muscle"),
-        ("check", "nowhere.toml"),
-        ("check-run", "nowhere"),
-        ("figure", "nowhere"),
-        ("video", "nowhere", "x.mp4"),
-        ("video", ".", "x.avi"),
-        ("view", ".", "--at", "1 s"),
-        ("view", ".", "--screenshot", "x.jpg"),
-        ("view", ".", "--colour", "red"),
-        ("view", ".", "--rate", "0 Hz"),
-        ("check", "README.md"),
-    ],
-)
-def test_other_commands_refuse_with_exit_2(
-    arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, _, complaint = call(capsys, *arguments)
-    assert code == 2
-    assert complaint.startswith("afo-sim: ")
-
-
 @pytest.fixture
 def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
@@ -316,8 +233,9 @@ def test_view_without_a_display_says_so(tmp_path: pathlib.Path, capsys: pytest.C
 def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
     code, printed, _ = call(capsys, "list")
     assert code == 0
-    for name in ("s1_215mm", "tondu_lopez_2000_bladder", "seated-antagonist", "adult_75kg", "mh1"):
+    for name in ("s1_215mm", "tondu_lopez_2000_bladder", "seated-antagonist", "adult_75kg", "mh1", "natural"):
         assert name in printed
+    assert all(name in printed for kind in ("sweep", "search", "uncertainty") for name in assets.names(kind))
 
 
 @pytest.mark.parametrize(

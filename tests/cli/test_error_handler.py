@@ -134,34 +134,6 @@ def test_a_bug_leaves_a_file_to_send(
     assert "ValueError: sarosi_2012 \\udcff" in text
 
 
-def test_library_names_fields_and_the_command_line_options(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "file").write_text("in the way")
-    code, _, complaint = call(capsys, "run", "--out", tmp_path / "file")
-    assert code == 2
-    assert complaint.startswith("afo-sim: --out = ")
-    code, _, complaint = call(
-        capsys, "gait", "import", "x.mot", "--walker", "healthy", "--out", "x.csv", "--mass", "3 bar"
-    )
-    assert complaint.startswith("afo-sim: --mass = '3 bar'")
-    code, _, complaint = call(
-        capsys, "gait", "import", "x.mot", "--walker", "healthy", "--out", "x.csv", "--ankle-zero", "up"
-    )
-    assert complaint.startswith("afo-sim: --ankle-zero = 'up'")
-    code, _, complaint = call(capsys, "new", "muscle", "mine", "--leg", "adult_75kg", "--out", tmp_path)
-    assert complaint.startswith("afo-sim: --leg = 'adult_75kg': does not go with a new muscle")
-    for kind in ("muscle", "sweep"):
-        code, _, complaint = call(capsys, "new", kind, "mine", "--like", "nowhere", "--out", tmp_path)
-        assert complaint.startswith(f"afo-sim: --like = 'nowhere': there is no such {kind}")
-    code, _, complaint = call(capsys, "new", "valve", "m/n", "--out", tmp_path)
-    assert complaint.startswith("afo-sim: NAME = 'm/n'")
-    code, _, complaint = call(capsys, "compare", "arm", "--laws", "kerscher")
-    assert complaint.startswith("afo-sim: --laws = 'kerscher': is not a law that all muscles")
-    code, _, complaint = call(capsys, "torque-map", "--angle", "-90 deg", "90 deg", "10 deg")
-    assert complaint.startswith("afo-sim: --angle = '-90 to 90 deg': goes beyond the ankle's stops")
-
-
 def test_arguments_in_a_message_are_options_at_the_command_line() -> None:
     command = typer.main.get_command(cli.app).commands["optimise"]
     error = InputError("is old; see `out`", value=1, allowed="`changed=restart`, `nothing`, `rerun FILE`")

@@ -117,20 +117,3 @@ def test_an_export_is_not_replaced_by_another_scenarios(
     assert code == 2 and "holds the export of another scenario" in err
     assert call(capsys, *other, "--force")[0] == 0
     assert call(capsys, "run", "seated", *out)[0] == 2
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("walk-healthy",), "no valve to switch"),
-        (("seated", "--read", "no/such.csv"), "there is no such file"),
-        (("seated", "--read", "a.csv", "--out", "b"), "one of the two"),
-        (("seated", "--read", "a.csv", "--within", "3 bar"), "--within"),
-        (("seated", "--firmware", "no/such.c"), "neither a C file nor the folder of an export"),
-    ],
-)
-def test_what_is_refused(
-    arguments: tuple[str, ...], words: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, _, err = call(capsys, "electronics", *arguments)
-    assert code == 2 and words in err

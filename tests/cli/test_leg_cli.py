@@ -182,16 +182,8 @@ def test_export_writes_urdf_and_tells_what_it_lacks(
     )
     assert code == 0 and "a.urdf" in told
     assert "no muscles" in notes and "no passive tissue" in notes
-    for arguments, words in (
-        (["seated"], "--to"),
-        (["seated", "--to", tmp_path / "a.urdf"], "--force"),
-        (["seated", "--to", tmp_path / "a.stl"], ".urdf"),
-        (["seatd", "--to", tmp_path / "b.urdf"], "did you mean 'seated'"),
-        (["seated", "--orthosis", "s11", "--to", tmp_path / "b.urdf"], "did you mean 's1'"),
-    ):
-        code, _, complaint = call(capsys, "leg", "export", *arguments)
-        assert code == 2 and words in complaint, complaint
-    assert not (tmp_path / "b.urdf").exists()
+    code, _, complaint = call(capsys, "leg", "export", "seated", "--to", tmp_path / "a.urdf")
+    assert code == 2 and "--force" in complaint
 
 
 def _body(low: float, high: float, mesh: str = "") -> str:
@@ -284,36 +276,6 @@ def test_the_model_that_is_read_stays(tmp_path: pathlib.Path, capsys: Capture) -
     assert own.read_bytes() == before
 
 
-BAD = {
-    "no such file": (("nowhere.xml",), "there is no such file"),
-    "a folder": ((str(ROOT),), "is a folder"),
-    "no such orthosis": ((LEG_OF_ATTACH, "--orthosis", "s2"), "did you mean 's1'"),
-    "no such side": ((LEG_OF_ATTACH, "--side", "rihgt"), "did you mean 'right'"),
-    "no such body": ((LEG_OF_ATTACH, "--shank", "shnak"), "did you mean 'shank'"),
-    "no such joint": ((LEG_OF_ATTACH, "--joint", "3"), "--joint = '3': there is no such joint"),
-    "no joint": ((LEG_OF_ATTACH, "--joint", ""), "--joint = '': there is no such joint"),
-    "no number": ((LEG_OF_ATTACH, "--supply", "much"), "--supply"),
-    "no angle": ((LEG_OF_ATTACH, "--zero", "3"), "--zero"),
-    "too long a step": ((LEG_OF_ATTACH, "--timestep", "50 ms"), "at most"),
-    "no name": ((LEG_OF_ATTACH, "--prefix", "x y"), "--prefix"),
-    "no MJCF name": ((LEG_OF_ATTACH, "--out", "leg.toml"), "NAME.xml"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_one_sentence(
-    case: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    given, words = BAD[case]
-    orthosis = () if "--orthosis" in given else ("--orthosis", "s1")
-    code, _, refused = call(capsys, "attach", *given, *orthosis)
-    assert code == 2
-    assert words in refused
-    assert "Traceback" not in refused and refused.strip().count("\n") == 0
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe", b"<mujoco><worldbody>", b'{"a": 1}', b"<mujoco/>"])
 def test_any_file_is_refused_in_words(content: bytes, tmp_path: pathlib.Path, capsys: Capture) -> None:
     file = tmp_path / "a model.xml"
@@ -366,26 +328,3 @@ def test_refit_to_lengths_and_run(capsys: pytest.CaptureFixture[str], tmp_path: 
     worn = ("--set", f"orthosis={tmp_path / 'mine'}", "--set", "duration=1 s", "--no-rrd")
     code, _, err = call(capsys, "run", "seated", *worn, "--out", tmp_path / "run")
     assert (code, err) == (0, "")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("s1", "--to", "adult_75kg"), "--out"),
-        (("s1",), "--to"),
-        (("s1", "--to", "adult_75kg", "--foot-length", "22 cm"), "--to"),
-        (("s1", "--shank-length", "35"), "--shank-length"),
-        (("s1", "--shank-length", "3 mm"), "--shank-length"),
-        (("s1", "--foot-length", "nan m"), "--foot-length"),
-        (("s2", "--to", "adult_75kg"), "s1"),
-        (("s1", "--to", "adult_75"), "adult_75kg"),
-        (("s1", "--shank-length", "20 cm", "--foot-length", "12 cm"), "a shorter muscle"),
-    ],
-)
-def test_what_does_not_fit_is_one_sentence(
-    arguments: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
-    out = () if says == "--out" else ("--out", tmp_path / "mine")
-    code, _, err = call(capsys, "refit", *arguments, *out)
-    assert code == 2 and says in err and "Traceback" not in err
-    assert not (tmp_path / "mine").exists()

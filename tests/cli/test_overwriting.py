@@ -85,10 +85,6 @@ def test_numbers_that_say_nothing_are_left_out(
     assert "nan" not in table
     assert "rise_time" in rest
     assert "rise_time" not in table
-    code, printed, complaint = call(capsys, "torque-map", "walk-healthy", "--out", tmp_path / "b")
-    assert code == 2
-    assert "has no chamber: there is no torque to map" in complaint
-    assert not (tmp_path / "b").exists()
 
 
 def test_a_joint_that_only_rounding_moves_is_left_out(

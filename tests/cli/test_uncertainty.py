@@ -32,30 +32,9 @@ def test_a_run_prints_its_bands(capsys: pytest.CaptureFixture[str], tmp_path: pa
     assert json.dumps(told) == json.dumps(called.studies["uncertainty"])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("walk-dropfoot-afo", "--uncertainty", "-5"), "--uncertainty = -5"),
-        (("walk-dropfoot-afo", "--uncertainty", "19"), "20 to 100000"),
-        (("seated", "--uncertainty", "200"), "nobody walks"),
-        (("walk-dropfoot-afo", "--uncertainty", "20", "--spreads", "usal"), "did you mean 'usual'"),
-        (("walk-dropfoot-afo", "--uncertainty", "20", "--spreads", "."), "--spreads"),
-        (("walk-dropfoot-afo", "--spreads", "usal"), "--spreads = 'usal': goes with --uncertainty"),
-    ],
-)
-def test_what_cannot_be_told_is_refused_and_nothing_is_written(
-    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path, arguments: tuple[str, ...], said: str
-) -> None:
-    code, _, err = call(capsys, "run", *arguments, "--out", tmp_path / "run")
-    assert code == 2 and said in err and "Traceback" not in err
-    assert len(err.strip().splitlines()) == 1
-    assert not (tmp_path / "run").exists()
-
-
 def test_a_file_of_spreads_is_listed_and_checked(
     capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
 ) -> None:
-    assert "usual" in call(capsys, "list", "uncertainties")[1]
     assert "factor_sd" in call(capsys, "list", "usual")[1]
     file = tmp_path / "mine.toml"
     text = (

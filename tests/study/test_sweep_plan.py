@@ -735,12 +735,6 @@ def test_a_sweep_is_checked(capsys: pytest.CaptureFixture[str], tmp_path: pathli
     assert "did you mean 'pressure'" in err
 
 
-def test_sweeps_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = call(capsys, "list", "sweeps")
-    assert code == 0
-    assert all(name in out for name in ("patients", "pressure-and-timing"))
-
-
 def test_any_quantity_is_read_to_the_last_digit_of_its_si_unit() -> None:
     for unit, example in units.EXAMPLES.items():
         if unit:
