@@ -1,10 +1,12 @@
 """Recordings that many tests look at, made once."""
 
+import functools
 import gc
 import os
 import subprocess
 import sys
 
+import command
 import pytest
 from campaign import SEED, of_other_days
 
@@ -13,6 +15,12 @@ from afo_sim.common.versions import CORE
 from afo_sim.simulation import Recording
 
 os.environ["COLUMNS"] = "200"  # tables as on a wide terminal, wherever the tests run
+
+
+@pytest.fixture
+def call(capsys: pytest.CaptureFixture[str]) -> command.Call:
+    """`afo-sim …`, as `command.call` has it."""
+    return functools.partial(command.call, capsys)
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,7 @@ import threading
 
 import numpy as np
 import pytest
-from command import call
+from command import Call
 
 import afo_sim
 from afo_sim.cli import common
@@ -22,10 +22,10 @@ ROOT = pathlib.Path(__file__).parents[2]
 
 @pytest.mark.slow
 def test_run_without_arguments_writes_the_seated_run(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    code, printed, complaint = call(capsys, "run")
+    code, printed, complaint = call("run")
     assert code == 0, complaint
     assert "Does it" not in printed and "range_of_motion" not in printed and len(printed.splitlines()) <= 10
     summary = json.loads((tmp_path / "runs" / "seated" / "summary.json").read_text())
@@ -35,11 +35,9 @@ def test_run_without_arguments_writes_the_seated_run(
     assert any(line.startswith("! DOUBTFUL  move") and angle in line for line in printed.splitlines())
 
 
-def test_a_foot_that_is_not_lifted_to_neutral_is_bad(
-    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
+def test_a_foot_that_is_not_lifted_to_neutral_is_bad(call: Call, tmp_path: pathlib.Path) -> None:
     weak = ("--set", "supply.pressure=0.2 bar", "--set", "duration=1 s")
-    code, printed, _ = call(capsys, "run", *weak, "--no-rrd", "--out", tmp_path / "run")
+    code, printed, _ = call("run", *weak, "--no-rrd", "--out", tmp_path / "run")
     angle = afo_sim.read_recording(tmp_path / "run").metrics["peak_dorsiflexion_angle"].value
     assert code == 0 and angle < 0.0 and "✗ BAD       move" in printed
 
@@ -87,15 +85,11 @@ HEAVY = {"mujoco", "numba", "llvmlite", "scipy", "pint", "rerun", "pyarrow", "pa
     ],
 )
 def test_a_command_loads_and_starts_nothing_that_it_does_not_need(
-    arguments: str,
-    absent: set[str],
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    arguments: str, absent: set[str], tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MUJOCO_GL", raising=False)
-    call(capsys, *shlex.split(arguments))  # from here on the machine code is in the cache
+    call(*shlex.split(arguments))  # from here on the machine code is in the cache
     code = (
         f"import atexit, sys\nsys.argv = {['afo-sim', *shlex.split(arguments)]}\nstarted = []\n"
         "sys.addaudithook(lambda event, _: started.append(event) if event in ('subprocess.Popen', 'os.fork', "
@@ -109,7 +103,7 @@ def test_a_command_loads_and_starts_nothing_that_it_does_not_need(
     assert ("torque-map" if arguments == "--help" else "seated") in done.stdout
 
 
-def test_bad_files_name_file_and_field(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_files_name_file_and_field(tmp_path: pathlib.Path, call: Call) -> None:
     scenario = tmp_path / "mine.toml"
     shipped = pathlib.Path(__file__).parents[2] / "models" / "scenarios" / "seated.toml"
     text = shipped.read_text()
@@ -121,12 +115,12 @@ def test_bad_files_name_file_and_field(tmp_path: pathlib.Path, capsys: pytest.Ca
         ("", "missing"),
     ):
         scenario.write_text(broken)
-        code, _, complaint = call(capsys, "run", str(scenario), "--out", str(tmp_path / "x"))
+        code, _, complaint = call("run", str(scenario), "--out", str(tmp_path / "x"))
         assert code == 2
         assert "mine.toml" in complaint
         assert expected in complaint
     scenario.write_bytes(b"\xff\xfe")
-    assert call(capsys, "run", str(scenario))[0] == 2
+    assert call("run", str(scenario))[0] == 2
 
 
 @pytest.mark.parametrize(
@@ -140,7 +134,7 @@ def test_bad_files_name_file_and_field(tmp_path: pathlib.Path, capsys: pytest.Ca
     ],
 )
 def test_limits_of_your_own_are_refused_with_their_file(
-    text: str, said: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    text: str, said: str, tmp_path: pathlib.Path, call: Call
 ) -> None:
     """As a scenario's limits, and as those that `--set` names."""
     shipped = (ROOT / "models" / "limits" / "usual" / "limits.toml").read_text(encoding="utf-8")
@@ -152,35 +146,29 @@ def test_limits_of_your_own_are_refused_with_their_file(
     scenario.write_text(walk.replace('limits = "usual"', 'limits = "limits.toml"'), encoding="utf-8")
     out = tmp_path / "run"
     for words in (("walk-dropfoot", "--set", f"limits={file}"), (scenario,)):
-        code, _, complaint = call(capsys, "run", *words, "--out", out)
+        code, _, complaint = call("run", *words, "--out", out)
         assert code == 2 and complaint.startswith(f"afo-sim: {file}: {said}")
         assert len(complaint.strip().splitlines()) == 1 and not out.exists()
-    code, _, complaint = call(
-        capsys, "run", "walk-dropfoot", "--set", f"limits={tmp_path / 'no'}", "--out", out
-    )
+    code, _, complaint = call("run", "walk-dropfoot", "--set", f"limits={tmp_path / 'no'}", "--out", out)
     assert code == 2 and "there are no such limits" in complaint
 
 
-def test_inlet_and_outlet_open_together_warns(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_inlet_and_outlet_open_together_warns(tmp_path: pathlib.Path, call: Call) -> None:
     sets = ["--set", 'timer.dorsiflexor.outlet=[["3.5 s", "8 s"]]', "--set", "duration=1 s"]
-    code, printed, _ = call(capsys, "run", *sets, "--out", str(tmp_path / "a"))
+    code, printed, _ = call("run", *sets, "--out", str(tmp_path / "a"))
     assert code == 0
     assert "open together from 3.5 s to 4 s" in printed
 
 
-def test_unwritable_folder_is_refused_before_the_work(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unwritable_folder_is_refused_before_the_work(tmp_path: pathlib.Path, call: Call) -> None:
     (tmp_path / "file").write_text("in the way")
-    code, _, complaint = call(capsys, "run", "--out", str(tmp_path / "file" / "run"))
+    code, _, complaint = call("run", "--out", str(tmp_path / "file" / "run"))
     assert code == 2
     assert "cannot be written to" in complaint
 
 
 def test_failed_simulation_is_exit_3_with_its_rows(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = schedule.controls
 
@@ -192,7 +180,7 @@ def test_failed_simulation_is_exit_3_with_its_rows(
     monkeypatch.setattr(schedule, "controls", lost_supply)
     monkeypatch.chdir(tmp_path)
     out = tmp_path / "a"
-    code, _, complaint = call(capsys, "run", "--set", "duration=1 s", "--out", str(out))
+    code, _, complaint = call("run", "--set", "duration=1 s", "--out", str(out))
     assert code == 3
     assert "simulation 0 stopped at t = 0.5" in complaint
     summary = json.loads((out / "summary.json").read_text())
@@ -202,9 +190,9 @@ def test_failed_simulation_is_exit_3_with_its_rows(
 
 
 @pytest.mark.slow
-def test_torque_map_answers_the_question(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_torque_map_answers_the_question(tmp_path: pathlib.Path, call: Call) -> None:
     code, printed, complaint = call(
-        capsys, "torque-map", "--out", str(tmp_path), "--angle", "-10 deg", "20 deg", "5 deg"
+        "torque-map", "--out", str(tmp_path), "--angle", "-10 deg", "20 deg", "5 deg"
     )
     assert code == 0, complaint
     assert "enough for swing" in printed
@@ -221,17 +209,17 @@ def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("no_display")
-def test_view_without_a_display_says_so(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_view_without_a_display_says_so(tmp_path: pathlib.Path, call: Call) -> None:
     if not sys.platform.startswith("linux"):
         pytest.skip("displays are found otherwise here")
     (tmp_path / "recording.rrd").write_bytes(b"")
-    code, _, complaint = call(capsys, "view", tmp_path)
+    code, _, complaint = call("view", tmp_path)
     assert code == 2
     assert "no display" in complaint
 
 
-def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
-    code, printed, _ = call(capsys, "list")
+def test_list_names_everything(call: Call) -> None:
+    code, printed, _ = call("list")
     assert code == 0
     for name in ("s1_215mm", "tondu_lopez_2000_bladder", "seated-antagonist", "adult_75kg", "mh1", "natural"):
         assert name in printed
@@ -250,14 +238,14 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
         "checks/seated.toml",
     ],
 )
-def test_check_understands_every_kind(path: str, capsys: pytest.CaptureFixture[str]) -> None:
-    code, printed, complaint = call(capsys, "check", str(pathlib.Path(__file__).parents[2] / "models" / path))
+def test_check_understands_every_kind(path: str, call: Call) -> None:
+    code, printed, complaint = call("check", str(pathlib.Path(__file__).parents[2] / "models" / path))
     assert code == 0, complaint
     assert printed.splitlines()[-1].startswith(("good", "readable; "))
 
 
 @pytest.mark.slow
-def test_check_reads_a_urdf(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_reads_a_urdf(tmp_path: pathlib.Path, call: Call) -> None:
     urdf = tmp_path / "leg.urdf"
     inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
     links = "".join(
@@ -268,12 +256,12 @@ def test_check_reads_a_urdf(tmp_path: pathlib.Path, capsys: pytest.CaptureFixtur
     ends = '<parent link="shank"/><child link="foot"/><axis xyz="0 -1 0"/>'
     joint = f'<joint name="ankle" type="revolute">{ends}{limit}</joint>'
     urdf.write_text(f'<robot name="leg">{links}{joint}</robot>')
-    code, printed, complaint = call(capsys, "check", str(urdf))
+    code, printed, complaint = call("check", str(urdf))
     assert code == 0, complaint
     assert "ankle" in printed
     assert "4.6 kg" in printed  # the root link's mass is not lost
     urdf.write_text("<robot><joint/></robot>")
-    code, _, complaint = call(capsys, "check", str(urdf))
+    code, _, complaint = call("check", str(urdf))
     assert code == 2
     assert "has no type" in complaint
 
@@ -284,24 +272,19 @@ def runs(tmp_path_factory: pytest.TempPathFactory, seated, antagonist) -> list[p
     return [run.save(base / run.scenario["name"], rrd=False) for run in (seated, antagonist)]
 
 
-def test_shipped_scenarios_keep_their_checks(
-    runs: list[pathlib.Path], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_shipped_scenarios_keep_their_checks(runs: list[pathlib.Path], call: Call) -> None:
     for folder in runs:
-        code, printed, complaint = call(capsys, "check-run", str(folder))
+        code, printed, complaint = call("check-run", str(folder))
         assert code == 0, printed + complaint
         assert "13 passed, 0 failed" in printed
 
 
 def test_failing_check_is_exit_1_and_says_where(
-    runs: list[pathlib.Path],
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
-    seated,
+    runs: list[pathlib.Path], tmp_path: pathlib.Path, call: Call, seated
 ) -> None:
     checks = tmp_path / "checks.toml"
     checks.write_text('[[check]]\ncolumn = "ankle/angle"\nbelow = "5 deg"\nafter = "1 s"\nwhy = "a stair"\n')
-    code, printed, _ = call(capsys, "check-run", str(runs[0]), str(checks))
+    code, printed, _ = call("check-run", str(runs[0]), str(checks))
     assert code == 1
     top = np.degrees(seated["ankle/angle"].max())
     where = seated["time"][np.argmax(seated["ankle/angle"])]
@@ -317,7 +300,7 @@ def test_failing_check_is_exit_1_and_says_where(
         ('metric = "strides_per_botle"\nabove = 1000', "the run has no such metric"),
     ):
         checks.write_text(f"[[check]]\n{broken}\n")
-        code, _, complaint = call(capsys, "check-run", str(runs[0]), str(checks))
+        code, _, complaint = call("check-run", str(runs[0]), str(checks))
         assert code == 2
         assert expected in complaint
         assert "check[1]" in complaint
@@ -326,78 +309,71 @@ def test_failing_check_is_exit_1_and_says_where(
 @pytest.mark.slow
 @pytest.mark.parametrize("at", ["-3 s", "99 s"])
 def test_time_outside_the_run_is_refused(
-    at: str, runs: list[pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    at: str, runs: list[pathlib.Path], tmp_path: pathlib.Path, call: Call
 ) -> None:
     picture = str(tmp_path / "x.png")
-    code, _, complaint = call(capsys, "view", str(runs[0]), "--screenshot", picture, "--at", at)
+    code, _, complaint = call("view", str(runs[0]), "--screenshot", picture, "--at", at)
     assert code == 2
     assert "0 s to 15.998 s" in complaint
 
 
 @pytest.mark.parametrize("command", ["view", "figure", "check-run"])
 def test_damaged_run_is_one_message(
-    command: str, runs: list[pathlib.Path], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    command: str, runs: list[pathlib.Path], tmp_path: pathlib.Path, call: Call
 ) -> None:
     (tmp_path / "recording.parquet").write_bytes((runs[0] / "recording.parquet").read_bytes()[:9000])
     extra = ["--screenshot", str(tmp_path / "x.png")] if command == "view" else []
-    code, _, complaint = call(capsys, command, str(tmp_path), *extra)
+    code, _, complaint = call(command, str(tmp_path), *extra)
     assert code == 2
     assert "recording.parquet: is not a valid Parquet file" in complaint
     assert {p.name for p in tmp_path.iterdir()} == {"recording.parquet"}
 
 
-def test_run_without_checks_of_its_own_wants_a_file(
-    tmp_path: pathlib.Path, seated, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_run_without_checks_of_its_own_wants_a_file(tmp_path: pathlib.Path, seated, call: Call) -> None:
     import dataclasses
 
     other = dataclasses.replace(seated, scenario=seated.scenario | {"name": "mine"})
     other.save(tmp_path, rrd=False)
-    code, _, complaint = call(capsys, "check-run", str(tmp_path))
+    code, _, complaint = call("check-run", str(tmp_path))
     assert (code, "carries no checks" in complaint) == (2, True)
 
 
 @pytest.mark.usefixtures("no_display")
-def test_live_needs_a_display(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_live_needs_a_display(tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     if not sys.platform.startswith("linux"):
         pytest.skip("displays are found otherwise here")
     monkeypatch.chdir(tmp_path)
-    code, _, complaint = call(capsys, "run", "--live")
+    code, _, complaint = call("run", "--live")
     assert code == 2
     assert "no display" in complaint
     assert not (tmp_path / "runs").exists()
 
 
-def test_check_takes_the_folder_of_a_description(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_takes_the_folder_of_a_description(call: Call) -> None:
     root = pathlib.Path(__file__).parents[2] / "models"
     folder = root / "valves" / "mh1"
     (one, by_folder, _), (other, by_file, _) = (
-        call(capsys, "check", str(path)) for path in (folder, folder / "valve.toml")
+        call("check", str(path)) for path in (folder, folder / "valve.toml")
     )
     assert one == other == 0
     assert by_folder.split("kind", 1)[1] == by_file.split("kind", 1)[1]
-    code, _, said = call(capsys, "check", str(root))
+    code, _, said = call("check", str(root))
     assert code == 2
     assert "the folder holds no description" in said
     assert "orthosis.toml" in said
 
 
 @pytest.mark.slow
-def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
-    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
+def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(call: Call, tmp_path: pathlib.Path) -> None:
     short = ["--set", "duration=3.4 s", "--no-rrd", "--out"]
     empty = ["--set", "start.dorsiflexor.fill_time=0 s"]
     heavier = ["--set", "patient.body_mass=75 kg"]
-    _, said, _ = call(capsys, "run", "walk-dropfoot-afo", "--no-change", *short, str(tmp_path / "a"))
+    _, said, _ = call("run", "walk-dropfoot-afo", "--no-change", *short, str(tmp_path / "a"))
     assert "GOOD*     lift" in said and "note: the numbers are" not in said
-    call(capsys, "report", tmp_path / "a")
+    call("report", tmp_path / "a")
     text = (tmp_path / "a" / "report.html").read_text(encoding="utf-8")
     assert "The numbers are those of the settled stride" in text
     _, said, _ = call(
-        capsys,
         "run",
         "walk-dropfoot-afo",
         "--plain",
@@ -412,7 +388,5 @@ def test_run_says_which_strides_and_which_cuff_its_numbers_are_of(
     assert "note: the cuff's compliance is assumed (orthosis.anchor.shank)" in said
     assert "note: the recorded walker weighs 68.5 kg, the patient 75 kg" in said
     own = ["--set", "orthosis.anchor.shank.stiffness=2 kN/m"]
-    _, said, _ = call(
-        capsys, "run", "seated", "--set", "duration=1 s", *own, "--no-rrd", "--out", str(tmp_path)
-    )
+    _, said, _ = call("run", "seated", "--set", "duration=1 s", *own, "--no-rrd", "--out", str(tmp_path))
     assert "note:" not in said

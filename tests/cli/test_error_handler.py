@@ -10,7 +10,7 @@ import time
 
 import pytest
 import typer
-from command import call
+from command import Call
 
 from afo_sim import cli
 from afo_sim.cli import error_handler
@@ -26,23 +26,23 @@ def commands() -> list[tuple[str, ...]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", commands(), ids=" ".join)
-def test_every_command_helps(command: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_helps(command: tuple[str, ...], call: Call) -> None:
     for option in ("-h", "--help"):
-        code, printed, complaint = call(capsys, *command, option)
+        code, printed, complaint = call(*command, option)
         assert (code, complaint) == (0, "")
         assert printed.startswith(" ".join(("Usage: afo-sim", *command)))
 
 
-def test_version_and_exit_codes_are_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_version_and_exit_codes_are_told(call: Call) -> None:
     import mujoco
 
     import afo_sim
 
-    code, printed, _ = call(capsys, "--version")
+    code, printed, _ = call("--version")
     assert code == 0
     assert printed.startswith("afo-sim 0.")
     assert f"mujoco {mujoco.__version__}" in printed
-    told = call(capsys, "--help")[1]
+    told = call("--help")[1]
     assert all(f"\n  {number}" in told for number in (0, 1, 2, 3, 70, 130, 143))
     assert afo_sim.InputError("x").exit_code == 2
 
@@ -57,11 +57,11 @@ def test_version_and_exit_codes_are_told(capsys: pytest.CaptureFixture[str]) -> 
     ids=" ".join,
 )
 def test_links_in_a_circle_are_one_message(
-    command: tuple[str, ...], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    command: tuple[str, ...], tmp_path: pathlib.Path, call: Call
 ) -> None:
     loop = tmp_path / "loop.urdf"
     loop.symlink_to(loop)
-    code, _, complaint = call(capsys, *(str(loop) if word == "LOOP" else word for word in command))
+    code, _, complaint = call(*(str(loop) if word == "LOOP" else word for word in command))
     assert (code, complaint.count("\n")) == (2, 1)
     assert str(loop)[:40] in complaint
     assert "bug" not in complaint
@@ -83,10 +83,7 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_errors_are_one_message_and_a_code(
-    case: str,
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    case: str, tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     error, expected, words = CASES[case]
 
@@ -95,7 +92,7 @@ def test_errors_are_one_message_and_a_code(
 
     monkeypatch.setattr(kinds, "check_file", fails)
     monkeypatch.chdir(tmp_path)
-    code, printed, complaint = call(capsys, "check", "x.toml")
+    code, printed, complaint = call("check", "x.toml")
     assert code == expected
     assert words in complaint
     assert complaint.count("\n") == bool(words)
@@ -105,10 +102,7 @@ def test_errors_are_one_message_and_a_code(
 
 @pytest.mark.parametrize("writable", [True, False])
 def test_a_bug_leaves_a_file_to_send(
-    writable: bool,
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    writable: bool, tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(path: pathlib.Path) -> None:
         raise ValueError("sarosi_2012 \udcff")  # a byte of a path that is not UTF-8
@@ -121,7 +115,7 @@ def test_a_bug_leaves_a_file_to_send(
     monkeypatch.chdir(here)
     if not writable:
         here.rmdir()  # root may write where others may not, but nobody can where nothing is
-    code, printed, complaint = call(capsys, "check", "my model.toml")
+    code, printed, complaint = call("check", "my model.toml")
     assert code == 70
     assert "this is a bug in afo-sim (ValueError: sarosi_2012 \\udcff); please send" in complaint
     assert "Traceback" not in printed + complaint
@@ -268,10 +262,8 @@ def test_an_output_without_the_letters_gets_escapes() -> None:
     assert "S\\xe1rosi" in done.stdout
 
 
-def test_a_path_that_is_no_text_is_refused_first(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, printed, complaint = call(capsys, "run", "--out", tmp_path / os.fsdecode(b"\xfe") / "run")
+def test_a_path_that_is_no_text_is_refused_first(tmp_path: pathlib.Path, call: Call) -> None:
+    code, printed, complaint = call("run", "--out", tmp_path / os.fsdecode(b"\xfe") / "run")
     assert (code, printed) == (2, "") and complaint.count("\n") == 1
     assert "'\\udcfe' is not a character of utf-8" in complaint
     assert not list(tmp_path.iterdir())

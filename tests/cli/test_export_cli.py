@@ -4,7 +4,7 @@ import pathlib
 import shutil
 
 import pytest
-from command import call
+from command import Call
 
 import afo_sim
 
@@ -16,23 +16,21 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
 
 
 @pytest.mark.parametrize("to", ["sto", "mot", "csv", "mat", "mjb"])
-def test_every_format_is_written_beside_the_run(
-    folder: pathlib.Path, to: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, out, err = call(capsys, "export", folder, "--to", to, "--force")
+def test_every_format_is_written_beside_the_run(folder: pathlib.Path, to: str, call: Call) -> None:
+    code, out, err = call("export", folder, "--to", to, "--force")
     assert code == 0
     file = folder / f"recording.{to}"
     assert file.stat().st_size > 100 and f"written to {file}" in out and "open it with" in out
     assert ("native.installed()" in out, "toes up" in out, err) == (to == "mjb", to == "mot", "")
-    assert call(capsys, "export", folder, "--to", to)[0] == 2
+    assert call("export", folder, "--to", to)[0] == 2
 
 
 def test_rate_columns_and_the_parquet_file_alone(
-    folder: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    folder: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     chosen = ("--column", "ankle/angle", "--column", "valve/*/coil")
     options = ("--out", tmp_path / "a.csv", "--rate", "50 Hz", *chosen)
-    code, _, err = call(capsys, "export", folder / "recording.parquet", *options)
+    code, _, err = call("export", folder / "recording.parquet", *options)
     assert (code, err) == (0, "")
     lines = (tmp_path / "a.csv").read_text().splitlines()
     assert len(lines) == 26
@@ -50,14 +48,10 @@ def test_rate_columns_and_the_parquet_file_alone(
     ],
 )
 def test_wrong_options_are_told(
-    folder: pathlib.Path,
-    arguments: tuple[str, ...],
-    words: str,
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
+    folder: pathlib.Path, arguments: tuple[str, ...], words: str, tmp_path: pathlib.Path, call: Call
 ) -> None:
     given = [each.replace("OUT", str(tmp_path)) for each in arguments]
-    code, out, err = call(capsys, "export", folder, *given)
+    code, out, err = call("export", folder, *given)
     assert (code, out) == (2, "") and words in err
     assert not list(tmp_path.iterdir())
 
@@ -67,11 +61,11 @@ def test_wrong_options_are_told(
     [("sweep.json", "afo-sim replay"), ("search.json", "best.toml"), ("", "there is no run here")],
 )
 def test_folder_of_something_else_is_refused(
-    file: str, words: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    file: str, words: str, tmp_path: pathlib.Path, call: Call
 ) -> None:
     if file:
         (tmp_path / file).write_text("{}")
-    code, _, err = call(capsys, "export", tmp_path, "--to", "csv")
+    code, _, err = call("export", tmp_path, "--to", "csv")
     assert code == 2 and words in err
     assert {path.name for path in tmp_path.iterdir()} <= {file}
 
@@ -79,41 +73,37 @@ def test_folder_of_something_else_is_refused(
 NAMES = ["commands.csv", "electronics.json", "host.c", "valves.h", "valves.ino"]
 
 
-def test_a_timer_is_written_and_its_own_commands_read_back(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_timer_is_written_and_its_own_commands_read_back(tmp_path: pathlib.Path, call: Call) -> None:
     folder = tmp_path / "board"
-    assert call(capsys, "electronics", "seated", "--out", folder)[0] == 0
+    assert call("electronics", "seated", "--out", folder)[0] == 0
     assert sorted(path.name for path in folder.rglob("*") if path.is_file()) == NAMES
     log = folder / "commands.csv"
-    code, out, _ = call(capsys, "electronics", "seated", "--read", log, "--within", "0 ms")
+    code, out, _ = call("electronics", "seated", "--read", log, "--within", "0 ms")
     assert code == 0 and "they switch alike" in out
     hung = tmp_path / "hung.csv"
     hung.write_text("\n".join(log.read_text().splitlines()[1:4]))  # below the digest
-    code, _, err = call(capsys, "electronics", "seated", "--read", hung)
+    code, _, err = call("electronics", "seated", "--read", hung)
     assert code == 2 and "nothing to compare" in err
     late = tmp_path / "late.csv"
     late.write_text(log.read_text().partition("\n")[2].replace("4000.000000,", "4020.000000,"))
-    code, out, _ = call(capsys, "electronics", "seated", "--read", late)
+    code, out, _ = call("electronics", "seated", "--read", late)
     assert code == 1 and "switching 1: outlet at 4020.000 ms, simulated outlet at 4000.000 ms" in out
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("cc"), reason="firmware is compiled by cc")
-def test_an_export_runs_in_the_loop(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_export_runs_in_the_loop(tmp_path: pathlib.Path, call: Call) -> None:
     seated = ("electronics", "seated", "--set", "duration=4.2 s")
-    assert call(capsys, *seated, "--out", tmp_path / "board")[0] == 0
-    code, out, _ = call(capsys, *seated, "--firmware", tmp_path / "board", "--within", "0 ms")
+    assert call(*seated, "--out", tmp_path / "board")[0] == 0
+    code, out, _ = call(*seated, "--firmware", tmp_path / "board", "--within", "0 ms")
     assert code == 0 and "they switch alike, within 0 ms" in out
 
 
-def test_an_export_is_not_replaced_by_another_scenarios(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_export_is_not_replaced_by_another_scenarios(tmp_path: pathlib.Path, call: Call) -> None:
     out = ("--out", tmp_path / "board")
-    assert call(capsys, "electronics", "seated", *out)[0] == 0
+    assert call("electronics", "seated", *out)[0] == 0
     other = ("electronics", "seated", "--set", "timer.period=9 s", *out)
-    code, _, err = call(capsys, *other)
+    code, _, err = call(*other)
     assert code == 2 and "holds the export of another scenario" in err
-    assert call(capsys, *other, "--force")[0] == 0
-    assert call(capsys, "run", "seated", *out)[0] == 2
+    assert call(*other, "--force")[0] == 0
+    assert call("run", "seated", *out)[0] == 2

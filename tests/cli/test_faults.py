@@ -19,7 +19,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from campaign import NIGHTLY, size
-from command import call
+from command import Call
 from faults import DISK, contents, hidden, largest_file, refuse
 from walking import known_walk, write_angles, write_forces, write_trc
 
@@ -252,11 +252,11 @@ def kills(command: str, line: list[str], try_it: Try, out: pathlib.Path) -> dict
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS if EVERY else QUICK)
 def test_full_disk_leaves_old_or_new(
-    command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str], call: Call
 ) -> None:
     out = tmp_path / "out"
     out.mkdir()
-    told = refusals(command, lambda: call(capsys, *words(command, out, given)), out, EVERY)
+    told = refusals(command, lambda: call(*words(command, out, given)), out, EVERY)
     with capsys.disabled():
         print(f"\n{command}: {told}" if EVERY else "", end="")
     assert told["old"] >= (1 if command in FRESH else 3), told
@@ -265,12 +265,12 @@ def test_full_disk_leaves_old_or_new(
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS if EVERY else ["new sweep"])
 def test_killed_at_every_change_it_is_old_or_new(
-    command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str], call: Call
 ) -> None:
     out = tmp_path / "out"
     out.mkdir()
     line = words(command, out, given)
-    told = kills(command, line, lambda: call(capsys, *line), out)
+    told = kills(command, line, lambda: call(*line), out)
     with capsys.disabled():
         print(f"\n{command}: {told}" if EVERY else "", end="")
     assert told["old"] >= 2, told
@@ -317,13 +317,13 @@ def numbers(name: str, data: bytes) -> object:
 @pytest.mark.slow
 @pytest.mark.parametrize("command", KILLED if NIGHTLY else KILLED[:2])
 def test_stopped_at_a_random_moment_the_next_one_ends_as_if_it_had_not_been(
-    command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    command: str, tmp_path: pathlib.Path, given: pathlib.Path, capsys: pytest.CaptureFixture[str], call: Call
 ) -> None:
     """KILL, SIGTERM and Ctrl-C; one moment in eight is of the last 50 ms."""
     rng, times, out = random.Random(f"moments of {command}"), tmp_path / "times.json", tmp_path / "out"
     line = words(command, out, given)
     found = []
-    for undisturbed in (lambda: faults.at_moment(line, times)[0], lambda: call(capsys, *line)[0]):
+    for undisturbed in (lambda: faults.at_moment(line, times)[0], lambda: call(*line)[0]):
         out.mkdir(exist_ok=True)
         lay(out, {})
         assert undisturbed() == 0
@@ -348,7 +348,7 @@ def test_stopped_at_a_random_moment_the_next_one_ends_as_if_it_had_not_been(
         as_before = judge(command, out, before, set(made), what)
         assert not (as_before and status == 0), what
         told["ended" if status == 0 else "old" if as_before else "new"] += 1
-        again(lambda: call(capsys, *line), out, set(made), what)
+        again(lambda: call(*line), out, set(made), what)
         assert hidden(out) == [], (what, hidden(out))
         now = {name: numbers(name, data) for name, data in contents(out).items()}
         assert all(now[name] == found[0][name] for name in same), what

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaign import nightly
-from command import call
+from command import Call
 from documents import PAGES
 from gait_lab.patients import LameWalker, laboratory
 from gait_lab.trial_files import write_forces as patients_forces
@@ -45,9 +45,7 @@ def trial(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 @pytest.mark.slow
-def test_import_writes_a_cycle_and_its_picture(
-    trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_import_writes_a_cycle_and_its_picture(trial: list[str], tmp_path: pathlib.Path, call: Call) -> None:
     out = tmp_path / "mine" / "walk.csv"
     facts = (
         "--source",
@@ -59,7 +57,7 @@ def test_import_writes_a_cycle_and_its_picture(
         "--sole",
         "25 mm",
     )
-    code, printed, complaint = call(capsys, *IMPORT, *trial, "--out", str(out), "--mass", "67.2 kg", *facts)
+    code, printed, complaint = call(*IMPORT, *trial, "--out", str(out), "--mass", "67.2 kg", *facts)
     assert code == 0, complaint
     assert "1 of 2 right (1_ground_force)" in printed or "2 of 2 right (1_ground_force)" in printed
     assert printed.startswith("right stride 1 of ")
@@ -70,47 +68,47 @@ def test_import_writes_a_cycle_and_its_picture(
     assert cycle.walker == "healthy"
     assert (cycle.body_height, cycle.sole_thickness) == (pytest.approx(1.72), pytest.approx(0.025))
     for command in (("check", str(out)), ("gait", "show", str(out))):
-        code, printed, complaint = call(capsys, *command)
+        code, printed, complaint = call(*command)
         assert code == 0, complaint
         assert "1.72 m" in printed and "25 mm under the ankle" in printed
     picture = tmp_path / "again.pdf"
-    assert call(capsys, "gait", "show", str(out), "--out", str(picture))[0] == 0
+    assert call("gait", "show", str(out), "--out", str(picture))[0] == 0
     assert picture.read_bytes().startswith(b"%PDF")
 
 
-def test_whose_walk_it_is_is_asked_before_anything_is_read(capsys: pytest.CaptureFixture[str]) -> None:
+def test_whose_walk_it_is_is_asked_before_anything_is_read(call: Call) -> None:
     """In one sentence that says what each answer does; a list of markers needs no answer."""
-    code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--out", "x.csv")
+    code, _, complaint = call("gait", "import", "not_there.c3d", "--out", "x.csv")
     assert code == 2 and complaint.count("\n") == 1
     assert "--walker" in complaint and "healthy (" in complaint and "patient (" in complaint
     both = ("--walker", "patient", "--side", "both")
-    code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--out", "x.csv", *both)
+    code, _, complaint = call("gait", "import", "not_there.c3d", "--out", "x.csv", *both)
     assert code == 2 and "--side" in complaint and "not alike" in complaint
-    code, _, complaint = call(capsys, "gait", "import", "not_there.c3d", "--write-map", "roles.toml")
+    code, _, complaint = call("gait", "import", "not_there.c3d", "--write-map", "roles.toml")
     assert code == 2 and "walker" not in complaint and "not_there" in complaint
 
 
 @pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_a_doubtful_mass_is_a_warning_and_none_is_an_estimate(
-    trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    trial: list[str], tmp_path: pathlib.Path, call: Call
 ) -> None:
     """The walk is that of 67.2 kg, and its right foot alone is seen."""
     out = str(tmp_path / "x.csv")
-    code, printed, complaint = call(capsys, *IMPORT, *trial, "--out", out, "--mass", "76 kg")
+    code, printed, complaint = call(*IMPORT, *trial, "--out", out, "--mass", "76 kg")
     assert code == 0, complaint
     warnings = [line for line in printed.splitlines() if line.startswith("warning: ")]
     assert any("76.0 kg" in line for line in warnings)
     assert gait.read(out).warnings == tuple(line.removeprefix("warning: ") for line in warnings)
     for command in (("check", out), ("gait", "show", out)):
-        code, again, complaint = call(capsys, *command)
+        code, again, complaint = call(*command)
         assert code == 0, complaint
         assert "warning 1" in again and "76.0 kg" in again
     before = (tmp_path / "x.csv").read_bytes()
-    code, _, complaint = call(capsys, *IMPORT, *trial, "--out", out)
+    code, _, complaint = call(*IMPORT, *trial, "--out", out)
     assert code == 2 and "is there already" in complaint and "--force" in complaint
     assert (tmp_path / "x.csv").read_bytes() == before
-    code, printed, complaint = call(capsys, *IMPORT, *trial, "--out", out, "--force")
+    code, printed, complaint = call(*IMPORT, *trial, "--out", out, "--force")
     assert code == 0, complaint
     assert "the plates carry" in printed
     assert abs(gait.read(out).body_mass / 67.2 - 1.0) < 0.05
@@ -119,39 +117,37 @@ def test_a_doubtful_mass_is_a_warning_and_none_is_an_estimate(
 @pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_a_map_of_markers_is_written_edited_and_read(
-    trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    trial: list[str], tmp_path: pathlib.Path, call: Call
 ) -> None:
     markers = pathlib.Path(trial[2])
     renamed = tmp_path / "walk.trc"
     renamed.write_text(markers.read_text(encoding="utf-8").replace("RKJC", "R.Q7"), encoding="utf-8")
     arguments = (*IMPORT, str(renamed), trial[1])
     out = ("--out", str(tmp_path / "x.csv"))
-    code, _, complaint = call(capsys, *arguments, *out)
+    code, _, complaint = call(*arguments, *out)
     assert code == 2
     assert "--write-map roles.toml" in complaint
     map_ = tmp_path / "roles.toml"
-    code, printed, complaint = call(capsys, *arguments, "--write-map", str(map_))
+    code, printed, complaint = call(*arguments, "--write-map", str(map_))
     assert code == 0, complaint
     assert f"written to {map_}" in printed
-    code, _, complaint = call(capsys, *arguments, "--write-map", str(map_))
+    code, _, complaint = call(*arguments, "--write-map", str(map_))
     assert code == 2
     assert "exists already" in complaint
     text = map_.read_text(encoding="utf-8").partition("\n")[2]
     line = next(line for line in text.splitlines() if line.startswith("# knee_lateral"))
     map_.write_text(text.replace(line, 'knee_lateral = ["R.Q7"]', 1), encoding="utf-8")
-    code, printed, complaint = call(capsys, *arguments, *out, "--map", str(map_))
+    code, printed, complaint = call(*arguments, *out, "--map", str(map_))
     assert code == 0, complaint
 
 
 @pytest.mark.usefixtures("blank")
 @pytest.mark.slow
-def test_second_stride_and_units_are_options(
-    trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_second_stride_and_units_are_options(trial: list[str], tmp_path: pathlib.Path, call: Call) -> None:
     for stride in ("1", "2"):
         out = tmp_path / f"{stride}.csv"
         arguments = ("--out", str(out), "--mass", "67200 g", "--stride", stride, "--cutoff", "0 Hz")
-        assert call(capsys, *IMPORT, *trial, *arguments)[0] == 0
+        assert call(*IMPORT, *trial, *arguments)[0] == 0
     first, second = (gait.read(tmp_path / f"{n}.csv") for n in (1, 2))
     assert first.notes["cut"] != second.notes["cut"]
     assert np.allclose(first.shank_angle, second.shank_angle, atol=1e-3)
@@ -159,7 +155,7 @@ def test_second_stride_and_units_are_options(
 
 @pytest.mark.slow
 def test_each_side_is_written_or_none(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recorded, out = laboratory(LameWalker(right_load=0.9)), tmp_path / "mine" / "her.csv"
     files = (
@@ -177,9 +173,9 @@ def test_each_side_is_written_or_none(
 
     with monkeypatch.context() as patched:
         patched.setattr(show, "draw_gait", broken)
-        assert call(capsys, *command)[0] == 2
+        assert call(*command)[0] == 2
     assert not out.parent.exists()
-    code, printed, complaint = call(capsys, *command)
+    code, printed, complaint = call(*command)
     assert code == 0, complaint
     written = {path.name for path in out.parent.iterdir()}
     assert written == {f"her_{side}.{kind}" for side in ("right", "left") for kind in ("csv", "png")}
@@ -228,11 +224,11 @@ REFUSED = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_bad_options_are_one_message_and_exit_2(
-    case: str, trial: list[str], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    case: str, trial: list[str], tmp_path: pathlib.Path, call: Call
 ) -> None:
     arguments, expected = REFUSED[case]
     out = () if "--out" in arguments else ("--out", str(tmp_path / "x.csv"))
-    code, printed, complaint = call(capsys, *IMPORT, *trial, *out, *arguments)
+    code, printed, complaint = call(*IMPORT, *trial, *out, *arguments)
     assert code == 2
     assert expected in complaint
     assert complaint.strip().count("\n") == 0
@@ -242,10 +238,7 @@ def test_bad_options_are_one_message_and_exit_2(
 
 @pytest.mark.slow
 def test_documents_commands_run(
-    trial: list[str],
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    trial: list[str], tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     block = PAGES["gait_data"].split("draws only with `--out`:\n\n")[1].split("\n\n")[0]
     lines = re.findall(r"^    \.venv/bin/afo-sim (gait .*)$", block, flags=re.M)
@@ -257,7 +250,7 @@ def test_documents_commands_run(
         (tmp_path / pathlib.Path(file).name).symlink_to(file)
     monkeypatch.chdir(tmp_path)
     for line in lines:
-        code, _, complaint = call(capsys, *shlex.split(line))
+        code, _, complaint = call(*shlex.split(line))
         assert code == 0, complaint
     assert (tmp_path / "walk.png").is_file() and (tmp_path / "stride.png").is_file()
 
@@ -265,10 +258,7 @@ def test_documents_commands_run(
 @pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_documents_three_commands_go_from_opensims_files_to_a_report(
-    trial: list[str],
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    trial: list[str], tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The block as it is printed, on a synthetic trial; the leg then walks as that trial does."""
     block = PAGES["walking"].split("to a report in three commands:\n\n")[1].split("\n\n")[0]
@@ -278,7 +268,7 @@ def test_documents_three_commands_go_from_opensims_files_to_a_report(
         (tmp_path / pathlib.Path(file).name).symlink_to(file)
     monkeypatch.chdir(tmp_path)
     for line in lines:
-        code, _, complaint = call(capsys, *shlex.split(line))
+        code, _, complaint = call(*shlex.split(line))
         assert code == 0, complaint
     report = (tmp_path / "runs" / "mine" / "report.html").read_text(encoding="utf-8")
     assert "my_walk.csv" in report
@@ -291,27 +281,27 @@ def test_documents_three_commands_go_from_opensims_files_to_a_report(
     assert np.degrees(np.sqrt(np.mean((run["shank/angle"][rows] - shank) ** 2))) < 0.5
 
 
-def test_show_knows_shipped_names(capsys: pytest.CaptureFixture[str]) -> None:
-    code, printed, _ = call(capsys, "gait", "show", "gatk_stride1")
+def test_show_knows_shipped_names(call: Call) -> None:
+    code, printed, _ = call("gait", "show", "gatk_stride1")
     assert code == 0
     for words in ("peak dorsiflexion", "taken out as drift", "Apache-2.0"):
         assert words in printed
 
 
-def test_list_and_check_know_the_shipped_gaits(capsys: pytest.CaptureFixture[str]) -> None:
-    code, printed, _ = call(capsys, "list", "gaits")
+def test_list_and_check_know_the_shipped_gaits(call: Call) -> None:
+    code, printed, _ = call("list", "gaits")
     assert code == 0
     for name in assets.gait_names():
         assert name in printed
-        code, _, complaint = call(capsys, "check", str(GAIT_DATA / f"{name}.csv"))
+        code, _, complaint = call("check", str(GAIT_DATA / f"{name}.csv"))
         assert code == 0, complaint
 
 
-def test_check_refuses_a_bad_cycle(tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_refuses_a_bad_cycle(tmp_path: pathlib.Path, call: Call) -> None:
     text = (GAIT_DATA / "gatk_stride1.csv").read_text(encoding="utf-8")
     bad = tmp_path / "bad.csv"
     bad.write_text(text.replace("stride_time_s: 1.2", "stride_time_s: 12"), encoding="utf-8")
-    code, _, complaint = call(capsys, "check", str(bad))
+    code, _, complaint = call("check", str(bad))
     assert code == 2
     assert "stride_time_s = " in complaint
 
@@ -344,7 +334,7 @@ PAGE = PAGES["gait_data"]
 @pytest.mark.usefixtures("blank")
 @pytest.mark.slow
 def test_three_commands_go_from_a_raw_c3d_to_a_report(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("ezc3d")
     from gait_lab.c3d_writer import write_c3d
@@ -358,7 +348,7 @@ def test_three_commands_go_from_a_raw_c3d_to_a_report(
     write_c3d(tmp_path / "walk.c3d", laboratory.time, points, plates)
     monkeypatch.chdir(tmp_path)
     for line in lines:
-        code, _, complaint = call(capsys, *shlex.split(line))
+        code, _, complaint = call(*shlex.split(line))
         assert code == 0, complaint
     assert (tmp_path / "my_walk.png").read_bytes().startswith(b"\x89PNG")
     assert gait.read(tmp_path / "my_walk.csv").side == "right"

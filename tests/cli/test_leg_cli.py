@@ -4,7 +4,7 @@ import pathlib
 
 import mujoco
 import pytest
-from command import call
+from command import Call
 from documents import ROOT
 
 import afo_sim as afo
@@ -32,10 +32,10 @@ def body(tmp_path: pathlib.Path) -> pathlib.Path:
 
 
 def test_import_tells_and_draws_what_was_found(
-    body: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    body: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     out = tmp_path / "leg"
-    code, told, _ = call(capsys, "leg", "import", body, "--side", "left", "--out", out)
+    code, told, _ = call("leg", "import", body, "--side", "left", "--out", out)
     assert code == 0
     for words in (
         "left_shin",
@@ -50,20 +50,20 @@ def test_import_tells_and_draws_what_was_found(
     assert {path.name for path in out.iterdir()} == {"leg.toml", "leg.xml", "leg.png", "README.md"}
     assert (out / "leg.png").read_bytes()[:4] == b"\x89PNG"
     assert afo.load("leg", str(out)).side == "left"
-    code, _, complaint = call(capsys, "leg", "import", body, "--side", "right", "--out", out)
+    code, _, complaint = call("leg", "import", body, "--side", "right", "--out", out)
     assert code == 2 and "--force" in complaint
-    assert call(capsys, "leg", "import", body, "--side", "right", "--out", out, "--force")[0] == 0
+    assert call("leg", "import", body, "--side", "right", "--out", out, "--force")[0] == 0
     assert afo.load("leg", str(out)).side == "right"
 
 
 def test_a_leg_is_named_and_its_zero_and_stops_are_told(
-    body: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    body: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     """The file's ankle is plantarflexion positive: its zero at 10 deg moves the stops up by 10 deg."""
     names = ("--shank", "left_shin", "--foot", "left_foot", "--ankle", "left_ankle")
-    _, told, _ = call(capsys, "leg", "import", body, *names, "--zero", "10 deg", "--out", "-")
+    _, told, _ = call("leg", "import", body, *names, "--zero", "10 deg", "--out", "-")
     assert "-40 to 40 deg" in told and "written" not in told
-    _, told, _ = call(capsys, "leg", "import", body, *names, "--range", "-45 deg", "25 deg", "--out", "-")
+    _, told, _ = call("leg", "import", body, *names, "--range", "-45 deg", "25 deg", "--out", "-")
     assert "-45 to 25 deg" in told
     assert [path.name for path in tmp_path.iterdir()] == ["my body.xml"]
 
@@ -94,14 +94,14 @@ def test_a_leg_is_named_and_its_zero_and_stops_are_told(
 def test_wrong_options_are_told_in_a_sentence(
     body: pathlib.Path,
     tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
+    call: Call,
     options: list[str],
     words: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     given = [option.replace("{body}", str(body)) for option in options]
-    code, told, complaint = call(capsys, "leg", "import", body, *given)
+    code, told, complaint = call("leg", "import", body, *given)
     assert code == 2 and told == ""
     assert len(complaint.strip().splitlines()) == 1
     assert any(word in complaint for word in words.split("|")), complaint
@@ -130,33 +130,27 @@ def test_wrong_options_are_told_in_a_sentence(
     ],
 )
 def test_wrong_files_are_told_in_a_sentence(
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
-    name: str,
-    content: bytes | None,
-    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: pathlib.Path, call: Call, name: str, content: bytes | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     if content is not None:
         (tmp_path / name).write_bytes(content)
     before = sorted(tmp_path.iterdir())
-    code, told, complaint = call(capsys, "leg", "import", tmp_path / name, "--out", tmp_path / "leg")
+    code, told, complaint = call("leg", "import", tmp_path / name, "--out", tmp_path / "leg")
     assert code == 2 and told == "", told
     assert "bug" not in complaint and "Traceback" not in complaint
     # MuJoCo itself logs a warning of NaN in the working directory
     assert [path for path in sorted(tmp_path.iterdir()) if path.name != "MUJOCO_LOG.TXT"] == before
 
 
-def test_the_missing_range_names_its_option(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_missing_range_names_its_option(tmp_path: pathlib.Path, call: Call) -> None:
     (tmp_path / "a.xml").write_bytes(LEG.read_bytes().replace(b'range="-50 30"', b""))
-    _, _, complaint = call(capsys, "leg", "import", tmp_path / "a.xml", "--out", "-")
+    _, _, complaint = call("leg", "import", tmp_path / "a.xml", "--out", "-")
     assert '--range "-50 deg" "30 deg"' in complaint
 
 
-def test_check_tells_both_legs_of_a_body(body: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, told, _ = call(capsys, "check", body)
+def test_check_tells_both_legs_of_a_body(body: pathlib.Path, call: Call) -> None:
+    code, told, _ = call("check", body)
     joined = " ".join(told.split())
     assert code == 0
     assert "shank left_shin, foot left_foot, ankle left_ankle" in joined
@@ -164,25 +158,21 @@ def test_check_tells_both_legs_of_a_body(body: pathlib.Path, capsys: pytest.Capt
 
 
 def test_a_whole_body_as_a_leg_is_told_the_way(
-    body: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    body: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     names = 'shank = "left_shin"\nfoot = "left_foot"\nankle = "left_ankle"\ndamping = "0.5 N*m*s/rad"\n'
     (tmp_path / "leg.toml").write_text(f'file = "{body.name}"\n{names}', encoding="utf-8")
-    code, _, complaint = call(capsys, "run", "seated", "--set", f"leg={tmp_path}", "--out", tmp_path / "run")
+    code, _, complaint = call("run", "seated", "--set", f"leg={tmp_path}", "--out", tmp_path / "run")
     assert code == 2
     assert "beside the ankle there are the joints" in complaint
     assert f"afo-sim leg import '{body}'" in complaint
 
 
-def test_export_writes_urdf_and_tells_what_it_lacks(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, told, notes = call(
-        capsys, "leg", "export", "adult_75kg", "--orthosis", "s1", "--to", tmp_path / "a.urdf"
-    )
+def test_export_writes_urdf_and_tells_what_it_lacks(tmp_path: pathlib.Path, call: Call) -> None:
+    code, told, notes = call("leg", "export", "adult_75kg", "--orthosis", "s1", "--to", tmp_path / "a.urdf")
     assert code == 0 and "a.urdf" in told
     assert "no muscles" in notes and "no passive tissue" in notes
-    code, _, complaint = call(capsys, "leg", "export", "seated", "--to", tmp_path / "a.urdf")
+    code, _, complaint = call("leg", "export", "seated", "--to", tmp_path / "a.urdf")
     assert code == 2 and "--force" in complaint
 
 
@@ -211,29 +201,26 @@ def _body(low: float, high: float, mesh: str = "") -> str:
     return f'<robot name="body">{links}<link name="r_thigh"/>{joints}</robot>'
 
 
-def test_check_finds_what_the_import_would(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_check_finds_what_the_import_would(tmp_path: pathlib.Path, call: Call) -> None:
     """ROS files name meshes by packages, and links without mass: MuJoCo's importer refuses both."""
     file = tmp_path / "body.urdf"
     mesh = '<visual><geometry><mesh filename="package://nowhere/pelvis.stl"/></geometry></visual>'
     file.write_text(_body(-0.5, 0.8, mesh))
-    code, told, complaint = call(capsys, "check", file)
+    code, told, complaint = call("check", file)
     assert code == 0, complaint
     assert all(word in told for word in ("13.6 kg", "r_shank", "r_ankle", "leg import"))
     file.write_text(_body(-40, 30))
-    code, told, complaint = call(capsys, "check", file)
+    code, told, complaint = call("check", file)
     assert "degrees" in told + complaint and "leg import" not in told
 
 
-Capture = pytest.CaptureFixture[str]
 LEG_OF_ATTACH = str(ROOT / "models" / "legs" / "adult_75kg" / "leg.xml")
 
 
-def test_attach_tells_what_it_found_and_writes_it(tmp_path: pathlib.Path, capsys: Capture) -> None:
+def test_attach_tells_what_it_found_and_writes_it(tmp_path: pathlib.Path, call: Call) -> None:
     out = tmp_path / "new folder" / "leg.xml"
     code, said, noted = call(
-        capsys, "attach", LEG_OF_ATTACH, "--orthosis", "s1", "--side", "right", "--out", out, "--mjb"
+        "attach", LEG_OF_ATTACH, "--orthosis", "s1", "--side", "right", "--out", out, "--mjb"
     )
     assert code == 0, noted
     for words in ("afo_valve_plantarflexor_outlet", "supply, gauge [Pa]", "12 actuators added", "0 to 45"):
@@ -246,54 +233,54 @@ def test_attach_tells_what_it_found_and_writes_it(tmp_path: pathlib.Path, capsys
     assert mujoco.MjModel.from_binary_path(str(out.with_suffix(".mjb"))).nu == 12
 
 
-def test_attach_goes_on_with_the_other_leg(tmp_path: pathlib.Path, capsys: Capture) -> None:
+def test_attach_goes_on_with_the_other_leg(tmp_path: pathlib.Path, call: Call) -> None:
     suite = pytest.importorskip("dm_control.suite")
     humanoid = str(pathlib.Path(suite.__file__).parent / "humanoid.xml")
     one, two = str(tmp_path / "one.xml"), str(tmp_path / "two.xml")
     given = ("--orthosis", "s1", "--timestep", "1 ms")
-    assert call(capsys, "attach", humanoid, *given, "--side", "left", "--out", one)[0] == 0
+    assert call("attach", humanoid, *given, "--side", "left", "--out", one)[0] == 0
     given = ("attach", one, *given, "--side", "right", "--out", two)
-    code, _, refused = call(capsys, *given)
+    code, _, refused = call(*given)
     assert code == 2
     assert "--prefix" in refused
-    assert call(capsys, *given, "--prefix", "afo_right_")[0] == 0
+    assert call(*given, "--prefix", "afo_right_")[0] == 0
     assert {leg.found.side for leg in afo.attached(two).legs.values()} == {"left", "right"}
 
 
-def test_attach_says_how_a_knees_sign_was_found(tmp_path: pathlib.Path, capsys: Capture) -> None:
-    said = call(capsys, "attach", "pin_knee", "--orthosis", "pin_knee", "--out", tmp_path / "knee.xml")[1]
+def test_attach_says_how_a_knees_sign_was_found(tmp_path: pathlib.Path, call: Call) -> None:
+    said = call("attach", "pin_knee", "--orthosis", "pin_knee", "--out", tmp_path / "knee.xml")[1]
     assert "the way in which its stops reach farther" in " ".join(said.split())
 
 
-def test_the_model_that_is_read_stays(tmp_path: pathlib.Path, capsys: Capture) -> None:
+def test_the_model_that_is_read_stays(tmp_path: pathlib.Path, call: Call) -> None:
     own = tmp_path / "own.xml"
     own.write_bytes(pathlib.Path(LEG_OF_ATTACH).read_bytes())
     before = own.read_bytes()
     code, _, refused = call(
-        capsys, "attach", str(own), "--orthosis", "s1", "--side", "right", "--out", str(own), "--force"
+        "attach", str(own), "--orthosis", "s1", "--side", "right", "--out", str(own), "--force"
     )
     assert code == 2 and "is the model that is read" in refused
     assert own.read_bytes() == before
 
 
 @pytest.mark.parametrize("content", [b"", b"\x00\xff\xfe", b"<mujoco><worldbody>", b'{"a": 1}', b"<mujoco/>"])
-def test_any_file_is_refused_in_words(content: bytes, tmp_path: pathlib.Path, capsys: Capture) -> None:
+def test_any_file_is_refused_in_words(content: bytes, tmp_path: pathlib.Path, call: Call) -> None:
     file = tmp_path / "a model.xml"
     file.write_bytes(content)
-    code, _, refused = call(capsys, "attach", file, "--orthosis", "s1", "--out", tmp_path / "out.xml")
+    code, _, refused = call("attach", file, "--orthosis", "s1", "--out", tmp_path / "out.xml")
     assert code == 2
     assert "Traceback" not in refused and refused.strip().count("\n") == 0
     assert [path.name for path in tmp_path.iterdir()] == ["a model.xml"]
 
 
-def test_what_is_there_is_replaced_only_with_force(tmp_path: pathlib.Path, capsys: Capture) -> None:
+def test_what_is_there_is_replaced_only_with_force(tmp_path: pathlib.Path, call: Call) -> None:
     given = ("attach", LEG_OF_ATTACH, "--orthosis", "s1", "--out", str(tmp_path / "leg.xml"))
-    assert call(capsys, *given)[0] == 0
+    assert call(*given)[0] == 0
     before = (tmp_path / "leg.toml").read_bytes()
-    code, _, refused = call(capsys, *given, "--supply", "3 bar")
+    code, _, refused = call(*given, "--supply", "3 bar")
     assert code == 2 and "--force" in refused
     assert (tmp_path / "leg.toml").read_bytes() == before
-    assert call(capsys, *given, "--supply", "3 bar", "--force")[0] == 0
+    assert call(*given, "--supply", "3 bar", "--force")[0] == 0
     assert afo.attached(tmp_path / "leg.xml").supply == 3e5
 
 
@@ -320,11 +307,11 @@ def test_a_damaged_sidecar_is_refused_in_words(tmp_path: pathlib.Path) -> None:
         afo.attached(LEG_OF_ATTACH)  # with a leg's own TOML beside it
 
 
-def test_refit_to_lengths_and_run(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+def test_refit_to_lengths_and_run(call: Call, tmp_path: pathlib.Path) -> None:
     lengths = ("--shank-length", "35 cm", "--foot-length", "22 cm")
-    code, out, err = call(capsys, "refit", "s1", *lengths, "--out", tmp_path / "mine")
+    code, out, err = call("refit", "s1", *lengths, "--out", tmp_path / "mine")
     assert (code, err) == (0, "")
     assert "shank × 0.813, foot × 0.8271" in out  # 35/(0.246·175), 22/(0.152·175)
     worn = ("--set", f"orthosis={tmp_path / 'mine'}", "--set", "duration=1 s", "--no-rrd")
-    code, _, err = call(capsys, "run", "seated", *worn, "--out", tmp_path / "run")
+    code, _, err = call("run", "seated", *worn, "--out", tmp_path / "run")
     assert (code, err) == (0, "")

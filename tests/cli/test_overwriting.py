@@ -5,7 +5,7 @@ import json
 import pathlib
 
 import pytest
-from command import call
+from command import Call
 
 import afo_sim
 from afo_sim.metrics import Metric
@@ -15,36 +15,34 @@ SHORT = ("--no-rrd", "--set", "duration=0.1 s")
 
 
 def test_only_the_same_run_is_replaced(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     summary = tmp_path / "runs" / "seated" / "summary.json"
-    assert call(capsys, "run", *SHORT)[0] == 0
+    assert call("run", *SHORT)[0] == 0
     first = summary.read_bytes()
-    assert call(capsys, "run", *SHORT)[0] == 0
+    assert call("run", *SHORT)[0] == 0
     second = summary.read_bytes()
     assert json.loads(first)["metrics"] == json.loads(second)["metrics"]
     for arguments, words in (
         (("--set", "supply.pressure=3 bar"), "holds a run of 'seated' with other values"),
         (("seated-antagonist", "--out", "runs/seated"), "the run of another scenario, 'seated'"),
     ):
-        code, _, complaint = call(capsys, "run", *arguments, *SHORT)
+        code, _, complaint = call("run", *arguments, *SHORT)
         assert code == 2
         assert words in complaint
         assert all(option in complaint for option in ("--out = 'runs/seated'", "--force"))
         assert summary.read_bytes() == second
-    assert call(capsys, "run", "--force", *SHORT, "--set", "supply.pressure=3 bar")[0] == 0
+    assert call("run", "--force", *SHORT, "--set", "supply.pressure=3 bar")[0] == 0
     assert json.loads(summary.read_text())["scenario"]["supply"]["pressure"] == "300000.0 Pa"
 
 
-def test_damaged_summary_is_no_reason_to_replace(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_damaged_summary_is_no_reason_to_replace(tmp_path: pathlib.Path, call: Call) -> None:
     out = tmp_path / "a"
-    assert call(capsys, "run", "--out", out, *SHORT)[0] == 0
+    assert call("run", "--out", out, *SHORT)[0] == 0
     for text in ("{", "[]", '{"scenario": null}'):
         (out / "summary.json").write_text(text)
-        code, _, complaint = call(capsys, "run", "--out", out, *SHORT)
+        code, _, complaint = call("run", "--out", out, *SHORT)
         assert (code, "--force" in complaint) == (2, True)
 
 
@@ -64,21 +62,19 @@ def test_damaged_summary_is_no_reason_to_replace(
     ],
 )
 def test_folder_of_another_kind_is_refused(
-    file: str, command: tuple[str, ...], tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    file: str, command: tuple[str, ...], tmp_path: pathlib.Path, call: Call
 ) -> None:
     (tmp_path / file).write_text("theirs")
-    code, _, complaint = call(capsys, *command, "--out", tmp_path)
+    code, _, complaint = call(*command, "--out", tmp_path)
     assert code == 2
     assert f"({file})" in complaint
     assert "another folder with --out" in complaint
     assert [path.name for path in tmp_path.iterdir()] == [file]
 
 
-def test_numbers_that_say_nothing_are_left_out(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_numbers_that_say_nothing_are_left_out(tmp_path: pathlib.Path, call: Call) -> None:
     code, printed, _ = call(
-        capsys, "run", "--numbers", "--set", "duration=10 ms", "--no-rrd", "--out", tmp_path / "a"
+        "run", "--numbers", "--set", "duration=10 ms", "--no-rrd", "--out", tmp_path / "a"
     )
     assert code == 0
     table, _, rest = printed.partition("left out, ")
@@ -88,28 +84,26 @@ def test_numbers_that_say_nothing_are_left_out(
 
 
 def test_a_joint_that_only_rounding_moves_is_left_out(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     still = dataclasses.replace(
         afo_sim.run("seated", {"duration": "10 ms"}), metrics={"range_of_motion": Metric(3e-14, "deg")}
     )
     monkeypatch.setattr(running, "run_built", lambda *_, **__: still)
-    code, printed, _ = call(capsys, "run", "--numbers", "--no-rrd", "--out", tmp_path / "a")
+    code, printed, _ = call("run", "--numbers", "--no-rrd", "--out", tmp_path / "a")
     assert code == 0
     assert "left out, does not move: range_of_motion" in printed
     assert "3e-14" not in printed
 
 
 @pytest.mark.slow
-def test_an_older_comparison_goes_as_a_whole(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_older_comparison_goes_as_a_whole(tmp_path: pathlib.Path, call: Call) -> None:
     out = tmp_path / "laws"
-    assert call(capsys, "compare", "arm", "--laws", "polynomial,sarosi_2012", *SHORT, "--out", out)[0] == 0
+    assert call("compare", "arm", "--laws", "polynomial,sarosi_2012", *SHORT, "--out", out)[0] == 0
     (out / "mine").mkdir()
     (out / "mine" / "recording.parquet").write_text("mine")
     (out / "polynomial" / "notes.txt").write_text("mine")
-    assert call(capsys, "compare", "arm", "--laws", "kerscher_2006,bolen_2026", *SHORT, "--out", out)[0] == 0
+    assert call("compare", "arm", "--laws", "kerscher_2006,bolen_2026", *SHORT, "--out", out)[0] == 0
     assert not (out / "sarosi_2012").exists()
     assert [path.name for path in (out / "polynomial").iterdir()] == ["notes.txt"]
     assert [path.name for path in (out / "mine").iterdir()] == ["recording.parquet"]
@@ -118,15 +112,13 @@ def test_an_older_comparison_goes_as_a_whole(
 
 
 @pytest.mark.slow
-def test_names_in_an_older_table_reach_no_other_folder(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_names_in_an_older_table_reach_no_other_folder(tmp_path: pathlib.Path, call: Call) -> None:
     out, other = tmp_path / "laws", tmp_path / "other"
     for folder in (out, other, out / "mine"):
         folder.mkdir()
     (other / "recording.parquet").write_text("theirs")
     (out / "mine" / "recording.parquet").write_text("mine")
     (out / "differences.csv").write_text("law,other law,angle\n../other,mine,1\n\xff")
-    assert call(capsys, "compare", "arm", "--laws", "polynomial,sarosi_2012", *SHORT, "--out", out)[0] == 0
+    assert call("compare", "arm", "--laws", "polynomial,sarosi_2012", *SHORT, "--out", out)[0] == 0
     assert (other / "recording.parquet").read_text() == "theirs"
     assert (out / "mine" / "recording.parquet").read_text() == "mine"

@@ -4,7 +4,7 @@ import pathlib
 import shlex
 
 import pytest
-from command import call
+from command import Call
 from documents import ROOT
 
 MINE = "orthosis.muscle.dorsiflexor"
@@ -154,14 +154,10 @@ REFUSED = [
 
 @pytest.mark.parametrize(("line", "says"), REFUSED, ids=[line for line, _ in REFUSED])
 def test_it_is_one_sentence_and_nothing_is_written(
-    line: str,
-    says: str,
-    tmp_path: pathlib.Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    line: str, says: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, call: Call
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    code, printed, complaint = call(capsys, *shlex.split(line))
+    code, printed, complaint = call(*shlex.split(line))
     assert code == 2 and says in complaint, complaint
     assert complaint.startswith("afo-sim: ") and complaint.strip().count("\n") == 0
     assert "Traceback" not in printed + complaint

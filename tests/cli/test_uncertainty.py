@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from campaign import size
-from command import call
+from command import Call
 
 from afo_sim import read_recording, run
 from afo_sim.description import toml_text
@@ -20,11 +20,11 @@ SHORT = ("--set", "timestep=4 ms", "--set", "duration=4 s", "--no-rrd", "--no-ch
 
 
 @pytest.mark.slow
-def test_a_run_prints_its_bands(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+def test_a_run_prints_its_bands(call: Call, tmp_path: pathlib.Path) -> None:
     words = ("run", "walk-dropfoot-afo", *SHORT, "--uncertainty", 20, "--out", tmp_path / "run", "--force")
-    code, out, _ = call(capsys, *words)
+    code, out, _ = call(*words)
     assert code == 0 and "5 to 95 % of 20 draws: toe clearance" in out
-    code, out, _ = call(capsys, *words, "--numbers")
+    code, out, _ = call(*words, "--numbers")
     assert code == 0 and "What is not known, drawn together (20 draws)" in out
     assert "too few to show what explains the bands" in " ".join(out.split())
     told = read_recording(tmp_path / "run").studies["uncertainty"]
@@ -32,20 +32,18 @@ def test_a_run_prints_its_bands(capsys: pytest.CaptureFixture[str], tmp_path: pa
     assert json.dumps(told) == json.dumps(called.studies["uncertainty"])
 
 
-def test_a_file_of_spreads_is_listed_and_checked(
-    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
-    assert "factor_sd" in call(capsys, "list", "usual")[1]
+def test_a_file_of_spreads_is_listed_and_checked(call: Call, tmp_path: pathlib.Path) -> None:
+    assert "factor_sd" in call("list", "usual")[1]
     file = tmp_path / "mine.toml"
     text = (
         '[parameters.cuff]\nkey = "patient.passive_scale"\ndistribution = "normal"\nsd = 0.1\n'
         'kind = "assumed"\nsource = ""\n'
     )
     file.write_text(text, encoding="utf-8")
-    code, _, err = call(capsys, "check", file)
+    code, _, err = call("check", file)
     assert code == 2 and "parameters.cuff.source" in err
     file.write_text(text.replace('source = ""', 'source = "a guess"'), encoding="utf-8")
-    code, out, _ = call(capsys, "check", file)
+    code, out, _ = call("check", file)
     assert code == 0 and "a guess" in out
 
 
@@ -86,7 +84,7 @@ CUFF: dict[str, Any] = {
     ],
 )
 def test_what_spreads_nothing_is_refused_by_check_and_by_run(
-    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path, changed: dict[str, Any], said: str
+    call: Call, tmp_path: pathlib.Path, changed: dict[str, Any], said: str
 ) -> None:
     file = tmp_path / "mine.toml"
     table = {name: value for name, value in (CUFF | changed).items() if value is not None}
@@ -94,7 +92,7 @@ def test_what_spreads_nothing_is_refused_by_check_and_by_run(
     assert tomllib.loads(file.read_text(encoding="utf-8"))
     walk = ("run", "walk-dropfoot-afo", "--uncertainty", 20, "--spreads", file, "--out", tmp_path / "run")
     for words in (("check", file), walk):
-        code, _, err = call(capsys, *words)
+        code, _, err = call(*words)
         assert code == 2 and re.search(said, err), err
         assert err.startswith(f"afo-sim: {file}: ") and len(err.strip().splitlines()) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
@@ -103,24 +101,20 @@ def test_what_spreads_nothing_is_refused_by_check_and_by_run(
 @pytest.mark.parametrize(
     "key", ["phases.dorsiflexor.inlet[0][0]", "supply.pressure", "orthosis.muscle.*.slack"]
 )
-def test_any_number_of_the_walk_can_spread(
-    key: str, capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
+def test_any_number_of_the_walk_can_spread(key: str, call: Call, tmp_path: pathlib.Path) -> None:
     file = tmp_path / "mine.toml"
     table = CUFF | {"key": key, "sd": 0.01 if "phases" in key else "5 kPa" if "supply" in key else "1 mm"}
     file.write_text(toml_text({"parameters": {"one": table}}), encoding="utf-8")
-    assert call(capsys, "check", file)[0] == 0
+    assert call("check", file)[0] == 0
     walk = ("run", "walk-dropfoot-afo", *SHORT, "--uncertainty", 20, "--spreads", file)
-    assert call(capsys, *walk, "--out", tmp_path / "run")[0] == 0
+    assert call(*walk, "--out", tmp_path / "run")[0] == 0
 
 
-def test_bounds_that_leave_out_the_own_value_are_named(
-    capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path
-) -> None:
+def test_bounds_that_leave_out_the_own_value_are_named(call: Call, tmp_path: pathlib.Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(toml_text({"parameters": {"cuff": CUFF | {"at_least": "8 kN/m"}}}), encoding="utf-8")
     walk = ("run", "walk-dropfoot-afo", "--uncertainty", 20, "--spreads", file, "--out", tmp_path / "run")
-    code, _, err = call(capsys, *walk)
+    code, _, err = call(*walk)
     assert code == 2 and "parameters.cuff.at_least = '8 kN/m': leaves out" in err
     assert "allowed: at most 4000 N/m" in err
 

@@ -7,7 +7,7 @@ import pathlib
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from command import call
+from command import Call
 
 from afo_sim.show.walker_poses import poses
 from afo_sim.walker import PICTURES, Response, in_brief, respond, table
@@ -23,15 +23,12 @@ def found() -> Response:
 
 @pytest.mark.slow
 def test_a_walk_is_printed_and_written_whole(
-    found: Response,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: pathlib.Path,
-    monkeypatch: pytest.MonkeyPatch,
+    found: Response, call: Call, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("rerun")
     monkeypatch.setenv("COLUMNS", "200")
     folder = tmp_path / "out"
-    code, out, err = call(capsys, *SHORT, "--rrd", "--out", folder)
+    code, out, err = call(*SHORT, "--rrd", "--out", folder)
     assert code == 0 and "Traceback" not in err, err
     for words in ("Does the wearer fall (in simulation)?", "What do they change?", "What does it cost them?"):
         assert words in out
@@ -50,11 +47,11 @@ def test_a_walk_is_printed_and_written_whole(
     assert "https://" not in page and "<script" not in page
     assert all(f">{cell}<" in page for row in table(found)[1] for cell in row[1:])
     before = (folder / "walk.json").read_bytes()
-    code, _, err = call(capsys, *SHORT, "--seed", "1", "--out", folder)
+    code, _, err = call(*SHORT, "--seed", "1", "--out", folder)
     assert code == 2 and "--force" in err and (folder / "walk.json").read_bytes() == before
-    code, _, err = call(capsys, "run", "seated", "--out", folder)
+    code, _, err = call("run", "seated", "--out", folder)
     assert code == 2 and "responding walk" in err
-    code, _, _ = call(capsys, *SHORT, "--vary", "supply.pressure=2 bar,4 bar", "--out", folder, "--force")
+    code, _, _ = call(*SHORT, "--vary", "supply.pressure=2 bar,4 bar", "--out", folder, "--force")
     assert code == 0 and {path.name for path in folder.iterdir()} == {"walk.json", "walk.csv"}
     rows = list(csv.DictReader((folder / "walk.csv").read_text(encoding="utf-8").splitlines()[1:]))
     assert [row["supply.pressure"] for row in rows] == ["2 bar", "4 bar"]

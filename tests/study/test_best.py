@@ -6,7 +6,7 @@ import pathlib
 import numpy as np
 import pytest
 from campaign import nightly, size
-from command import call
+from command import Call
 
 import afo_sim as afo
 from afo_sim.common import assets
@@ -90,14 +90,12 @@ def test_its_limits_are_what_s1_does_at_4_bar() -> None:
 
 @nightly("a whole search of 17 s; shorter ones run by day")
 @pytest.mark.slow
-def test_it_finds_less_pressure_for_the_same_torque(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_it_finds_less_pressure_for_the_same_torque(tmp_path: pathlib.Path, call: Call) -> None:
     """A direct run of the found design keeps what is asked for, by the numbers of S1's own run."""
     text = assets.find("search", "placement").read_text(encoding="utf-8")
     file = tmp_path / "short.toml"
     file.write_text(text.replace("generations = 80", f"generations = {size(20, 30)}"), encoding="utf-8")
-    assert call(capsys, "optimise", file, "--out", tmp_path / "found")[0] == 0
+    assert call("optimise", file, "--out", tmp_path / "found")[0] == 0
     best = afo.load("scenario", tmp_path / "found" / "best.toml")
     own, found = afo.run("seated", {"duration": "8 s"}), afo.run(best)
     assert best.supply.pressure < 0.9 * 4e5

@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from command import call
+from command import Call
 from sweep_runs import SEATED, opened
 from sweep_runs import written as written_sweep
 
@@ -132,20 +132,20 @@ def test_a_search_without_any_design_may_be_changed_freely(tmp_path: pathlib.Pat
 
 @pytest.mark.slow
 def test_a_search_of_other_code_goes_on_where_told_and_says_so(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     searched(tmp_path)
     file, out = tmp_path / "small.toml", tmp_path / "out"
-    code, printed, err = call(capsys, "optimise", file, "--out", out)
+    code, printed, err = call("optimise", file, "--out", out)
     assert code == 0, err
     assert "2 starts from different seeds" in printed and (out / store.FIGURE).stat().st_size > 1000
     designs = (out / store.DESIGNS).read_bytes()
     monkeypatch.setattr(folder, "code_fingerprint", lambda: "0" * 64)
     searched(tmp_path, SEARCH.replace("generations = 1", "generations = 2"))
-    code, _, err = call(capsys, "optimise", file, "--out", out)
+    code, _, err = call("optimise", file, "--out", out)
     assert code == 2 and "computed by other code" in err
     assert (out / store.DESIGNS).read_bytes() == designs
-    code, printed, err = call(capsys, "optimise", file, "--out", out, "--if-changed", "continue")
+    code, printed, err = call("optimise", file, "--out", out, "--if-changed", "continue")
     assert code == 0, err
     assert "more than one version of the code" in printed
     assert json.loads((out / store.BEST).read_text())["mixed"] is True

@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from campaign import size
-from command import call
+from command import Call
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sweep_runs import killed
@@ -427,8 +427,8 @@ def test_shipped_searches_are_good(name: str) -> None:
             assert not set(judging.values[parameter]) & set(fresh.values[parameter])
 
 
-def test_a_search_is_checked(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
-    code, out, _ = call(capsys, "check", written(tmp_path))
+def test_a_search_is_checked(call: Call, tmp_path: pathlib.Path) -> None:
+    code, out, _ = call("check", written(tmp_path))
     assert code == 0
     assert "search" in out
     assert "lowest air_per_stride" in out
@@ -451,14 +451,14 @@ def test_limits_on_one_metric_are_told_apart(tmp_path: pathlib.Path) -> None:
 
 
 def test_fresh_patients_that_are_invalid_are_refused_before_anything_runs(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: pathlib.Path, call: Call
 ) -> None:
     """Two patients about 0.3 are strengths; of eight more, one is below zero."""
     normal = 'distribution = "normal"\nmean = 0.3\nsd = 0.15\n'
     file = written(tmp_path, SMALL.replace("from = 0.0\nto = 0.5\n", normal))
     search = plan.read(file)
     assert search.judging() is not None
-    code, _, err = call(capsys, "optimise", file, "--out", tmp_path / "out")
+    code, _, err = call("optimise", file, "--out", tmp_path / "out")
     assert code == 2 and "patients.parameters.strength" in err
     assert not (tmp_path / "out").exists()
 
@@ -507,11 +507,11 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_refused(case: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_refused(case: str, tmp_path: pathlib.Path, call: Call) -> None:
     old, new, message = REFUSED[case]
     assert old in SMALL
     file = written(tmp_path, SMALL.replace(old, new))
-    code, _, err = call(capsys, "optimise", file, "--out", tmp_path / "out")
+    code, _, err = call("optimise", file, "--out", tmp_path / "out")
     assert code == 2
     assert "Traceback" not in err
     assert re.search(message, err.replace("\n", " ")), err
@@ -519,10 +519,10 @@ def test_refused(case: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixtur
 
 
 def test_without_cma_it_says_what_to_install(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "cma", None)
-    code, _, err = call(capsys, "optimise", written(tmp_path), "--out", tmp_path / "out")
+    code, _, err = call("optimise", written(tmp_path), "--out", tmp_path / "out")
     assert code == 2
     assert "pip install 'afo-sim[study]'" in err
     assert not (tmp_path / "out").exists()
@@ -543,14 +543,14 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
 
 @pytest.mark.slow
 def test_a_killed_search_ends_as_if_it_had_not_been(
-    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     out = tmp_path / "out"
     file = written(tmp_path)
     command = [sys.executable, "-m", "afo_sim", "optimise", str(file), "--out", str(out), "--threads", "1"]
     assert killed(command, out / store.GENERATIONS)
     assert not (out / store.BEST).exists()
-    code, printed, err = call(capsys, "optimise", file, "--out", out)  # with as many threads as there are
+    code, printed, err = call("optimise", file, "--out", out)  # with as many threads as there are
     assert code == 0, err
     assert "objective and limits" in printed
     for name in (store.DESIGNS, store.BEST):
@@ -581,7 +581,7 @@ def test_every_design_is_what_its_patients_say(uninterrupted: pathlib.Path) -> N
 
 @pytest.mark.slow
 def test_the_best_design_runs_and_is_told(
-    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     best = json.loads((uninterrupted / "out" / store.BEST).read_text())
     rows = pq.read_table(uninterrupted / "out" / store.DESIGNS).to_pylist()
@@ -595,18 +595,16 @@ def test_the_best_design_runs_and_is_told(
         assert row[OBJECTIVE] == min(r[OBJECTIVE] for r in good)
     assert best["fresh_patients"]["patients"] == 8
     scenario = uninterrupted / "out" / store.SCENARIO
-    code, _, err = call(capsys, "run", scenario, "--out", tmp_path / "run", "--no-rrd")
+    code, _, err = call("run", scenario, "--out", tmp_path / "run", "--no-rrd")
     assert code == 0, err
     by_hand = afo_sim.run("walk-dropfoot-afo", best["sets"])
     assert afo_sim.run(str(scenario)).metrics == by_hand.metrics
 
 
-def test_a_finished_search_computes_nothing(
-    uninterrupted: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_finished_search_computes_nothing(uninterrupted: pathlib.Path, call: Call) -> None:
     out = uninterrupted / "out"
     before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
-    code, printed, _ = call(capsys, "optimise", uninterrupted / "small.toml", "--out", out)
+    code, printed, _ = call("optimise", uninterrupted / "small.toml", "--out", out)
     assert code == 0
     assert "nothing is computed" in printed
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
@@ -614,12 +612,12 @@ def test_a_finished_search_computes_nothing(
 
 @pytest.mark.slow
 def test_a_changed_search_is_refused_or_begins_anew(
-    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     out = uninterrupted / "out"
     other = written(tmp_path, SMALL.replace('"-1.5 cm"', '"-2 cm"'))
     before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
-    code, _, err = call(capsys, "optimise", other, "--out", out)
+    code, _, err = call("optimise", other, "--out", out)
     assert code == 2
     assert "another search" in err
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
@@ -629,12 +627,10 @@ def test_a_changed_search_is_refused_or_begins_anew(
     (copy / store.GENERATIONS).mkdir(parents=True)
     write_json(copy / store.MANIFEST, manifest)
     (copy / store.GENERATIONS / "000000.parquet").write_text("of other code")
-    code, _, err = call(capsys, "optimise", uninterrupted / "small.toml", "--out", copy)
+    code, _, err = call("optimise", uninterrupted / "small.toml", "--out", copy)
     assert code == 2
     assert "other code" in err
-    code, _, err = call(
-        capsys, "optimise", uninterrupted / "small.toml", "--out", copy, "--if-changed", "restart"
-    )
+    code, _, err = call("optimise", uninterrupted / "small.toml", "--out", copy, "--if-changed", "restart")
     assert code == 0, err
     assert (copy / store.DESIGNS).read_bytes() == (out / store.DESIGNS).read_bytes()
 

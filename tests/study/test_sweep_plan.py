@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaign import NIGHTLY, size
-from command import call
+from command import Call
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
@@ -724,13 +724,13 @@ def test_shipped_sweeps_are_good(name: str) -> None:
     assert all(np.isfinite(many.values[p.name]).all() for p in found.parameters if not p.words)
 
 
-def test_a_sweep_is_checked(capsys: pytest.CaptureFixture[str], tmp_path: pathlib.Path) -> None:
+def test_a_sweep_is_checked(call: Call, tmp_path: pathlib.Path) -> None:
     file = written(tmp_path, 'design = "saltelli"\ncases = 4', THREE)
-    code, out, _ = call(capsys, "check", file)
+    code, out, _ = call("check", file)
     assert code == 0
     assert "32 (saltelli)" in out
     file.write_text(file.read_text().replace("supply.pressure", "supply.presure"))
-    code, _, err = call(capsys, "check", file)
+    code, _, err = call("check", file)
     assert code == 2
     assert "did you mean 'pressure'" in err
 

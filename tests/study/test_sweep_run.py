@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaign import size
-from command import call
+from command import Call
 from sweep_runs import COMMAND, SEATED, SWEEP, assert_same, exact, killed, opened, swept, table, written
 
 import afo_sim
@@ -112,7 +112,7 @@ def test_a_case_is_itself_in_any_order_and_company(whole: pathlib.Path) -> None:
 
 
 def test_replay_of_ten_cases_is_their_rows_to_the_last_bit(
-    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    whole: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     results = afo_sim.study.read(whole)
     runs = np.flatnonzero(results["status"] != "infeasible")
@@ -121,7 +121,7 @@ def test_replay_of_ten_cases_is_their_rows_to_the_last_bit(
         assert again.different == {}
         assert again.recording.ok == (results["status"][case] == "ok")
     ok = int(np.flatnonzero(results.ok)[0])
-    code, out, _ = call(capsys, "replay", whole, ok, "--out", tmp_path / "again")
+    code, out, _ = call("replay", whole, ok, "--out", tmp_path / "again")
     assert code == 0 and "to the last bit" in out
     assert (tmp_path / "again" / "recording.rrd").stat().st_size > 0
     kept = afo_sim.read_recording(tmp_path / "again")
@@ -129,7 +129,7 @@ def test_replay_of_ten_cases_is_their_rows_to_the_last_bit(
 
 
 def test_replay_says_what_differs_from_the_row(
-    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    whole: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     out = tmp_path / "out"
     shutil.copytree(whole, out)
@@ -138,37 +138,35 @@ def test_replay_says_what_differs_from_the_row(
     values = np.nextafter(rows["toe_clearance"].to_numpy(), np.inf)  # by one bit
     write_parquet(out / "results.parquet", rows.set_column(column, rows.schema.field(column), [values]))
     ok = int(np.flatnonzero(afo_sim.study.read(out).ok)[0])
-    code, said, complained = call(capsys, "replay", out, ok, "--no-rrd")
+    code, said, complained = call("replay", out, ok, "--no-rrd")
     assert code == 1
     assert "toe_clearance" in said and "another processor" in complained
     assert "stride_time" not in said
 
 
-def test_replay_says_when_a_case_ends_otherwise(
-    seated: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_replay_says_when_a_case_ends_otherwise(seated: pathlib.Path, call: Call) -> None:
     rows, out = table(seated), seated
     column = rows.schema.get_field_index("status")
     told = [["unstable"] + ["ok"] * 11]
     write_parquet(out / "results.parquet", rows.set_column(column, rows.schema.field(column), told))
-    code, said, _ = call(capsys, "replay", out, 0, "--no-rrd")
+    code, said, _ = call("replay", out, 0, "--no-rrd")
     assert code == 1 and "case 0: unstable in the sweep, now ok" in said
-    assert call(capsys, "replay", out, 1, "--no-rrd")[0] == 0
+    assert call("replay", out, 1, "--no-rrd")[0] == 0
 
 
 def test_replay_of_a_case_that_raises_is_one_message(
-    seated: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    seated: pathlib.Path, monkeypatch: pytest.MonkeyPatch, call: Call
 ) -> None:
     monkeypatch.setattr(replay, "run_scenario", lambda *_, **__: 1 / 0)
-    code, _, complained = call(capsys, "replay", seated, 3)
+    code, _, complained = call("replay", seated, 3)
     assert code == 2 and "CASE = 3: fails: ZeroDivisionError" in complained
 
 
-def test_replay_of_what_is_not_there(whole: pathlib.Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, complained = call(capsys, "replay", whole, 14)
+def test_replay_of_what_is_not_there(whole: pathlib.Path, call: Call) -> None:
+    code, _, complained = call("replay", whole, 14)
     assert code == 2 and "no such case" in complained
     infeasible = int(np.flatnonzero(afo_sim.study.read(whole)["status"] == "infeasible")[0])
-    code, _, complained = call(capsys, "replay", whole, infeasible)
+    code, _, complained = call("replay", whole, infeasible)
     assert code == 2 and "taut" in complained
 
 
@@ -224,7 +222,7 @@ def test_whatever_a_case_raises_is_its_row(
 
 
 def test_a_file_that_is_gone_for_a_while_is_no_case_s_row(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any
+    tmp_path: pathlib.Path, call: Call, seated_table: Any
 ) -> None:
     leg = assets.find("leg", "adult_75kg")
     shutil.copytree(leg.parent, tmp_path / "leg")
@@ -237,7 +235,7 @@ def test_a_file_that_is_gone_for_a_while_is_no_case_s_row(
         runner.run(store)
     assert not list(out.glob("chunks/*"))
     (tmp_path / "away.xml").rename(tmp_path / "leg" / "leg.xml")
-    assert call(capsys, "sweep", file, "--out", out)[0] == 0
+    assert call("sweep", file, "--out", out)[0] == 0
     assert table(out)["status"].to_pylist() == ["ok"] * 12
 
 
@@ -254,15 +252,13 @@ def test_a_metric_that_the_first_cases_lack_has_its_column(tmp_path: pathlib.Pat
 
 
 @pytest.mark.slow
-def test_what_cases_warn_of_stands_in_their_rows_and_is_shown(
-    whole: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cases_warn_of_stands_in_their_rows_and_is_shown(whole: pathlib.Path, call: Call) -> None:
     results = afo_sim.study.read(whole)
     few = "2 whole strides are too few to tell whether the orthosis' air has settled"
     assert all(few in text for text in results.warnings[results.ok])
     assert not any(results.warnings[~results.ok])
     assert all("too-few-strides " in text for text in results.notices[results.ok])
-    code, said, _ = call(capsys, "sweep", "--show", whole, "--out", whole.parent / "figures")
+    code, said, _ = call("sweep", "--show", whole, "--out", whole.parent / "figures")
     assert code == 0
     row = next(line.split() for line in said.splitlines() if "too few to tell" in line)
     assert int(row[0]) == results.ok.sum()
@@ -307,7 +303,7 @@ def test_python_callbacks_give_a_sweep_too(seated_table: Any, tmp_path: pathlib.
 
 @pytest.mark.slow
 def test_killed_it_goes_on_and_ends_with_the_same_rows(
-    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    whole: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     file, out = written(tmp_path), tmp_path / "out"
     arguments = [str(file), "--out", str(out), "--threads", "1"]
@@ -317,13 +313,13 @@ def test_killed_it_goes_on_and_ends_with_the_same_rows(
         there.append({path.name: path.stat().st_mtime_ns for path in out.glob("chunks/*.parquet")})
     assert all(before.items() <= after.items() for before, after in pairwise(there))  # none computed twice
     assert not (out / "results.parquet").exists()
-    code, said, _ = call(capsys, "sweep", *arguments)
+    code, said, _ = call("sweep", *arguments)
     assert code == 0
     assert f"{len(afo_sim.study.read(out))} of 14 are done" in said
     assert_same(table(whole), table(out))
     assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json"]
     before = (out / "results.parquet").stat().st_mtime_ns
-    code, again, _ = call(capsys, "sweep", *arguments)
+    code, again, _ = call("sweep", *arguments)
     assert code == 0
     assert "0 cases computed" in again
     assert (out / "results.parquet").stat().st_mtime_ns == before
@@ -356,7 +352,7 @@ def test_results_that_are_gone_are_computed_again(
 
 
 def test_ctrl_c_says_that_the_same_command_goes_on(
-    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, call: Call
 ) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     real = Store.write
@@ -367,10 +363,10 @@ def test_ctrl_c_says_that_the_same_command_goes_on(
         real(self, chunk, outcomes)
 
     monkeypatch.setattr(Store, "write", write)
-    code, _, complained = call(capsys, "sweep", file, "--out", out, "--threads", 1)
+    code, _, complained = call("sweep", file, "--out", out, "--threads", 1)
     assert code == 130 and "same command goes on" in complained
     monkeypatch.undo()
-    code, said, _ = call(capsys, "sweep", file, "--out", out, "--threads", 1)
+    code, said, _ = call("sweep", file, "--out", out, "--threads", 1)
     assert code == 0 and "8 cases computed" in said and "12 of 12 are done" in said
 
 
@@ -398,10 +394,7 @@ def test_progress_says_rate_failures_and_time_left(
 
 @pytest.mark.slow
 def test_a_full_disk_is_said_and_the_sweep_goes_on_later(
-    tmp_path: pathlib.Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    seated_table: Any,
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, call: Call, seated_table: Any
 ) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     real = os.fsync
@@ -415,12 +408,12 @@ def test_a_full_disk_is_said_and_the_sweep_goes_on_later(
         real(descriptor)
 
     monkeypatch.setattr(os, "fsync", fsync)
-    code, _, complained = call(capsys, "sweep", file, "--out", out)
+    code, _, complained = call("sweep", file, "--out", out)
     assert code == 2 and "the disk is full" in complained and "what is computed is kept" in complained
     kept = {p.name for p in (out / "chunks").iterdir()}  # of two threads either may be the first to end
     assert len(kept) == 2 and kept < {f"000000{k}.parquet" for k in range(3)}
     monkeypatch.undo()
-    code, said, _ = call(capsys, "sweep", file, "--out", out)
+    code, said, _ = call("sweep", file, "--out", out)
     assert code == 0 and "4 cases computed" in said and "12 of 12 are done" in said
     assert_same(table(out), seated_table)
 
@@ -530,12 +523,12 @@ def test_who_begins_later_takes_nothing_away(
 
 @pytest.mark.slow
 def test_parts_in_any_order_are_gathered_by_the_last(
-    whole: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    whole: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
     file, out = written(tmp_path), tmp_path / "out"
     for k in (3, 1, 2):
         assert not (out / "results.parquet").exists()
-        code, said, _ = call(capsys, "sweep", file, "--out", out, "--part", f"{k}/3")
+        code, said, _ = call("sweep", file, "--out", out, "--part", f"{k}/3")
         assert code == 0
     assert "of part 2/3 are done: " in said
     assert_same(table(whole), table(out))
@@ -562,32 +555,30 @@ def test_one_more_call_without_part_gathers(tmp_path: pathlib.Path, seated_table
     assert_same(table(tmp_path / "out"), seated_table)
 
 
-def test_a_folder_of_something_else_is_left_alone(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_of_something_else_is_left_alone(tmp_path: pathlib.Path, call: Call) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     out.mkdir()
     (out / "thesis.tex").write_text("x")
     for changed in ("refuse", "restart", "continue"):
-        code, _, complained = call(capsys, "sweep", file, "--out", out, "--if-changed", changed)
+        code, _, complained = call("sweep", file, "--out", out, "--if-changed", changed)
         assert code == 2 and "something else than a sweep" in complained
     assert [path.name for path in out.iterdir()] == ["thesis.tex"]
-    code, _, complained = call(capsys, "sweep", file, "--out", out / "thesis.tex")
+    code, _, complained = call("sweep", file, "--out", out / "thesis.tex")
     assert code == 2 and "cannot be written to" in complained
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("damage", ["{", '{"fingerprint": {}}'])  # more of them in test_folder.py
 def test_a_damaged_manifest_is_said_and_restart_begins_anew(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any, damage: str
+    tmp_path: pathlib.Path, call: Call, seated_table: Any, damage: str
 ) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     runner.run(opened(file, out), part=(1, 3))
     (out / "sweep.json").write_text(damage)
     for arguments in (("sweep", file, "--out", out), ("replay", out, 0)):
-        code, _, complained = call(capsys, *arguments)
+        code, _, complained = call(*arguments)
         assert code == 2 and "is damaged" in complained and "restart" in complained
-    code, said, _ = call(capsys, "sweep", file, "--out", out, "--if-changed", "restart")
+    code, said, _ = call("sweep", file, "--out", out, "--if-changed", "restart")
     assert code == 0 and "12 cases computed" in said
     assert_same(table(out), seated_table)
 
@@ -596,83 +587,74 @@ def test_a_damaged_manifest_is_said_and_restart_begins_anew(
 
 
 @pytest.mark.slow
-def test_a_changed_sweep_is_refused_until_told(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_changed_sweep_is_refused_until_told(tmp_path: pathlib.Path, call: Call) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
-    assert call(capsys, "sweep", file, "--out", out)[0] == 0
+    assert call("sweep", file, "--out", out)[0] == 0
     (out / "recordings" / "case_0000000").mkdir(parents=True)
     before = (out / "results.parquet").read_bytes()
     written(tmp_path, SEATED.replace("0.3 s", "0.4 s"))
     for changed in ("refuse", "continue"):
-        code, _, complained = call(capsys, "sweep", file, "--out", out, "--if-changed", changed)
+        code, _, complained = call("sweep", file, "--out", out, "--if-changed", changed)
         assert code == 2 and "another sweep, or this one before it was changed" in complained
         assert (out / "results.parquet").read_bytes() == before
     command = ("sweep", file, "--out", out, "--if-changed", "restart")
-    code, said, _ = call(capsys, *command)
+    code, said, _ = call(*command)
     assert code == 0 and "12 cases computed" in said
     assert '"0.4 s"' in table(out)["overrides"][0].as_py()
     assert not (out / "recordings").exists()  # of the sweep before
-    code, said, _ = call(capsys, *command)  # nothing has changed now
+    code, said, _ = call(*command)  # nothing has changed now
     assert code == 0 and "0 cases computed" in said
 
 
 @pytest.mark.slow
 def test_other_code_is_refused_until_told(
-    tmp_path: pathlib.Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    seated_table: Any,
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, call: Call, seated_table: Any
 ) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     runner.run(opened(file, out), part=(1, 3))
     monkeypatch.setattr(folder, "code_fingerprint", lambda: "0" * 64)
-    code, _, complained = call(capsys, "sweep", file, "--out", out)
+    code, _, complained = call("sweep", file, "--out", out)
     assert code == 2 and "computed by other code" in complained and "continue" in complained
-    code, said, _ = call(capsys, "sweep", file, "--out", out, "--if-changed", "continue")
+    code, said, _ = call("sweep", file, "--out", out, "--if-changed", "continue")
     assert code == 0 and "8 cases computed" in said
     assert json.loads((out / "sweep.json").read_text())["mixed"] is True
     rows = table(out)
     assert_same(rows, seated_table, but=("mixed",))  # the code is the same in truth
     assert json.loads(rows.schema.metadata[b"sweep"])["mixed"] is True
-    code, said, _ = call(capsys, "sweep", "--show", out)
+    code, said, _ = call("sweep", "--show", out)
     assert code == 0 and "more than one version of the code" in said
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("told", ["3", "{}"])
-def test_a_manifest_without_versions_is_other_code(
-    told: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_manifest_without_versions_is_other_code(told: str, tmp_path: pathlib.Path, call: Call) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
     runner.run(opened(file, out), part=(1, 3))
     manifest = read_json(out / "sweep.json")
     manifest["fingerprint"]["versions"] = json.loads(told)
     write_json(out / "sweep.json", manifest)
-    code, _, complained = call(capsys, "sweep", file, "--out", out)
+    code, _, complained = call("sweep", file, "--out", out)
     assert code == 2 and "computed by other code" in complained and "--if-changed continue" in complained
     assert f"numpy None → {np.__version__}" in complained or told != "{}"
-    assert call(capsys, "sweep", "--show", out)[0] == 0
-    assert call(capsys, "replay", out, 0, "--no-rrd")[0] == 0
-    code, said, complained = call(capsys, "sweep", file, "--out", out, "--if-changed", "continue")
+    assert call("sweep", "--show", out)[0] == 0
+    assert call("replay", out, 0, "--no-rrd")[0] == 0
+    code, said, complained = call("sweep", file, "--out", out, "--if-changed", "continue")
     assert code == 0 and "8 cases computed" in said, complained
 
 
 def test_a_restart_that_is_refused_leaves_the_results(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], seated_table: Any
+    tmp_path: pathlib.Path, call: Call, seated_table: Any
 ) -> None:
     swept(tmp_path, SEATED)
     out = tmp_path / "out"
     file = written(tmp_path, SEATED.replace("[set]", 'metrics = ["toe_clearance"]\n[set]'))
     for option, problem in (("--dry-run", "--dry-run does not"), ("--threads=1", "toe_clearance")):
-        code, _, complained = call(capsys, "sweep", file, "--out", out, "--if-changed", "restart", option)
+        code, _, complained = call("sweep", file, "--out", out, "--if-changed", "restart", option)
         assert code == 2 and problem in complained
         assert_same(table(out), seated_table)
 
 
-def test_a_set_value_that_holds_over_what_a_case_swaps_is_a_change(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_set_value_that_holds_over_what_a_case_swaps_is_a_change(tmp_path: pathlib.Path) -> None:
     """0 is the drop foot's own strength, not that of the milder one."""
     text = SWEEP.replace('values = ["drop-foot", "healthy"]', 'values = ["drop-foot", "drop-foot-mild"]')
     before = sweep_plan.read(written(tmp_path / "before", text))
@@ -681,23 +663,18 @@ def test_a_set_value_that_holds_over_what_a_case_swaps_is_a_change(
     assert store.fingerprint(before)["sweep"] != store.fingerprint(after)["sweep"]
 
 
-def test_a_sweep_that_has_no_row_yet_may_be_changed_freely(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_sweep_that_has_no_row_yet_may_be_changed_freely(tmp_path: pathlib.Path, call: Call) -> None:
     file, out = written(tmp_path, SEATED), tmp_path / "out"
-    code, said, _ = call(capsys, "sweep", file, "--out", out, "--dry-run")
+    code, said, _ = call("sweep", file, "--out", out, "--dry-run")
     assert code == 0 and "12 cases; about" in said and "MB of results" in said
     assert not (out / "results.parquet").exists() and not (out / "chunks").exists()
     written(tmp_path, SEATED.replace("steps = 12", "steps = 5"))
-    code, said, _ = call(capsys, "sweep", file, "--out", out)
+    code, said, _ = call("sweep", file, "--out", out)
     assert code == 0 and "5 of 5 are done" in said
 
 
 def test_a_sweep_and_its_scenario_may_move_with_their_files(
-    tmp_path: pathlib.Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    seated_table: Any,
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, call: Call, seated_table: Any
 ) -> None:
     before = tmp_path / "before"
     written(before, SEATED.replace('"seated"', '"mine.toml"'))
@@ -706,10 +683,10 @@ def test_a_sweep_and_its_scenario_may_move_with_their_files(
     leg = assets.find("leg", "adult_75kg")
     shutil.copytree(leg.parent, before / "leg")
     monkeypatch.chdir(before)
-    assert call(capsys, "sweep", "sweep.toml", "--out", "../out", "--part", "1/3")[0] == 0
+    assert call("sweep", "sweep.toml", "--out", "../out", "--part", "1/3")[0] == 0
     monkeypatch.chdir(tmp_path)
     before.rename(tmp_path / "after")
-    code, said, complained = call(capsys, "sweep", "after/sweep.toml", "--out", "out")
+    code, said, complained = call("sweep", "after/sweep.toml", "--out", "out")
     assert code == 0, complained
     assert "8 cases computed" in said
     rows = table(tmp_path / "out")
@@ -721,15 +698,13 @@ def test_a_sweep_and_its_scenario_may_move_with_their_files(
 # -- kept cases -------------------------------------------------------------------------------------------
 
 
-def test_kept_cases_have_their_recordings_also_after_a_kill(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_kept_cases_have_their_recordings_also_after_a_kill(tmp_path: pathlib.Path, call: Call) -> None:
     file, out = written(tmp_path, "keep = [2]\n" + SEATED), tmp_path / "out"
     half = out / "recordings" / "case_0000002"
-    assert call(capsys, "sweep", file, "--out", out, "--part", "1/3")[0] == 0
+    assert call("sweep", file, "--out", out, "--part", "1/3")[0] == 0
     half.mkdir(parents=True)
     (half / "recording.parquet").write_bytes(b"half")  # killed while it was kept
-    assert call(capsys, "sweep", file, "--out", out)[0] == 0
+    assert call("sweep", file, "--out", out)[0] == 0
     row = afo_sim.study.read(out).table.slice(2, 1).to_pylist()[0]
     kept = afo_sim.read_recording(half)
     assert all(m.value == row[name] for name, m in kept.metrics.items() if np.isfinite(m.value))
@@ -775,10 +750,10 @@ def test_every_metric_s_name_is_refused_as_a_parameter_s(whole: pathlib.Path, se
     ],
 )
 def test_bad_sweeps_leave_no_folder_behind(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], old: str, new: str, problem: str
+    tmp_path: pathlib.Path, call: Call, old: str, new: str, problem: str
 ) -> None:
     file = written(tmp_path, SEATED.replace(old, new, 1))
-    code, _, complained = call(capsys, "sweep", file, "--out", tmp_path / "out")
+    code, _, complained = call("sweep", file, "--out", tmp_path / "out")
     assert code == 2 and problem in complained and "Traceback" not in complained
     assert not (tmp_path / "out").exists()
 
@@ -799,12 +774,8 @@ def test_a_sweep_of_which_nothing_runs_is_refused(tmp_path: pathlib.Path) -> Non
 @pytest.mark.parametrize(
     "arguments", [("--part", "0/3"), ("--part", "4/3"), ("--part", "x"), ("--threads", "-1")]
 )
-def test_options_out_of_range(
-    tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, str]
-) -> None:
-    code, _, complained = call(
-        capsys, "sweep", written(tmp_path, SEATED), "--out", tmp_path / "out", *arguments
-    )
+def test_options_out_of_range(tmp_path: pathlib.Path, call: Call, arguments: tuple[str, str]) -> None:
+    code, _, complained = call("sweep", written(tmp_path, SEATED), "--out", tmp_path / "out", *arguments)
     assert code == 2 and arguments[0] in complained
     assert not (tmp_path / "out").exists()
 
