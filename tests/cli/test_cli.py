@@ -191,9 +191,7 @@ def test_failed_simulation_is_exit_3_with_its_rows(
 
 @pytest.mark.slow
 def test_torque_map_answers_the_question(tmp_path: pathlib.Path, call: Call) -> None:
-    code, printed, complaint = call(
-        "torque-map", "--out", str(tmp_path), "--angle", "-10 deg", "20 deg", "5 deg"
-    )
+    code, printed, complaint = call("torque-map", "--out", tmp_path, "--angle", "-10 deg", "20 deg", "5 deg")
     assert code == 0, complaint
     assert "enough for swing" in printed
     assert {p.name for p in tmp_path.iterdir()} == {"torque_map.csv", "torque_map.png", "torque_map.pdf"}

@@ -219,9 +219,8 @@ LEG_OF_ATTACH = str(ROOT / "models" / "legs" / "adult_75kg" / "leg.xml")
 
 def test_attach_tells_what_it_found_and_writes_it(tmp_path: pathlib.Path, call: Call) -> None:
     out = tmp_path / "new folder" / "leg.xml"
-    code, said, noted = call(
-        "attach", LEG_OF_ATTACH, "--orthosis", "s1", "--side", "right", "--out", out, "--mjb"
-    )
+    worn = ("attach", LEG_OF_ATTACH, "--orthosis", "s1", "--side", "right")
+    code, said, noted = call(*worn, "--out", out, "--mjb")
     assert code == 0, noted
     for words in ("afo_valve_plantarflexor_outlet", "supply, gauge [Pa]", "12 actuators added", "0 to 45"):
         assert words in said
@@ -256,9 +255,7 @@ def test_the_model_that_is_read_stays(tmp_path: pathlib.Path, call: Call) -> Non
     own = tmp_path / "own.xml"
     own.write_bytes(pathlib.Path(LEG_OF_ATTACH).read_bytes())
     before = own.read_bytes()
-    code, _, refused = call(
-        "attach", str(own), "--orthosis", "s1", "--side", "right", "--out", str(own), "--force"
-    )
+    code, _, refused = call("attach", own, "--orthosis", "s1", "--side", "right", "--out", own, "--force")
     assert code == 2 and "is the model that is read" in refused
     assert own.read_bytes() == before
 

@@ -2,6 +2,7 @@
 
 import json
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from typing import Any
 
 import pyarrow.parquet as pq
 
+from afo_sim.common import assets
 from afo_sim.study import Outcome, Store, cases_of, runner, sweep_plan
 
 # Two numbers, cases of three layouts, words, strides that differ with the case's seed. At 1 kN·m the
@@ -119,3 +121,12 @@ def assert_same(table: Any, other: Any, but: tuple[str, ...] = ()) -> None:
     assert sweeps[0] == sweeps[1]
     for name in table.column_names:
         assert table.field(name).equals(other.field(name), check_metadata=True), name
+
+
+def own_scenario(folder: pathlib.Path) -> None:
+    """A scenario with a leg, cuff and plate of its own."""
+    for kind, name in (("leg", "adult_75kg"), ("orthosis", "s1")):
+        shutil.copytree(assets.find(kind, name).parent, folder / kind)
+    text = assets.find("scenario", "seated").read_text(encoding="utf-8")
+    text = text.replace('"adult_75kg"', '"leg/leg.toml"').replace('"s1"', '"orthosis/orthosis.toml"')
+    (folder / "mine.toml").write_text(text, encoding="utf-8")

@@ -140,22 +140,12 @@ def test_what_cannot_be_is_told_with_the_reason() -> None:
     assert under.status == "refused" and "supply" in under.reason
 
 
-def test_a_limit_that_only_the_step_leaves_is_told() -> None:
-    """The muscles' limit of force is put just above what they pull with; on a stiffer cuff they pull more."""
+@pytest.mark.parametrize("share", [1.01, 0.9])
+def test_a_limit_that_the_step_leaves_or_leaves_further_is_told(walked: Recording, share: float) -> None:
+    """The muscles' limit of force is put beside what they pull with; on a stiffer cuff they pull more."""
     limit = "orthosis.muscle.dorsiflexor.type.limits.force"
-    share = afo.run(WALK, FAST).metrics["muscle_share_of_force"].value
-    held = 500.0 * share / 100.0
-    found = afo.effects(WALK, FAST | {limit: f"{1.01 * held:.4f} N"})
-    stiffer = step(found, "cuff stiffness", "8 kN/m")
-    assert any("force" in text for text in stiffer.beyond) and not stiffer.helps
-    softer = step(found, "cuff stiffness", "2 kN/m")
-    assert not softer.beyond
-
-
-def test_a_limit_that_is_left_already_and_left_further_is_told() -> None:
-    limit = "orthosis.muscle.dorsiflexor.type.limits.force"
-    held = 5.0 * afo.run(WALK, FAST).metrics["muscle_share_of_force"].value
-    found = afo.effects(WALK, FAST | {limit: f"{0.9 * held:.4f} N"})
+    held = 5.0 * walked.metrics["muscle_share_of_force"].value
+    found = afo.effects(WALK, FAST | {limit: f"{share * held:.4f} N"})
     stiffer, softer = (step(found, "cuff stiffness", k) for k in ("8 kN/m", "2 kN/m"))
     assert any("force" in text for text in stiffer.beyond) and not stiffer.helps
     assert not softer.beyond

@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 from command import Call
-from sweep_runs import SEATED, opened
+from sweep_runs import SEATED, opened, own_scenario
 from sweep_runs import written as written_sweep
 
 import afo_sim
@@ -167,17 +167,6 @@ def test_the_spread_over_starts_is_told_of_feasible_ones() -> None:
 
 
 # -- results that move ------------------------------------------------------------------------------------
-
-
-def own_scenario(folder: pathlib.Path) -> pathlib.Path:
-    """A scenario with a leg, cuff and plate of its own."""
-    for kind, name in (("leg", "adult_75kg"), ("orthosis", "s1")):
-        shutil.copytree(assets.find(kind, name).parent, folder / kind)
-    text = assets.find("scenario", "seated").read_text(encoding="utf-8")
-    text = text.replace('"adult_75kg"', '"leg/leg.toml"').replace('"s1"', '"orthosis/orthosis.toml"')
-    file = folder / "mine.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
 
 
 def test_the_best_design_runs_wherever_its_folder_goes(

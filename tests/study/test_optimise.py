@@ -12,21 +12,21 @@ import pyarrow.parquet as pq
 import pytest
 from campaign import size
 from command import Call
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from sweep_runs import killed
 
 import afo_sim
 from afo_sim import cli
 from afo_sim.cli import error_handler
-from afo_sim.common import InputError, assets, read_json, write_json
+from afo_sim.common import InputError, assets
 from afo_sim.show import draw_search
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, cases_of, statement
 from afo_sim.study.constraint import read_constraint
 from afo_sim.study.parameter import Parameter, Range
 from afo_sim.study.search import plan, store
 from afo_sim.study.search.aim import LACKING, OUTSIDE, Aim, Objective
-from afo_sim.study.search.loop import Answers, Evolution, evolve
+from afo_sim.study.search.loop import Answers, evolve
 
 LOWEST = Objective("f", "lowest")
 X = Parameter("x", ("x",), "", Range(0.1, 5.0))
@@ -90,15 +90,6 @@ def test_a_level_is_numpys_quantile(count: int, share: float) -> None:
     above = -np.quantile(-values, share, method="inverted_cdf")
     assert Limit("g", False, 0.0, share).level(values) == below
     assert Limit("g", True, 0.0, share).level(values) == above
-
-
-def test_nineteen_of_twenty() -> None:
-    limit = Limit("toe", True, 15.0, 0.95)
-    values = np.full(20, 16.0)
-    values[3] = -40.0
-    assert limit.short(limit.level(values)) == 0.0
-    values[7] = 14.0
-    assert limit.short(limit.level(values)) == 1.0
 
 
 @pytest.mark.parametrize(("count", "share"), [(20, 0.95), (40, 0.95), (20, 0.5), (7, 0.8)])
@@ -357,21 +348,6 @@ def test_other_designs_in_the_folder_are_refused(tmp_path: pathlib.Path) -> None
         solved(tmp_path, of_functions(f=sphere), generations=4, seed=1)
 
 
-@settings(max_examples=10)
-@given(st.integers(0, 2**31), st.integers(1, 5))
-def test_the_same_ranks_ask_for_the_same_designs(seed: int, dimensions: int) -> None:
-    one, two = Evolution(dimensions, seed), Evolution(dimensions, seed)
-    for _ in range(4):
-        asked = one.ask()
-        assert asked.shape == (one.population, dimensions)
-        assert asked.min() >= 0.0
-        assert asked.max() <= 1.0
-        assert np.array_equal(asked, two.ask())
-        ranks = np.argsort(np.argsort(asked[:, 0]))
-        one.tell(ranks)
-        two.tell(ranks)
-
-
 def test_the_figure_takes_a_search_without_any_feasible_design(tmp_path: pathlib.Path) -> None:
     columns, _, aim = solved(
         tmp_path,
@@ -434,20 +410,17 @@ def test_a_search_is_checked(call: Call, tmp_path: pathlib.Path) -> None:
     assert "lowest air_per_stride" in out
 
 
-def test_bounds_come_in_the_metrics_unit(tmp_path: pathlib.Path) -> None:
-    text = SMALL + '[[limits]]\nmetric = "torque_covered"\nat_least = "50 %"\n'
-    text = text.replace(PATIENT_TABLE, "") + PATIENT_TABLE
-    search = plan.read(written(tmp_path, text))
+def test_limits_have_bounds_in_the_metrics_unit_and_are_told_apart(tmp_path: pathlib.Path) -> None:
+    more = '[[limits]]\nmetric = "torque_covered"\nat_least = "50 %"\n'
+    more += '[[limits]]\nmetric = "toe_clearance"\nat_least = "-5 cm"\n'
+    more += '[[limits]]\nmetric = "toe_clearance"\nat_most = "5 cm"\n'
+    search = plan.read(written(tmp_path, SMALL.replace(PATIENT_TABLE, more + PATIENT_TABLE)))
     aim = search.aim({"air_per_stride": "g", "toe_clearance": "mm", "torque_covered": "percent"})
-    assert [limit.bound for limit in aim.limits] == [-15.0, 50.0]
-
-
-def test_limits_on_one_metric_are_told_apart(tmp_path: pathlib.Path) -> None:
-    text = SMALL + '[[limits]]\nmetric = "toe_clearance"\nat_least = "-5 cm"\n'
-    text += '[[limits]]\nmetric = "toe_clearance"\nat_most = "5 cm"\n'
-    aim = plan.read(written(tmp_path, text)).aim({"air_per_stride": "g", "toe_clearance": "mm"})
-    names = ["toe_clearance_at_least", "toe_clearance_at_least_2", "toe_clearance_at_most"]
+    toe = "toe_clearance_at_least"
+    names = [toe, "torque_covered_at_least", f"{toe}_2", "toe_clearance_at_most"]
     assert [limit.name for limit in aim.limits] == names
+    assert [limit.bound for limit in aim.limits] == [-15.0, 50.0, -50.0, 50.0]
+    assert plan.read(written(tmp_path)).fingerprint()["search"] != search.fingerprint()["search"]
 
 
 def test_fresh_patients_that_are_invalid_are_refused_before_anything_runs(
@@ -580,9 +553,7 @@ def test_every_design_is_what_its_patients_say(uninterrupted: pathlib.Path) -> N
 
 
 @pytest.mark.slow
-def test_the_best_design_runs_and_is_told(
-    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, call: Call
-) -> None:
+def test_the_best_design_is_told(uninterrupted: pathlib.Path) -> None:
     best = json.loads((uninterrupted / "out" / store.BEST).read_text())
     rows = pq.read_table(uninterrupted / "out" / store.DESIGNS).to_pylist()
     row = rows[best["design"]]
@@ -594,11 +565,6 @@ def test_the_best_design_runs_and_is_told(
     if good:
         assert row[OBJECTIVE] == min(r[OBJECTIVE] for r in good)
     assert best["fresh_patients"]["patients"] == 8
-    scenario = uninterrupted / "out" / store.SCENARIO
-    code, _, err = call("run", scenario, "--out", tmp_path / "run", "--no-rrd")
-    assert code == 0, err
-    by_hand = afo_sim.run("walk-dropfoot-afo", best["sets"])
-    assert afo_sim.run(str(scenario)).metrics == by_hand.metrics
 
 
 def test_a_finished_search_computes_nothing(uninterrupted: pathlib.Path, call: Call) -> None:
@@ -608,31 +574,6 @@ def test_a_finished_search_computes_nothing(uninterrupted: pathlib.Path, call: C
     assert code == 0
     assert "nothing is computed" in printed
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
-
-
-@pytest.mark.slow
-def test_a_changed_search_is_refused_or_begins_anew(
-    uninterrupted: pathlib.Path, tmp_path: pathlib.Path, call: Call
-) -> None:
-    out = uninterrupted / "out"
-    other = written(tmp_path, SMALL.replace('"-1.5 cm"', '"-2 cm"'))
-    before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
-    code, _, err = call("optimise", other, "--out", out)
-    assert code == 2
-    assert "another search" in err
-    assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
-    manifest = read_json(out / store.MANIFEST)
-    manifest["fingerprint"]["code"] = "other"
-    copy = tmp_path / "copy"
-    (copy / store.GENERATIONS).mkdir(parents=True)
-    write_json(copy / store.MANIFEST, manifest)
-    (copy / store.GENERATIONS / "000000.parquet").write_text("of other code")
-    code, _, err = call("optimise", uninterrupted / "small.toml", "--out", copy)
-    assert code == 2
-    assert "other code" in err
-    code, _, err = call("optimise", uninterrupted / "small.toml", "--out", copy, "--if-changed", "restart")
-    assert code == 0, err
-    assert (copy / store.DESIGNS).read_bytes() == (out / store.DESIGNS).read_bytes()
 
 
 def test_an_infeasible_result_says_what_is_short(uninterrupted: pathlib.Path) -> None:

@@ -4,7 +4,6 @@ import itertools
 import json
 import math
 import pathlib
-import pickle
 import sys
 import tomllib
 from typing import Any
@@ -706,13 +705,6 @@ def test_canonical_holds_what_decides_the_results_and_nothing_else(tmp_path: pat
     for telling in (THREE.replace("0.45", "0.46"), THREE.replace("start", "begin"),
                     THREE.replace("0.7\n", '0.7\nscale = "log"\n', 1)):  # fmt: skip
         assert json.dumps(sweep_plan.read(written(tmp_path, head, telling)).canonical()) != base
-
-
-def test_a_plan_and_its_cases_travel_to_other_processes(tmp_path: pathlib.Path) -> None:
-    found = cases(tmp_path, 'design = "sobol"\ncases = 8\nconstraints = ["start < end"]', THREE)
-    again = pickle.loads(pickle.dumps(found))
-    assert again.plan == found.plan
-    assert again.sets(5) == found.sets(5)
 
 
 @pytest.mark.parametrize("name", assets.names("sweep"))

@@ -15,6 +15,7 @@ from afo_sim.study.uncertainty.draw import Applied, applied
 from afo_sim.study.uncertainty.spreads import Distribution, Kind, read
 
 CUFF = spread("cuff", "lognormal", key="orthosis.anchor.shank.stiffness", factor_sd=0.35)
+NORMAL = spread("cuff", "normal", key="orthosis.anchor.shank.stiffness", sd="0.5 kN/m")
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +118,19 @@ def test_nothing_is_relative_to_zero(tmp_path: pathlib.Path, walk: Scenario) -> 
         (CUFF + "fit = 'orthosis.muscle.*.type'\n", "parameters.cuff", "one of"),
         (CUFF + CUFF.replace("parameters.cuff", "parameters.strap"), "parameters.strap", "'cuff'"),
         (CUFF.replace('key = "orthosis.anchor.shank.stiffness"', 'fit = "orthosis.muscle"'), "", "fit"),
+        (NORMAL.replace('"0.5 kN/m"', '"-1 kN/m"'), "parameters.cuff.sd", "is below zero"),
+        (NORMAL.replace('"0.5 kN/m"', "nan"), "parameters.cuff.sd", "is not finite"),
+        (NORMAL.replace('"0.5 kN/m"', '["1 kN/m"]'), "parameters.cuff.sd", "is not a quantity"),
+        (NORMAL.replace('"0.5 kN/m"', '"wide"'), "parameters.cuff.sd", "is not a quantity"),
+        (NORMAL.replace('"0.5 kN/m"', '"3 mm"'), "parameters.cuff.sd", "N/m"),
+        (NORMAL.replace('sd = "0.5 kN/m"', "relative_sd = 2.0"), "parameters.cuff.relative_sd", "at most 1"),
+        (NORMAL.replace('"a test"', '""'), "parameters.cuff.source", "is empty"),
+        (NORMAL.replace("orthosis.anchor.shank.stiffness", "timestep"), "", "is not a property of orthosis"),
+        (NORMAL.replace("orthosis.anchor.shank.stiffness", "limits.bottle_volume"), "", "is not a property"),
+        (NORMAL.replace("anchor.shank.stiffness", "muscle.*.foo"), "", "fits no key of any scenario"),
+        (NORMAL + "relative_sd = 0.1\n", "parameters.cuff.relative_sd", "sd or relative_sd"),
+        (NORMAL + 'at_least = "nan kN/m"\n', "parameters.cuff.at_least", "is not"),
+        (NORMAL + 'at_least = "8 kN/m"\n', "parameters.cuff.at_least", "allowed: at most 4000 N/m"),
         ("description = 'nothing'\n", "parameters", ""),
         ("[parameters]\n", "parameters", ""),
     ],
@@ -127,12 +141,6 @@ def test_what_is_wrong_names_field_and_what_is_allowed(
     error = refused(tmp_path, text, walk)
     assert error.file == tmp_path / "spreads.toml"
     assert error.field.startswith(field or "parameters.cuff") and said in str(error)
-
-
-def test_a_width_of_another_dimension_is_refused(tmp_path: pathlib.Path, walk: Scenario) -> None:
-    text = CUFF.replace("lognormal", "normal").replace("factor_sd = 0.35", 'sd = "3 mm"')
-    error = refused(tmp_path, text, walk)
-    assert error.field == "parameters.cuff.sd" and "N/m" in str(error)
 
 
 def test_a_misspelt_name_is_told_with_the_nearest() -> None:
