@@ -123,13 +123,6 @@ def test_a_search_s_damaged_manifest_is_said_and_restart_begins_anew(
     assert store.SEARCH.read(out)["fingerprint"] == search.fingerprint()
 
 
-def test_a_search_without_any_design_may_be_changed_freely(tmp_path: pathlib.Path) -> None:
-    open_search(searched(tmp_path), tmp_path / "out")
-    other = searched(tmp_path, SEARCH.replace('"4 bar"', '"3 bar"'))
-    open_search(other, tmp_path / "out")
-    assert store.SEARCH.read(tmp_path / "out")["fingerprint"] == other.fingerprint()
-
-
 @pytest.mark.slow
 def test_a_search_of_other_code_goes_on_where_told_and_says_so(
     tmp_path: pathlib.Path, call: Call, monkeypatch: pytest.MonkeyPatch
@@ -257,15 +250,6 @@ def test_columns_are_named_by_the_end_of_their_key() -> None:
         "plantarflexor_inlet_0_0",
         "gait_seed",  # seed is another column of the results
     ]
-
-
-def test_what_a_sweep_without_a_file_refuses() -> None:
-    from afo_sim.study.sweep_plan import plan_of
-
-    with pytest.raises(InputError, match=r"parameters\.pressur\.key.*did you mean 'pressure'"):
-        plan_of("seated", {"supply.pressur": ["2 bar"]})
-    with pytest.raises(InputError, match="has no unit"):
-        plan_of("seated", {"supply.pressure": [2.0, 3.0]})
 
 
 def test_a_search_without_a_file_is_its_file_s(tmp_path: pathlib.Path) -> None:

@@ -39,13 +39,6 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     return folder / "out"
 
 
-def differing(results: Any, row: dict[str, Any], metrics: dict[str, Any]) -> list[str]:
-    """Metrics of a run that are not those of its row, to the bit."""
-    told = {name: row[name] for name in results.metrics}
-    now = {name: metrics[name].value if name in metrics else np.nan for name in told}
-    return [n for n in told if not (told[n] == now[n] or (np.isnan(told[n]) and not np.isfinite(now[n])))]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("chunk", "threads"), [(3, 1), (16, 2), (16, 1)][: size(2, 3)])
 def test_solved_rows_depend_on_neither_chunk_nor_threads(
@@ -55,18 +48,11 @@ def test_solved_rows_depend_on_neither_chunk_nor_threads(
 
 
 @pytest.mark.slow
-def test_a_solved_row_is_what_run_and_replay_say(rows: pathlib.Path) -> None:
+def test_a_solved_row_is_what_replay_says(rows: pathlib.Path) -> None:
     results = afo_sim.study.read(rows)
     assert set(results["status"]) == {"ok", "unstable", "infeasible"}
     assert np.nanmax(results["strides_solved"]) > 2
-    for row in results.table.to_pylist():
-        if row["status"] == "infeasible":
-            continue
-        run = afo_sim.run("walk-dropfoot-afo", json.loads(row["overrides"]))
-        assert run.ok == (row["status"] == "ok")
-        if run.ok:
-            assert differing(results, row, run.metrics) == []
-    for case in np.flatnonzero(results["status"] != "infeasible")[:3]:
+    for case in np.flatnonzero(results["status"] != "infeasible"):
         assert replay.replay(rows, int(case)).same
 
 

@@ -64,30 +64,63 @@ def test_a_valve_has_its_limit_too() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "options", "says"),
+    ("kind", "scenario", "options", "says"),
     [
-        ("pressure", {"at": "1e4 bar"}, "at = '1e4 bar': is out of range; allowed: above 0, to 20 bar"),
-        ("pressure", {"at": "-3 bar"}, "at = '-3 bar'"),
-        ("pressure", {"at": "0 bar"}, "at = '0 bar'"),
-        ("pressure", {"at": "21 bar"}, "to 20 bar"),
-        ("pressure", {"between": ("1 bar", "1e4 bar")}, "between = '1e4 bar'"),
-        ("pressure", {"limits": ["fill_time_foo <= 3 s"]}, "fill_time_foo': is not of a chamber"),
-        ("pressure", {"limits": ["fill_time_dorsiflex <= 3 s"]}, "did you mean 'fill_time_dorsiflexor'"),
-        ("pressure", {"limits": ["peak_pressure_calf >= 3 bar"]}, "peak_pressure_dorsiflexor"),
-        ("pressure", {"threads": 0}, "threads = 0: is out of range"),
-        ("muscle", {"count": "1-9"}, "1 to 8"),
-        ("muscle", {"count": "many"}, "is not a whole number"),
-        ("tube", {"length": "1000 m"}, "length = '1000 m': is out of range; allowed: above 0, to 100 m"),
+        ("valves", "seated", {}, "did you mean 'valve'"),
+        (
+            "pressure",
+            "seated",
+            {"at": "1e4 bar"},
+            "'1e4 bar': is out of range; allowed: above 0, to 20 bar",
+        ),
+        ("pressure", "seated", {"at": "-3 bar"}, "at = '-3 bar'"),
+        ("pressure", "seated", {"at": "0 bar"}, "at = '0 bar'"),
+        ("pressure", "seated", {"at": "21 bar"}, "to 20 bar"),
+        ("pressure", "seated", {"at": "3"}, "has no unit"),
+        ("pressure", "seated", {"between": ("1 bar", "1e4 bar")}, "between = '1e4 bar'"),
+        ("pressure", "seated", {"between": ("3 bar", "2 bar")}, "is not a valid range"),
+        ("pressure", "seated", {"limits": ()}, "peak_dorsiflexion_angle >= 5 deg"),
+        ("pressure", "seated", {"limits": [f"{ANGLE} > 1 deg"]}, "is not a valid limit"),
+        ("pressure", "seated", {"limits": [f"{ANGLE} >= 1 mm"]}, ANGLE),
+        ("pressure", "seated", {"limits": ["peak_dorsiflexion_angel >= 1 deg"]}, f"did you mean '{ANGLE}'"),
+        ("pressure", "seated", {"limits": ["fill_time_foo <= 3 s"]}, "fill_time_foo': is not of a chamber"),
+        ("pressure", "seated", {"limits": ["fill_time_dorsiflex <= 3 s"]}, "mean 'fill_time_dorsiflexor'"),
+        ("pressure", "seated", {"limits": ["peak_pressure_calf >= 3 bar"]}, "peak_pressure_dorsiflexor"),
+        ("pressure", "seated", {"threads": 0}, "threads = 0: is out of range"),
+        ("pressure", "seated", {"length": "2 m"}, "is an option of tube"),
+        ("pressure", "walk-dropfoot-afo", {"cadence": 1000}, "30 to 240 steps/min"),
+        ("pressure", "walk-dropfoot-afo", {"colour": 1}, "is not a valid option"),
+        ("pressure", "walk-healthy", {}, "nothing to size"),
+        ("valve", "seated", {"chamber": "dorsiflex"}, "did you mean 'dorsiflexor'"),
+        ("valve", "seated", {"side": "in"}, "did you mean 'inlet'"),
+        ("tube", "seated", {}, "is needed: nothing states how long"),
+        ("tube", "seated", {"length": "-2 m"}, "is out of range"),
+        (
+            "tube",
+            "seated",
+            {"length": "1000 m"},
+            "'1000 m': is out of range; allowed: above 0, to 100 m",
+        ),
+        ("supply", "seated", {"strides": 10}, "are of walking"),
+        ("supply", "seated", {"hours": 0}, "is out of range"),
+        ("muscle", "seated", {"group": "calf"}, "is not a group of muscles"),
+        ("muscle", "seated", {"count": (3, 2)}, "1 to 8"),
+        ("muscle", "seated", {"count": "1-9"}, "1 to 8"),
+        ("muscle", "seated", {"count": "many"}, "is not a whole number"),
     ],
 )
-def test_what_is_out_of_range_is_refused_before_anything_runs(
-    kind: str, options: dict[str, Any], says: str, monkeypatch: pytest.MonkeyPatch
+def test_what_is_wrong_is_refused_before_anything_runs(
+    kind: str, scenario: str, options: dict[str, Any], says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sizes.Request, "run", lambda *_: pytest.fail("something was run"))
-    limits = options.pop("limits", [f"{ANGLE} >= 2 deg"])
     with pytest.raises(InputError) as caught:
-        size(kind, "seated", SHORT, limits=limits, **options)
+        size(kind, scenario, **{"limits": [f"{ANGLE} >= 2 deg"], **options})
     assert says in str(caught.value)
+
+
+def test_a_metric_that_no_run_has_is_refused() -> None:
+    with pytest.raises(InputError, match="is reported by no run"):
+        size("pressure", "seated", SHORT, limits=["toe_clearance >= 10 mm"])
 
 
 def test_limits_and_counts_as_people_write_them_in_python() -> None:

@@ -50,31 +50,6 @@ def refused(folder: pathlib.Path, head: str, parameters: str = PRESSURE, **optio
 # -- items of lists in --set ------------------------------------------------------------------------------
 
 
-def test_an_item_of_a_list_is_set_alone() -> None:
-    before = load("scenario", "walk-dropfoot-afo")
-    after = load("scenario", "walk-dropfoot-afo", {ARM: "7 cm", "phases.dorsiflexor.inlet[0][1]": 0.9})
-    insertion = after.orthosis.muscle["dorsiflexor"].insertion.from_joint
-    assert insertion == (0.07, *before.orthosis.muscle["dorsiflexor"].insertion.from_joint[1:])
-    assert after.phases.chambers["dorsiflexor"].inlet == ((0.5, 0.9),)
-    assert after.phases.chambers["dorsiflexor"].outlet == before.phases.chambers["dorsiflexor"].outlet
-
-
-def test_an_item_is_set_after_its_list_and_leaves_the_callers_list_alone() -> None:
-    told = [[0.4, 0.8], [0.9, 0.95]]
-    sets = {"phases.dorsiflexor.inlet[1][0]": 0.85, "phases.dorsiflexor.inlet": told}
-    after = load("scenario", "walk-dropfoot-afo", sets)
-    assert after.phases.chambers["dorsiflexor"].inlet == ((0.4, 0.8), (0.85, 0.95))
-    assert told == [[0.4, 0.8], [0.9, 0.95]]
-
-
-def test_an_item_of_a_list_with_its_source() -> None:
-    whole = load("scenario", "seated").resolved()
-    whole["orthosis"]["range_of_motion"] = {"value": ["-20 deg", "20 deg"], "kind": "assumed", "source": "s"}
-    after = load("scenario", whole, {"orthosis.range_of_motion[1]": "25 deg"})
-    assert np.degrees(after.orthosis.range_of_motion) == pytest.approx([-20.0, 25.0])
-    assert after.orthosis.provenance["range_of_motion"].kind == "user"
-
-
 @pytest.mark.parametrize(
     ("key", "says"),
     [
@@ -341,11 +316,6 @@ def test_the_scenario_gets_exactly_the_cases_values(
     )
     assert read == tuple(v for v, _ in told.values())
     assert read == tuple(found.values[f"p{n}"][0] for n in range(len(told)))
-
-
-@given(st.floats(-1e-3, 1e-3), st.sampled_from(sorted(filter(None, units.EXAMPLES))))
-def test_an_si_value_reads_back_to_the_last_digit(value: float, unit: str) -> None:
-    assert units.parse_quantity(units.format_quantity(value, unit), unit) == value
 
 
 # -- constraints ------------------------------------------------------------------------------------------

@@ -1,13 +1,8 @@
 """Sweeps as they run: the same rows however they are computed, whatever stops them, and nothing lost."""
 
-import errno
 import json
-import os
 import pathlib
-import resource
 import shutil
-import signal
-import stat
 import subprocess
 import time
 from collections.abc import Iterator
@@ -37,7 +32,7 @@ import afo_sim.study
 from afo_sim.cli.sweep import reporter
 from afo_sim.common import InputError, read_json, write_json, write_parquet
 from afo_sim.description import expand
-from afo_sim.metrics import OTHER, REPORTED, Metric, filled_once_metrics, reference_metrics, words
+from afo_sim.metrics import OTHER, Metric, words
 from afo_sim.study import Outcome, Store, SweepProgress, engine, folder, replay, runner, store, sweep_plan
 from afo_sim.study.findings import indices
 
@@ -86,28 +81,6 @@ def test_rows_depend_on_neither_chunk_nor_threads(
     whole: pathlib.Path, tmp_path: pathlib.Path, chunk: int, threads: int
 ) -> None:
     assert_same(table(whole), swept(tmp_path, chunk=chunk, threads=threads))
-
-
-@pytest.mark.slow
-def test_a_row_is_what_one_run_with_its_overrides_says(whole: pathlib.Path) -> None:
-    results = afo_sim.study.read(whole)
-    for row in results.table.to_pylist():
-        if row["status"] == "infeasible":
-            with pytest.raises(InputError, match=r"taut"):
-                afo_sim.run("walk-dropfoot-afo", json.loads(row["overrides"]))
-            assert "taut" in row["reason"]
-            continue
-        run = afo_sim.run("walk-dropfoot-afo", json.loads(row["overrides"]))
-        assert run.ok == (row["status"] == "ok")
-        if run.ok:
-            found = {name: metric.value for name, metric in run.metrics.items()}
-            # a sweep has the reference's if asked for, and walks with no single filling
-            beside = (*REPORTED[reference_metrics], *REPORTED[filled_once_metrics])
-            found = {name: value for name, value in found.items() if name not in {row.name for row in beside}}
-            assert found == {name: row[name] for name in results.metrics if not np.isnan(row[name])}
-        else:
-            assert run.status == f"failed: {row['reason']}"
-            assert all(np.isnan(row[name]) for name in results.metrics)
 
 
 @pytest.mark.slow
@@ -392,51 +365,6 @@ def test_progress_says_rate_failures_and_time_left(
 # -- the disk ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_a_full_disk_is_said_and_the_sweep_goes_on_later(
-    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, call: Call, seated_table: Any
-) -> None:
-    file, out = written(tmp_path, SEATED), tmp_path / "out"
-    real = os.fsync
-    calls = []
-
-    def fsync(descriptor: int) -> None:
-        if not stat.S_ISDIR(os.fstat(descriptor).st_mode):
-            calls.append(descriptor)
-        if len(calls) > 3:  # the manifest and two chunks fit
-            raise OSError(errno.ENOSPC, "No space left on device")
-        real(descriptor)
-
-    monkeypatch.setattr(os, "fsync", fsync)
-    code, _, complained = call("sweep", file, "--out", out)
-    assert code == 2 and "the disk is full" in complained and "what is computed is kept" in complained
-    kept = {p.name for p in (out / "chunks").iterdir()}  # of two threads either may be the first to end
-    assert len(kept) == 2 and kept < {f"000000{k}.parquet" for k in range(3)}
-    monkeypatch.undo()
-    code, said, _ = call("sweep", file, "--out", out)
-    assert code == 0 and "4 cases computed" in said and "12 of 12 are done" in said
-    assert_same(table(out), seated_table)
-
-
-@pytest.mark.slow
-def test_a_file_that_the_system_refuses_to_write_leaves_nothing_half_written(
-    tmp_path: pathlib.Path, seated_table: Any
-) -> None:
-    file, out = written(tmp_path, SEATED, chunk=12), tmp_path / "out"
-    opened(file, out)
-
-    def small() -> None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
-
-    command = [*COMMAND, str(file), "--out", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=small)
-    assert done.returncode == 2 and "cannot be written to" in done.stderr and "Traceback" not in done.stderr
-    assert list(out.glob("chunks/*")) == []
-    runner.run(opened(file, out))
-    assert_same(table(out), seated_table)
-
-
 def test_a_disk_with_too_little_room_is_said_before_the_first_case(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -565,22 +493,6 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: pathlib.Path, call: 
     assert [path.name for path in out.iterdir()] == ["thesis.tex"]
     code, _, complained = call("sweep", file, "--out", out / "thesis.tex")
     assert code == 2 and "cannot be written to" in complained
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("damage", ["{", '{"fingerprint": {}}'])  # more of them in test_folder.py
-def test_a_damaged_manifest_is_said_and_restart_begins_anew(
-    tmp_path: pathlib.Path, call: Call, seated_table: Any, damage: str
-) -> None:
-    file, out = written(tmp_path, SEATED), tmp_path / "out"
-    runner.run(opened(file, out), part=(1, 3))
-    (out / "sweep.json").write_text(damage)
-    for arguments in (("sweep", file, "--out", out), ("replay", out, 0)):
-        code, _, complained = call(*arguments)
-        assert code == 2 and "is damaged" in complained and "restart" in complained
-    code, said, _ = call("sweep", file, "--out", out, "--if-changed", "restart")
-    assert code == 0 and "12 cases computed" in said
-    assert_same(table(out), seated_table)
 
 
 # -- what has changed -------------------------------------------------------------------------------------

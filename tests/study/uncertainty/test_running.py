@@ -170,11 +170,6 @@ def test_a_gait_that_is_not_there_is_no_fault_of_the_spreads(walk: Scenario) -> 
     assert (caught.value.value, caught.value.file) == ("nothere.csv", None)
 
 
-def test_who_does_not_walk_has_no_bands() -> None:
-    with pytest.raises(InputError, match="nobody walks"):
-        check_draws(load("scenario", "seated"), 200, "usual")
-
-
 def test_a_run_keeps_its_bands(tmp_path: pathlib.Path, walk: Scenario, plain: Recording) -> None:
     told = with_studies(plain, walk, draws=20)
     kept = read_recording(told.save(tmp_path / "run", rrd=False))
