@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from afo_sim.cli.common import (
+    RecordingOption,
     Sets,
     app,
     drawn,
@@ -55,10 +56,7 @@ class _Test:
     ] = None
     fit: Annotated[str, Option(help="of replay: settings to fit to the first log, with commas")] = ""
     out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
-    rrd: Annotated[
-        bool | None,
-        Option("--rrd/--no-rrd", help="write a Rerun recording; by default where rerun is installed"),
-    ] = None
+    rrd: RecordingOption = None
 
 
 @app.command("stand")

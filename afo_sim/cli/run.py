@@ -103,10 +103,7 @@ def compare(
     ] = "",
     out: Annotated[Path | None, Option(help="folder to write to; runs/<scenario>-laws by default")] = None,
     sets: Sets = None,
-    rrd: Annotated[
-        bool | None,
-        Option("--rrd/--no-rrd", help="write recording.rrd of all runs; by default where rerun is installed"),
-    ] = None,
+    rrd: RecordingOption = None,
 ) -> None:
     """One scenario with several muscle laws, side by side."""
     values = read_sets(sets)
@@ -235,10 +232,7 @@ def both_command(
     affected: Annotated[
         str | None, Option(help="right|left: this side alone wears the device, the other walks as recorded")
     ] = None,
-    rrd: Annotated[
-        bool | None,
-        Option("--rrd/--no-rrd", help="write recording.rrd of each leg; by default where rerun is installed"),
-    ] = None,
+    rrd: RecordingOption = None,
     rate: Rate = None,
     numbers: Annotated[bool, Option("--numbers", help="print every number of both legs")] = False,
     force: Annotated[bool, Option("--force", help="replace the run of other descriptions")] = False,

@@ -263,7 +263,12 @@ def effects(
         raise InputError("is of another scenario", field="recording", value=walk.scenario["name"])
     if not walk.ok:
         raise SimulationError(f"the walk as it is {walk.status}")
-    offered = steps(description, _hanging(description, walk))
+    hanging = [  # groups whose muscles never pull
+        name
+        for name, group in description.orthosis.muscle.items()
+        if all(walk[f"muscle/{name}_{k}/force"].max() < _PULLS for k in range(1, group.count + 1))
+    ]
+    offered = steps(description, hanging)
     cases = [step.sets for step in offered if step.status == "run"]
     asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
     with pool(threads) as who:
@@ -273,15 +278,6 @@ def effects(
     aim = aim_of({answer.name: answer.status for answer in verdict_of(walk)})
     ranked = rank(tried, {name: metric.value for name, metric in base.items()}, limits_of(walk), aim)
     return Effects(aim, base, tuple(ranked), as_run(description).timestep)
-
-
-def _hanging(scenario: Scenario, walk: Recording) -> list[str]:
-    """Muscle groups that never pull."""
-    return [
-        name
-        for name, group in scenario.orthosis.muscle.items()
-        if all(walk[f"muscle/{name}_{k}/force"].max() < _PULLS for k in range(1, group.count + 1))
-    ]
 
 
 def _tried(step: Effect, outcome: Outcome, base: Mapping[str, Metric], walk: Recording) -> Effect:

@@ -150,19 +150,15 @@ def outcomes(
     batches = _batches(scenario, cases, chunk, most_bytes, asked.first_strides)
     references = References() if references is None else references
     with native.installed():
-        if threads < 2:
-            yield from _in_turn(batches, asked, references)
-        else:
+        if threads > 1:
             yield from _side_by_side(batches, threads, asked, references)
-
-
-def _in_turn(batches: Iterable[Batched], asked: Asked, references: References) -> Iterator[Numbered]:
-    workspace = Workspace({})
-    for batch in batches:
-        if isinstance(batch, tuple):
-            yield batch
-        else:
-            yield from _finish(batch, _roll(batch, workspace), asked, references)
+            return
+        workspace = Workspace({})
+        for batch in batches:
+            if isinstance(batch, tuple):
+                yield batch
+            else:
+                yield from _finish(batch, _roll(batch, workspace), asked, references)
 
 
 def _side_by_side(

@@ -209,12 +209,18 @@ def planned(file: pathlib.Path, written: SweepFile) -> Plan:
     else:
         parameters, notes = _parameters(file, written, base), ()
     check_keys(file, parameters, sets)
+    constraints = []
+    for number, text in enumerate(written.constraints):
+        try:
+            constraints.append(read_constraint(text, parameters))
+        except InputError as error:
+            raise _elsewhere(error, file, f"constraints[{number}]") from None
     stated = {name: getattr(written, name) for name in SweepTable.model_fields}
     return Plan(
         **stated | {"scenario": scenario, "set": sets},
         file=file,
         parameters=parameters,
-        constraints=_constraints(file, written, parameters),
+        constraints=tuple(constraints),
         notes=notes,
     )
 
@@ -323,18 +329,6 @@ def check_keys(file: pathlib.Path, parameters: tuple[Parameter, ...], sets: Mapp
 def _parts(key: str) -> tuple[str, ...]:
     path, items = split_key(key)
     return (*path, *(f"[{item}]" for item in items))
-
-
-def _constraints(
-    file: pathlib.Path, written: SweepFile, parameters: tuple[Parameter, ...]
-) -> tuple[Constraint, ...]:
-    found = []
-    for number, text in enumerate(written.constraints):
-        try:
-            found.append(read_constraint(text, parameters))
-        except InputError as error:
-            raise _elsewhere(error, file, f"constraints[{number}]") from None
-    return tuple(found)
 
 
 def _elsewhere(error: InputError, file: pathlib.Path, field: str) -> InputError:

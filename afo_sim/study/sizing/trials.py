@@ -150,7 +150,13 @@ class Trials:
         wanted, doing = Asked(frozenset(metrics), doubts=False), f"trying a {self.request.kind}"
         outcomes = iter(self.who.in_order(self.scenario, cases, wanted, doing, progress))
         tried = [each if each.reason else self._judged(each, next(outcomes), metrics) for each in tried]
-        self._check_told([each for each in tried if each.status == "run"])
+        ran = [each for each in tried if each.status == "run"]
+        for requirement in self.request.requirements:
+            name = requirement.metric  # a time to fill may simply not be reached
+            if ran and not is_filling(name) and all(math.isnan(each.values[name]) for each in ran):
+                problem = "is reported by no run of this scenario"
+                allowed = "a metric that `afo-sim run --numbers` of it prints"
+                raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
         return tried
 
     def _fine(self, candidate: Candidate) -> Candidate:
@@ -184,15 +190,6 @@ class Trials:
             short |= {SHARES[name]: beyond.pop(name) for name in own}
         notes = (*candidate.notes, *beyond.values(), *with_code(outcome.warnings, UNSETTLED))
         return dataclasses.replace(candidate, values=values, short=short, notes=notes)
-
-    def _check_told(self, ran: Sequence[Candidate]) -> None:
-        """Refuse a metric that no run has; a time to fill may simply not be reached."""
-        for requirement in self.request.requirements:
-            name = requirement.metric
-            if ran and not is_filling(name) and all(math.isnan(each.values[name]) for each in ran):
-                problem = "is reported by no run of this scenario"
-                allowed = "a metric that `afo-sim run --numbers` of it prints"
-                raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
 
     def _sizing(
         self,

@@ -20,7 +20,7 @@ from afo_sim.study.uncertainty.spreads import (
     Distribution,
     Spreads,
     SpreadTable,
-    elsewhere,
+    astray,
     read,
 )
 
@@ -153,7 +153,7 @@ def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) 
         try:
             field = field_at(pattern, scenario)
         except InputError as error:
-            if not elsewhere(parts):
+            if astray(parts):
                 raise error.replaced(file=None, field=f"parameters.{name}", value=pattern) from None
             left_out.append(f"{name}: {pattern} is not there")
             return
@@ -162,7 +162,7 @@ def _matching(name: str, pattern: str, scenario: Scenario, left_out: list[str]) 
         keys = [leaf.key for leaf in known if all(map(fnmatchcase, leaf.path, parts))]
         fields = [field_at(key, scenario) for key in keys]
         there = [field for field in fields if holder(scenario, split_key(field.key)[0]) is not None]
-        if not there and not elsewhere(parts):
+        if not there and astray(parts):
             nearest = nearest_name(pattern, [leaf.key for leaf in known])
             raise InputError(
                 "fits no key of any scenario",
@@ -303,7 +303,11 @@ def draw(spreads: Applied, scenario: Scenario, count: int, seed: int = 0) -> Dra
     for fit, part in zip(spreads.fits, parts[len(spreads.unknowns) :], strict=True):
         legal, again = _legal(fit, part, generator)
         rejected += again
-        columns += _of_fit(fit, legal, scenario)
+        for key, values in fit.muscle.drawn(fit.table.scale * legal).items():
+            keys = tuple(f"{place}.{key}" for place in fit.places)
+            field = field_at(keys[0], scenario)
+            name = f"{fit.name}_{key.rpartition('.')[2]}"
+            columns.append(Column(name, keys, field.unit, float(field.value), values, fit.table))
         owners.append((fit.name, fit.table, legal))
     return Draws(
         count, seed, tuple(columns), tuple(_groups(owners)), rejected, spreads.left_out, spreads.notes
@@ -326,15 +330,6 @@ def _legal(fit: Fit, deviates: np.ndarray, generator: np.random.Generator) -> tu
         value=fit.muscle.name,
         allowed="a fit with smaller standard errors, or a scale below 1",
     )
-
-
-def _of_fit(fit: Fit, deviates: np.ndarray, scenario: Scenario) -> Iterator[Column]:
-    """A fit's values: one column for each of its numbers, at every place of the muscle."""
-    for key, values in fit.muscle.drawn(fit.table.scale * deviates).items():
-        keys = tuple(f"{place}.{key}" for place in fit.places)
-        field = field_at(keys[0], scenario)
-        name = f"{fit.name}_{key.rpartition('.')[2]}"
-        yield Column(name, keys, field.unit, float(field.value), values, fit.table)
 
 
 def _groups(owners: Sequence[tuple[str, SpreadTable, np.ndarray]]) -> Iterator[Group]:

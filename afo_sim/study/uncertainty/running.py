@@ -192,10 +192,16 @@ def uncertainty(
 def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
     """What draws that have run say, as `uncertainty` returns it."""
     draws, ok = found.draws, found.ok
+    failed = [outcome for outcome in found.outcomes if outcome.status != OK]
+    reasons = Counter(f"{outcome.status}: {outcome.reason.splitlines()[0]}" for outcome in failed)
     bands: dict[str, Any] = {
         "draws": draws.count,
         "seed": draws.seed,
-        "failed": _failed(found),
+        "failed": {
+            "count": len(failed),
+            "draws": np.flatnonzero(~ok).tolist(),
+            "reasons": [{"reason": reason, "count": count} for reason, count in reasons.most_common(5)],
+        },
         "rejected": draws.rejected,
         "left_out": list(draws.left_out),
         "notes": [*draws.notes, *_notes(found, recording)],
@@ -230,19 +236,12 @@ def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:
         shares[name] = explained([group.deviates[whole] for group in draws.groups], values[whole])
     bands["groups"] = _groups(draws, shares)
     bands["rest"] = {name: each.rest for name, each in shares.items() if each is not None}
-    bands["measure_next"] = _next(bands["groups"])
+    bands["measure_next"] = [  # what explains most of the clearance, and a measurement gives
+        group["name"]
+        for group in bands["groups"]
+        if not group["each_stride"] and group["explained"].get(_CLEARANCE, 0.0) > 0.0
+    ][:_MEASURED_NEXT]
     return bands
-
-
-def _failed(found: Found) -> dict[str, Any]:
-    """Draws that failed: how many, and each reason in a line with its count, the commonest first."""
-    failed = [outcome for outcome in found.outcomes if outcome.status != OK]
-    reasons = Counter(f"{outcome.status}: {outcome.reason.splitlines()[0]}" for outcome in failed)
-    return {
-        "count": len(failed),
-        "draws": [k for k, outcome in enumerate(found.outcomes) if outcome.status != OK],
-        "reasons": [{"reason": reason, "count": count} for reason, count in reasons.most_common(5)],
-    }
 
 
 def _notes(found: Found, recording: Recording) -> list[str]:
@@ -347,9 +346,3 @@ def _groups(draws: Draws, shares: Mapping[str, Explained | None]) -> list[dict[s
     ]
     first = next((name for name, each in shares.items() if each is not None), "")
     return sorted(found, key=lambda group: -group["explained"].get(first, 0.0))  # type: ignore[attr-defined]
-
-
-def _next(groups: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The groups to measure next: those that explain most of the clearance, and that a measurement gives."""
-    known = [g for g in groups if not g["each_stride"] and g["explained"].get(_CLEARANCE, 0.0) > 0.0]
-    return [str(group["name"]) for group in known[:_MEASURED_NEXT]]

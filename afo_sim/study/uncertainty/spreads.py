@@ -117,7 +117,6 @@ class Spreads:
     """What is not known: [parameters.NAME] tables by name, checked one by one, and the file they stand in."""
 
     file: pathlib.Path
-    description: str
     tables: dict[str, SpreadTable]
 
 
@@ -135,7 +134,7 @@ def read(source: str | os.PathLike[str], beside: pathlib.Path | None = None) -> 
         raise first_error(file, table, error) from None
     for name, one in written.parameters.items():
         _check(file, name, one)
-    return Spreads(file, written.description, dict(written.parameters))
+    return Spreads(file, dict(written.parameters))
 
 
 def _check(file: pathlib.Path, name: str, table: SpreadTable) -> None:
@@ -193,9 +192,9 @@ def _check_key(file: pathlib.Path, name: str, key: str) -> None:
     field = f"parameters.{name}"
     if key.partition(".")[0] in _NOT_DRAWN:
         raise InputError("is not a property of orthosis, wearer or walk", file=file, field=field, value=key)
-    astray = _astray(key.split("."), Scenario)
-    if astray is not None:
-        part, known = astray
+    wrong = astray(key.split("."))
+    if wrong is not None:
+        part, known = wrong
         raise InputError(
             f"fits no key of any scenario: {part!r} is unknown",
             file=file,
@@ -230,25 +229,20 @@ def in_words(spreads: Spreads) -> list[tuple[str, str]]:
     return found
 
 
-def elsewhere(parts: list[str]) -> bool:
-    """Whether some scenario has such a key: the types alone show it, with any name of a muscle or chamber."""
-    return _astray(parts, Scenario) is None
-
-
-def _astray(parts: list[str], node: Any) -> tuple[str, list[str]] | None:
-    """The first part of a key that no scenario has, and what may stand there; None where one has the key."""
+def astray(parts: list[str], node: Any = Scenario) -> tuple[str, list[str]] | None:
+    """The first part of a key that no scenario has, by the types alone, and what may stand there; or None."""
     if not parts:
         return None
     (kind, many), name = tables(node), parts[0].partition("[")[0]
     if many == "list":  # "path[0].spacing", or split "path", "0", "spacing"
-        return _astray(parts[1:] if parts[0].isdigit() else parts, kind)
+        return astray(parts[1:] if parts[0].isdigit() else parts, kind)
     if kind in SETS and many == "one":  # a law's parameters: its muscle states which they are
         return None
     if many == "named":
-        return _astray(parts[1:], kind)
+        return astray(parts[1:], kind)
     known = fields_of(kind) if many else {}
     fitting = [each for each in known if fnmatchcase(each, name)]
     if of_chambers(kind) is not None and name not in known:
-        return _astray(parts[1:], of_chambers(kind))
-    ways = [_astray(parts[1:], known[each].annotation) for each in fitting]
+        return astray(parts[1:], of_chambers(kind))
+    ways = [astray(parts[1:], known[each].annotation) for each in fitting]
     return None if None in ways else ways[0] if ways else (parts[0], list(known))
