@@ -246,12 +246,6 @@ def test_the_optimum_of_a_sphere(
     assert columns["x"].max() <= 5.0 and columns["y"].min() >= 0.1
 
 
-def test_one_parameter_with_a_log_scale(tmp_path: pathlib.Path) -> None:
-    x = Parameter("x", ("x",), "", Range(1e-4, 1e4, logarithmic=True))
-    columns, best, _ = solved(tmp_path, of_functions(f=lambda x: np.log(x / 0.03) ** 2), (x,))
-    assert columns["x"][best] == pytest.approx(0.03, rel=2e-2)
-
-
 def test_whole_numbers_stay_whole(tmp_path: pathlib.Path) -> None:
     n = Parameter("x", ("x",), "", Range(1.0, 12.0, whole=True), whole=True)
     columns, best, _ = solved(tmp_path, of_functions(f=lambda x: (x - 4.2) ** 2), (n,), generations=15)

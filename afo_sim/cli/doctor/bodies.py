@@ -7,7 +7,7 @@ import numpy as np
 
 from afo_sim.cli.doctor.kinds import Findings
 from afo_sim.common import InputError
-from afo_sim.description import Side
+from afo_sim.description import Leg, Side
 from afo_sim.legs import LegNumbers, Tree, cut, doubtful_notes, find, read_body
 
 
@@ -24,6 +24,11 @@ def body(path: pathlib.Path) -> Findings:
         findings.append((f"joint {name}", joint.kind + span))
     findings += [("note", note) for note in tree.notes]
     return findings + (_leg_in(tree, path) if tree.joints() else [])
+
+
+def leg(leg: Leg) -> Findings:
+    """What is in a leg's model."""
+    return body(leg.file)
 
 
 def _leg_in(tree: Tree, path: pathlib.Path) -> Findings:

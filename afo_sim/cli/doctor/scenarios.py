@@ -1,11 +1,11 @@
-"""Findings on what runs: a scenario, an orthosis on its air path, a leg."""
+"""Findings on what runs: a scenario, an orthosis on its air path."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from afo_sim.cli.doctor.kinds import Findings
-from afo_sim.description import JOINTS, WORN, Described, Leg, Orthosis, Scenario
+from afo_sim.description import JOINTS, WORN, Described, Orthosis, Scenario
 from afo_sim.description.scenario_text import reference
 from afo_sim.model import design_of, slack_everywhere, sweep_ankle, time_step_limits
 from afo_sim.model import rows as path_rows
@@ -79,10 +79,3 @@ def _kind(described: Described, key: str) -> str:
     """Kind of a number's source."""
     origin = described.provenance.get(key)
     return "no source stated" if origin is None else origin.kind
-
-
-def leg(leg: Leg) -> Findings:
-    """What is in a leg's model."""
-    from afo_sim.cli.doctor.bodies import body  # which knows the room of legs
-
-    return body(leg.file)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from sweep_runs import swept
 
-import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.study import cases_of, sweep_plan
@@ -105,20 +104,16 @@ def test_what_does_not_go_together_is_refused(tmp_path: pathlib.Path, old: str, 
     assert caught.value.field == field and caught.value.file == tmp_path / "sweep.toml"
 
 
-@pytest.mark.slow
-def test_the_library_draws_the_same_cases(tmp_path: pathlib.Path) -> None:
-    fixed = {"duration": "2.6 s", "timestep": "4 ms"}
-    asked: dict[str, Any] = {
-        "design": "uncertainty",
+def test_a_sweep_without_a_file_draws_the_same_cases(tmp_path: pathlib.Path) -> None:
+    stated: dict[str, Any] = {
         "spreads": "usual",
-        "cases": 20,
-        "metrics": ["toe_clearance"],
+        "cases": 24,
+        "seed": 5,
+        "metrics": ["toe_clearance", "air_per_stride"],
     }
-    found = afo_sim.sweep("walk-dropfoot-afo", {}, fixed, **asked, seed=5, threads=1)
-    walk = load("scenario", "walk-dropfoot-afo", fixed)
-    drawn = draw(applied(read("usual"), walk), walk, 20, 5)
-    (cuff,) = (column.values for column in drawn.columns if column.name == "cuff")
-    assert (found["cuff"] == cuff).all()
+    fixed = {"duration": "2.6 s", "timestep": "4 ms"}
+    made = sweep_plan.plan_of("walk-dropfoot-afo", {}, fixed, design="uncertainty", **stated)
+    assert made.canonical() == plan_of(tmp_path, JOINT.format(chunk=8)).canonical()
 
 
 def test_the_shipped_sweep_reads() -> None:
