@@ -32,9 +32,7 @@ _LISTS = (
 
 
 @app.command("list")
-def list_command(
-    what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the name of one")] = "",
-) -> None:
+def list_command(what: Annotated[str, Argument(help="|".join(_LISTS) + ", or the name of one")] = "") -> None:
     """List what is available, one line each; or one entry in full: every number, its unit and source."""
     short_lived()
     with progress("reading"):

@@ -69,14 +69,7 @@ def check_run_folder(folder: Path, scenario: Mapping[str, Any], *, force: bool =
 
 
 def check_same(
-    folder: Path,
-    kind: str,
-    file: str,
-    now: Mapping[str, Any],
-    problem: str,
-    *,
-    force: bool,
-    whom: str = "it",
+    folder: Path, kind: str, file: str, now: Mapping[str, Any], problem: str, *, force: bool, whom: str = "it"
 ) -> None:
     """Refuse a folder whose JSON `file` has other values than `now`; the problem has those in braces."""
     from afo_sim.common import check_writable

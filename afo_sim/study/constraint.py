@@ -199,11 +199,7 @@ class _Evaluation:
 
 def _refuse(text: str, at: int, problem: str, allowed: str = "", nearest: str | None = None) -> NoReturn:
     raise InputError(
-        f"at character {at + 1}: {problem}",
-        field="constraints",
-        value=text,
-        allowed=allowed,
-        nearest=nearest,
+        f"at character {at + 1}: {problem}", field="constraints", value=text, allowed=allowed, nearest=nearest
     )
 
 

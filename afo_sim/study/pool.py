@@ -130,11 +130,7 @@ class Pool:
     beside: Processes = field(default_factory=lambda: Processes(0))
 
     def outcomes(
-        self,
-        scenario: Mapping[str, Any],
-        jobs: Jobs,
-        due: Iterable[int],
-        asked: Asked = EVERYTHING,
+        self, scenario: Mapping[str, Any], jobs: Jobs, due: Iterable[int], asked: Asked = EVERYTHING
     ) -> Generator[tuple[int, list[Outcome]], None, None]:
         """(chunk, its outcomes), in no particular order; bit for bit the same whoever computes."""
         if self.scheduler:

@@ -49,12 +49,7 @@ class SweepProgress:
     failed: int
 
 
-def open_store(
-    plan: Plan,
-    cases: Cases,
-    folder: pathlib.Path,
-    changed: Changed = "refuse",
-) -> Store:
+def open_store(plan: Plan, cases: Cases, folder: pathlib.Path, changed: Changed = "refuse") -> Store:
     """The store of a sweep: a new one, or one to be continued."""
     now = fingerprint(plan)
 
@@ -170,9 +165,7 @@ def _tried(scenario: Mapping[str, Any], plan: Plan, cases: Cases) -> tuple[dict[
 
 
 def probe(
-    scenario: Mapping[str, Any],
-    sets: Sequence[Mapping[str, Any]],
-    file: pathlib.Path,
+    scenario: Mapping[str, Any], sets: Sequence[Mapping[str, Any]], file: pathlib.Path
 ) -> tuple[dict[str, str], dict[str, str], float]:
     """Cases tried before a study begins: {metric: unit}, the same of comparisons, what one case takes [s]."""
     # compiles what only the first run compiles

@@ -49,18 +49,8 @@ def test_table_files_and_what_is_not_replaced(call: Call, tmp_path: pathlib.Path
     rows = (folder / "size.csv").read_text(encoding="utf-8").splitlines()
     assert told["holds"] and len(rows) == 1 + len(told["tried"])
     assert call(*asked)[0] == 0  # the very same
-    other = (
-        "size",
-        "pressure",
-        "seated",
-        *SHORT_OF_SIZE,
-        "--limit",
-        "rise_time <= 1 s",
-        *FEW,
-        "--out",
-        folder,
-    )
-    code, _, err = call(*other)
+    rise = ("--limit", "rise_time <= 1 s")
+    code, _, err = call("size", "pressure", "seated", *SHORT_OF_SIZE, *rise, *FEW, "--out", folder)
     assert code == 2 and "another question" in err and "--force" in err
     code, _, err = call("run", "seated", "--out", folder)
     assert code == 2 and "holds a sizing" in err

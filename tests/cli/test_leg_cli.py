@@ -123,10 +123,7 @@ def test_wrong_options_are_told_in_a_sentence(
         ("turns.xml", LEG.read_bytes().replace(b'range="-50 30"', b'range="-900 900"')),
         ("aside.xml", LEG.read_bytes().replace(b'range="-50 30"', b'range="5 30"')),
         ("along.xml", LEG.read_bytes().replace(b'axis="0 -1 0"', b'axis="0 0 1"')),
-        (
-            "include.xml",
-            LEG.read_bytes().replace(b"<worldbody>", b'<include file="a.xml"/><worldbody>'),
-        ),
+        ("include.xml", LEG.read_bytes().replace(b"<worldbody>", b'<include file="a.xml"/><worldbody>')),
     ],
 )
 def test_wrong_files_are_told_in_a_sentence(

@@ -67,12 +67,7 @@ def test_a_valve_has_its_limit_too() -> None:
     ("kind", "scenario", "options", "says"),
     [
         ("valves", "seated", {}, "did you mean 'valve'"),
-        (
-            "pressure",
-            "seated",
-            {"at": "1e4 bar"},
-            "'1e4 bar': is out of range; allowed: above 0, to 20 bar",
-        ),
+        ("pressure", "seated", {"at": "1e4 bar"}, "'1e4 bar': is out of range; allowed: above 0, to 20 bar"),
         ("pressure", "seated", {"at": "-3 bar"}, "at = '-3 bar'"),
         ("pressure", "seated", {"at": "0 bar"}, "at = '0 bar'"),
         ("pressure", "seated", {"at": "21 bar"}, "to 20 bar"),
@@ -95,12 +90,7 @@ def test_a_valve_has_its_limit_too() -> None:
         ("valve", "seated", {"side": "in"}, "did you mean 'inlet'"),
         ("tube", "seated", {}, "is needed: nothing states how long"),
         ("tube", "seated", {"length": "-2 m"}, "is out of range"),
-        (
-            "tube",
-            "seated",
-            {"length": "1000 m"},
-            "'1000 m': is out of range; allowed: above 0, to 100 m",
-        ),
+        ("tube", "seated", {"length": "1000 m"}, "'1000 m': is out of range; allowed: above 0, to 100 m"),
         ("supply", "seated", {"strides": 10}, "are of walking"),
         ("supply", "seated", {"hours": 0}, "is out of range"),
         ("muscle", "seated", {"group": "calf"}, "is not a group of muscles"),

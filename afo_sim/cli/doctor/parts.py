@@ -118,10 +118,7 @@ def regulator(regulator: Regulator) -> Findings:
 
 def patient(patient: Patient) -> Findings:
     """Strength of a patient's muscles."""
-    sides = {
-        "dorsiflexors": patient.dorsiflexor_strength,
-        "plantarflexors": patient.plantarflexor_strength,
-    }
+    sides = {"dorsiflexors": patient.dorsiflexor_strength, "plantarflexors": patient.plantarflexor_strength}
     return [(f"strength of the {side}", f"{100 * share:g} %") for side, share in sides.items()]
 
 

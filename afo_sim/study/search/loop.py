@@ -37,11 +37,7 @@ Evaluate = Callable[[Columns], Answers]  # {parameter: values (n,) [SI]} → ans
 
 
 def answers(
-    scenario: Mapping[str, Any],
-    designs: Cases,
-    patients: Cases | None,
-    metrics: Sequence[str],
-    who: Pool,
+    scenario: Mapping[str, Any], designs: Cases, patients: Cases | None, metrics: Sequence[str], who: Pool
 ) -> Answers:
     """Simulate every design with every patient."""
     many = len(patients) if patients else 1
@@ -144,11 +140,7 @@ class Problem:
 
 
 def evolve(
-    problem: Problem,
-    folder: pathlib.Path,
-    generations: int,
-    evaluate: Evaluate,
-    report: Report | None = None,
+    problem: Problem, folder: pathlib.Path, generations: int, evaluate: Evaluate, report: Report | None = None
 ) -> tuple[Columns, bool]:
     """Search; killed at any time, the next call goes on from the last finished generation."""
     evolutions = problem.evolutions()

@@ -18,16 +18,7 @@ from afo_sim.study.runner import probe
 from afo_sim.study.search import store
 from afo_sim.study.search.aim import LACKING, OBJECTIVE, OF_LIMIT, OUTSIDE, Aim
 from afo_sim.study.search.best import spread_over_starts
-from afo_sim.study.search.loop import (
-    Answers,
-    Columns,
-    Evolution,
-    Problem,
-    answers,
-    best_of,
-    evolve,
-    row,
-)
+from afo_sim.study.search.loop import Answers, Columns, Evolution, Problem, answers, best_of, evolve, row
 from afo_sim.study.search.plan import SearchPlan
 
 
@@ -88,11 +79,7 @@ def open_search(search: SearchPlan, folder: pathlib.Path, changed: Changed = "re
 
 
 def optimise(
-    search: SearchPlan,
-    folder: pathlib.Path,
-    *,
-    threads: int = 0,
-    report: Report | None = None,
+    search: SearchPlan, folder: pathlib.Path, *, threads: int = 0, report: Report | None = None
 ) -> dict[str, Any]:
     """A whole search, or what is left of it: `open_search` and `run` in one; returns and raises as these."""
     with pool(threads) as who:

@@ -15,14 +15,7 @@ from afo_sim.description.reader import split_key
 from afo_sim.model import recorded_stride, stride_time_of
 from afo_sim.study.parameter import Joint, Parameter
 from afo_sim.study.parameter_table import is_free
-from afo_sim.study.uncertainty.spreads import (
-    DERIVED_PATH,
-    Distribution,
-    Spreads,
-    SpreadTable,
-    astray,
-    read,
-)
+from afo_sim.study.uncertainty.spreads import DERIVED_PATH, Distribution, Spreads, SpreadTable, astray, read
 
 _STRIDE_TIME = "gait.stride_time"
 _NOTABLE = 0.01  # share cut off at a bound from which on it is reported [-]
