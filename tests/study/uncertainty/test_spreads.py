@@ -128,7 +128,7 @@ def test_nothing_is_relative_to_zero(tmp_path: pathlib.Path, walk: Scenario) -> 
         (NORMAL.replace("orthosis.anchor.shank.stiffness", "timestep"), "", "is not a property of orthosis"),
         (NORMAL.replace("orthosis.anchor.shank.stiffness", "limits.bottle_volume"), "", "is not a property"),
         (NORMAL.replace("anchor.shank.stiffness", "muscle.*.foo"), "", "fits no key of any scenario"),
-        (NORMAL + "relative_sd = 0.1\n", "parameters.cuff.relative_sd", "sd or relative_sd"),
+        (NORMAL + "relative_sd = 0.1\n", "parameters.cuff.sd", "sd or relative_sd"),
         (NORMAL + 'at_least = "nan kN/m"\n', "parameters.cuff.at_least", "is not"),
         (NORMAL + 'at_least = "8 kN/m"\n', "parameters.cuff.at_least", "allowed: at most 4000 N/m"),
         ("description = 'nothing'\n", "parameters", ""),
