@@ -20,32 +20,28 @@ from afo_sim.physics import LAWS, nominal_flow
 
 def muscle(muscle: Muscle) -> Findings:
     """Law, braid, mass, fit and sources of a muscle."""
-    return [
+    rows: Findings = [
         ("law", muscle.law),
         ("braid", f"{100 * muscle.nominal_length:.2f} cm of {100 * muscle.total_length:.2f} cm"),
         ("locks at a contraction of", f"{muscle.braid.lock:.4f}"),
-        *_by_length(muscle),
-        *(BraidFacts.of(muscle).rows() if LAWS[muscle.law].braids else ()),
-        ("volume", _volume(muscle)),
+    ]
+    if muscle.lengths is not None:
+        factor = muscle.lengths.factor(muscle.nominal_length)
+        against = f"{factor:.4g} of that at {100.0 * muscle.lengths.reference:g} cm"
+        rows += [
+            ("mass at this length", f"{1e3 * muscle.whole_mass:.4g} g"),
+            ("force at this length", against),
+        ]
+        rows += [("warning", muscle.length_warning)] if muscle.length_warning else []
+    if LAWS[muscle.law].braids:
+        rows += BraidFacts.of(muscle).rows()
+    volume = muscle.law_volume
+    whose = "of its law" if any(volume.numbers) else "of the braid"
+    rows += [
+        ("volume", f"{whose}: {volume.reason}" if volume.reason else whose),
         ("covariance of the fit", _covariance(muscle)),
-    ] + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
-
-
-def _by_length(muscle: Muscle) -> Findings:
-    """Mass and force at the muscle's length; nothing where they do not follow from it."""
-    if muscle.lengths is None:
-        return []
-    factor = muscle.lengths.factor(muscle.nominal_length)
-    against = f"{factor:.4g} of that at {100.0 * muscle.lengths.reference:g} cm"
-    rows = [("mass at this length", f"{1e3 * muscle.whole_mass:.4g} g"), ("force at this length", against)]
-    return rows + ([("warning", muscle.length_warning)] if muscle.length_warning else [])
-
-
-def _volume(muscle: Muscle) -> str:
-    """Whose volume its air fills, and why where the law's is not plausible."""
-    found = muscle.law_volume
-    whose = "of its law" if any(found.numbers) else "of the braid"
-    return f"{whose}: {found.reason}" if found.reason else whose
+    ]
+    return rows + [(name, f"{origin.kind}: {origin.source}") for name, origin in muscle.provenance.items()]
 
 
 def _covariance(muscle: Muscle) -> str:
