@@ -1,17 +1,15 @@
 """The smallest component, or the least pressure, that meets stated limits: `afo_sim.size`."""
 
-import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, get_args
 
 from afo_sim.common import InputError, unknown
 from afo_sim.description import Pressure, Quantity, Scenario, TubeLength, load
-from afo_sim.study.pool import Report, pool
-from afo_sim.study.sizing.limits import EXAMPLES, Requirement, read_requirements, usual
+from afo_sim.study.pool import Report
+from afo_sim.study.sizing.limits import EXAMPLES, read_requirements, usual
 from afo_sim.study.sizing.result import KINDS, Sizing
-from afo_sim.study.sizing.trials import Trials
+from afo_sim.study.sizing.trials import Request, at_cadence
 
 SIDES = ("both", "inlet", "outlet")
 _QUANTITIES: dict[str, Quantity] = {
@@ -73,36 +71,6 @@ def size(
     return requested(kind, scenario, sets, limits=limits, **options).run(threads or 0, report)
 
 
-@dataclass(frozen=True)
-class Request:
-    """What is to be sized, checked."""
-
-    kind: str
-    scenario: Scenario
-    requirements: tuple[Requirement, ...]
-    chamber: str
-    options: Mapping[str, Any]
-
-    def to_json(self) -> dict[str, Any]:
-        """As plain data, by which a folder's content is known again."""
-        found = {
-            "kind": self.kind,
-            "limits": [str(each) for each in self.requirements],
-            "chamber": self.chamber,
-            "options": dict(self.options),
-            "scenario": self.scenario.resolved(),
-        }
-        plain: dict[str, Any] = json.loads(json.dumps(found))
-        return plain
-
-    def run(self, threads: int = 0, report: Report | None = None) -> Sizing:
-        """Run what it takes."""
-        scenario = _at_cadence(self.scenario, self.options.get("cadence"))
-        with pool(threads) as who:
-            found: Sizing = getattr(Trials(self, scenario, who, report), self.kind)()
-        return found
-
-
 def requested(
     kind: str,
     scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any],
@@ -135,7 +103,7 @@ def requested(
     if kind == "valve" and orthosis.chamber[chamber].three_way and read.get("side", "both") != "both":
         problem = f"is of two valves, and chamber {chamber!r} has one 3/2 valve"
         raise InputError(problem, field="side", value=read["side"], allowed="both")
-    _at_cadence(description, read.get("cadence"))
+    at_cadence(description, read.get("cadence"))
     texts = [limits] if isinstance(limits, str) else limits or ()
     requirements = read_requirements(texts, chamber, [*orthosis.chamber], [*orthosis.volume])
     requirements = requirements or usual(description)
@@ -143,18 +111,6 @@ def requested(
         problem = "is needed: nobody walks here, and nothing states what the device is to reach"
         raise InputError(problem, field="limit", allowed=f"a metric and a bound, such as {EXAMPLES}")
     return Request(kind, description, requirements, chamber, read)
-
-
-def _at_cadence(scenario: Scenario, cadence: float | None) -> Scenario:
-    """A scenario at another cadence [steps/min]; the gait's curves go with the stride."""
-    if cadence is None:
-        return scenario
-    if scenario.gait is None:
-        raise InputError("is of walking", field="cadence", value=cadence, allowed="none for a fixed shank")
-    if scenario.gait.speed is not None:
-        problem = "stands beside the scenario's gait.speed, which states the cadence"
-        raise InputError(problem, field="cadence", value=cadence, allowed="gait.speed alone, with --set")
-    return scenario.set({"gait.stride_time": f"{120.0 / cadence:.9g} s"})  # two steps a stride
 
 
 def _chamber_of(scenario: Scenario, name: str | None, group: str | None = None) -> str:

@@ -1,11 +1,12 @@
-"""Runs of candidates side by side, as the cases of a sweep are run."""
+"""What is to be sized, and runs of its candidates side by side, as the cases of a sweep are run."""
 
 import dataclasses
 import itertools
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from afo_sim.common import InputError, with_code
 from afo_sim.description import USUAL_LIMITS, Scenario, load
@@ -15,14 +16,11 @@ from afo_sim.physics import AIR
 from afo_sim.simulation import Asked
 from afo_sim.study.effects import SHARES, beyond_limit
 from afo_sim.study.engine import INFEASIBLE, OK, UNSETTLED, Outcome
-from afo_sim.study.pool import Pool, Report
+from afo_sim.study.pool import Pool, Report, pool
 from afo_sim.study.sizing import candidates as tries
 from afo_sim.study.sizing.candidates import Candidate, bar
 from afo_sim.study.sizing.limits import Requirement, shown
 from afo_sim.study.sizing.result import ALLOWED, KINDS, Sizing
-
-if TYPE_CHECKING:
-    from afo_sim.study.sizing.sizes import Request
 
 HOURS, STRIDES = "hours_of_source", "strides_of_source"
 _SUPPLY = frozenset({"mean_flow", "peak_flow", "supply_sag", "source_empty_after", "stride_time"})
@@ -33,10 +31,52 @@ _STRETCHED = 1.001  # a step is adjusted to a stride by less
 
 
 @dataclass(frozen=True)
+class Request:
+    """What is to be sized, checked."""
+
+    kind: str
+    scenario: Scenario
+    requirements: tuple[Requirement, ...]
+    chamber: str
+    options: Mapping[str, Any]
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain data, by which a folder's content is known again."""
+        found = {
+            "kind": self.kind,
+            "limits": [str(each) for each in self.requirements],
+            "chamber": self.chamber,
+            "options": dict(self.options),
+            "scenario": self.scenario.resolved(),
+        }
+        plain: dict[str, Any] = json.loads(json.dumps(found))
+        return plain
+
+    def run(self, threads: int = 0, report: Report | None = None) -> Sizing:
+        """Run what it takes."""
+        scenario = at_cadence(self.scenario, self.options.get("cadence"))
+        with pool(threads) as who:
+            found: Sizing = getattr(Trials(self, scenario, who, report), self.kind)()
+        return found
+
+
+def at_cadence(scenario: Scenario, cadence: float | None) -> Scenario:
+    """A scenario at another cadence [steps/min]; the gait's curves go with the stride."""
+    if cadence is None:
+        return scenario
+    if scenario.gait is None:
+        raise InputError("is of walking", field="cadence", value=cadence, allowed="none for a fixed shank")
+    if scenario.gait.speed is not None:
+        problem = "stands beside the scenario's gait.speed, which states the cadence"
+        raise InputError(problem, field="cadence", value=cadence, allowed="gait.speed alone, with --set")
+    return scenario.set({"gait.stride_time": f"{120.0 / cadence:.9g} s"})  # two steps a stride
+
+
+@dataclass(frozen=True)
 class Trials:
     """Runs of candidates side by side, and the answer that they give; a method for each kind."""
 
-    request: "Request"
+    request: Request
     scenario: Scenario
     who: Pool
     report: Report | None
