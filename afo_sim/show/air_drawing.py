@@ -15,7 +15,7 @@ import numpy as np
 from afo_sim.description import AMBIENT
 from afo_sim.model import AirEdge, AirScheme, AirWay, Source, conductance, gauge, scenario_of
 from afo_sim.model.air_scheme import air_scheme
-from afo_sim.show.style import COLOURS, ORANGE, ink, plain, write_page
+from afo_sim.show.style import COLOURS, ORANGE, ink, plain, width_of, write_page
 from afo_sim.show.style import LINE as PAGE_LETTERS
 
 _FONT, _LINE, _LONGEST = 6.6, 0.118, 51  # of a label [points], its line [inch], letters that are kept
@@ -135,15 +135,8 @@ def label(scheme: AirScheme, name: str) -> tuple[tuple[str, ...], int]:
 
 def _width(lines: tuple[str, ...], bold: int) -> float:
     """Of a label [inch]."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import TextToPath
-
-    least = 0.0
-    for k, line in enumerate(lines):
-        font = FontProperties(size=_FONT, weight="bold" if k < bold else "normal")
-        points = TextToPath().get_text_width_height_descent(line.replace(r"\$", "$"), font, ismath=False)[0]
-        least = max(least, 1.03 * float(points) / 72.0)
-    return least
+    shown = ((line.replace(r"\$", "$"), k < bold) for k, line in enumerate(lines))
+    return max(1.03 * width_of(line, _FONT, bold=thick) / 72.0 for line, thick in shown)
 
 
 _LEAST_WIDTH, _BORDER, _HEAD, _FOOT = 7.3, 0.35, 0.62, 0.2  # of the page, above picture and caption [inch]

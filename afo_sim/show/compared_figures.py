@@ -1,6 +1,5 @@
 """Several muscle laws side by side: the files of all runs, one figure, one Rerun recording."""
 
-import functools
 import itertools
 import pathlib
 from collections.abc import Mapping
@@ -21,9 +20,9 @@ from afo_sim.show.style import (
     RED,
     RUN_STYLES,
     ZERO,
+    new_figure,
     paragraph,
     plain,
-    write_figure,
 )
 from afo_sim.simulation import (
     ANGLE,
@@ -40,7 +39,6 @@ if TYPE_CHECKING:
     from afo_sim.simulation import Both
 
 _FIGURE, _TABLE = "comparison", "differences.csv"
-_SIZE = (7.1, 7.4)  # [inch]
 
 
 def write(runs: Mapping[str, Recording], folder: pathlib.Path, *, rrd: bool = True) -> list[pathlib.Path]:
@@ -78,31 +76,27 @@ def _laws_before(folder: pathlib.Path) -> list[str]:
 
 def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
     """Draw angles, their differences, pressures and forces of all runs over time."""
-    write_figure(path, _SIZE, functools.partial(_page, runs=runs))
-
-
-def _page(figure: Any, runs: Mapping[str, Recording]) -> None:
     from matplotlib.lines import Line2D
 
-    first = next(iter(runs.values()))
-    colours = dict(zip(runs, itertools.cycle(COLOURS)))
-    axes = figure.subplots(4, 1, sharex=True, height_ratios=[1.3, 1.0, 1.0, 1.0])
-    _draw_angles(axes[0], axes[1], runs, colours)
-    for axis, kind, column, factor in (
-        (axes[2], "chamber", "pressure", 1e-5),
-        (axes[3], "muscle", "force", 1.0),
-    ):
-        styles = _draw_groups(axis, runs, colours, kind, column, factor)
-        handles = [Line2D([], [], color="0.3", ls=ls, label=plain(name)) for name, ls in styles.items()]
-        axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
-    axes[2].set_ylabel("gauge pressure\n[bar]")
-    axes[3].set_ylabel("muscle force\n[N]")
-    axes[3].set_xlabel("time [s]")
-    figure.align_ylabels(axes)
-    told = [run.scenario["description"].split("; ") for run in runs.values()]
-    common = (part for part in told[0] if all(part in each for each in told))  # not what was set for one
-    title = paragraph(f"{first.scenario['name']}: {'; '.join(common)}")
-    figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
+    with new_figure(path, (7.1, 7.4)) as figure:
+        first = next(iter(runs.values()))
+        colours = dict(zip(runs, itertools.cycle(COLOURS)))
+        axes = figure.subplots(4, 1, sharex=True, height_ratios=[1.3, 1.0, 1.0, 1.0])
+        _draw_angles(axes[0], axes[1], runs, colours)
+        for axis, kind, column, factor in (
+            (axes[2], "chamber", "pressure", 1e-5),
+            (axes[3], "muscle", "force", 1.0),
+        ):
+            styles = _draw_groups(axis, runs, colours, kind, column, factor)
+            handles = [Line2D([], [], color="0.3", ls=ls, label=plain(name)) for name, ls in styles.items()]
+            axis.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
+        axes[2].set_ylabel("gauge pressure\n[bar]")
+        axes[3].set(ylabel="muscle force\n[N]", xlabel="time [s]")
+        figure.align_ylabels(axes)
+        told = [run.scenario["description"].split("; ") for run in runs.values()]
+        common = (part for part in told[0] if all(part in each for each in told))  # not what was set for one
+        title = paragraph(f"{first.scenario['name']}: {'; '.join(common)}")
+        figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
 
 
 def _draw_angles(
@@ -147,29 +141,24 @@ def _draw_groups(
     return styles
 
 
-_BOTH_SIZE = (7.1, 2.9)  # [inch]
 _COLOUR: dict[Side, str] = {"right": BLUE, "left": RED}
 _STYLE: dict[Side, Any] = {"right": "-", "left": RUN_STYLES[1]}
 
 
 def draw_both(legs: "Both", path: pathlib.Path) -> None:
     """Draw what two legs take from one source, over one cycle of the right one."""
-    write_figure(path, _BOTH_SIZE, functools.partial(_both_page, legs=legs))
-
-
-def _both_page(figure: Any, legs: "Both") -> None:
-    axis = figure.subplots()
-    _flow(axis, legs, 100.0 * np.append(legs.phase, 1.0))
-    axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    walks = bool(legs.right.scenario.get("gait"))
-    if walks and legs.apart:
-        axis.axvline(100.0 * legs.apart, color=GREY, lw=0.6, ls=":", zorder=0)
-    what = "stride of the right leg, from its heel strike" if walks else "timer's period"
-    axis.set_xlabel(f"{what} [%]; 100 % = {legs.cycle:.3g} s")
-    axis.set_xlim(0.0, 100.0)
-    title = " and ".join(f"{side}: {plain(str(leg.scenario['name']))}" for side, leg in legs.legs.items())
-    apart = f", {100.0 * legs.apart:g} % of a stride apart" if legs.apart else ""
-    figure.suptitle(f"both legs on one supply{apart}\n{title}", x=0.01, ha="left", fontsize=9.0)
+    with new_figure(path, (7.1, 2.9)) as figure:
+        axis = figure.subplots()
+        _flow(axis, legs, 100.0 * np.append(legs.phase, 1.0))
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        walks = bool(legs.right.scenario.get("gait"))
+        if walks and legs.apart:
+            axis.axvline(100.0 * legs.apart, color=GREY, lw=0.6, ls=":", zorder=0)
+        what = "stride of the right leg, from its heel strike" if walks else "timer's period"
+        axis.set(xlabel=f"{what} [%]; 100 % = {legs.cycle:.3g} s", xlim=(0.0, 100.0))
+        title = " and ".join(f"{side}: {plain(str(leg.scenario['name']))}" for side, leg in legs.legs.items())
+        apart = f", {100.0 * legs.apart:g} % of a stride apart" if legs.apart else ""
+        figure.suptitle(f"both legs on one supply{apart}\n{title}", x=0.01, ha="left", fontsize=9.0)
 
 
 def _closed(values: np.ndarray) -> np.ndarray:

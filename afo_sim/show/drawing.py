@@ -15,7 +15,7 @@ from afo_sim.model import AirScheme, Design, PathFacts, Source, arm, own, peak, 
 from afo_sim.model.design import design
 from afo_sim.show.air_drawing import scheme_of, write_air
 from afo_sim.show.drawing_views import WHITE, Box, colours, front_view, scale_of, side_view
-from afo_sim.show.style import FORMATS, GREY, LINE, RED, ZERO, plain, write_page
+from afo_sim.show.style import FORMATS, GREY, LINE, RED, ZERO, plain, width_of, write_page
 
 _KINDS = {"assumed": "a", "derived": "d", "fitted": "f", "published": "p", "user": "u"}
 _FOOT = (
@@ -86,12 +86,12 @@ def _sources(design: Design) -> str:
 def _draw_table(axis: Any, design: Design) -> None:
     """Head, rows, warnings and the foot, from above, on an axis of the page's width."""
     axis.set_axis_off()
-    axis.set_xlim(0.0, 1.0)
-    axis.set_ylim(_LINES + 2.4, 0.0)
+    axis.set(xlim=(0.0, 1.0), ylim=(_LINES + 2.4, 0.0))
     head, rows = table(design)
     most = _LINES - 2 - (_LEAST_WARNINGS if design.warnings else 0)
     shown = rows if len(rows) <= most else rows[: most - 1]
-    widths = [max(map(_width, column)) for column in zip(head, *rows, strict=True)]
+    columns = zip(head, *rows, strict=True)
+    widths = [max(width_of(line, _FONT) for line in "\n".join(cells).split("\n")) for cells in columns]
     gap = max((_PAGE_WIDTH - sum(widths)) / (len(widths) - 1), _COLUMN_GAP)
     total = sum(widths) + gap * (len(widths) - 1)
     edges = [sum(widths[:k]) + gap * k for k in range(len(widths))]
@@ -116,17 +116,6 @@ def _draw_table(axis: Any, design: Design) -> None:
     below = plain(_sources(design), WIDTH)
     axis.text(0.0, _LINES + 0.9, below, fontsize=_FONT - 0.5, va="center", color="0.25")
     axis.text(0.0, _LINES + 1.8, _FOOT, fontsize=_FONT - 0.5, va="center", color="0.25")
-
-
-def _width(cell: str) -> float:
-    """Width of a cell's widest line in bold letters [points]."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
-
-    font = FontProperties(size=_FONT, weight="bold")
-    return max(
-        float(text_to_path.get_text_width_height_descent(line, font, False)[0]) for line in cell.split("\n")
-    )
 
 
 def _warned(design: Design, room: int) -> list[str]:

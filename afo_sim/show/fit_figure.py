@@ -22,7 +22,7 @@ from afo_sim.lab import (
 )
 from afo_sim.lab.law_problem import predict
 from afo_sim.show.panels import legend
-from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_pair
+from afo_sim.show.style import COLOURS, on_scale, plain, write_pair
 
 
 def write_fit_figure(found: StaticFit, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -50,7 +50,7 @@ def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
     factor, unit = residual_unit(fit)
     levels = pressure_levels(fit.problem.data)[fit.problem.data.index(data)]
     for level in np.unique(levels):
-        colour = _colour(data, level * 1e5)
+        colour = on_scale((level * 1e5 - data.pressure.min()) / max(np.ptp(data.pressure), 1.0))
         points = take(data, levels == level)
         label = f"{level:g} bar"
         if data.loaded:
@@ -68,8 +68,7 @@ def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
             axis.plot(x[~slack], points.force[~slack], "o", ms=4, color=colour, label=label)  # type: ignore[index]
             hollow = {"mfc": "white", "color": colour, "clip_on": False, "zorder": 3}
             axis.plot(x[slack], points.force[slack], "o", ms=4, **hollow)  # type: ignore[index]
-    axis.set_title(plain(data.name))
-    axis.set_xlabel("load [N]" if data.loaded else "contraction ratio κ [-]")
+    axis.set(title=plain(data.name), xlabel="load [N]" if data.loaded else "contraction ratio κ [-]")
     axis.set_ylabel(f"change of length [{unit}]" if data.loaded else "force [N]")
     if data.loaded and data.contraction is not None:
         axis.set_ylabel("contraction ratio κ [-]")
@@ -77,12 +76,6 @@ def _draw_curves(axis: Any, fit: LawFit, data: Measured) -> None:
         axis.set_xlabel("change of length [m]")
     axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]) if data.loaded else 0.0)
     axis.legend()
-
-
-def _colour(data: Measured, pressure: float) -> Any:
-    from matplotlib import colormaps
-
-    return colormaps[SCALE](SCALE_END * (pressure - data.pressure.min()) / max(np.ptp(data.pressure), 1.0))
 
 
 def _line(points: Measured, **columns: np.ndarray) -> Measured:
@@ -105,8 +98,7 @@ def _draw_residuals(axis: Any, fit: LawFit) -> None:
         at = np.full(len(errors), float(label.split()[0]) + 0.04)
         axis.plot(at, factor * errors, "x", ms=4, color=COLOURS[0], label="left out" if k == 0 else None)
     axis.margins(x=0.08)
-    axis.set_xlabel("gauge pressure [bar]")
-    axis.set_ylabel(f"prediction − measurement [{unit}]")
+    axis.set(xlabel="gauge pressure [bar]", ylabel=f"prediction − measurement [{unit}]")
     axis.set_title(f"{factor * fit.rms:.3g} {unit} RMS")
     axis.legend()
 

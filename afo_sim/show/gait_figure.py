@@ -1,6 +1,5 @@
 """A gait cycle on one page, for a look before it is used."""
 
-import functools
 import pathlib
 import textwrap
 from collections.abc import Sequence
@@ -15,7 +14,7 @@ from afo_sim.gait.file import read
 from afo_sim.gait.toe_extension import toe_extension
 from afo_sim.gait_lab import Imported, taken_words
 from afo_sim.show import gait_panels
-from afo_sim.show.style import COLOURS, NORM, ZERO, paragraph, plain, write_figure
+from afo_sim.show.style import COLOURS, NORM, ZERO, new_figure, paragraph, plain
 
 _POSES = 11  # of the leg in a stride: every 10 %
 _WARNED = 3  # warnings that stand on the page
@@ -35,35 +34,32 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
     """Draw a gait cycle: the leg with the ground's force, angles with the norm, force, moment."""
     height = 9.0 if imported is None else 11.5 + _ROW * (len(imported.checks) + 2)
     height += _SMALL * 1.35 / 72.0 * _warned(cycle.warnings).count("\n")
-    write_figure(path, (7.1, height), functools.partial(_page, cycle=cycle, imported=imported))
-
-
-def _page(figure: Any, cycle: GaitCycle, imported: Imported | None) -> None:
-    alone = imported is None
-    rows = [["shank", "ankle"], ["knee", "moment"], ["force", "pressure"]]
-    if imported is None:
-        axes = figure.subplot_mosaic([["leg", "leg"], *rows], height_ratios=[1.5, 1.0, 1.0, 1.0])
-        _leg(axes["leg"], cycle, _FOOT, alone)
-    else:
-        heights = [3.5, 2.3, 5.1, _ROW * (len(imported.checks) + 2)]
-        trial, leg, strides, checks = figure.subfigures(4, 1, height_ratios=heights)
-        gait_panels.draw_checks(checks, imported.checks, _SMALL)
-        foot = gait_panels.foot_ends(imported, _FOOT)
-        gait_panels.draw_trial(trial, imported)
-        points, motion = leg.subplots(1, 2, width_ratios=[1.15, 2.2])
-        gait_panels.draw_points(points, imported)
-        _leg(motion, cycle, foot, alone)
-        axes = strides.subplot_mosaic([*rows[:2], ["force", "foot"]], height_ratios=[1.0, 1.0, 1.15])
-        gait_panels.draw_strides(strides, axes, imported)
-        gait_panels.draw_foot(axes["foot"], imported, foot)
-    _angles(axes, cycle, alone)
-    _moment(axes["moment"], cycle, imported)
-    _force(axes["force"], cycle)
-    if alone:
-        _pressure(axes["pressure"], cycle)
-    figure.suptitle(_title(cycle, imported), x=0.01, ha="left", fontsize=9.0)
-    if cycle.warnings:
-        figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=_SMALL, color=_DORSAL)
+    with new_figure(path, (7.1, height)) as figure:
+        alone = imported is None
+        rows = [["shank", "ankle"], ["knee", "moment"], ["force", "pressure"]]
+        if imported is None:
+            axes = figure.subplot_mosaic([["leg", "leg"], *rows], height_ratios=[1.5, 1.0, 1.0, 1.0])
+            _leg(axes["leg"], cycle, _FOOT, alone)
+        else:
+            heights = [3.5, 2.3, 5.1, _ROW * (len(imported.checks) + 2)]
+            trial, leg, strides, checks = figure.subfigures(4, 1, height_ratios=heights)
+            gait_panels.draw_checks(checks, imported.checks, _SMALL)
+            foot = gait_panels.foot_ends(imported, _FOOT)
+            gait_panels.draw_trial(trial, imported)
+            points, motion = leg.subplots(1, 2, width_ratios=[1.15, 2.2])
+            gait_panels.draw_points(points, imported)
+            _leg(motion, cycle, foot, alone)
+            axes = strides.subplot_mosaic([*rows[:2], ["force", "foot"]], height_ratios=[1.0, 1.0, 1.15])
+            gait_panels.draw_strides(strides, axes, imported)
+            gait_panels.draw_foot(axes["foot"], imported, foot)
+        _angles(axes, cycle, alone)
+        _moment(axes["moment"], cycle, imported)
+        _force(axes["force"], cycle)
+        if alone:
+            _pressure(axes["pressure"], cycle)
+        figure.suptitle(_title(cycle, imported), x=0.01, ha="left", fontsize=9.0)
+        if cycle.warnings:
+            figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=_SMALL, color=_DORSAL)
 
 
 def _title(cycle: GaitCycle, imported: Imported | None) -> str:
@@ -109,8 +105,7 @@ def _leg(axis: Any, cycle: GaitCycle, ends: tuple[float, float], alone: bool) ->
     axis.axhline(0.0, color="0.3", lw=0.8, zorder=0)
     axis.set_aspect("equal")
     axis.margins(0.03)
-    axis.set_xlabel(f"forward [m]; black: stance, with ground force; grey: swing{drawn}")
-    axis.set_ylabel("up [m]")
+    axis.set(xlabel=f"forward [m]; black: stance, with ground force; grey: swing{drawn}", ylabel="up [m]")
 
 
 def _foot(
@@ -199,6 +194,4 @@ def _over_stride(axis: Any, cycle: GaitCycle, label: str) -> None:
     axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
     axis.axvline(100.0 * stance(cycle), color="0.75", lw=0.6, ls=":", zorder=1)
     axis.axvspan(100.0 * cycle.flat.start, 100.0 * cycle.flat.end, color="0.96", lw=0.0, zorder=0)
-    axis.set_xlim(0.0, 100.0)
-    axis.set_xlabel("stride [%]")
-    axis.set_ylabel(label)
+    axis.set(xlim=(0.0, 100.0), xlabel="stride [%]", ylabel=label)

@@ -82,8 +82,7 @@ def draw_points(axis: Any, imported: Imported) -> None:
     axis.set_ylim(-0.15 * top, 1.06 * top)
     axis.yaxis.set_major_locator(MaxNLocator(5))
     axis.set_title(f"points found, at {leg.time[k]:.2f} s", fontsize=8.0)
-    axis.set_xlabel("ahead of the ankle [m]")
-    axis.set_ylabel("up [m]")
+    axis.set(xlabel="ahead of the ankle [m]", ylabel="up [m]")
 
 
 def draw_checks(figure: Any, checks: Sequence[Check], size: float) -> None:
@@ -298,8 +297,7 @@ def _plates(axis: Any, imported: Imported) -> None:
     axis.plot([], [], color="0.7", lw=0.8, label="not assigned")
     top = max((float(force.max()) for _, force in shown.values()), default=1.0)
     axis.set_ylim(top=1.25 * top)
-    axis.set_ylabel("upward\nforce [N]")
-    axis.set_xlabel("time in the trial [s]")
+    axis.set(ylabel="upward\nforce [N]", xlabel="time in the trial [s]")
 
 
 def _from_above(axis: Any, imported: Imported) -> None:
@@ -321,8 +319,7 @@ def _from_above(axis: Any, imported: Imported) -> None:
     low, high = np.nanmin(around, axis=0) - _BESIDE, np.nanmax(around, axis=0) + _BESIDE
     axis.set_aspect("equal", adjustable="box", anchor="W")
     wider = max(0.0, _BROAD * (high[1] - low[1]) - (high[0] - low[0]))  # a walk on a belt stays in place
-    axis.set_xlim(low[0] - 0.5 * wider, high[0] + 0.5 * wider)
-    axis.set_ylim(low[1], high[1])
+    axis.set(xlim=(low[0] - 0.5 * wider, high[0] + 0.5 * wider), ylim=(low[1], high[1]))
     for plate in imported.trial.plates:
         if plate.corners is not None:
             _plate_from_above(axis, imported.frame, plate.name, plate.corners)

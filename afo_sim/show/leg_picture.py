@@ -1,6 +1,5 @@
 """A leg from the side and from ahead: shapes, axis and stops of the ankle, centres of mass, sole."""
 
-import functools
 import pathlib
 from typing import Any
 
@@ -9,7 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from afo_sim.legs import FOOT, SHANK, LegNumbers, Shape, Tree, from_ankle, moved, surface
 from afo_sim.model import OLD_TOE, POINTS
-from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
+from afo_sim.show.style import BLUE, GREEN, GREY, RED, new_figure, plain
 
 _SKIN = {SHANK: "#d9b49a", FOOT: "#c99a7c"}  # of the two segments
 _VIEWS = (("from the right", (0, 2), "forward [mm]"), ("from ahead", (1, 2), "left [mm]"))
@@ -18,32 +17,31 @@ _MANY = 20_000  # faces of a mesh above which its outline is drawn alone
 
 def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
     """Draw a leg."""
-    write_figure(path, (7.1, 5.4), functools.partial(_page, leg=leg, title=title))
-
-
-def _page(figure: Any, leg: Tree, title: str) -> None:
-    axes = figure.subplots(1, 2, sharey=True)
-    numbers = LegNumbers.of(leg)
-    foot = {part.name for part in leg.below(FOOT)}
-    for axis, (name, columns, label) in zip(axes, _VIEWS, strict=True):
-        for part in leg.parts.values():
-            for shape in part.shapes:
-                colour = _SKIN[FOOT if part.name in foot else SHANK]
-                _silhouette(axis, from_ankle(leg, part), shape, columns, colour)
-        _signs(axis, numbers, columns)
-        _sole(axis, leg, columns)
-        axis.set(xlabel=label, title=name)
-        axis.margins(0.12)
-        axis.set_aspect("equal", adjustable="datalim")
-    axes[0].set_ylabel("above the ankle [mm]")
-    own = [moved(from_ankle(leg, part), surface(shape)) for part in leg.below(FOOT) for shape in part.shapes]
-    reach = 1e3 * (float(np.concatenate(own)[:, 0].max()) if own else 0.2)  # of the foot's foremost point
-    _stops(axes[0], numbers, 1.2 * reach)
-    axes[1].plot([-0.35 * reach, 0.35 * reach], [0.0, 0.0], color=RED, lw=1.2)
-    axes[1].annotate("ankle's axis", (0.35 * reach, 0.0), (3, 3), textcoords="offset points", color=RED)
-    axes[1].invert_xaxis()  # who looks at the toes has the leg's left at the right hand
-    figure.suptitle(plain(title, 90))
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    with new_figure(path, (7.1, 5.4)) as figure:
+        axes = figure.subplots(1, 2, sharey=True)
+        numbers = LegNumbers.of(leg)
+        foot = {part.name for part in leg.below(FOOT)}
+        for axis, (name, columns, label) in zip(axes, _VIEWS, strict=True):
+            for part in leg.parts.values():
+                for shape in part.shapes:
+                    colour = _SKIN[FOOT if part.name in foot else SHANK]
+                    _silhouette(axis, from_ankle(leg, part), shape, columns, colour)
+            _signs(axis, numbers, columns)
+            _sole(axis, leg, columns)
+            axis.set(xlabel=label, title=name)
+            axis.margins(0.12)
+            axis.set_aspect("equal", adjustable="datalim")
+        axes[0].set_ylabel("above the ankle [mm]")
+        own = [
+            moved(from_ankle(leg, part), surface(shape)) for part in leg.below(FOOT) for shape in part.shapes
+        ]
+        reach = 1e3 * (float(np.concatenate(own)[:, 0].max()) if own else 0.2)  # of the foot's foremost point
+        _stops(axes[0], numbers, 1.2 * reach)
+        axes[1].plot([-0.35 * reach, 0.35 * reach], [0.0, 0.0], color=RED, lw=1.2)
+        axes[1].annotate("ankle's axis", (0.35 * reach, 0.0), (3, 3), textcoords="offset points", color=RED)
+        axes[1].invert_xaxis()  # who looks at the toes has the leg's left at the right hand
+        figure.suptitle(plain(title, 90))
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
 def _silhouette(axis: Any, pose: np.ndarray, shape: Shape, columns: tuple[int, int], colour: str) -> None:

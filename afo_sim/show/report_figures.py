@@ -137,8 +137,7 @@ def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over =
             if over == "cycle":
                 walk_panels.mark_toe_off(axis, run.toe_off)
         pressure.set_title(plain(run.label), loc="left", color=ink(run.colour))
-        lanes.set_xlabel("time [s]" if over == "time" else "gait cycle [%]")
-        lanes.set_ylabel("")
+        lanes.set(xlabel="time [s]" if over == "time" else "gait cycle [%]", ylabel="")
     panels.share_scale([figure.axes[0] for figure in figures])
     if flowing:
         drawn = zip(figures, runs, strict=True)

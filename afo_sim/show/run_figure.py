@@ -18,8 +18,7 @@ from afo_sim.show.style import (
     COLOURS,
     FORMATS,
     LINE_STYLES,
-    SCALE,
-    SCALE_END,
+    on_scale,
     paragraph,
     plain,
     write_figure,
@@ -195,14 +194,13 @@ def _stack(figure: Any, run: RunView, rows: tuple[_Panel, ...], title: bool = Fa
 
 def _force_contraction(figure: Any, run: RunView) -> None:
     """A panel per group, the curves coloured by the pressure in their chamber."""
-    from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
     recording = run.recording
     pressures = {g: recording[f"chamber/{c}/pressure"] * 1e-5 for g, c in run.groups.items()}
     top = max(np.ceil(10.0 * max(p.max() for p in pressures.values())) / 10.0, 0.1)
-    palette = ListedColormap(colormaps[SCALE](np.linspace(0.0, SCALE_END, 256)))  # nothing pale on white
+    palette = ListedColormap(on_scale(np.linspace(0.0, 1.0, 256)))  # nothing pale on white
     colour = ScalarMappable(Normalize(0.0, top), palette)
     axes = figure.subplots(1, len(pressures), sharey=True, squeeze=False)[0]
     for axis, (group, pressure) in zip(axes, pressures.items(), strict=True):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.metrics import metric_words
-from afo_sim.show.style import COLOURS, plain, wrapped, write_figure
+from afo_sim.show.style import COLOURS, new_figure, plain, wrapped
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, human_scale
 
 _ACROSS = 3  # panels side by side
@@ -23,8 +23,7 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
     aim = problem.aim
     count = 1 + len(aim.limits) + len(problem.parameters)
     rows, across = -(-count // _ACROSS), min(count, _ACROSS)
-
-    def fill(figure: Any) -> None:
+    with new_figure(path, (_PANEL[0] * across, _PANEL[1] * rows + 0.5)) as figure:
         axes = figure.subplots(rows, across, sharex=True, squeeze=False).ravel()
         ends = np.append(np.flatnonzero(np.diff(columns["generation"])) + 1, len(columns["generation"]))
         so_far = np.array([best_of(problem.aim, {n: c[:end] for n, c in columns.items()}) for end in ends])
@@ -38,10 +37,7 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
         for axis in axes[max(count - across, 0) : count]:
             axis.set_xlabel("generation")
             axis.tick_params(labelbottom=True)
-        handles, labels = axes[-1 if count == len(axes) else count - 1].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper left", ncols=4)
-
-    write_figure(path, (_PANEL[0] * across, _PANEL[1] * rows + 0.5), fill)
+        figure.legend(*axes[count - 1].get_legend_handles_labels(), loc="outside upper left", ncols=4)
 
 
 def _dots(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.metrics import UNITS
-from afo_sim.show.style import BLUE, GREEN, GREY, RED, plain, write_figure
+from afo_sim.show.style import BLUE, GREEN, GREY, RED, new_figure, plain
 from afo_sim.study import Candidate, Requirement, Sizing
 
 _WIDTH, _HEAD, _PANEL = 6.4, 1.3, 1.6  # [inch]
@@ -17,8 +17,7 @@ def draw_size(found: Sizing, path: pathlib.Path) -> None:
     """Draw the margins of all candidates that were run: pressures over their size, others in its order."""
     numbers = found.kind == "pressure"
     places = {each.name: 1e-5 * each.size if numbers else float(k) for k, each in enumerate(found.ran)}
-
-    def fill(figure: Any) -> None:
+    with new_figure(path, (_WIDTH, _HEAD + _PANEL * max(len(found.requirements), 1))) as figure:
         panels = np.atleast_1d(figure.subplots(max(len(found.requirements), 1), 1, sharex=True))
         for axis, requirement in zip(panels, found.requirements, strict=False):
             _panel(axis, requirement, found.ran, places, found.best)
@@ -29,8 +28,6 @@ def draw_size(found: Sizing, path: pathlib.Path) -> None:
             panels[-1].set_xticks(list(places.values()), names, rotation=90, fontsize=6.5)
         panels[-1].legend(loc="best")
         figure.suptitle(plain(found.answer.partition(":")[0], 95), x=0.01, ha="left", fontsize=9.0)
-
-    write_figure(path, (_WIDTH, _HEAD + _PANEL * max(len(found.requirements), 1)), fill)
 
 
 def _panel(

@@ -1,6 +1,5 @@
 """Tests of the stand, drawn: characteristics, steps, releases."""
 
-import functools
 import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.lab import AXES, SET, Comparison, Replay, Trial, set_point_text, static
-from afo_sim.show.style import COLOURS, SCALE, SCALE_END, plain, write_figure
+from afo_sim.show.style import COLOURS, new_figure, on_scale, plain
 
 # Column → (label, factor from SI)
 SHOWN = {
@@ -25,18 +24,33 @@ _COLUMNS = 3  # panels side by side
 
 def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
     """Draw tests of one kind on one page."""
-    tall = {"step": 3, "release": 2}.get(trials[0].plan.kind, 1)
+    kind = trials[0].plan.kind
+    tall = {"step": 3, "release": 2}.get(kind, 1)  # panels of a trial, under one another
     across = min(len(trials), _COLUMNS)
     down = -(-len(trials) // across)
     height = _PANEL[1] * (0.72 if tall > 1 else 1.0) * tall * down
-    fill = functools.partial(_page, trials=trials, compared=compared, tall=tall)
-    write_figure(path, (_PANEL[0] * across + 0.9, height + 0.4), fill)
+    with new_figure(path, (_PANEL[0] * across + 0.9, height + 0.4)) as figure:
+        fill: Callable[..., None] = {"step": _step, "release": _release}.get(kind, _sweep)
+        alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
+        axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=alike)
+        same = all(np.array_equal(t.plan.set_points, trials[0].plan.set_points) for t in trials)
+        for k in range(down * across):
+            row, column = divmod(k, across)
+            own = axes[tall * row : tall * (row + 1), column]
+            if k >= len(trials):
+                for axis in own:
+                    axis.set_axis_off()
+                continue
+            fill(own, trials[k], compared[k] if compared else None)
+            own[0].set_title(_title(trials[k]), loc="left")
+            own[0].tick_params(labelbottom=True, labelleft=True)
+            if not same or k == across - 1:
+                _legend(own[0], trials[k], compared)
 
 
 def draw_replay(found: Replay, path: pathlib.Path) -> None:
     """Draw each channel of a replayed log over time, measured and predicted."""
-
-    def fill(figure: Any) -> None:
+    with new_figure(path, (7.1, 0.6 + 2.0 * len(found.errors))) as figure:
         axes = figure.subplots(len(found.errors), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (name, error) in zip(axes, found.errors.items(), strict=True):
             label, factor = SHOWN[name]
@@ -45,31 +59,6 @@ def draw_replay(found: Replay, path: pathlib.Path) -> None:
             axis.set_ylabel(label)
         axes[0].legend()
         axes[-1].set_xlabel(SHOWN["time"][0])
-
-    write_figure(path, (7.1, 0.6 + 2.0 * len(found.errors)), fill)
-
-
-def _page(figure: Any, trials: Sequence[Trial], compared: Sequence[Comparison], tall: int) -> None:
-    """A block of `tall` panels for each trial."""
-    kind = trials[0].plan.kind
-    fill: Callable[..., None] = {"step": _step, "release": _release}.get(kind, _sweep)
-    across = min(len(trials), _COLUMNS)
-    down = -(-len(trials) // across)
-    alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
-    axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=alike)
-    same = all(np.array_equal(t.plan.set_points, trials[0].plan.set_points) for t in trials)
-    for k in range(down * across):
-        row, column = divmod(k, across)
-        own = axes[tall * row : tall * (row + 1), column]
-        if k >= len(trials):
-            for axis in own:
-                axis.set_axis_off()
-            continue
-        fill(own, trials[k], compared[k] if compared else None)
-        own[0].set_title(_title(trials[k]), loc="left")
-        own[0].tick_params(labelbottom=True, labelleft=True)
-        if not same or k == across - 1:
-            _legend(own[0], trials[k], compared)
 
 
 def _title(trial: Trial) -> str:
@@ -81,10 +70,7 @@ def _title(trial: Trial) -> str:
 
 def colour(trial: Trial, curve: int) -> Any:
     """A curve's colour: from dark to light as the set point rises."""
-    from matplotlib import colormaps
-
-    count = len(trial.curves)
-    return colormaps[SCALE](SCALE_END * curve / max(count - 1, 1))
+    return on_scale(curve / max(len(trial.curves) - 1, 1))
 
 
 def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
@@ -111,8 +97,7 @@ def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
         corner = {"x": 0.98, "ha": "right"} if trial.plan.kind == "isobaric" else {"x": 0.02, "ha": "left"}
         axis.text(y=0.98, s=text, transform=axis.transAxes, va="top", fontsize=8.0, **corner)
     axis.margins(0.03)
-    axis.set_xlabel(x_label)
-    axis.set_ylabel(y_label)
+    axis.set(xlabel=x_label, ylabel=y_label)
 
 
 def _legend(axis: Any, trial: Trial, compared: Sequence[Comparison]) -> None:
@@ -141,8 +126,7 @@ def _step(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
             text = set_point_text(trial, k)
             axis.plot(columns["time"], factor * columns[name], color=colour(trial, k), label=text)
         axis.axvline(trial.plan.duration, color="0.75", lw=0.8, zorder=0)
-        axis.set_xlabel("time [s]: filled, then vented")
-        axis.set_ylabel(label)
+        axis.set(xlabel="time [s]: filled, then vented", ylabel=label)
     pressure = trial.plan.set_points * 1e-5
     left, right = axes[2], axes[2].twinx()
     for word, style in (("fill", "o-"), ("vent", "o--")):
@@ -155,8 +139,7 @@ def _step(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
     left.set_ylim(bottom=0.0)
     right.set_ylim(0.0, 1.15 * max(filled))
     edge = 0.05 * np.ptp(pressure) or 0.5
-    left.set_xlim(pressure.min() - edge, pressure.max() + edge)
-    left.set_xlabel("supply, gauge pressure [bar]")
+    left.set(xlim=(pressure.min() - edge, pressure.max() + edge), xlabel="supply, gauge pressure [bar]")
     left.set_ylabel(f"63 % of {response} [s]", color=COLOURS[1])
     right.set_ylabel(f"filled: {label}", color=COLOURS[0])
     right.spines["right"].set_visible(True)
@@ -170,6 +153,5 @@ def _release(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> Non
         for k, columns in enumerate(trial.curves):
             text = set_point_text(trial, k)
             axis.plot(1e3 * columns["time"], factor * columns[name], color=colour(trial, k), label=text)
-        axis.set_xlim(0.0, 1e3 * min(settled, trial.plan.duration))
-        axis.set_xlabel("time since release [ms]")
+        axis.set(xlim=(0.0, 1e3 * min(settled, trial.plan.duration)), xlabel="time since release [ms]")
         axis.set_ylabel(label)

@@ -4,7 +4,8 @@ import functools
 import pathlib
 import tempfile
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from afo_sim.common import InputError, replacing
@@ -63,6 +64,24 @@ STYLE = {
     "lines.linewidth": 1.3,
     "pdf.fonttype": 42,  # text stays text
 }
+
+
+def on_scale(share: Any) -> Any:
+    """The colour of each share of a scale, from 0 to 1."""
+    from matplotlib import colormaps
+
+    return colormaps[SCALE](SCALE_END * share)
+
+
+def width_of(line: str, size: float, *, bold: bool = True) -> float:
+    """Width of a line of letters [points]."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font = FontProperties(size=size, weight="bold" if bold else "normal")
+    return float(text_to_path.get_text_width_height_descent(line, font, False)[0])
+
+
 _LONGEST = 34  # letters of a name in a legend
 LINE = 95  # letters of a line above a whole page
 
@@ -100,8 +119,9 @@ def styled(**own: Any) -> Any:
     return matplotlib.rc_context({**matplotlib.rcParamsDefault, **STYLE, **own})
 
 
-def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
-    """Draw a figure and write it, whole or not at all."""
+@contextmanager
+def new_figure(path: pathlib.Path, size: tuple[float, float]) -> Iterator[Any]:
+    """An empty figure that is filled in the block and written at its end, whole or not at all."""
     suffix = path.suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
         raise InputError("is not a format of a figure", file=path, allowed=", ".join(FORMATS))
@@ -109,9 +129,15 @@ def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[
 
     with styled():
         figure = Figure(figsize=size, layout="constrained")
-        fill(figure)
+        yield figure
         with replacing(path) as temporary:
             figure.savefig(temporary, format=suffix, dpi=RESOLUTION)
+
+
+def write_figure(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+    """Draw a figure and write it, whole or not at all."""
+    with new_figure(path, size) as figure:
+        fill(figure)
 
 
 def write_pair(
@@ -156,15 +182,10 @@ SHADES = 96  # colours of a PNG
 
 
 def write_page(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
-    """Draw a page and write it, whole or not at all; a PNG in few colours."""
-    if path.suffix.lower() == ".png":
-        _write_png(path, size, fill)
-    else:
+    """Draw a page and write it, whole or not at all; a PNG in few colours, a third as large as in all."""
+    if path.suffix.lower() != ".png":
         write_figure(path, size, fill)
-
-
-def _write_png(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
-    """A page of few colours, a third as large as one of all."""
+        return
     from PIL import Image
 
     with tempfile.TemporaryDirectory() as scratch, replacing(path) as temporary:

@@ -194,8 +194,7 @@ def draw_maps(figure: Any, results: Results, effects: Mapping[str, Mapping[str, 
                 labels(*cells.ticks)
         if x.discrete and y.discrete and means.size <= _MOST_NUMBERS:
             _numbers(axis, x, y, means, shown)
-        axis.set_xlabel(wrapped(x.look.title))
-        axis.set_ylabel(wrapped(y.look.title))
+        axis.set(xlabel=wrapped(x.look.title), ylabel=wrapped(y.look.title))
         label = wrapped(look.title + (", mean" if len(results.parameters) > 2 else ""), 30)
         bar = figure.colorbar(shown, ax=axis, location="top", aspect=30.0, pad=0.02, label=label)
         bar.outline.set_visible(False)

@@ -9,7 +9,7 @@ import numpy as np
 from afo_sim.lab import Group, Profile, Readings, TorqueFit, profile, refused
 from afo_sim.lab.solution import FitParameter
 from afo_sim.lab.torque_problem import predict
-from afo_sim.show.style import COLOURS, SCALE, SCALE_END, ZERO, plain, write_pair
+from afo_sim.show.style import COLOURS, ZERO, on_scale, plain, write_pair
 
 _MOST_GROUPS = 6  # panels of measured torque
 _GRID = 61  # angles of a line
@@ -50,11 +50,9 @@ def _fill(figure: Any, found: TorqueFit, profiled: Profile | None, columns: int,
 
 
 def _colour(pressure: float, found: TorqueFit) -> Any:
-    from matplotlib import colormaps
-
     every = found.problem.column("pressure")
     share = (pressure - every.min()) / max(float(np.ptp(every)), 1e4)
-    return colormaps[SCALE](SCALE_END * min(max(share, 0.0), 1.0))
+    return on_scale(min(max(share, 0.0), 1.0))
 
 
 def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -> None:
@@ -84,8 +82,7 @@ def _draw_torque(axis: Any, found: TorqueFit, group: Group, level: np.ndarray) -
     most = _RIGID * float(np.abs(readings.torque).max())  # rigid anchors on a locked braid pull without end
     low, high = axis.get_ylim()
     axis.set_ylim(max(low, -most), min(high, most))
-    axis.set_xlabel(f"angle [deg], {group.orthosis.words.directions[0]} positive")
-    axis.set_ylabel("torque [N·m]")
+    axis.set(xlabel=f"angle [deg], {group.orthosis.words.directions[0]} positive", ylabel="torque [N·m]")
     name = readings.group if len(found.problem.groups) > 1 else readings.file.stem
     axis.set_title(plain(name))
     axis.legend(frameon=True, framealpha=0.8, edgecolor="none")
@@ -122,8 +119,7 @@ def _draw_residuals(axis: Any, found: TorqueFit, level: np.ndarray) -> None:
                 label="left out" if k == 0 else None,
             )
     axis.margins(x=0.03)
-    axis.set_xlabel("angle [deg]")
-    axis.set_ylabel("predicted − measured [N·m]")
+    axis.set(xlabel="angle [deg]", ylabel="predicted − measured [N·m]")
     left = f", {found.held_out[kind].rms:.3g} with {kind} left out" if kind else ""
     axis.set_title(f"{found.rms:.3g} N·m RMS{left}")
     axis.legend()
@@ -187,8 +183,6 @@ def _draw_profile(axis: Any, found: TorqueFit, profiled: Profile) -> None:
         beyond = ", ".join(group for group in others if group not in within)
         label = "each group alone" + (f" (beyond: {plain(beyond)})" if beyond else "")
         axis.plot(*np.reshape([*within.values()], (-1, 2)).T, "+", ms=7, color=COLOURS[1], label=label)
-    axis.set_xlim(x.min(), x.max())
-    axis.set_ylim(y.min(), y.max())
-    axis.set_xlabel(f"{first.name} [{first.shown}]")
+    axis.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), xlabel=f"{first.name} [{first.shown}]")
     axis.set_ylabel(f"{second.name} [{second.shown}]" if second.shown else second.name)
     axis.legend(loc="upper right", frameon=True, framealpha=0.8, edgecolor="none")

@@ -27,7 +27,7 @@ from afo_sim.lab import (
 )
 from afo_sim.lab.validation_s1 import table
 from afo_sim.physics import LAWS, contractions
-from afo_sim.show.style import COLOURS, SCALE, SCALE_END, write_pair
+from afo_sim.show.style import COLOURS, on_scale, write_pair
 
 _S1_OWN, _OURS = COLOURS[0], COLOURS[1]
 _ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
@@ -52,8 +52,7 @@ def _s1(figure: Any, bench: int, first: int, masses: tuple[float, ...], shape: t
     for number, (axis, mass) in enumerate(zip(axes.flat, masses, strict=True), first):
         _s1_panel(axis, bench, mass)
         axis.set_title(f"S1 figure {number}: {1000.0 * mass:g} g", loc="left")
-    axes[0, 0].set_xlim(1.4, 4.3)
-    axes[0, 0].set_ylim(0.0, 1.08 * axes[0, 0].get_ylim()[1])
+    axes[0, 0].set(xlim=(1.4, 4.3), ylim=(0.0, 1.08 * axes[0, 0].get_ylim()[1]))
     for axis in axes[-1]:
         axis.set_xlabel("gauge pressure [bar]")
     for axis in axes[:, 0]:
@@ -120,16 +119,10 @@ def _s3(figure: Any) -> None:
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
 
 
-def _colours(count: int) -> Any:
-    from matplotlib import colormaps
-
-    return colormaps[SCALE](np.linspace(0.0, SCALE_END, count))
-
-
 def _isobaric(axis: Any, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     kappa = np.linspace(0.0, 0.25, 120)
-    for bar, colour in zip(_ISOBARS, _colours(len(_ISOBARS)), strict=True):
+    for bar, colour in zip(_ISOBARS, on_scale(np.linspace(0.0, 1.0, len(_ISOBARS))), strict=True):
         pressure = np.full(len(kappa), bar * 1e5)
         _pair(axis, 100.0 * kappa, law_force(muscle, _S3_LAW, kappa, pressure), "-", colour, f"{bar:g} bar")
         _pair(axis, 100.0 * kappa, s3_force(data, S3_A, S3_N[6.0], kappa, pressure), "--", colour)
@@ -146,7 +139,7 @@ def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
     law = LAWS[_S3_LAW]
     fitted = law.coefficients(muscle.braid, muscle.laws[_S3_LAW].parameters)
     printed = s3_coefficients(data, S3_A, S3_N[6.0])
-    for force, colour in zip(_ISOTONES, _colours(len(_ISOTONES)), strict=True):
+    for force, colour in zip(_ISOTONES, on_scale(np.linspace(0.0, 1.0, len(_ISOTONES))), strict=True):
         pull = np.full(len(pressure), force)
         for coefficients, style, label in ((fitted, "-", f"{force:g} N"), (printed, "--", "")):
             kappa = contractions(law.native_id, coefficients, pull, pressure)
@@ -167,7 +160,7 @@ def _isotonic(axis: Any, data: Measured, muscle: Muscle) -> None:
 def _isometric(axis: Any, data: Measured, muscle: Muscle) -> None:
     assert data.contraction is not None
     pressure = np.linspace(1e5, 8e5, 120)
-    for kappa, colour in zip(_ISOMETERS, _colours(len(_ISOMETERS)), strict=True):
+    for kappa, colour in zip(_ISOMETERS, on_scale(np.linspace(0.0, 1.0, len(_ISOMETERS))), strict=True):
         held = np.full(len(pressure), kappa)
         label = f"κ = {100.0 * kappa:g} %"
         _pair(axis, pressure * 1e-5, law_force(muscle, _S3_LAW, held, pressure), "-", colour, label)

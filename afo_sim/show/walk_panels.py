@@ -25,9 +25,7 @@ def over_cycle(axis: Any, toe_off: float | None, label: str, start: float = 0.0)
         mark_toe_off(axis, toe_off)
         look = {"fontsize": 8.0, "color": "0.4", "ha": "center", "va": "bottom"}
         axis.annotate("toe-off", (100.0 * toe_off, 1.01), xycoords=("data", "axes fraction"), **look)
-    axis.set_xlim(100.0 * start, 100.0)
-    axis.set_xlabel("gait cycle [%]")
-    axis.set_ylabel(label)
+    axis.set(xlim=(100.0 * start, 100.0), xlabel="gait cycle [%]", ylabel=label)
 
 
 def mark_toe_off(axis: Any, toe_off: float) -> None:

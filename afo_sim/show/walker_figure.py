@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.show.style import RUN_STYLES, RUNS, write_figure
+from afo_sim.show.style import RUN_STYLES, RUNS, new_figure
 from afo_sim.walker import CASES, LEGS, SAMPLES, Case, Response, norm_at, strides_of, walk_in_words
 
 _SIZE = (7.2, 9.4)  # [inch]
@@ -25,8 +25,7 @@ def look_of(case: Case) -> dict[str, Any]:
 
 def draw_response(response: Response, path: pathlib.Path) -> None:
     """Draw the curves of each case over its cycle beside the healthy norm, and its falls."""
-
-    def fill(figure: Any) -> None:
+    with new_figure(path, _SIZE) as figure:
         grid = figure.add_gridspec(len(_ROWS) + 1, 2)
         axes = [[figure.add_subplot(grid[row, k]) for k in (0, 1)] for row in range(len(_ROWS))]
         for row, name in zip(axes, _ROWS, strict=True):
@@ -39,8 +38,6 @@ def draw_response(response: Response, path: pathlib.Path) -> None:
             bottom.set_xlabel("gait cycle [%]")
         _falls(figure.add_subplot(grid[-1, :]), response)
         figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
-
-    write_figure(path, _SIZE, fill)
 
 
 def _curves(axis: Any, response: Response, side: str, name: str) -> None:

@@ -13,8 +13,9 @@ from afo_sim.model import ANKLE, Design, PathFacts, muscle_names, pressure, rows
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun import colours, scene
 from afo_sim.show.rerun.layout import CAMERA, closed, space, time_plot
-from afo_sim.show.rerun.recording_file import APPLICATION, saving
+from afo_sim.show.rerun.recording_file import recording
 from afo_sim.show.rerun.run_rows import ANGLE, SWEPT, Columns, send
+from afo_sim.show.rerun.texts import document
 
 _SPEED = 10.0  # at which the ankle turns on the timeline of seconds [deg/s]
 _PLOTS = {
@@ -27,22 +28,17 @@ _PLOTS = {
 
 def write_design(design: Design, path: pathlib.Path) -> None:
     """Write a design, with its layout, as a Rerun file."""
-    rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
     name = f"design: {design.built.scenario.orthosis.name}"
-    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
-    stream.set_log_time_enabled(False)
     model, groups = design.built.full_model, muscle_names(design.built.scenario.orthosis)
     stage = scene.Stage(model, groups, "world", 1.0, "force", Mountings(model, groups, ()))
-    with saving(stream, path, _layout(design)):
-        stream.send_recording_name(name)
+    with recording(path, name, _layout(design)) as stream:
         scene.log_axes(stream)
         scene.log_shapes(stream, stage)
         block = _swept(design)
         scene.log_poses(stream, stage, block)
         for number, entry in enumerate(design.facts):
             _log_curves(stream, entry, number, block)
-        text = rr.TextDocument("\n".join(_words(design)), media_type=rr.MediaType.MARKDOWN)
-        stream.log("summary", text, static=True)
+        document(stream, "summary", "\n".join(_words(design)))
 
 
 def _swept(design: Design) -> Columns:

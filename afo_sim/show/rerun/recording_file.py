@@ -4,7 +4,7 @@ import errno
 import pathlib
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +18,7 @@ import afo_sim.show.rerun.events as events
 import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.texts as texts
 import afo_sim.show.rerun.walk_scene as walk_scene
+from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.rerun.layout import Contents, blueprint
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, from_folder, from_recording, require_rows
 from afo_sim.simulation import Recording
@@ -27,11 +28,15 @@ _SCARCE = 1 << 20  # free bytes below which a disk counts as full
 
 
 @contextmanager
-def saving(stream: rr.RecordingStream, path: pathlib.Path, blueprint: Any) -> Iterator[None]:
-    """Write what is logged in the block to a file."""
+def recording(path: pathlib.Path, name: str, blueprint: Any) -> Iterator[rr.RecordingStream]:
+    """A stream of a name; what is logged in the block is written to a file."""
+    rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
+    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
+    stream.set_log_time_enabled(False)
     try:
         stream.save(path, default_blueprint=blueprint)
-        yield
+        stream.send_recording_name(name)
+        yield stream
         stream.flush()
         stream.disconnect()
     except RuntimeError as error:
@@ -62,6 +67,13 @@ class RunScene:
     label: str = ""
 
 
+def run_scene(source: Source, carriage: Callable[[Source], Carriage], colour_by: str = "force") -> RunScene:
+    """A run that is shown alone; `carriage` gives the one that keeps up with it where it walks."""
+    view = scene.stage(source, colour_by=colour_by)
+    walker = walk_scene.Walker(view, source, carriage(source)) if source.walks else None
+    return RunScene(source, view, curves.curves(source), walker)
+
+
 def write_rrd(
     run: Recording | pathlib.Path,
     path: pathlib.Path,
@@ -72,11 +84,7 @@ def write_rrd(
     """Write a run, with its layout, as a Rerun file."""
     source = from_recording(run) if isinstance(run, Recording) else from_folder(run)
     require_rows(source)
-    view = scene.stage(source, colour_by=colour_by)
-    walker = None
-    if source.walks:
-        walker = walk_scene.Walker(view, source, walk_scene.carriage(source))
-    _write(path, source.name, [RunScene(source, view, curves.curves(source), walker)], rate)
+    _write(path, source.name, [run_scene(source, walk_scene.carriage, colour_by)], rate)
 
 
 def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: float | None = None) -> None:
@@ -131,11 +139,7 @@ def _legend(lines: list[curves.Curve], compared: bool) -> str:
 
 def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | None) -> None:
     """Everything of some runs."""
-    rr.set_strict_mode(True)  # otherwise a wrong shape is dropped with a warning
-    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
-    stream.set_log_time_enabled(False)
-    with saving(stream, path, blueprint(contents(shown))):
-        stream.send_recording_name(name)
+    with recording(path, name, blueprint(contents(shown))) as stream:
         log_still(stream, shown)
         for run in shown:
             _write_run(stream, run, rate)
@@ -148,7 +152,7 @@ def log_still(stream: rr.RecordingStream, shown: list[RunScene]) -> None:
     """Log once all that does not change over some runs."""
     scene.log_axes(stream)
     if not any(run.walker for run in shown):
-        scene.log_floor(stream)
+        scene.log_floor(stream, (0.45, 0.3, 0.002), (0.05, 0.0, 0.0))
     for run in shown:
         scene.log_shapes(stream, run.view)
         curves.log_styles(stream, run.lines)

@@ -1,6 +1,6 @@
 """The scene in space: segments, orthosis, muscles as tubes, floor, joint axis."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,14 +91,9 @@ def log_axes(stream: rr.RecordingStream) -> None:
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
 
-def log_floor(stream: rr.RecordingStream) -> None:
-    """A floor to sit at, once."""
-    floor = rr.Boxes3D(
-        half_sizes=[[0.45, 0.3, 0.002]],
-        centers=[[0.05, 0.0, 0.0]],
-        colors=[[62, 66, 72]],
-        fill_mode="solid",
-    )
+def log_floor(stream: rr.RecordingStream, half: Sequence[float], centre: Sequence[float]) -> None:
+    """A floor, once: half its size, and its middle [m]."""
+    floor = rr.Boxes3D(half_sizes=[half], centers=[centre], colors=[[62, 66, 72]], fill_mode="solid")
     stream.log("world/floor", floor, static=True)
 
 
@@ -154,11 +149,8 @@ def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
     model = view.model
     position, quaternion, ends = replay(model, block, tuple(view.groups), view.mountings)
     for body in range(1, model.nbody):
-        pose = rr.Transform3D.columns(
-            translation=position[:, body].astype(np.float32),
-            quaternion=quaternion[:, body][:, [1, 2, 3, 0]].astype(np.float32),
-        )
-        send(stream, f"{view.root}/bodies/{model.body(body).name}", block, pose)
+        place = f"{view.root}/bodies/{model.body(body).name}"
+        send_pose(stream, place, block, position[:, body], quaternion[:, body])
     if not view.groups:
         return
     given = np.sum([block[column] for column in view.mountings.columns.values()], axis=0)
@@ -169,6 +161,15 @@ def log_poses(stream: rr.RecordingStream, view: Stage, block: Columns) -> None:
         own = given if muscle.group.pulley is None else 0.0
         own = np.broadcast_to(own, len(ankle))
         muscle.log(stream, block, ends[:, number], ankle, own, lines.get(muscle.name))
+
+
+def send_pose(
+    stream: rr.RecordingStream, entity: str, block: Columns, position: np.ndarray, quaternion: np.ndarray
+) -> None:
+    """A body's place and MuJoCo's quaternion at a block of rows."""
+    turned = quaternion[:, [1, 2, 3, 0]].astype(np.float32)
+    pose = rr.Transform3D.columns(translation=position.astype(np.float32), quaternion=turned)
+    send(stream, entity, block, pose)
 
 
 def replay(

@@ -11,8 +11,9 @@ import rerun.blueprint as rrb
 from afo_sim.lab import AXES, Trial, set_point_text
 from afo_sim.show.rerun.layout import closed, space, time_plot
 from afo_sim.show.rerun.muscle_shapes import PULLING, SLACK, tube_radius
-from afo_sim.show.rerun.recording_file import APPLICATION, saving
+from afo_sim.show.rerun.recording_file import recording
 from afo_sim.show.rerun.run_rows import send
+from afo_sim.show.rerun.texts import document
 from afo_sim.show.stand_figure import SHOWN, colour
 
 _SPACING = 0.09  # between muscles [m]
@@ -22,12 +23,8 @@ _CURVE_SIZE = (160.0, 100.0)  # of the plane that curves are drawn in
 
 def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
     """Write tests of one kind, with their layout, as a Rerun file."""
-    rr.set_strict_mode(True)
     name = f"stand: {trials[0].plan.kind}"
-    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
-    stream.set_log_time_enabled(False)
-    with saving(stream, path, _layout(trials)):
-        stream.send_recording_name(name)
+    with recording(path, name, _layout(trials)) as stream:
         stream.log("stand", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         place = 0
         for trial in trials:
@@ -39,8 +36,7 @@ def write_stand(trials: Sequence[Trial], path: pathlib.Path) -> None:
                 place += 1
         lines = [f"# {name}", "", *(f"- {trial.name}" for trial in trials)]
         lines += [f"- {warning}" for trial in trials for warning in trial.warnings]
-        text = rr.TextDocument("\n".join(lines), media_type=rr.MediaType.MARKDOWN)
-        stream.log("summary", text, static=True)
+        document(stream, "summary", "\n".join(lines))
 
 
 def _layout(trials: Sequence[Trial]) -> rrb.Blueprint:

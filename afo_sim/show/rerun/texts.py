@@ -32,7 +32,7 @@ def answer(sources: _Sources) -> str:
 def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
     """The answer, the table of metrics and the resolved scenario(s)."""
     if found := answer(sources):
-        _document(stream, "answer", found)
+        document(stream, "answer", found)
     lines = [f"# {', '.join(label for label, _ in sources)}", ""]
     if len(sources) > 1:
         legend = colours.in_words((label, colours.of_run(k)) for k, (label, _) in enumerate(sources))
@@ -47,9 +47,9 @@ def log_texts(stream: rr.RecordingStream, sources: _Sources) -> None:
         lines += [f"- {warning}" for warning in source.header.warnings]
     versions = sources[0][1].header.versions
     lines += ["", " · ".join(f"{n} {v}" for n, v in versions.items())]
-    _document(stream, "summary", "\n".join(lines))
+    document(stream, "summary", "\n".join(lines))
     texts = [f"# {label}\n```toml\n{_flat(s.header.scenario)}\n```" for label, s in sources]
-    _document(stream, "scenario", "\n".join(texts))
+    document(stream, "scenario", "\n".join(texts))
 
 
 def _metrics(sources: _Sources) -> Iterator[str]:
@@ -67,7 +67,7 @@ def _metrics(sources: _Sources) -> Iterator[str]:
             yield f"| {words(name).label} | {cells} | {unit(next(m for m in found if m is not None))} |"
 
 
-def _document(stream: rr.RecordingStream, entity: str, text: str) -> None:
+def document(stream: rr.RecordingStream, entity: str, text: str) -> None:
     stream.log(entity, rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
 
 

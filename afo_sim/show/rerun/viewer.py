@@ -15,12 +15,19 @@ import numpy as np
 import rerun as rr
 
 import afo_sim.show.rerun.curves as curves
-import afo_sim.show.rerun.scene as scene
 import afo_sim.show.rerun.walk_scene as walk_scene
 from afo_sim.common import InputError, child_environment, write_bytes
 from afo_sim.show.rerun.layout import blueprint
-from afo_sim.show.rerun.recording_file import APPLICATION, POSE_RATE, RunScene, contents, log_poses, log_still
-from afo_sim.show.rerun.run_rows import TIMELINE, Source, from_recording
+from afo_sim.show.rerun.recording_file import (
+    APPLICATION,
+    POSE_RATE,
+    RunScene,
+    contents,
+    log_poses,
+    log_still,
+    run_scene,
+)
+from afo_sim.show.rerun.run_rows import TIMELINE, from_recording
 from afo_sim.simulation import Recording
 
 _LOOPBACK = "127.0.0.1"
@@ -156,7 +163,7 @@ def _stream_to(stream: rr.RecordingStream, url: str) -> _Watch:
     def watch(stretch: Recording) -> None:
         source = from_recording(stretch)
         if not started:
-            started.append(_shown(source))
+            started.append(run_scene(source, walk_scene.expected_carriage))
             stream.connect_grpc(url, default_blueprint=blueprint(contents(started)))
             stream.send_recording_name(source.name)
             log_still(stream, started)
@@ -168,12 +175,3 @@ def _stream_to(stream: rr.RecordingStream, url: str) -> _Watch:
         stream.flush()
 
     return watch
-
-
-def _shown(source: Source) -> RunScene:
-    """The view of a run that has only begun."""
-    view = scene.stage(source)
-    walker = None
-    if source.walks:
-        walker = walk_scene.Walker(view, source, walk_scene.expected_carriage(source))
-    return RunScene(source, view, curves.curves(source), walker)

@@ -21,7 +21,7 @@ from afo_sim.show.ground_force import EDGE, SIDE, GroundForce
 from afo_sim.show.moving_parts import Carriage
 from afo_sim.show.rerun.colours import SOLE
 from afo_sim.show.rerun.run_rows import GAIT, Columns, Source, send, strides
-from afo_sim.show.rerun.scene import Stage, log_body, replay
+from afo_sim.show.rerun.scene import Stage, log_body, log_floor, replay, send_pose
 from afo_sim.show.walking_figure import RADII, Limbs, capsules
 
 CARRIAGE = "world/carriage"
@@ -64,13 +64,7 @@ def _log_walkway(stream: rr.RecordingStream, way: Carriage) -> None:
     """A walkway with a line every 10 cm and a stronger one every metre, once."""
     left, right = np.floor(way.ends[0]) - 2.0, np.ceil(way.ends[1]) + 2.0
     size, centre = (np.array([right, _FAR]) - s * np.array([left, EDGE]) for s in (1.0, -1.0))
-    floor = rr.Boxes3D(
-        half_sizes=[[*(0.5 * size), 0.002]],
-        centers=[[*(0.5 * centre), -0.002]],
-        colors=[[62, 66, 72]],
-        fill_mode="solid",
-    )
-    stream.log("world/floor", floor, static=True)
+    log_floor(stream, [*(0.5 * size), 0.002], [*(0.5 * centre), -0.002])
     places = np.arange(round(10 * left), round(10 * right) + 1)
     ends = np.array([[0.0, side, 0.0005] for side in (EDGE, _FAR)])
     strips = ends + 0.1 * places[:, None, None] * np.array([1.0, 0.0, 0.0])
@@ -183,11 +177,8 @@ class Walker:
         position, quaternion, _ = replay(self.view.model, recorded)
         for part, name in _ghost_bodies(self.source).items():
             body = self.view.model.body(name).id
-            pose = rr.Transform3D.columns(
-                translation=position[:, body].astype(np.float32),
-                quaternion=quaternion[:, body][:, [1, 2, 3, 0]].astype(np.float32),
-            )
-            send(stream, f"{self.view.root}/recorded/{part}", block, pose)
+            place = f"{self.view.root}/recorded/{part}"
+            send_pose(stream, place, block, position[:, body], quaternion[:, body])
 
     def _log_trails(self, stream: rr.RecordingStream, block: Columns) -> None:
         """From each row's place of a point of the outsole to the next; of the toe the lower of pulp

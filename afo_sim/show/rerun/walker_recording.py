@@ -9,8 +9,9 @@ import rerun.blueprint as rrb
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.rerun import colours, scene
 from afo_sim.show.rerun.layout import closed, space, time_plot
-from afo_sim.show.rerun.recording_file import APPLICATION, saving
+from afo_sim.show.rerun.recording_file import recording
 from afo_sim.show.rerun.run_rows import send
+from afo_sim.show.rerun.texts import document
 from afo_sim.show.walker_poses import coordinates, poses
 from afo_sim.walker import Case, Response, verdict
 
@@ -28,12 +29,8 @@ _PLOTS = {
 
 def write_response(response: Response, path: pathlib.Path) -> None:
     """Write a response, with its layout, as a Rerun file."""
-    rr.set_strict_mode(True)
     name = f"responding walk: {response.scenario.name}"
-    stream = rr.RecordingStream(APPLICATION, recording_id=f"{APPLICATION} {name}")
-    stream.set_log_time_enabled(False)
-    with saving(stream, path, _layout(len(response.cases))):
-        stream.send_recording_name(name)
+    with recording(path, name, _layout(len(response.cases))) as stream:
         scene.log_axes(stream)
         for place, case in enumerate(response.cases.values()):
             _log_walker(stream, case, place)
@@ -44,7 +41,7 @@ def write_response(response: Response, path: pathlib.Path) -> None:
                 curve = rr.Scalars.columns(scalars=factor * case.walked[column])
                 send(stream, entity, {"time": case.walked["time"]}, curve)
         words = [f"**{r.question}** {r.text} {' '.join(r.assumptions)}" for r in verdict(response)]
-        stream.log("summary", rr.TextDocument("\n\n".join(words), media_type="text/markdown"), static=True)
+        document(stream, "summary", "\n\n".join(words))
 
 
 def _log_walker(stream: rr.RecordingStream, case: Case, place: int) -> None:
