@@ -59,7 +59,12 @@ def lines(recording: Recording) -> list[str]:
     if study is None:
         return []
     heading = _warnings(study) or [f"What is not known, drawn together ({study['draws']} draws)"]
-    return [*heading, *(f"  {line}" for line in (*_sentences(study), *_short_notes(study)))]
+    notes = [*study["notes"], *_in_no_band(study)]
+    if study["left_out"]:
+        names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
+        notes.append(f"not drawn, since it is not there: {', '.join(names)}")
+    told = [*_sentences(study), *(["; ".join(notes)] if notes else [])]
+    return [*heading, *(f"  {line}" for line in told)]
 
 
 def brief(recording: Recording) -> list[str]:
@@ -136,7 +141,15 @@ def _sentences(study: Mapping[str, Any]) -> list[str]:
     if _CLEARANCE in metrics:
         found.append(f"toe clearance {_band(_CLEARANCE, metrics)}")
     if study["trips"]:
-        found.append(_trips(study["trips"], study["draws"] - study["failed"]["count"]))
+        trips, draws = study["trips"], study["draws"] - study["failed"]["count"]
+        touch = of_draws(trips["touch"]["share"], draws, "trips", "trip")
+        near = of_draws(trips["within_10mm"]["share"], draws, "comes within 10 mm", "come within 10 mm")
+        low, _, high = (percent(share) for share in trips["touch"]["of_one"])
+        own = low if low == high else f"{low} to {high}"
+        found.append(
+            f"of {draws} drawn strides {touch}; {near}; of "
+            f"one wearer's own strides {own} trip (5 to 95 % of the draws)"
+        )
     others = [f"{_OF_METRICS[name]} {_band(name, metrics)}" for name in (_TORQUE, _AIR) if name in metrics]
     if others:
         found.append("; ".join(others))
@@ -156,18 +169,6 @@ def _band(name: str, metrics: Mapping[str, Any]) -> str:
     _, (low, _, high), of = _told(name, facts)
     own = f"{facts['own']:.{_decimals(facts) + 1}f}".replace("-", "−")
     return f"{own} {of}, 5 to 95 %: {low} to {high} {of}"
-
-
-def _trips(trips: Mapping[str, Any], draws: int) -> str:
-    """Shares of strides, over all draws, and the band of one wearer's own."""
-    touch = of_draws(trips["touch"]["share"], draws, "trips", "trip")
-    near = of_draws(trips["within_10mm"]["share"], draws, "comes within 10 mm", "come within 10 mm")
-    low, _, high = (percent(share) for share in trips["touch"]["of_one"])
-    own = low if low == high else f"{low} to {high}"
-    return (
-        f"of {draws} drawn strides {touch}; {near}; of "
-        f"one wearer's own strides {own} trip (5 to 95 % of the draws)"
-    )
 
 
 def _rows(study: Mapping[str, Any]) -> list[_Row]:
@@ -206,15 +207,6 @@ def _drawn(one: Mapping[str, Any]) -> tuple[str, str, str, str]:
     own, (low, _, high) = one["own"], one["quantiles"]
     band = f"{amount(own, one['unit'], 3)}: {amount(low, one['unit'], 3)} to {amount(high, one['unit'], 3)}"
     return _plain(one["name"]), band, str(one["kind"]), str(one["source"])
-
-
-def _short_notes(study: Mapping[str, Any]) -> list[str]:
-    """For the terminal: what failed or was left out, on one line."""
-    found = [*study["notes"], *_in_no_band(study)]
-    if study["left_out"]:
-        names = dict.fromkeys(_plain(text.partition(":")[0]) for text in study["left_out"])
-        found.append(f"not drawn, since it is not there: {', '.join(names)}")
-    return ["; ".join(found)] if found else []
 
 
 def _in_no_band(study: Mapping[str, Any]) -> list[str]:

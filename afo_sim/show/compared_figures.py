@@ -149,7 +149,16 @@ def draw_both(legs: "Both", path: pathlib.Path) -> None:
     """Draw what two legs take from one source, over one cycle of the right one."""
     with new_figure(path, (7.1, 2.9)) as figure:
         axis = figure.subplots()
-        _flow(axis, legs, 100.0 * np.append(legs.phase, 1.0))
+        percent, litres = 100.0 * np.append(legs.phase, 1.0), litres_a_minute(legs.legs)
+        # a periodic curve has its first value again at its end
+        curves = {name: litres * np.append(values, values[0]) for name, values in legs.flow.items()}
+        axis.fill_between(percent, curves["both"], color="0.85", lw=0.0, label="both")
+        for side in legs.legs:
+            axis.plot(percent, curves[side], color=_COLOUR[side], ls=_STYLE[side], label=side)
+        mean = legs.numbers["mean_flow_both"].value
+        axis.axhline(mean, color="black", lw=0.8, ls="--", label=f"mean of both, {mean:.3g}")
+        axis.set_ylabel("flow from the source\n[l/min ANR]")
+        axis.set_ylim(bottom=0.0)
         axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         walks = bool(legs.right.scenario.get("gait"))
         if walks and legs.apart:
@@ -159,21 +168,3 @@ def draw_both(legs: "Both", path: pathlib.Path) -> None:
         title = " and ".join(f"{side}: {plain(str(leg.scenario['name']))}" for side, leg in legs.legs.items())
         apart = f", {100.0 * legs.apart:g} % of a stride apart" if legs.apart else ""
         figure.suptitle(f"both legs on one supply{apart}\n{title}", x=0.01, ha="left", fontsize=9.0)
-
-
-def _closed(values: np.ndarray) -> np.ndarray:
-    """A periodic curve with its first value again at its end."""
-    return np.append(values, values[0])
-
-
-def _flow(axis: Any, legs: "Both", percent: np.ndarray) -> None:
-    litres = litres_a_minute(legs.legs)
-    both = litres * _closed(legs.flow["both"])
-    axis.fill_between(percent, both, color="0.85", lw=0.0, label="both")
-    for side in legs.legs:
-        own = litres * _closed(legs.flow[side])
-        axis.plot(percent, own, color=_COLOUR[side], ls=_STYLE[side], label=side)
-    mean = legs.numbers["mean_flow_both"].value
-    axis.axhline(mean, color="black", lw=0.8, ls="--", label=f"mean of both, {mean:.3g}")
-    axis.set_ylabel("flow from the source\n[l/min ANR]")
-    axis.set_ylim(bottom=0.0)

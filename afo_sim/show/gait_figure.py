@@ -54,9 +54,18 @@ def draw_gait(cycle: GaitCycle, path: pathlib.Path, imported: Imported | None = 
             gait_panels.draw_foot(axes["foot"], imported, foot)
         _angles(axes, cycle, alone)
         _moment(axes["moment"], cycle, imported)
-        _force(axes["force"], cycle)
+        force, percent = axes["force"], 100.0 * cycle.phase
+        _over_stride(force, cycle, "ground on foot\n[body weights]")
+        force.plot(percent, cycle.grf_z, color=_PLANTAR, label="up")
+        force.plot(percent, cycle.grf_x, color=_DORSAL, label="forward")
+        force.legend(loc="upper right")
         if alone:
-            _pressure(axes["pressure"], cycle)
+            pressure = axes["pressure"]
+            _over_stride(pressure, cycle, "[cm]")
+            pressure.plot(percent, 100.0 * cycle.cop_x, color=_DORSAL, label="pressure ahead of ankle")
+            pressure.plot(percent, 100.0 * cycle.ankle_z, color=_PLANTAR, label="ankle above floor")
+            pressure.set_ylim(top=1.5 * pressure.get_ylim()[1])
+            pressure.legend(loc="upper left")
         figure.suptitle(_title(cycle, imported), x=0.01, ha="left", fontsize=9.0)
         if cycle.warnings:
             figure.supxlabel(_warned(cycle.warnings), x=0.01, ha="left", fontsize=_SMALL, color=_DORSAL)
@@ -172,21 +181,6 @@ def _moment(axis: Any, cycle: GaitCycle, imported: Imported | None) -> None:
         look = {"color": _DORSAL, "lw": 1.6, "ls": ":", "zorder": 3}
         axis.plot(percent, -imported.reference, label="reference", **look)
     axis.set_ylim(top=1.6 * axis.get_ylim()[1])  # room for the legend above the push-off
-    axis.legend(loc="upper left")
-
-
-def _force(axis: Any, cycle: GaitCycle) -> None:
-    _over_stride(axis, cycle, "ground on foot\n[body weights]")
-    axis.plot(100.0 * cycle.phase, cycle.grf_z, color=_PLANTAR, label="up")
-    axis.plot(100.0 * cycle.phase, cycle.grf_x, color=_DORSAL, label="forward")
-    axis.legend(loc="upper right")
-
-
-def _pressure(axis: Any, cycle: GaitCycle) -> None:
-    _over_stride(axis, cycle, "[cm]")
-    axis.plot(100.0 * cycle.phase, 100.0 * cycle.cop_x, color=_DORSAL, label="pressure ahead of ankle")
-    axis.plot(100.0 * cycle.phase, 100.0 * cycle.ankle_z, color=_PLANTAR, label="ankle above floor")
-    axis.set_ylim(top=1.5 * axis.get_ylim()[1])
     axis.legend(loc="upper left")
 
 

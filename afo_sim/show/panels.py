@@ -106,7 +106,10 @@ def angle(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
         _keep_still(axis, runs)
         if len(runs) == 1:
             shade_stance(axis, first)
-            _mark_range(axis, first)
+        if len(runs) == 1 and first.groups:
+            limits = first.recording.scenario["orthosis"]["range_of_motion"]
+            low, high = (np.degrees(parse_quantity(limit, "rad")) for limit in limits)
+            axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0, label="orthosis' range of motion")
 
 
 def _keep_still(axis: Any, runs: Sequence[RunView]) -> None:
@@ -117,14 +120,6 @@ def _keep_still(axis: Any, runs: Sequence[RunView]) -> None:
     low, high = axis.get_ylim()
     if high - low < _LEAST_SPAN:
         axis.set_ylim(0.5 * (low + high - _LEAST_SPAN), 0.5 * (low + high + _LEAST_SPAN))
-
-
-def _mark_range(axis: Any, run: RunView) -> None:
-    if not run.groups:
-        return
-    limits = run.recording.scenario["orthosis"]["range_of_motion"]
-    low, high = (np.degrees(parse_quantity(limit, "rad")) for limit in limits)
-    axis.axhspan(low, high, color="0.93", lw=0.0, zorder=0, label="orthosis' range of motion")
 
 
 def moments(axis: Any, runs: Sequence[RunView]) -> None:
@@ -163,7 +158,11 @@ def sole(axis: Any, runs: Sequence[RunView]) -> None:
 def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     """Pressure of the supply and of each chamber of a run; thin, those of volumes in its air path."""
     run = runs[0]
-    _set_pressure(axis, run, over)
+    wanted, had = (run.recording.columns.get(name) for name in (SET_PRESSURE, "supply/pressure"))
+    # where the supply does not hold it
+    if wanted is not None and np.abs(wanted - had).max(initial=0.0) > _ALIKE * np.abs(wanted).max(initial=0):
+        x, values = run.curves(SET_PRESSURE, over)
+        axis.plot(x, 1e-5 * values.mean(axis=0), color=GREY, lw=_THIN, ls=":", label="supply, set")
     x, supply = run.curves("supply/pressure", over)
     axis.plot(x, 1e-5 * supply.mean(axis=0), color=GREY, lw=0.8, ls="--", label="supply")
     for name in run.chambers:
@@ -236,18 +235,15 @@ def shade_stance(axis: Any, run: RunView) -> None:
     time = np.r_[run.recording["time"], run.recording["time"][-1]]
     for start, end in np.flatnonzero(stands[1:] != stands[:-1]).reshape(-1, 2):
         axis.axvspan(time[start], time[end], color=STANCE, alpha=0.10, lw=0.0, zorder=-1)
-    if (first := run.first_solved) is not None:
-        _mark_settled(axis, time[first])
-
-
-def _mark_settled(axis: Any, time: float) -> None:
-    whole = axis.get_xaxis_transform()
-    axis.vlines(time, 0.0, 1.0, transform=whole, color="0.4", lw=0.6, zorder=1)
+    if run.first_solved is None:
+        return
+    whole, begins = axis.get_xaxis_transform(), time[run.first_solved]
+    axis.vlines(begins, 0.0, 1.0, transform=whole, color="0.4", lw=0.6, zorder=1)
     if any(text.get_text() == _SETTLED for other in axis.figure.axes for text in other.texts):
         return
     look = {"ha": "left", "va": "bottom", "rotation": 90, "fontsize": 8.0, "color": "0.3"}
     look |= {"zorder": 6, "bbox": {"facecolor": "white", "alpha": 0.85, "lw": 0.0, "pad": 0.6}}
-    axis.annotate(_SETTLED, (time, 0.0), xycoords=whole, xytext=(1, 2), textcoords="offset points", **look)
+    axis.annotate(_SETTLED, (begins, 0.0), xycoords=whole, xytext=(1, 2), textcoords="offset points", **look)
 
 
 def keys(axes: Iterable[Any]) -> dict[str, Any]:
@@ -296,16 +292,6 @@ def volumes(axis: Any, run: RunView, over: Over) -> None:
         x, values = run.curves(f"volume/{name}/pressure", over)
         look = {"color": colour, "ls": style, "lw": _THIN, "label": plain(label), "zorder": 4}
         axis.plot(x, 1e-5 * values.mean(axis=0), **look)
-
-
-def _set_pressure(axis: Any, run: RunView, over: Over) -> None:
-    """The pressure that a run's supply is set to, where the supply does not hold it."""
-    if SET_PRESSURE not in run.recording.columns:
-        return
-    wanted, had = (run.recording[name] for name in (SET_PRESSURE, "supply/pressure"))
-    if np.abs(wanted - had).max(initial=0.0) > _ALIKE * np.abs(wanted).max(initial=0.0):
-        x, values = run.curves(SET_PRESSURE, over)
-        axis.plot(x, 1e-5 * values.mean(axis=0), color=GREY, lw=_THIN, ls=":", label="supply, set")
 
 
 def has_flow(run: RunView) -> bool:

@@ -1,7 +1,6 @@
 """Recording → figures for print: a run over time, and force over contraction."""
 
 import dataclasses
-import functools
 import itertools
 import pathlib
 from collections.abc import Callable, Sequence
@@ -18,10 +17,10 @@ from afo_sim.show.style import (
     COLOURS,
     FORMATS,
     LINE_STYLES,
+    new_figure,
     on_scale,
     paragraph,
     plain,
-    write_figure,
 )
 from afo_sim.simulation import SENSOR, Recording
 
@@ -67,40 +66,36 @@ def draw_run(recording: Recording, path: pathlib.Path) -> None:
         rows += [panels.pressures, *flows(run), panels.valves, panels.forces, panels.contractions]
     rows += [panels.displacements] if run.anchors else []
     rows += [electronics] if plain_numbers(recording) else []
-    size = (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0))
-    _draw(functools.partial(_stack, rows=tuple(rows), title=True), size, run, path)
+    _stack(run, path, (7.1, 2.0 + 1.6 * len(rows) - (2.4 if run.groups else 0.0)), rows, title=True)
 
 
 def _draw_panels(recording: Recording, path: pathlib.Path, *rows: _Panel) -> None:
     """Draw panels over time; other parameters and errors as in `draw_run`."""
-    size = (_SMALL[0], 0.9 + (_SMALL[1] - 0.9) * len(rows))
-    _draw(functools.partial(_stack, rows=rows), size, alone(recording), path)
+    _stack(alone(recording), path, (_SMALL[0], 0.9 + (_SMALL[1] - 0.9) * len(rows)), rows)
 
 
 def draw_in_short(recording: Recording, path: pathlib.Path) -> None:
     """Draw angle and clearance of a walk over one gait cycle, angle and moments of another run over time."""
     run = alone(recording)
     _refuse_empty(recording)
-    if run.walks and run.strides:
-        _draw(_cycle, (7.1, 3.2), dataclasses.replace(run, label=str(recording.scenario["name"])), path)
-    else:
+    if not (run.walks and run.strides):
         _draw_panels(recording, path, panels.angle, panels.moments)
-
-
-def _cycle(figure: Any, run: RunView) -> None:
-    angle, toe = figure.subplots(1, 2)
-    panels.angle(angle, [run], "cycle")
-    walk_panels.over_cycle(angle, run.toe_off, angle.get_ylabel())
-    walk_panels.clearance(toe, [run], "toe")
-    walk_panels.share_floor([toe], run.toe_off)
-    panels.legend(figure, [angle, toe], columns=2)
+        return
+    run = dataclasses.replace(run, label=str(recording.scenario["name"]))
+    with new_figure(path, (7.1, 3.2)) as figure:
+        angle, toe = figure.subplots(1, 2)
+        panels.angle(angle, [run], "cycle")
+        walk_panels.over_cycle(angle, run.toe_off, angle.get_ylabel())
+        walk_panels.clearance(toe, [run], "toe")
+        walk_panels.share_floor([toe], run.toe_off)
+        panels.legend(figure, [angle, toe], columns=2)
 
 
 def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
     """Draw pressures and valve openings over time; parameters and errors as in `draw_run`."""
     run = alone(recording)
-    rows = (panels.pressures, *flows(run), panels.valves)
-    _draw(functools.partial(_stack, rows=rows), (4.7, 0.8 + 1.2 * len(rows)), run, path)
+    rows = [panels.pressures, *flows(run), panels.valves]
+    _stack(run, path, (4.7, 0.8 + 1.2 * len(rows)), rows)
 
 
 def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
@@ -109,13 +104,15 @@ def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
     run = alone(recording)
     rows: list[_Panel] = [panels.contractions, panels.forces]
     rows += [panels.displacements, panels.pulls] if run.anchors else []
-    _draw(functools.partial(_stack, rows=tuple(rows), title=True), (7.1, 0.8 + 1.6 * len(rows)), run, path)
+    _stack(run, path, (7.1, 0.8 + 1.6 * len(rows)), rows, title=True)
 
 
 def draw_force_contraction(recording: Recording, path: pathlib.Path) -> None:
     """Draw each group's force over its muscles' own contraction; parameters and errors as in `draw_run`."""
     run = alone(recording)
-    _draw(_force_contraction, (1.1 + 3.0 * len(run.groups), 2.9), run, path)
+    _refuse_empty(recording)
+    with new_figure(path, (1.1 + 3.0 * len(run.groups), 2.9)) as figure:
+        _force_contraction(figure, run)
 
 
 def flows(run: RunView) -> list[_Panel]:
@@ -163,30 +160,34 @@ def _refuse_empty(recording: Recording) -> None:
         raise InputError(f"there is nothing to draw: the recording has no rows ({recording.status})")
 
 
-def _draw(fill: Callable[..., None], size: tuple[float, float], run: RunView, path: pathlib.Path) -> None:
-    _refuse_empty(run.recording)
-    write_figure(path, size, functools.partial(fill, run=run))
-
-
-def _stack(figure: Any, run: RunView, rows: tuple[_Panel, ...], title: bool = False) -> None:
-    """Panels under one another on one time axis."""
-    heights = [0.14 * len(run.lanes) if panel is panels.valves else 1.0 for panel in rows]
-    axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-    for axis, panel in zip(axes, rows, strict=True):
-        panel(axis, [run])
-        if panel is panels.valves:
-            axis.tick_params(axis="y", labelleft=False, labelright=True)
-        if axis.get_legend_handles_labels()[1] and title:
-            axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    time = run.recording["time"]
-    if len(time) > 1:
-        axes[-1].set_xlim(time[0], 2.0 * time[-1] - time[-2])  # the end of the last step
-    axes[-1].set_xlabel("time [s]")
-    figure.align_ylabels(axes)
-    if not title:
-        panels.legend(figure, axes)
-    if title:
-        recording = run.recording
+def _stack(
+    run: RunView,
+    path: pathlib.Path,
+    size: tuple[float, float],
+    rows: Sequence[_Panel],
+    *,
+    title: bool = False,
+) -> None:
+    """Draw panels under one another on one time axis."""
+    recording = run.recording
+    _refuse_empty(recording)
+    with new_figure(path, size) as figure:
+        heights = [0.14 * len(run.lanes) if panel is panels.valves else 1.0 for panel in rows]
+        axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+        for axis, panel in zip(axes, rows, strict=True):
+            panel(axis, [run])
+            if panel is panels.valves:
+                axis.tick_params(axis="y", labelleft=False, labelright=True)
+            if axis.get_legend_handles_labels()[1] and title:
+                axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        time = recording["time"]
+        if len(time) > 1:
+            axes[-1].set_xlim(time[0], 2.0 * time[-1] - time[-2])  # the end of the last step
+        axes[-1].set_xlabel("time [s]")
+        figure.align_ylabels(axes)
+        if not title:
+            panels.legend(figure, axes)
+            return
         texts = [str(recording.scenario["name"]), str(recording.scenario.get("description", ""))]
         texts += [] if recording.ok else [recording.status]
         figure.suptitle(paragraph(*texts), x=0.01, ha="left", fontsize=9.0)

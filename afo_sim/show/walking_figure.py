@@ -6,7 +6,7 @@ the body height (Winter 2009, figure 4.1). The lean of the trunk and the head ar
 no number depends on them.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -83,16 +83,9 @@ class Limbs:
         hip = _along(knee, THIGH * self.height, shank - self._recorded("knee_angle", phase))
         neck = _along(hip, TRUNK * self.height, LEAN)
         found = {"knee": knee, "hip": hip, "neck": neck, "head": _along(neck, HEAD * self.height, LEAN)}
-        return found | self._other_leg(hip, phase + 0.5)
-
-    def sole(self, ankle: np.ndarray, pitch: np.ndarray, extension: np.ndarray | float) -> np.ndarray:
-        """Heel, ball, pulp and tip of the outsole (n, 4, 2) [m]."""
-        points = self.foot.outsole(pitch, extension).values()
-        return ankle[..., None, :] + np.stack([np.stack(point, axis=-1) for point in points], axis=-2)
-
-    def _other_leg(self, hip: np.ndarray, phase: np.ndarray) -> dict[str, np.ndarray]:
-        """It hangs from the hip as recorded; its knee bends until its sole is not below the floor."""
-        shank, length = self._recorded("shank_angle", phase), SHANK * self.height
+        # The other leg hangs from the hip as recorded; its knee bends until its sole is not below the floor.
+        phase, length = phase + 0.5, SHANK * self.height
+        shank = self._recorded("shank_angle", phase)
         knee = _along(hip, -THIGH * self.height, shank - self._recorded("knee_angle", phase))
         ankle = _along(knee, -length, shank)
         sole = self.sole(ankle, self._recorded("ankle_angle", phase) - shank, 0.0)
@@ -103,11 +96,13 @@ class Limbs:
         along = 0.5 * (far + (THIGH**2 - SHANK**2) * self.height**2 / far)
         ahead = np.sqrt(np.maximum((THIGH * self.height) ** 2 - along**2, 0.0))
         forward = down[..., ::-1] * np.array([-1.0, 1.0])
-        return {
-            "other_knee": hip + (along * down + ahead * forward) / far,
-            "other_ankle": ankle,
-            "other_sole": sole,
-        }
+        found["other_knee"] = hip + (along * down + ahead * forward) / far
+        return found | {"other_ankle": ankle, "other_sole": sole}
+
+    def sole(self, ankle: np.ndarray, pitch: np.ndarray, extension: np.ndarray | float) -> np.ndarray:
+        """Heel, ball, pulp and tip of the outsole (n, 4, 2) [m]."""
+        points = self.foot.outsole(pitch, extension).values()
+        return ankle[..., None, :] + np.stack([np.stack(point, axis=-1) for point in points], axis=-2)
 
     def _recorded(self, name: str, phase: np.ndarray) -> np.ndarray:
         return np.interp(phase % 1.0, self.cycle.phase, getattr(self.cycle, name), period=1.0)
@@ -151,7 +146,8 @@ class WalkingFigure:
         ankle = np.array([x, z])
         points = self.limbs.points(ankle, shank, np.array(phase))
         sole = self.limbs.sole(ankle, angle - shank, extension)
-        return Pose(ankle=ankle, sole=sole, muscles=self._paths(phase, ankle), **points)
+        paths = wrapped_paths(self._model, self._mountings, lambda n: float(self.stride.at(n, phase)), ankle)
+        return Pose(ankle=ankle, sole=sole, muscles=paths, **points)
 
     def lowest(self, phase: float, *, floor: bool = True) -> float:
         """Height of toes or ball, whichever is lower [m]; without a floor, of a swing that none catches."""
@@ -160,14 +156,17 @@ class WalkingFigure:
             names = (without_floor(self.view.recording.columns, name) for name in names)
         return min(float(self.stride.at(name, phase)) for name in names)
 
-    def _paths(self, phase: float, ankle: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Each muscle's path beside the drawn ankle, with cuff and plate where they are."""
-        model, data = self._model, mujoco.MjData(self._model)
-        self._mountings.pose(data, lambda name: float(self.stride.at(name, phase)))
-        shift = ankle - data.xanchor[model.joint(ANKLE).id][[0, 2]]
-        points = data.wrap_xpos.reshape(-1, 3)[:, [0, 2]]
-        spans = zip(data.ten_wrapadr, data.ten_wrapnum, strict=True)
-        return tuple(points[start : start + count] + shift for start, count in spans if count > 1)
+
+def wrapped_paths(
+    model: mujoco.MjModel, mountings: Mountings, at: Callable[[str], float], ankle: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Each muscle's path beside a drawn ankle, where the values of the columns have it."""
+    data = mujoco.MjData(model)
+    mountings.pose(data, at)
+    shift = ankle - data.xanchor[model.joint(ANKLE).id][[0, 2]]
+    points = data.wrap_xpos.reshape(-1, 3)[:, [0, 2]]
+    spans = zip(data.ten_wrapadr, data.ten_wrapnum, strict=True)
+    return tuple(points[start : start + count] + shift for start, count in spans if count > 1)
 
 
 def _along(start: np.ndarray, length: float, angle: np.ndarray | float) -> np.ndarray:
@@ -224,7 +223,11 @@ def draw_figure(axis: Any, figure: WalkingFigure, phase: float) -> None:
         axis.plot([tip[0], tip[0]], [0.0, tip[1]], color=colour, lw=2.0)
         look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 13.0, "weight": "bold"}
         axis.text(0.0, -0.16, height_words(low, deep), color=colour, **look)
-    _draw_floor(axis, float(shift[0]))
+    axis.axhline(0.0, color="0.3", lw=1.2, zorder=0)
+    for mark in np.arange(-0.75, 1.01, _TICKS) - float(shift[0]) % _TICKS:  # which pass under the walker
+        axis.plot([mark, mark - 0.04], [0.0, -0.04], color="0.6", lw=1.0, zorder=0)
+    axis.set(xlim=(-0.85, 0.85), ylim=(-0.22, 1.72), aspect="equal")
+    axis.set_axis_off()
 
 
 def _draw_leg(
@@ -240,12 +243,3 @@ def _draw_leg(
 def _line(axis: Any, colour: str, width: float, shift: np.ndarray, points: Any) -> None:
     look: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
     axis.plot(*(np.array(points) - shift).T, color=colour, lw=width, **look)
-
-
-def _draw_floor(axis: Any, gone: float) -> None:
-    """The floor with marks that pass under the walker, who has gone some way [m]."""
-    axis.axhline(0.0, color="0.3", lw=1.2, zorder=0)
-    for mark in np.arange(-0.75, 1.01, _TICKS) - gone % _TICKS:
-        axis.plot([mark, mark - 0.04], [0.0, -0.04], color="0.6", lw=1.0, zorder=0)
-    axis.set(xlim=(-0.85, 0.85), ylim=(-0.22, 1.72), aspect="equal")
-    axis.set_axis_off()

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from afo_sim.common import InputError, SimulationError
@@ -15,14 +14,14 @@ from afo_sim.description import Scenario
 from afo_sim.gait import norm
 from afo_sim.metrics import Stride, closing, words
 from afo_sim.metrics.strides import strides
-from afo_sim.model import ANKLE, Built, muscle_names, person_of, persons_stride, two_strides, why_walked
+from afo_sim.model import Built, muscle_names, person_of, persons_stride, two_strides, why_walked
 from afo_sim.model import supply_and_timer as inputs
 from afo_sim.model.build import build
 from afo_sim.show import bands, decisive, effects, in_brief, write_report
 from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.walking_figure import COLUMNS as POSED
-from afo_sim.show.walking_figure import Limbs
+from afo_sim.show.walking_figure import Limbs, wrapped_paths
 from afo_sim.simulation import Asked, Recording, limits_of, reference_of, run_scenario
 from afo_sim.simulation.examine import examine
 from afo_sim.simulation.settle import settle
@@ -104,26 +103,18 @@ class Settled:
         bent = "toe/extension" in self.columns
         ankle = np.stack([x, z], axis=-1)
         sole = limbs.sole(ankle, angle - shank, stride.at("toe/extension", FRAMES) if bent else 0.0)
+        model = self.built.full_model
+        mountings = Mountings(model, muscle_names(self.scenario.orthosis), self.columns)
+        paths = [
+            wrapped_paths(model, mountings, lambda name, phase=phase: float(stride.at(name, phase)), place)  # type: ignore[misc]
+            for phase, place in zip(FRAMES, ankle, strict=True)
+        ]
         return {
             **limbs.points(ankle, shank, FRAMES),
             "ankle": ankle,
             "sole": sole,
-            "muscles": self._muscles(stride, ankle),
+            "muscles": [list(path) for path in zip(*paths, strict=True)],
         }
-
-    def _muscles(self, stride: Stride, ankle: np.ndarray) -> list[Any]:
-        """The path of each muscle over FRAMES, beside the drawn ankle."""
-        model = self.built.full_model
-        mountings = Mountings(model, muscle_names(self.scenario.orthosis), self.columns)
-        paths: list[list[Any]] = []
-        data = mujoco.MjData(model)
-        for frame, phase in enumerate(FRAMES):
-            mountings.pose(data, lambda name, phase=phase: float(stride.at(name, phase)))  # type: ignore[misc]
-            shift = ankle[frame] - data.xanchor[model.joint(ANKLE).id][[0, 2]]
-            points = data.wrap_xpos.reshape(-1, 3)[:, [0, 2]]
-            spans = zip(data.ten_wrapadr, data.ten_wrapnum, strict=True)
-            paths.append([points[start : start + count] + shift for start, count in spans if count > 1])
-        return [list(path) for path in zip(*paths, strict=True)]
 
 
 def compared(slot: str, told: Mapping[str, Message]) -> Message:

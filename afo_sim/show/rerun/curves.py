@@ -103,7 +103,17 @@ def curves(source: Source) -> list[Curve]:
         shade = colours.of_muscle(muscle)
         found.append(Curve("force/muscles", label, shade, f"muscle/{muscle}/force"))
         found.append(Curve("contraction/muscles", label, shade, f"muscle/{muscle}/contraction", 100.0))
-    return [*found, *_lengths(source), *_mountings(source)]
+    for muscle, label, group in _drawn_muscles(source):
+        label = muscle.rsplit("_", 1)[0] if group.alike else label
+        shade, path = colours.of_muscle(muscle), f"muscle/{muscle}/path_length"
+        found.append(Curve("length/muscles", label, shade, f"muscle/{muscle}/length", 1e3))
+        shade = colours.of_path(muscle, group.alike)
+        found.append(_PathLength("length/muscles", f"{label}, path", shade, path, 1e3, group.series_length))
+    for anchor in source.named("cuff"):
+        name, colour = WORN[anchor], colours.MOUNTINGS[WORN[anchor]]
+        found.append(Curve("mounting/gives/ends", name, colour, f"cuff/{anchor}/displacement", 1e3))
+        found.append(Curve("mounting/pull/ends", name, colour, f"cuff/{anchor}/force"))
+    return found
 
 
 def _drawn_muscles(source: Source) -> list[tuple[str, str, MuscleGroup]]:
@@ -115,28 +125,6 @@ def _drawn_muscles(source: Source) -> list[tuple[str, str, MuscleGroup]]:
             found.append((muscle, name if group.count == 1 else f"{name} 1–{group.count}", group))
         elif not group.alike:
             found.append((muscle, f"{name} {number}", group))
-    return found
-
-
-def _lengths(source: Source) -> list[Curve]:
-    """Own length and that of the path, of one muscle of a group whose muscles are alike [mm]."""
-    found: list[Curve] = []
-    for muscle, label, group in _drawn_muscles(source):
-        label = muscle.rsplit("_", 1)[0] if group.alike else label
-        shade, path = colours.of_muscle(muscle), f"muscle/{muscle}/path_length"
-        found.append(Curve("length/muscles", label, shade, f"muscle/{muscle}/length", 1e3))
-        shade = colours.of_path(muscle, group.alike)
-        found.append(_PathLength("length/muscles", f"{label}, path", shade, path, 1e3, group.series_length))
-    return found
-
-
-def _mountings(source: Source) -> list[Curve]:
-    """What cuff and plate give [mm], and the pull on them [N]."""
-    found = []
-    for anchor in source.named("cuff"):
-        name, colour = WORN[anchor], colours.MOUNTINGS[WORN[anchor]]
-        found.append(Curve("mounting/gives/ends", name, colour, f"cuff/{anchor}/displacement", 1e3))
-        found.append(Curve("mounting/pull/ends", name, colour, f"cuff/{anchor}/force"))
     return found
 
 

@@ -38,7 +38,16 @@ def write_design(design: Design, path: pathlib.Path) -> None:
         scene.log_poses(stream, stage, block)
         for number, entry in enumerate(design.facts):
             _log_curves(stream, entry, number, block)
-        document(stream, "summary", "\n".join(_words(design)))
+        lines = [
+            f"# {design.built.scenario.orthosis.name} on {design.built.scenario.leg.name}",
+            "",
+            "| | |",
+            "|---|---|",
+            *(f"| {what} | {found} |" for entry in design.facts for what, found in rows(entry)),
+            "",
+            *(f"- {warning}" for warning in design.warnings),
+        ]
+        document(stream, "summary", "\n".join(lines))
 
 
 def _swept(design: Design) -> Columns:
@@ -91,18 +100,6 @@ def _log_curves(stream: rr.RecordingStream, entry: PathFacts, number: int, block
         stream.log(entity, style, static=True)
         shown = np.interp(angles, entry.angles, values)
         send(stream, entity, block, rr.Scalars.columns(scalars=shown))
-
-
-def _words(design: Design) -> list[str]:
-    """The facts as a table, and the warnings."""
-    lines = [
-        f"# {design.built.scenario.orthosis.name} on {design.built.scenario.leg.name}",
-        "",
-        "| | |",
-        "|---|---|",
-    ]
-    lines += [f"| {what} | {found} |" for entry in design.facts for what, found in rows(entry)]
-    return [*lines, "", *(f"- {warning}" for warning in design.warnings)]
 
 
 def _layout(design: Design) -> rrb.Blueprint:

@@ -116,7 +116,9 @@ def log_events(stream: rr.RecordingStream, finder: EventFinder, source: Source, 
     for name, changes in finder.lanes.items():
         kind, what = name.split("/")
         states = [state for _, state in changes]
-        values = list(dict.fromkeys([*_usual(what), *states]))
+        # listed even where they do not occur
+        usual = {"stride": (), "support": ("stance", "swing")}.get(what, ("open", "shut"))
+        values = list(dict.fromkeys([*usual, *states]))
         colours = [_lane_colour(what, value, k) for k, value in enumerate(values)]
         words = _fitting(values, changes, source.n_row / source.rate)
         lane = rr.StateConfiguration(values=values, labels=words, colors=colours)
@@ -146,11 +148,6 @@ def _fitting(values: list[str], changes: list[_Change], end: float) -> list[str]
         fits = [word for word in words if len(word) + _MARGIN <= room]
         found.append(fits[0] if fits and value != "shut" else BLANK)
     return found
-
-
-def _usual(what: str) -> tuple[str, ...]:
-    """The states of a lane that are listed even where they do not occur."""
-    return {"stride": (), "support": ("stance", "swing")}.get(what, ("open", "shut"))
 
 
 def _lane_colour(what: str, state: str, number: int) -> list[int]:

@@ -64,18 +64,12 @@ def closed(body: Any, timeline: str = TIMELINE, **time: Any) -> rrb.Blueprint:
 
 
 def _sitting(contents: Contents) -> rrb.Horizontal:
-    rows = [*_answer(contents), *_joint(contents)]
-    if contents.muscles:
-        rows.append((_plots(contents, "/pressure", "gauge pressure [bar]"), 2.6))
+    pressure = (_plots(contents, "/pressure", "gauge pressure [bar]"), 2.6)
+    valves = (_lanes("/valves", "valves, coloured where open"), -_tall(contents.valves, 0.35))
+    rows = [*_answer(contents), *_joint(contents), *([pressure] if contents.muscles else []), valves]
     return rrb.Horizontal(
-        _space(_scene_name(contents, "device"), "/world", CAMERA),
-        _column(
-            [
-                *rows,
-                (_lanes("/valves", "valves, coloured where open"), -_tall(contents.valves, 0.35)),
-                _tabs(contents),
-            ]
-        ),
+        _space(contents.runs or "device", "/world", CAMERA),
+        _column([*rows, _tabs(contents)]),
         column_shares=[3, 4],
     )
 
@@ -88,17 +82,13 @@ def _walking(contents: Contents) -> rrb.Horizontal:
     rows = [*_answer(contents), (_plots(contents, "/clearance", "sole height [mm]"), 3.0)]
     return rrb.Horizontal(
         rrb.Vertical(
-            _space(_scene_name(contents, "walking leg"), contents.carriage, _CARRIAGE_CAMERA, contents),
+            _space(contents.runs or "walking leg", contents.carriage, _CARRIAGE_CAMERA, contents),
             _lanes("/", title, ["/gait/**", "/valves/**"]),
             row_shares=[HEIGHT - lanes, lanes],
         ),
         _column([*rows, *_joint(contents), _tabs(contents)]),
         column_shares=[1, 1],
     )
-
-
-def _scene_name(contents: Contents, alone: str) -> str:
-    return contents.runs if contents.compared else alone
 
 
 def _tall(lanes: int, most: float) -> float:

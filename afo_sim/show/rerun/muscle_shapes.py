@@ -72,10 +72,13 @@ class DrawnMuscle:
         excess = np.where(block[f"muscle/{self.name}/force"] > 0.0, 0.0, (own - free).clip(0.0))
         start = ends[:, 0] + length[:, None] * direction
         if line is not None:
-            bent = np.concatenate([start[:, None], line[:, 1:]], axis=1)
-            self._log_strips(stream, block, bent, np.ones(bent.shape[:2], bool))
-            return
-        self._log_cable(stream, block, np.stack([start, ends[:, 1]], axis=1), axis, excess)
+            points = np.concatenate([start[:, None], line[:, 1:]], axis=1)
+            drawn = np.ones(points.shape[:2], bool)
+        else:  # straight where the cable is taut; where it is slack, a bow as long as it is
+            points = bow(np.stack([start, ends[:, 1]], axis=1), excess, axis)
+            drawn = np.ones(points.shape[:2], bool)
+            drawn[excess <= _HANGS, 1:-1] = False
+        self._log_strips(stream, block, points, drawn)
 
     def _colours(self, block: Columns) -> np.ndarray:
         """Of the tube, by force or pressure (n, 4)."""
@@ -86,20 +89,6 @@ class DrawnMuscle:
         colour = SLACK + np.clip(share, 0.0, 1.0)[:, None] * (PULLING - SLACK)
         rgba = np.column_stack([colour, np.full(len(share), 255 * self.opacity)])
         return rgba.round().astype(np.uint8)
-
-    def _log_cable(
-        self,
-        stream: rr.RecordingStream,
-        block: Columns,
-        ends: np.ndarray,
-        axis: np.ndarray,
-        excess: np.ndarray,
-    ) -> None:
-        """A straight line where the cable is taut; where it is slack, a thin dark bow as long as it is."""
-        bows = bow(ends, excess, axis)
-        drawn = np.ones(bows.shape[:2], bool)
-        drawn[excess <= _HANGS, 1:-1] = False
-        self._log_strips(stream, block, bows, drawn)
 
     def _log_strips(
         self, stream: rr.RecordingStream, block: Columns, points: np.ndarray, drawn: np.ndarray

@@ -70,21 +70,7 @@ def _log_curve(stream: rr.RecordingStream, trial: Trial, k: int, entity: str, la
         stream.log(f"{name}/{entity}", style, static=True)
         scalars = rr.Scalars.columns(scalars=SHOWN[name][1] * columns[name])
         send(stream, f"{name}/{entity}", columns, scalars)
-    _log_muscle(stream, trial, columns, entity, y, shade)
-    if trial.plan.kind in AXES:
-        _log_characteristic(stream, trial, columns, entity, shade)
-
-
-def _log_muscle(
-    stream: rr.RecordingStream,
-    trial: Trial,
-    columns: dict[str, np.ndarray],
-    entity: str,
-    y: float,
-    shade: list[int],
-) -> None:
-    """A tube hanging from the frame, as long as the muscle, and the carriage below."""
-    muscle = trial.plan.muscle
+    muscle = trial.plan.muscle  # a tube that hangs from the frame, and the carriage below
     frame = rr.Boxes3D(
         half_sizes=[[0.03, 0.03, 0.006]], centers=[[0.0, y, 0.006]], colors=[[90, 95, 105]], fill_mode="solid"
     )
@@ -105,6 +91,8 @@ def _log_muscle(
     stream.log(f"stand/{entity}/carriage", carriage, static=True)
     below = np.column_stack([0.0 * length, y + 0.0 * length, -length - 0.012]).astype(np.float32)
     send(stream, f"stand/{entity}/carriage", columns, rr.Transform3D.columns(translation=below))
+    if trial.plan.kind in AXES:
+        _log_characteristic(stream, trial, columns, entity, shade)
 
 
 def _log_characteristic(
