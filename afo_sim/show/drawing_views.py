@@ -100,8 +100,8 @@ def _draw_leg(axis: Any, pose: Pose) -> None:
             axis.fill(*shape.T, facecolor=face, edgecolor="none", zorder=order + 0.1)
 
 
-def _draw_ghost(axis: Any, pose: Pose, facts: list[PathFacts]) -> None:
-    """What turns with the foot, as one pale outline, and the muscles as thin lines."""
+def _draw_ghost(axis: Any, pose: Pose, facts: list[PathFacts], angle: float) -> None:
+    """What turns with the foot, as one pale outline with its angle, and the muscles as thin lines."""
     found = pose.outlines()["foot"]
     for shape in found:
         axis.fill(*shape.T, facecolor=_GHOST, edgecolor=_GHOST, lw=1.2, zorder=0.5, joinstyle="round")
@@ -109,6 +109,12 @@ def _draw_ghost(axis: Any, pose: Pose, facts: list[PathFacts]) -> None:
         axis.fill(*shape.T, facecolor="white", edgecolor="none", zorder=0.6)
     for entry in facts:
         axis.plot(*pose.flat(pose.path(entry.muscles[0])).T, color=_GHOST, lw=0.6, ls=(0, (3, 2)), zorder=2.5)
+    # beside the foot's foremost point; of another joint, beside the farthest one
+    shapes = np.concatenate(found)
+    far = shapes[:, 0] if pose.built.scenario.leg.joint == "ankle" else np.linalg.norm(shapes, axis=1)
+    look: dict[str, Any] = {"va": "center", "fontsize": _FONT, "color": "0.35"}
+    place = {"xytext": (2.5, 0.0), "textcoords": "offset points"}
+    axis.annotate(f"{degrees(angle)} deg", shapes[far.argmax()], **place, **look)
 
 
 def _draw_muscle(
@@ -239,8 +245,7 @@ def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
     pose = Pose.at(design.built, 0.0)
     for angle in _postures(design)[1:]:
         ghost = Pose.at(design.built, angle)
-        _draw_ghost(axis, ghost, design.facts)
-        _name_ghost(axis, ghost, angle)
+        _draw_ghost(axis, ghost, design.facts, angle)
     _draw_leg(axis, pose)
     named = colours(design)
     for entry in design.facts:
@@ -253,20 +258,16 @@ def side_view(axis: Any, design: Design, box: Box, scale: _Scale) -> None:
         if all(np.linalg.norm(end - other) > _APART * scale.ratio for other in drawn):
             _draw_arm(axis, end, entry, named[entry.name])
             drawn.append(end)
-    _labels(axis, pose, design, scale, box)
+    for right in (True, False):
+        wanted = []
+        for entry in design.facts:
+            points = pose.flat(pose.path(entry.muscles[0]))
+            if (points[:, 0].mean() >= 0.0) == right:
+                wanted += [(at, text, named[entry.name]) for at, text in _told(entry, points)]
+        _column(axis, wanted, right, scale, box)
     ankle = plain(design.built.scenario.leg.ankle, 12)
     text = f"from the right, 1:{scale.ratio:g} on A4, {ankle} at 0 deg, without air; mm from the {ankle}"
     axis.set_title(text, loc="left", fontsize=8.0, pad=3.0)
-
-
-def _name_ghost(axis: Any, pose: Pose, angle: float) -> None:
-    """The angle, beside the foot's foremost point; of another joint, beside the farthest one."""
-    shapes = np.concatenate(pose.outlines()["foot"])
-    far = shapes[:, 0] if pose.built.scenario.leg.joint == "ankle" else np.linalg.norm(shapes, axis=1)
-    tip = shapes[far.argmax()]
-    text = f"{degrees(angle)} deg"
-    look: dict[str, Any] = {"va": "center", "fontsize": _FONT, "color": "0.35"}
-    axis.annotate(text, tip, (2.5, 0.0), textcoords="offset points", **look)
 
 
 def _draw_arm(axis: Any, end: np.ndarray, entry: PathFacts, colour: str) -> None:
@@ -277,18 +278,6 @@ def _draw_arm(axis: Any, end: np.ndarray, entry: PathFacts, colour: str) -> None
     arm = 1e3 * abs(float(entry.arm[entry.at(0.0)]))
     look: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": _FONT, "color": colour, "bbox": WHITE}
     axis.annotate(f"{arm:.0f}", 0.55 * end, (0.0, 1.5), textcoords="offset points", zorder=7, **look)
-
-
-def _labels(axis: Any, pose: Pose, design: Design, scale: _Scale, box: Box) -> None:
-    """Anchors and lengths in columns beside the view, each with a line to what it tells of."""
-    named = colours(design)
-    for right in (True, False):
-        wanted = []
-        for entry in design.facts:
-            points = pose.flat(pose.path(entry.muscles[0]))
-            if (points[:, 0].mean() >= 0.0) == right:
-                wanted += [(at, text, named[entry.name]) for at, text in _told(entry, points)]
-        _column(axis, wanted, right, scale, box)
 
 
 def _told(entry: PathFacts, points: np.ndarray) -> list[tuple[np.ndarray, str]]:
@@ -326,7 +315,7 @@ def _anchor(word: str, anchor: Any) -> str:
 def _column(
     axis: Any, wanted: list[tuple[np.ndarray, str, str]], right: bool, scale: _Scale, box: Box
 ) -> None:
-    """Labels under one another, as near to their places as their heights allow."""
+    """Labels under one another beside the view, as near to their places as their heights allow."""
     wanted = sorted(wanted, key=lambda label: -label[0][1])
     line = _LINE * scale.ratio
     heights = [(text.count("\n") + 1) * line + 0.6 * line for _, text, _ in wanted]

@@ -106,15 +106,8 @@ def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
         words = "the {subject} leg is simulated: {what} of the {other} one {verb} mirrored"
         what = " and ".join(mirrored)
         found.append(Notice("mirrored", words, subject=side, what=what, other=other, verb=verb))
-    return [*found, *_of_own_leg(scenario)]
-
-
-def _of_own_leg(scenario: Mapping[str, Any]) -> list[Notice]:
-    """What an imported leg takes from its file that decides how the foot hangs and where its toe is."""
-    leg = scenario["leg"]
-    found: list[Notice] = []
-    sources = leg.get("provenance") or {}
-    passive = leg.get("passive") or {}
+    # an imported leg takes from its file how the foot hangs and where its toe is
+    sources, passive = (scenario["leg"].get(key) or {} for key in ("provenance", "passive"))
     spring = (passive.get("provenance") or {}).get("scale", {}).get("source", "")
     if passive.get("scale") == 0.0 and "spring" in spring:
         words = (

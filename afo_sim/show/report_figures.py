@@ -131,11 +131,8 @@ def draw_pressures(figures: Sequence[Any], runs: Sequence[RunView], over: Over =
         panels.valves(lanes, [run], over)
         for axis in between:
             panels.air_flow(axis, [run], over) if panels.tells_flow(run) else axis.set_axis_off()
-        x, _ = run.curves("supply/pressure", over)
         for axis in (pressure, *between, lanes):
-            axis.set_xlim(x[0], x[-1])
-            if over == "cycle":
-                walk_panels.mark_toe_off(axis, run.toe_off)
+            _over(axis, run, over)
         pressure.set_title(plain(run.label), loc="left", color=ink(run.colour))
         lanes.set(xlabel="time [s]" if over == "time" else "gait cycle [%]", ylabel="")
     panels.share_scale([figure.axes[0] for figure in figures])
@@ -156,17 +153,30 @@ def draw_sources(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
 
 def draw_muscles(figures: Sequence[Any], runs: Sequence[RunView], over: Over = "cycle") -> None:
     """Of each run, a column: contraction and force of its muscles, and how far cuff and plate give."""
-    rows = len(muscle_rows(runs))
-    drawn: list[list[Any]] = [[] for _ in range(rows)]
-    for figure, run in zip(figures, runs, strict=True):
-        axes = figure.subplots(rows, 1)
-        for axis in axes:
+    every = [figure.subplots(len(muscle_rows(runs)), 1) for figure in figures]
+    for figure, axes, run in zip(figures, every, runs, strict=True):
+        drawn = muscle_rows([run])
+        for axis, draw in zip(axes, drawn, strict=False):
+            draw(axis, [run], over)
+            _over(axis, run, over)
+            axis.tick_params(labelbottom=False)
+        for axis in axes[len(drawn) :]:
             axis.set_axis_off()
-        for row, axis in zip(drawn, _draw_muscles(axes, run, over), strict=False):
-            row.append(axis)
+        axes[0].set_title(plain(run.label), loc="left", color=ink(run.colour))
+        last = axes[len(drawn) - 1]
+        last.tick_params(labelbottom=True)
+        last.set_xlabel("time [s]" if over == "time" else "gait cycle [%]")
         figure.align_ylabels(axes)
-    for row in drawn:
-        panels.share_scale(row)
+    for row in zip(*every, strict=True):
+        panels.share_scale([axis for axis in row if axis.axison])
+
+
+def _over(axis: Any, run: RunView, over: Over) -> None:
+    """The whole abscissa of a run, with its toe-off."""
+    x, _ = run.curves("supply/pressure", over)
+    axis.set_xlim(x[0], x[-1])
+    if over == "cycle":
+        walk_panels.mark_toe_off(axis, run.toe_off)
 
 
 def muscle_rows(runs: Sequence[RunView]) -> list[_MusclePanel]:
@@ -175,23 +185,6 @@ def muscle_rows(runs: Sequence[RunView]) -> list[_MusclePanel]:
     if any(run.anchors for run in runs):
         rows += [panels.displacements, panels.pulls]
     return rows
-
-
-def _draw_muscles(axes: Sequence[Any], run: RunView, over: Over) -> list[Any]:
-    """The panels of one run, from the top; those that it has not are left empty."""
-    drawn = list(axes[: len(muscle_rows([run]))])
-    for axis, draw in zip(drawn, muscle_rows([run]), strict=True):
-        axis.set_axis_on()
-        draw(axis, [run], over)
-        x, _ = run.curves("supply/pressure", over)
-        axis.set_xlim(x[0], x[-1])
-        if over == "cycle":
-            walk_panels.mark_toe_off(axis, run.toe_off)
-        axis.tick_params(labelbottom=False)
-    drawn[0].set_title(plain(run.label), loc="left", color=ink(run.colour))
-    drawn[-1].tick_params(labelbottom=True)
-    drawn[-1].set_xlabel("time [s]" if over == "time" else "gait cycle [%]")
-    return drawn
 
 
 def draw_torque(figures: Sequence[Any], runs: Sequence[RunView]) -> None:

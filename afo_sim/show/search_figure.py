@@ -8,13 +8,14 @@ import numpy as np
 
 from afo_sim.metrics import metric_words
 from afo_sim.show.style import COLOURS, new_figure, plain, wrapped
-from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, human_scale
+from afo_sim.study import OBJECTIVE, Columns, Problem, best_of, human_scale
 
 _ACROSS = 3  # panels side by side
 _PANEL = (2.5, 2.0)  # [inch]
 _NOT = {"color": "0.55", "marker": "o", "mfc": "none", "ls": "", "ms": 3.0, "mew": 0.7}
 _KEEPS = {"color": COLOURS[1], "marker": "o", "ls": "", "ms": 3.4, "mew": 0.0}
 BEST = {"color": COLOURS[0], "lw": 1.4, "drawstyle": "steps-mid"}
+_FACTS: dict[str, Any] = {"loc": "left", "fontsize": 8.0, "color": "0.3"}  # of a panel's title
 _BOUND = {"color": "0.25", "lw": 0.9, "ls": "--"}
 
 
@@ -27,9 +28,16 @@ def draw_search(problem: Problem, units: Mapping[str, str], columns: Columns, pa
         axes = figure.subplots(rows, across, sharex=True, squeeze=False).ravel()
         ends = np.append(np.flatnonzero(np.diff(columns["generation"])) + 1, len(columns["generation"]))
         so_far = np.array([best_of(problem.aim, {n: c[:end] for n, c in columns.items()}) for end in ends])
-        _objective(axes[0], problem, units, columns, so_far)
+        whole = np.full(len(so_far), True)
+        keeps = aim.feasible(columns)[so_far]
+        _dots(axes[0], problem, columns, columns[OBJECTIVE], so_far, keeps)
+        axes[0].set_ylabel(_title(aim.objective.metric, units))
+        axes[0].set_title(f"{aim.objective.goal}, {aim.objective.over} of patients", **_FACTS)
         for axis, limit in zip(axes[1:], aim.limits, strict=False):
-            _limit(axis, problem, limit, units, columns, so_far)
+            _dots(axis, problem, columns, columns[f"{limit.name}_level"], so_far, whole)
+            axis.axhline(limit.bound, zorder=1, **_BOUND)
+            axis.set_ylabel(_title(limit.metric, units))
+            axis.set_title(f"kept by {100.0 * limit.share:.3g} %; limit dashed", **_FACTS)
         for k, axis in enumerate(axes[1 + len(aim.limits) : count]):
             _parameter(axis, problem, k, columns, so_far)
         for axis in axes[count:]:
@@ -52,32 +60,6 @@ def _dots(
     axis.set_xlim(0.5, len(so_far) + 0.5)
     axis.locator_params(axis="x", integer=True, nbins=6)
     axis.margins(y=0.08)
-
-
-def _objective(
-    axis: Any, problem: Problem, units: Mapping[str, str], columns: Columns, so_far: np.ndarray
-) -> None:
-    aim = problem.aim
-    keeps = aim.feasible(columns)[so_far]
-    _dots(axis, problem, columns, columns[OBJECTIVE], so_far, keeps)
-    axis.set_ylabel(_title(aim.objective.metric, units))
-    title = f"{aim.objective.goal}, {aim.objective.over} of patients"
-    axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
-
-
-def _limit(
-    axis: Any,
-    problem: Problem,
-    limit: Limit,
-    units: Mapping[str, str],
-    columns: Columns,
-    so_far: np.ndarray,
-) -> None:
-    _dots(axis, problem, columns, columns[f"{limit.name}_level"], so_far, np.full(len(so_far), True))
-    axis.axhline(limit.bound, zorder=1, **_BOUND)
-    axis.set_ylabel(_title(limit.metric, units))
-    title = f"kept by {100.0 * limit.share:.3g} %; limit dashed"
-    axis.set_title(title, loc="left", fontsize=8.0, color="0.3")
 
 
 def _parameter(axis: Any, problem: Problem, number: int, columns: Columns, so_far: np.ndarray) -> None:

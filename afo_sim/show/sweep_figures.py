@@ -130,8 +130,7 @@ def draw_effects(figure: Any, results: Results, effects: Mapping[str, Mapping[st
                 axis.set_xlabel(wrapped(of_parameter.title))
         row[0].set_ylabel(wrapped(of_metric.title, 22))
     figure.align_ylabels(axes[:, 0])
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", ncols=2)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
 
 
 def _effect(axis: Any, results: Results, names: tuple[str, str], effect: Effect, rows: np.ndarray) -> None:
@@ -329,8 +328,7 @@ def _draw_sobol(figure: Any, results: Results, found: Mapping[str, Indices]) -> 
     highest = max(highest, *(float((each.first + each.first_interval).max()) for each in found.values()))
     lowest = min(float((each.first - each.first_interval).min()) for each in found.values())
     axes[0].set_xlim(min(1.05 * lowest, -0.02), max(1.02 * highest, 1.0))
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper left", ncols=2)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
 
 
 def _some(count: int) -> np.ndarray:

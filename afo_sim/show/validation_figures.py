@@ -57,8 +57,7 @@ def _s1(figure: Any, bench: int, first: int, masses: tuple[float, ...], shape: t
         axis.set_xlabel("gauge pressure [bar]")
     for axis in axes[:, 0]:
         axis.set_ylabel("change of length [cm]")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     length = CM * table(bench).facts["total_length"]
     figure.suptitle(f"Muscle of {length:g} cm between its ends", x=0.01, ha="left", fontsize=9.0)
 

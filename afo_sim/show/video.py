@@ -64,19 +64,14 @@ def scenery(
     spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, **floor)
     sun = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
     spec.worldbody.add_light(type=sun, pos=[0.6, -0.8, 2.0], dir=[-0.3, 0.4, -1.0], diffuse=[0.4] * 3)
-    _draw_pulley_muscles(spec)
-    return spec.compile()
-
-
-def _draw_pulley_muscles(spec: mujoco.MjSpec) -> None:
-    """A path beside each fixed tendon, which MuJoCo does not draw."""
-    plain = mujoco.MjModel.from_xml_string(spec.to_xml())
+    plain = mujoco.MjModel.from_xml_string(spec.to_xml())  # a path beside each fixed tendon, not drawn itself
     for t in range(plain.ntendon):
         name = plain.tendon(t).name
         if plain.wrap_type[plain.tendon_adr[t]] == mujoco.mjtWrap.mjWRAP_JOINT:
             drawn = spec.add_tendon(name=name + _DRAWN, width=_PULLEY_MUSCLE)
             for end in ("origin", "insertion"):
                 drawn.wrap_site(f"{name}_{end}")
+    return spec.compile()
 
 
 def opengl_context(model: mujoco.MjModel, width: int, height: int) -> tuple[Any, mujoco.MjrContext]:
@@ -147,7 +142,7 @@ class Painter:
     def picture(self, moment: float) -> np.ndarray:
         """The run at a phase of the stride [-], or a time of sitting [s], with numbers (height, width, 3)."""
         self.opengl.make_current()
-        at = self._values(moment)
+        at = self._at(moment)
         for tendon, name in enumerate(self.forces):
             share = np.clip(at(name) / _FORCE_SCALE, 0.0, 1.0) ** 0.5
             self.model.tendon_rgba[tendon] = _SLACK + share * (_PULLING - _SLACK)
@@ -168,7 +163,7 @@ class Painter:
         mujoco.mjr_readPixels(self.pixels, None, self.viewport, self.context)
         return self.pixels[::-1]  # OpenGL counts rows from below
 
-    def _values(self, moment: float) -> Callable[[str], float]:
+    def _at(self, moment: float) -> Callable[[str], float]:
         """The value of each column at a moment."""
         if self.walk is not None:
             stride = self.walk.figure.stride

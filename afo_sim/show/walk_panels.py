@@ -53,7 +53,7 @@ def internal_moment(axis: Any, runs: Sequence[RunView]) -> None:
 def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
     """Height of the outsole or its ball above the floor in swing, with a dot at the minimum that counts."""
     start = min(run.toe_off for run in runs)
-    dots: list[tuple[float, float, str]] = []
+    dots: list[tuple[float, float, str]] = []  # gait cycle [%], height [mm], colour
     for run in runs:
         own, _ = _heights(run, point)
         mean_and_spread(axis, 1e3 * run.cycles(own), run.colour, run.name, PERCENT, run.style)
@@ -66,7 +66,18 @@ def clearance(axis: Any, runs: Sequence[RunView], point: str) -> None:
         if f"{point}_clearance" in found:
             when = found[f"{point}_clearance_phase"].value
             dots.append((when, found[f"{point}_clearance"].value, run.colour))
-    _dots(axis, dots)
+    for x, height, colour in dots:
+        axis.plot(x, height, "o", ms=5.0, color=colour, zorder=5)
+    if len(dots) == 1:
+        x, height, colour = dots[0]
+        _number(axis, (x, height), height, colour, up=-15.0)
+    elif dots:
+        middle = float(np.mean([x for x, _, _ in dots]))
+        near = np.abs(PERCENT - middle) < _WIDE
+        lines = [line.get_ydata() for line in axis.lines]
+        top = max(float(line[near].max()) for line in lines if len(line) == len(PHASE))
+        for k, (_, height, colour) in enumerate(sorted(dots, key=lambda dot: dot[1])):
+            _number(axis, (middle, top), height, colour, up=8.0 + 10.0 * k)
     recorded = 1e3 * runs[0].cycles(_heights(runs[0], point)[1]).mean(axis=0)
     axis.plot(PERCENT, recorded, **HEALTHY, label="this foot with the recorded ankle angle")
     what = "outsole" if point == "toe" else point
@@ -97,22 +108,6 @@ def share_floor(axes: Sequence[Any], start: float) -> None:
         look = {"fontsize": 8.0, "color": "#803030"}
         axis.annotate(_TRIP, (0.02, 0.02), xycoords="axes fraction", **look)
         axis.tick_params(labelleft=True)
-
-
-def _dots(axis: Any, dots: list[tuple[float, float, str]]) -> None:
-    """Clearances (gait cycle [%], height [mm], colour), a dot each."""
-    for x, height, colour in dots:
-        axis.plot(x, height, "o", ms=5.0, color=colour, zorder=5)
-    if len(dots) == 1:
-        x, height, colour = dots[0]
-        _number(axis, (x, height), height, colour, up=-15.0)
-    elif dots:
-        middle = float(np.mean([x for x, _, _ in dots]))
-        near = np.abs(PERCENT - middle) < _WIDE
-        lines = [line.get_ydata() for line in axis.lines]
-        top = max(float(line[near].max()) for line in lines if len(line) == len(PHASE))
-        for k, (_, height, colour) in enumerate(sorted(dots, key=lambda dot: dot[1])):
-            _number(axis, (middle, top), height, colour, up=8.0 + 10.0 * k)
 
 
 def _number(axis: Any, at: tuple[float, float], height: float, colour: str, up: float) -> None:

@@ -4,7 +4,7 @@ import functools
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 from afo_sim.common import InputError, assets, in_unit, parse_quantity
@@ -160,33 +160,22 @@ def _rows(design: Design) -> Iterator[_Row]:
     for row in _ROWS:
         part = next((part for part in names if part in row.key), "")
         for name in names.get(part, [""]):
-            values = asdict(row) | {
-                k: getattr(row, k).replace(part, name) if part else getattr(row, k) for k in ("key", "label")
-            }
-            yield _Row(**values)
+            key, label = (text.replace(part, name) if part else text for text in (row.key, row.label))
+            yield replace(row, key=key, label=label)
 
 
 def _control(row: _Row, key: Key) -> Control:
-    value: float | str | None = key.value or None
-    if not row.choices and key.value:
-        value = round(_number(key, row.unit), 6)
-    source = "set here" if key.source == "set" else key.kind if key.kind in _SOURCES else ""
-    return Control(
-        key.key,
-        row.group,
-        row.label,
-        row.unit,
-        value,
-        row.low,
-        row.high,
-        row.step,
-        _choices(row.choices) if row.choices else (),
-        row.more,
-        source,
-        key.reference or key.source,
-        key.allowed,
-        key.meaning,
-    )
+    number = not row.choices and key.value
+    own = {
+        "key": key.key,
+        "value": round(_number(key, row.unit), 6) if number else key.value or None,
+        "choices": _choices(row.choices) if row.choices else (),
+        "source": "set here" if key.source == "set" else key.kind if key.kind in _SOURCES else "",
+        "reference": key.reference or key.source,
+        "allowed": key.allowed,
+        "meaning": key.meaning,
+    }
+    return Control(**(asdict(row) | own))
 
 
 @functools.cache

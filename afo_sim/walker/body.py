@@ -91,7 +91,10 @@ def build_body(scenario: Scenario, strength: dict[str, float] | None = None, spr
     if circuit is not None:
         native.add_muscles(spec, circuit)
         native.add_chambers(spec, circuit, userdata=first)
-    model = _compiled(spec, scenario)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise InputError(f"MuJoCo cannot compile the walker: {error}", file=scenario.leg.file) from None
     model.jnt_stiffness[model.joint(ANKLE).id] += spring
     return _filled(model, scenario, size, circuit, first, strength or {})
 
@@ -135,7 +138,9 @@ def _weigh(body: mujoco.MjsBody, mass: float, centre: np.ndarray, inertia: float
 def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: Scenario, size: Size) -> None:
     """The described leg on a thigh, with a knee."""
     leg = leg_spec(scenario, Size.of(scenario))  # as much bigger than the body that it was made for
-    height = _shank_length(scenario)
+    length = scenario.leg.shank_length
+    own = SHANK_SHARE * scenario.leg.body_height if length is None else length
+    height = own * Size.of(scenario).taller
     shank = leg.body(scenario.leg.shank)
     ankle = leg.joint(ANKLE)
     at = np.array(ankle.pos) + np.array(leg.body(scenario.leg.foot).pos) + [0.0, 0.0, height]
@@ -149,12 +154,6 @@ def _hang_leg(spec: mujoco.MjSpec, thigh: mujoco.MjsBody, side: str, scenario: S
         for elements in (spec.bodies, spec.joints, spec.geoms, spec.sites, spec.meshes, spec.materials):
             for element in elements:
                 element.name = element.name.removeprefix(OWN)
-
-
-def _shank_length(scenario: Scenario) -> float:
-    leg = scenario.leg
-    own = SHANK_SHARE * leg.body_height if leg.shank_length is None else leg.shank_length
-    return own * Size.of(scenario).taller
 
 
 def _add_paths(spec: mujoco.MjSpec, scenario: Scenario, taller: float) -> None:
@@ -239,13 +238,6 @@ def _add_pad(spec: mujoco.MjSpec, name: str, site: str, gear: list[float], state
 def _slots(step: float) -> int:
     """Steps that the nerves remember: the longest delay, and the present."""
     return int(LONG / step + 0.5) + 1
-
-
-def _compiled(spec: mujoco.MjSpec, scenario: Scenario) -> mujoco.MjModel:
-    try:
-        return spec.compile()
-    except ValueError as error:
-        raise InputError(f"MuJoCo cannot compile the walker: {error}", file=scenario.leg.file) from None
 
 
 def _filled(

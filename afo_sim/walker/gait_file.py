@@ -47,6 +47,13 @@ def read_gait(name: str | os.PathLike[str]) -> Gait:
     for key in ("speed", "pose", "gains"):
         if key not in tables:
             raise InputError("is missing", file=file, field=key)
+    value = tables["speed"]
+    try:
+        speed = float(parse_quantity(str(value), "m/s"))
+    except ValueError as error:
+        raise InputError(str(error), file=file, field="speed", value=value, allowed='"1.25 m/s"') from None
+    if not 0.3 <= speed <= 2.5:
+        raise InputError("is out of range", file=file, field="speed", value=value, allowed="0.3 to 2.5 m/s")
     pose = _table(file, "pose", tables["pose"], OFFSETS, math.pi)
     gains = _table(file, "gains", tables["gains"], GAINS, LARGEST_GAIN)
     begun = _table(file, "start", tables.get("start", {}), ("speed",), FASTEST_START)
@@ -55,20 +62,10 @@ def read_gait(name: str | os.PathLike[str]) -> Gait:
     return Gait(
         name=file.stem,
         description=str(tables.get("description", "")),
-        speed=_speed(file, tables["speed"]),
+        speed=speed,
         vector=Vector(np.array([pose.get(name, 0.0) for name in OFFSETS]), legs, begun.get("speed", 1.0)),
         search=dict(tables.get("search", {})),
     )
-
-
-def _speed(file: pathlib.Path, value: object) -> float:
-    try:
-        found = parse_quantity(str(value), "m/s")
-    except ValueError as error:
-        raise InputError(str(error), file=file, field="speed", value=value, allowed='"1.25 m/s"') from None
-    if not 0.3 <= found <= 2.5:
-        raise InputError("is out of range", file=file, field="speed", value=value, allowed="0.3 to 2.5 m/s")
-    return float(found)
 
 
 def _table(

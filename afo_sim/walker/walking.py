@@ -155,7 +155,9 @@ def walk(
                 push.force for push in pushes if push.time - 1e-9 <= now < push.time + PUSHED - 1e-9
             )
             if body.ids is not None:
-                _command(body, data, board(recorder.seen(data)))
+                coils = board(recorder.seen(data))
+                for valve, number in body.ids.valves.items():
+                    data.ctrl[number] = coils.get(valve, 0.0)
             try:
                 mujoco.mj_step(model, data, nstep=steps)
             except mujoco.FatalError as error:
@@ -185,12 +187,6 @@ def _fill(body: Body, data: mujoco.MjData) -> None:
     data.ctrl[:] = ctrl
     data.ctrl[list(body.ids.chambers.values())] = supply
     native.step_back(body.model, data)
-
-
-def _command(body: Body, data: mujoco.MjData, coils: Mapping[str, float]) -> None:
-    assert body.ids is not None
-    for valve, number in body.ids.valves.items():
-        data.ctrl[number] = coils.get(valve, 0.0)
 
 
 class _Recorder:
