@@ -33,6 +33,20 @@ def read(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, n
     return time[order], np.concatenate(values)[order]
 
 
+def lists(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, list[list]]:
+    """(time [ns], lists of values) of a component that may be empty at some times, in order of time."""
+    import rerun as rr
+
+    stream = rr.chunk.RrdReader(str(file)).stream()
+    chunks = stream.filter(content=entity, is_static=False, components=component).to_chunks()
+    pairs = []
+    for batch in (chunk.to_record_batch() for chunk in chunks):
+        time = batch.column("sim_time").cast(pa.int64()).to_pylist()
+        pairs += zip(time, batch.column(component).to_pylist(), strict=True)
+    pairs.sort(key=lambda pair: pair[0])
+    return np.array([pair[0] for pair in pairs]), [pair[1] for pair in pairs]
+
+
 def rerun(*arguments: str) -> subprocess.CompletedProcess[str]:
     name = "rerun.exe" if sys.platform == "win32" else "rerun"
     binary = pathlib.Path(rerun_cli.__file__).with_name(name)

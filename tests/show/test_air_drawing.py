@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import afo_sim as afo
-from afo_sim.common import InputError
 from afo_sim.description import AMBIENT
 from afo_sim.model import AirEdge, AirScheme, conductance
 from afo_sim.model.air_scheme import AirNode
@@ -321,27 +320,3 @@ def test_files_and_what_the_command_tells(
     assert pathlib.Path("a.pdf").read_bytes().startswith(b"%PDF")
     assert b"<svg" in pathlib.Path("a.svg").read_bytes()[:2000]
     assert call(capsys, "draw", "s1", "--view", "air")[0] == 0 and pathlib.Path("s1-air.pdf").is_file()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["s1", "--view", "airy"], "did you mean 'air'"),
-        (["s1", "--view", "air", "--out", "a.rrd"], ".png, .pdf, .svg"),
-        (["s1", "--view", "air", "--leg", "adult_75kg"], "has no effect"),
-        (["none", "--view", "air"], "has no muscle"),
-        (["s_1", "--view", "air"], "did you mean 's1'"),
-    ],
-)
-def test_wrong_input_is_told_and_nothing_is_written(
-    arguments: list[str],
-    says: str,
-    tmp_path: pathlib.Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    code, _, said = call(capsys, "draw", *arguments)
-    assert (code, list(tmp_path.iterdir())) == (2, []) and says in said
-    with pytest.raises(InputError, match="is not a valid view"):
-        afo.draw("s1", view="water")  # type: ignore[call-overload]

@@ -257,6 +257,11 @@ def test_the_command_writes_all_that_is_asked_for(
         (["none"], "has no muscle"),
         (["s1", "--leg", "adlut_75kg"], "did you mean 'adult_75kg'"),
         (["s1", "--out", "/proc/nowhere/a.pdf"], "cannot be written to"),
+        (["s1", "--view", "airy"], "did you mean 'air'"),
+        (["s1", "--view", "air", "--out", "a.rrd"], ".png, .pdf, .svg"),
+        (["s1", "--view", "air", "--leg", "adult_75kg"], "has no effect"),
+        (["none", "--view", "air"], "has no muscle"),
+        (["s_1", "--view", "air"], "did you mean 's1'"),
     ],
 )
 def test_wrong_input_is_told_and_nothing_is_written(
@@ -285,3 +290,5 @@ def test_an_orthosis_object_is_drawn_and_an_unknown_file_is_refused(
     for name in ("empty.toml", "binary.toml", "nowhere.toml"):
         with pytest.raises(InputError):
             afo.draw(tmp_path / name)
+    with pytest.raises(InputError, match="is not a valid view"):
+        afo.draw("s1", view="water")  # type: ignore[call-overload]

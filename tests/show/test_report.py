@@ -1,8 +1,6 @@
 """The report: one file that needs nothing else, says what was run, and compares."""
 
 import dataclasses
-import html
-import html.parser
 import pathlib
 import re
 import shutil
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command import call
+from pages import Page
 from synthetic_walk import AMPLITUDE, MASS, STEP, TOE_OFF, walk_columns, with_orthosis
 
 import afo_sim
@@ -26,39 +25,6 @@ from afo_sim.show.report import page, read_runs, remarks
 from afo_sim.show.run_view import PHASE
 from afo_sim.show.style import plain
 from afo_sim.simulation import Recording
-
-
-class Reader(html.parser.HTMLParser):
-    """Text, attributes and balance of a page."""
-
-    VOID = ("meta", "col", "br")
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.words: list[str] = []
-        self.attributes: list[tuple[str, str, str]] = []
-        self.open: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.attributes += [(tag, name, value or "") for name, value in attrs]
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.attributes += [(tag, name, value or "") for name, value in attrs]
-
-    def handle_endtag(self, tag: str) -> None:
-        while self.open and self.open[-1] in ("tr", "td", "th", "li", "p") and self.open[-1] != tag:
-            self.open.pop()
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.words.append(data)
-
-    @property
-    def text(self) -> str:
-        return " ".join(" ".join(self.words).split())
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +46,7 @@ def shown(label: str = "run", columns: dict[str, np.ndarray] | None = None) -> R
 
 
 def test_the_page_refers_to_nothing_outside_itself(compared: str) -> None:
-    reader = Reader(compared)
+    reader = Page(compared)
     assert reader.open == []
     for tag, name, value in reader.attributes:
         assert tag not in ("script", "link", "img", "iframe", "object", "base"), tag
@@ -137,7 +103,7 @@ def test_the_same_runs_give_the_same_page(folders: dict[str, pathlib.Path], comp
 
 
 def test_it_names_runs_words_numbers_units_warnings_and_sources(compared: str) -> None:
-    text = Reader(compared).text
+    text = Page(compared).text
     for said in (
         "Walking with a drop foot: no orthosis, S1's orthosis",
         "drop foot, with healthy tissue",
@@ -184,7 +150,7 @@ def test_an_undefined_number_is_left_out_with_its_reason(folders: dict[str, path
     never = sitting.recording.metrics | {"rise_time": Metric(float("nan"), "s")}
     still = never | {"range_of_motion": Metric(3e-14, "deg")}
     runs = [dataclasses.replace(sitting, recording=dataclasses.replace(sitting.recording, metrics=still))]
-    text = Reader(page([*runs, sitting])).text
+    text = Page(page([*runs, sitting])).text
     assert "– (never rises)" in text
     assert "– (does not move)" in text
     assert "nan" not in text.lower().split()
@@ -192,7 +158,7 @@ def test_an_undefined_number_is_left_out_with_its_reason(folders: dict[str, path
 
 def test_a_sitting_run_has_its_curves_over_time(folders: dict[str, pathlib.Path]) -> None:
     text = page(read_runs([folders["sitting"]]))
-    said = Reader(text).text
+    said = Page(text).text
     assert said.index("ankle angle") < said.index("Scenario")
     assert "over the gait cycle" not in said
     assert "knee at 90°" in said
@@ -205,7 +171,7 @@ def test_a_sitting_run_has_its_curves_over_time(folders: dict[str, pathlib.Path]
 def test_a_walk_without_a_whole_stride_is_shown_over_time(tmp_path: pathlib.Path) -> None:
     short = {"duration": "0.5 s", "gait.settled": "walked"}
     afo_sim.run("walk-dropfoot-afo", short).save(tmp_path, rrd=False)
-    said = Reader(page(read_runs([tmp_path]))).text
+    said = Page(page(read_runs([tmp_path]))).text
     assert said.index("ankle angle") < said.index("Scenario")
     assert "No whole stride follows the first" in said
 
@@ -232,7 +198,7 @@ def test_names_are_escaped_wherever_they_stand(
     scenario = runs[0].recording.scenario | {"description": "<i>words</i>", "name": "<script>"}
     recording = dataclasses.replace(runs[0].recording, scenario=scenario, warnings=("<u>careful</u>",))
     text = page([dataclasses.replace(runs[0], recording=recording), runs[1]])
-    reader = Reader(text)
+    reader = Page(text)
     assert not [tag for tag, name, _ in reader.attributes if name == "onclick"]
     assert evil in reader.text
     assert not re.search(r"<(b|i|u|script)[ >]", text)
@@ -497,13 +463,13 @@ def test_a_gait_that_has_vanished_is_told_once_and_the_report_is_whole(
     assert err.startswith("note: the gait file mine.csv is not there any more")
     assert err.count("\n") == 1
     text = pathlib.Path("a/report.html").read_text(encoding="utf-8")
-    assert Reader(text).text.count("mine.csv is not there any more") == 1
+    assert Page(text).text.count("mine.csv is not there any more") == 1
     assert text.count("<svg role") == 6  # its curves are the recording's
 
 
 def test_what_the_terminal_notes_stands_in_the_report(compared: str) -> None:
     """A derived path, a cuff that is assumed: each beside the run that it is of."""
-    text = Reader(compared).text
+    text = Page(compared).text
     assert text.count("path of this gait is derived") == 1  # of both runs
     assert "cuff's compliance is assumed" in text
 
@@ -518,7 +484,7 @@ def test_walking_beside_sitting_is_told_once(
     assert code == 0
     note = "note: walking and not walking: each kind has its own figures"
     assert [note in line for line in err.splitlines() if "note:" in line] == [True]  # beside it, progress
-    shown = Reader(out.read_text(encoding="utf-8")).text
+    shown = Page(out.read_text(encoding="utf-8")).text
     assert shown.count("Walking and not walking: each kind has its own figures") == 2  # in short and in full
     assert "More over time" in shown and "More over the gait cycle" in shown
     said = call(capsys, "report", folders["bare"], folders["worn"], "--out", out)[2]

@@ -1,13 +1,13 @@
 """The report as a page: read on a telephone, on paper, by ear, and without colours."""
 
 import html
-import html.parser
 import itertools
 import pathlib
 import re
 
 import pytest
 from colour_vision import contrast
+from pages import Page
 
 from afo_sim.show import STYLE, WIDTH
 from afo_sim.show.report import headed, page, read_runs
@@ -21,47 +21,22 @@ def text(folders: dict[str, pathlib.Path]) -> str:
     return page(read_runs(list(folders.values())))
 
 
-class Outline(html.parser.HTMLParser):
-    """Tags of a page with their attributes, and the open ones about each."""
-
-    VOID = ("meta", "col", "br", "use", "path", "rect")
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[tuple[str, dict[str, str]]] = []
-        self.seen: list[tuple[str, dict[str, str], list[tuple[str, dict[str, str]]]]] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        found = {name: value or "" for name, value in attrs}
-        self.seen.append((tag, found, list(self.open)))
-        if tag not in self.VOID:
-            self.open.append((tag, found))
-
-    def handle_endtag(self, tag: str) -> None:
-        while self.open and self.open.pop()[0] != tag:
-            pass
-
-    def all(self, tag: str) -> list[tuple[dict[str, str], list[tuple[str, dict[str, str]]]]]:
-        return [(found, about) for name, found, about in self.seen if name == tag]
-
-
 def test_every_table_scrolls_in_a_named_box_and_has_heads(text: str) -> None:
-    outline = Outline(text)
-    tables = outline.all("table")
+    seen = Page(text).seen
+    tables = [about for tag, _, about in seen if tag == "table"]
     assert len(tables) >= 3
-    for _, about in tables:
+    for about in tables:
         box = next(found for tag, found in reversed(about) if tag == "div")
         assert "scroll" in box["class"].split()
         assert (box["role"], box["tabindex"]) == ("region", "0")
         assert box["aria-label"]
     assert text.count("<thead>") == len(tables)
-    for found, _ in outline.all("th"):
+    for found in (found for tag, found, _ in seen if tag == "th"):
         assert found.get("scope") in ("col", "row", "rowgroup"), found
 
 
 def test_headings_go_down_one_step_at_a_time(text: str) -> None:
-    levels = [int(tag[1]) for tag, _, _ in Outline(text).seen if re.fullmatch(r"h[1-6]", tag)]
+    levels = [int(tag[1]) for tag, _, _ in Page(text).seen if re.fullmatch(r"h[1-6]", tag)]
     assert levels[0] == 1 and levels.count(1) == 1
     assert all(after - before <= 1 for before, after in itertools.pairwise(levels))
 

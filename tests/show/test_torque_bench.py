@@ -95,53 +95,51 @@ def test_command_takes_an_orthosis_for_each_group(
     assert len({each.type.total_length for each in fitted.values()}) == len(groups)
 
 
+S1 = ("--orthosis", "s1")
+
+
 @pytest.mark.parametrize(
-    "options",
+    ("options", "text"),
     [
-        ("--orthosis", "s3"),
-        ("--orthosis", "none"),
-        ("--orthosis", "s1", "--fit", "stiffness"),
-        ("--orthosis", "s1", "--fit", ""),
-        ("--orthosis", "s1", "--hold-out", "pres"),
-        ("--orthosis", "s1", "--chamber", "front"),
-        ("--orthosis", "s1", "--torque", "whole"),
-        ("--orthosis", "s1", "--rate", "angle"),
-        ("--orthosis", "s1", "--rate", "speed=1 deg/s"),
-        ("--orthosis", "a=s1"),
-        ("--orthosis", "s1", "--orthosis", "s1"),
+        *(
+            (options, None)
+            for options in (
+                ("--orthosis", "s3"),
+                ("--orthosis", "none"),
+                (*S1, "--fit", "stiffness"),
+                (*S1, "--fit", ""),
+                (*S1, "--hold-out", "pres"),
+                (*S1, "--chamber", "front"),
+                (*S1, "--torque", "whole"),
+                (*S1, "--rate", "angle"),
+                (*S1, "--rate", "speed=1 deg/s"),
+                ("--orthosis", "a=s1"),
+                (*S1, *S1),
+            )
+        ),
+        *((S1, text) for text in ("", "angle [deg]\n", "\0", "angle [deg],pressure [bar],torque [N*m]\n")),
     ],
 )
 def test_command_refuses_with_exit_2_and_writes_nothing(
-    options: tuple[str, ...], bench: pathlib.Path, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
+    options: tuple[str, ...],
+    text: str | None,
+    bench: pathlib.Path,
+    tmp_path: pathlib.Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    if text is not None:
+        bench = tmp_path / "x.csv"
+        bench.write_text(text)
     code, _, complaint = call(capsys, "fit-torque", bench, *options, "--out", tmp_path / "x")
     assert code == 2
     assert complaint.startswith("afo-sim: ") and complaint.strip().count("\n") == 0
     assert not (tmp_path / "x").exists()
 
 
-@pytest.mark.parametrize("text", ["", "angle [deg]\n", "\0", "angle [deg],pressure [bar],torque [N*m]\n"])
-def test_command_refuses_what_is_no_table(
-    text: str, tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "x.csv"
-    file.write_text(text)
-    code, _, complaint = call(capsys, "fit-torque", file, "--orthosis", "s1", "--out", tmp_path / "x")
-    assert code == 2 and complaint.startswith("afo-sim: ")
-
-
 @pytest.mark.slow
 def test_figure_shows_every_reading_and_the_fit(
-    bench: pathlib.Path, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+    bench: pathlib.Path, tmp_path: pathlib.Path, drawn: list[Figure]
 ) -> None:
-    drawn: list[Figure] = []
-    save = Figure.savefig
-
-    def kept(self: Figure, *place: object, **options: object) -> None:
-        drawn.append(self)
-        save(self, *place, **options)
-
-    monkeypatch.setattr(Figure, "savefig", kept)
     found = fit_torque(bench, "s1", hold_out="angle")
     assert [path.suffix for path in write_torque_figure(found, tmp_path)] == [".png", ".pdf"]
     torque, residuals, profile, *_ = drawn[0].axes

@@ -101,13 +101,9 @@ def test_tube_encloses_the_braids_volume() -> None:
 
 
 def test_valve_lanes_and_events(file: pathlib.Path, seated: Recording) -> None:
-    import rerun as rr
-
     time, _ = read(file, "/valves/dorsiflexor_inlet", "StateChange:state")
     assert (time // 1_000_000).tolist() == [0, 4, 4004, 8004, 12004]  # ms
-    chunks = rr.chunk.RrdReader(str(file)).stream().filter(content="/events/run").to_chunks()
-    batches = [c.to_record_batch() for c in chunks]
-    texts = [t for b in batches for row in b.column("TextLog:text").to_pylist() for t in row]
+    texts = read(file, "/events/run", "TextLog:text")[1].ravel().tolist()
     assert any("dorsiflexor inlet opens" in t for t in texts)
     highest = np.degrees(seated["ankle/angle"].max())
     assert any(f"greatest dorsiflexion: {highest:.1f}" in t for t in texts)

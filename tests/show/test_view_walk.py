@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pyarrow as pa
 import pytest
-from rerun_files import needs_vulkan, read, rerun
+from rerun_files import lists, needs_vulkan, read, rerun
 
 import afo_sim
 from afo_sim.description import load
@@ -60,20 +60,6 @@ def row_numbers(run: Recording, time: np.ndarray) -> np.ndarray:
 def nanoseconds(run: Recording, rows: np.ndarray) -> np.ndarray:
     """Times of rows, as Rerun counts them."""
     return np.round(1e9 * run["time"][rows]).astype(np.int64)
-
-
-def lists(file: pathlib.Path, entity: str, component: str) -> tuple[np.ndarray, list[list]]:
-    """(time [ns], lists of values) of a component that may be empty at some times, in order of time."""
-    import rerun as rr
-
-    stream = rr.chunk.RrdReader(str(file)).stream()
-    chunks = stream.filter(content=entity, is_static=False, components=component).to_chunks()
-    pairs = []
-    for batch in (chunk.to_record_batch() for chunk in chunks):
-        time = batch.column("sim_time").cast(pa.int64()).to_pylist()
-        pairs += zip(time, batch.column(component).to_pylist(), strict=True)
-    pairs.sort(key=lambda pair: pair[0])
-    return np.array([pair[0] for pair in pairs]), [pair[1] for pair in pairs]
 
 
 def entities(file: pathlib.Path) -> set[str]:
@@ -275,8 +261,6 @@ def test_the_viewer_plays_all_strides_over_and_over(bare: Recording) -> None:
 
 def test_a_toe_that_drags_does_not_make_stance_of_swing(tmp_path: pathlib.Path) -> None:
     """In contact: one stance and one swing a stride, by the recorded ground, as the metrics count them."""
-    import rerun as rr
-
     from afo_sim.show.rerun.walk_scene import SUNK
 
     run = afo_sim.run(
@@ -293,8 +277,7 @@ def test_a_toe_that_drags_does_not_make_stance_of_swing(tmp_path: pathlib.Path) 
     # the lowest toe of the swing is the dragging one, drawn in red
     lowest = np.where(stands, np.inf, run["toe/height"]).argmin()
     assert dragged[lowest]
-    chunks = rr.chunk.RrdReader(str(file)).stream().filter(content="/events/run").to_chunks()
-    texts = [str(row) for c in chunks for row in c.to_record_batch().column("TextLog:text").to_pylist()]
+    texts = read(file, "/events/run", "TextLog:text")[1].ravel().tolist()
     told = f"toe lowest in swing: {1e3 * run['toe/height'][lowest]:.0f} mm"
     assert any(told in text for text in texts), texts
     time, _ = lists(file, "/world/trail/toe", "LineStrips3D:strips")

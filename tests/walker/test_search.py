@@ -10,7 +10,6 @@ from afo_sim.common import InputError
 from afo_sim.physics import GAINS
 from afo_sim.walker import (
     Cost,
-    Falls,
     Found,
     Free,
     build_body,
@@ -61,12 +60,6 @@ def test_pushes_are_as_many_forward_as_backward() -> None:
     pushes = pushes_at(10.0, 5)
     assert abs(sum(push.force for push in pushes)) <= 50.0
     assert [push.time for push in pushes] != [push.time for push in pushes_at(10.0, 6)]
-
-
-def test_the_interval_of_falls_is_wilsons() -> None:
-    # Wilson's interval at 95 %: 1 of 8 gives 2.24 to 47.09 %, 0 of 20 gives 0 to 16.11 % (Newcombe 1998)
-    assert Falls(1, 8).interval == pytest.approx((0.0224, 0.4709), abs=2e-4)
-    assert Falls(0, 20).interval == pytest.approx((0.0, 0.1611), abs=2e-4)
 
 
 def test_falls_do_not_depend_on_threads() -> None:
