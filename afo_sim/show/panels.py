@@ -272,6 +272,7 @@ def legend(figure: Any, axes: Iterable[Any], columns: int = 3) -> None:
 # The air before and behind the chambers: volumes, flow of the supply, the source.
 _THIN = 0.75  # of the lines of volumes beside chambers
 _VALVE_END = (0, (4, 1.5))  # of the line of a tube's other end, in its chamber's colour
+_NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
 _FLOWS = {  # of an orthosis' air: name, colour, style
     "supply/mass_flow": ("from the supply", BLUE, "-"),
     "exhaust/mass_flow": ("to the ambient air", ORANGE, (0, (3, 1))),
@@ -296,7 +297,7 @@ def volumes(axis: Any, run: RunView, over: Over) -> None:
 
 def has_flow(run: RunView) -> bool:
     """Whether a run has an air path, and tells the flow into it and out of it."""
-    return run.has_network and tells_flow(run)
+    return tells_flow(run) and any(name.startswith(_NETWORK) for name in run.recording.columns)
 
 
 def tells_flow(run: RunView) -> bool:

@@ -127,21 +127,16 @@ def sources(runs: Sequence[RunView]) -> Iterator[str]:
         yield _DEFINITIONS
     if any(run.recording.scenario["leg"].get("passive") for run in runs):
         yield "Passive ankle: Riener & Edrich 1999."
-    yield from (f"Muscle {text}" for text in _muscles(runs))
-    versions = runs[0].recording.versions.items()
-    yield f"Computed with {' · '.join(f'{name} {version}' for name, version in versions)}"
-
-
-def _muscles(runs: Sequence[RunView]) -> list[str]:
-    """Each muscle used, with the grade of its data and its force law."""
-    found = []
+    muscles: dict[str, None] = {}
     for run in runs:
         for group in run.recording.scenario["orthosis"].get("muscle", {}).values():
             muscle = group["type"]
             law = muscle["law"].replace("_", " ")
             name = unchanged(muscle.get("description") or "")[0] or muscle["name"]
-            found.append(f"{name}: data of grade {muscle.get('grade')}, force law {law}")
-    return list(dict.fromkeys(found))
+            muscles[f"Muscle {name}: data of grade {muscle.get('grade')}, force law {law}"] = None
+    yield from muscles
+    versions = runs[0].recording.versions.items()
+    yield f"Computed with {' · '.join(f'{name} {version}' for name, version in versions)}"
 
 
 def _gaits_of(runs: Sequence[RunView]) -> list[str]:

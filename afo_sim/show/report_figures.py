@@ -30,12 +30,16 @@ Draw = Callable[[Sequence[Any], Sequence[RunView]], None]  # on a figure for eac
 
 @dataclass(frozen=True)
 class _Drawing:
-    """One figure of a report, with its caption."""
+    """One figure of a report; `explained` names the parts of its caption that the page has."""
 
     panels: tuple[str, ...]
     keys: tuple[tuple[str, str], ...]
-    title: str
-    text: str
+    explained: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        """Of what it shows."""
+        return _TITLES[self.explained[0]]
 
 
 def svg(name: str, title: str, figure: Any, words: str = "") -> str:
@@ -211,89 +215,51 @@ def draw_over_time(figures: Sequence[Any], runs: Sequence[RunView]) -> None:
         axis.set_xlabel("time [s]")
 
 
-_WALK = (
-    "Toe clearance and ankle angle",
-    "Clearance: the lowest of heel, ball, pulp and tip of the outsole in swing, above the floor on which the "
-    "same outsole stands flat. The dot is the toe clearance: the minimum while the foot's forward speed is "
-    "in its upper quartile. Its band is that of the toes' extension in swing, which is assumed. Below the "
-    "floor is a trip, unless this foot with the recorded ankle angle is there, too. Ankle angle, grey: the "
-    "spread of four published means (of laboratories, not of people), children's among them. Dashed: the "
-    "recorded walking that drives the run. From heel strike (0 %) to the next one of the same foot (100 %). "
-    "Lines: mean of the strides that count. Bands around them: lowest to highest of these strides. The "
-    "strides before walking has settled are left out.",
-)
-_MOMENT = (
-    "Whole internal ankle moment, and the ball of the foot in swing",
-    "The moment is the sum of muscles, tissue and orthosis. Grey: the spread of two published means, one of "
-    "children. The ball is drawn as the toe is on the first page.",
-)
-_PRESSURES = (
-    "Pressures and valves",
-    "Pressure in each chamber above the surrounding air, and the opening of its valves.",
-)
-_FLOW = (
-    " Thin: volumes on the way from the supply to the chambers. Air flow: what the supply gives and what "
-    "leaves to the ambient air, in litres of free air (ANR: 20 °C, 1 bar)."
-)
-_SOURCES = (
-    "Source of air",
-    "What is in the bottle, cartridge or tank over time: its pressure above the surrounding air, its mass, "
-    "and its temperature.",
-)
-_MUSCLES = (
-    "Muscles, cuff and plate",
-    "Contraction: solid the muscle's own, dotted where it is slack; thin that which its path would give on "
-    "a rigid cable, cuff and plate. Where a muscle is shorter than its path asks, they give; where it is "
-    "longer, its cable hangs slack. The mounting gives along the pull of all muscles on it.",
-)
-_TORQUE = (
-    "Torque needed and torque available",
-    "Needed: the torque of a healthy ankle's muscles in this walking, less the torque that the patient's own "
-    "muscles still give. Orthosis torque outside the grey area is not needed there. Of a patient's own walk "
-    "no need is known: no healthy ankle is in it.",
-)
-_WORK = (
-    "Power and work of the orthosis",
-    "Torque times ankle velocity, per kilogram of body mass: given to the ankle, or taken from it as by a "
-    "brake.",
-)
-_TIME = ("Angle and moments over time", "Of several runs, the moment is the orthosis'.")
+_TITLES = {  # of what the page explains
+    "walk": "Toe clearance and ankle angle",
+    "moment": "Whole internal ankle moment, and the ball of the foot in swing",
+    "pressures": "Pressures and valves",
+    "sources": "Source of air",
+    "muscles": "Muscles, cuff and plate",
+    "torque": "Torque needed and torque available",
+    "work": "Power and work of the orthosis",
+    "time": "Angle and moments over time",
+}
 
 
 def figures_over_cycle(runs: Sequence[RunView]) -> Iterator[_Drawing]:
     """The figures of runs that walk at least one whole stride."""
     worn = [run for run in runs if run.has_orthosis]
-    yield _figure("walk", 2, 1.9, draw_walk, runs, _WALK)
-    yield _figure("moment", 2, 2.6, draw_moment, runs, _MOMENT)
+    yield _figure("walk", 2, 1.9, draw_walk, runs, "walk")
+    yield _figure("moment", 2, 2.6, draw_moment, runs, "moment")
     if worn:
         yield _pressures("pressures", worn, "cycle")
-        yield _figure("muscles", len(worn), _muscles_tall(worn), draw_muscles, worn, _MUSCLES)
+        yield _figure("muscles", len(worn), _muscles_tall(worn), draw_muscles, worn, "muscles")
     known = [run for run in runs if run.has_orthosis or NEEDED_MOMENT in run.recording.columns]
     if known:
-        yield _figure("torque", len(known), 2.8, draw_torque, known, _TORQUE)
+        yield _figure("torque", len(known), 2.8, draw_torque, known, "torque")
     if worn:
-        yield _figure("work", 2, 2.6, draw_work, worn, _WORK)
+        yield _figure("work", 2, 2.6, draw_work, worn, "work")
     yield from _sources(runs)
 
 
 def figures_over_time(runs: Sequence[RunView]) -> Iterator[_Drawing]:
     """The figures of all other runs."""
     worn = [run for run in runs if run.has_orthosis]
-    yield _figure("time", 2, 2.6, draw_over_time, runs, _TIME)
+    yield _figure("time", 2, 2.6, draw_over_time, runs, "time")
     if worn:
         yield _pressures("air", worn, "time")
-        yield _figure(
-            "fibres", len(worn), _muscles_tall(worn), partial(draw_muscles, over="time"), worn, _MUSCLES
-        )
+        draw = partial(draw_muscles, over="time")
+        yield _figure("fibres", len(worn), _muscles_tall(worn), draw, worn, "muscles")
     yield from _sources(runs)
 
 
 def _pressures(name: str, runs: Sequence[RunView], over: Over) -> _Drawing:
     """Pressures and valves, with the air's flow where any run has an air path."""
     flowing = any(panels.has_flow(run) for run in runs)
-    caption = (_PRESSURES[0], _PRESSURES[1] + (_FLOW if flowing else ""))
-    height = 4.2 if flowing else 3.1
-    return _figure(name, len(runs), height, partial(draw_pressures, over=over), runs, caption)
+    height, explained = (4.2, ("pressures", "flow")) if flowing else (3.1, ("pressures",))
+    draw = partial(draw_pressures, over=over)
+    return _figure(name, len(runs), height, draw, runs, *explained)
 
 
 def _sources(runs: Sequence[RunView]) -> Iterator[_Drawing]:
@@ -301,7 +267,7 @@ def _sources(runs: Sequence[RunView]) -> Iterator[_Drawing]:
     with_source = [run for run in runs if run.source]
     if with_source:
         kind = "walked" if with_source[0].walks else "sat"
-        yield _figure(f"sources-{kind}", 3, 2.2, draw_sources, with_source, _SOURCES)
+        yield _figure(f"sources-{kind}", 3, 2.2, draw_sources, with_source, "sources")
 
 
 def _muscles_tall(runs: Sequence[RunView]) -> float:
@@ -310,7 +276,7 @@ def _muscles_tall(runs: Sequence[RunView]) -> float:
 
 
 def _figure(
-    name: str, count: int, height: float, draw: Draw, runs: Sequence[RunView], caption: tuple[str, str]
+    name: str, count: int, height: float, draw: Draw, runs: Sequence[RunView], *explained: str
 ) -> _Drawing:
     """Draw panels that need nothing outside themselves, and their common legend; units: height [inch]."""
     from matplotlib.figure import Figure  # and not pyplot: no display, nothing global
@@ -318,7 +284,7 @@ def _figure(
     with styled(**{"svg.fonttype": "path", "svg.hashsalt": name}):
         figures = [Figure(figsize=(WIDTH, height), layout="constrained") for _ in range(count)]
         draw(figures, runs)
-        drawn = tuple(svg(f"{name}{k}", caption[0], figure) for k, figure in enumerate(figures, 1))
+        drawn = tuple(svg(f"{name}{k}", _TITLES[explained[0]], figure) for k, figure in enumerate(figures, 1))
         found = panels.keys(axis for figure in figures for axis in figure.axes)
         samples = [_sample(f"{name}-key{k}", handle) for k, handle in enumerate(found.values(), 1)]
-    return _Drawing(drawn, tuple(zip(samples, map(_unescaped, found), strict=True)), *caption)
+    return _Drawing(drawn, tuple(zip(samples, map(_unescaped, found), strict=True)), explained)

@@ -30,8 +30,6 @@ _OPENING = r"valve/([\w-]+)/opening"
 _SIDES = {"inlet": 1.0, "outlet": 0.5}  # valves of a chamber, with the opacity of their lanes
 SET_PRESSURE = "supply/set_pressure"
 
-_NETWORK = ("volume/", "store/", "restriction/")  # begin the columns of an air path
-
 Over = Literal["time", "cycle"]  # the abscissa
 
 
@@ -142,11 +140,6 @@ class RunView:
         """Where the columns of its bottle, cartridge or tank stand, "store/source"; "" where it has none."""
         kinds = (f"{kind}/{SOURCE}" for kind in ("store", "volume"))
         return next((kind for kind in kinds if f"{kind}/pressure" in self.recording.columns), "")
-
-    @property
-    def has_network(self) -> bool:
-        """True where something lies between endless air and the valves, or behind them."""
-        return any(name.startswith(_NETWORK) for name in self.recording.columns)
 
     @property
     def gas(self) -> Gas:

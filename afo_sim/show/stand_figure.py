@@ -42,7 +42,10 @@ def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: p
                     axis.set_axis_off()
                 continue
             fill(own, trials[k], compared[k] if compared else None)
-            own[0].set_title(_title(trials[k]), loc="left")
+            plan = trials[k].plan
+            lines = [f"{plain(plan.muscle.name)} · {kind}{', formula' * trials[k].static}", plan.muscle.law]
+            lines += [plan.muscle.friction] if plan.muscle.friction != "none" else []
+            own[0].set_title("\n".join(lines), loc="left")
             own[0].tick_params(labelbottom=True, labelleft=True)
             if not same or k == across - 1:
                 _legend(own[0], trials[k], compared)
@@ -59,13 +62,6 @@ def draw_replay(found: Replay, path: pathlib.Path) -> None:
             axis.set_ylabel(label)
         axes[0].legend()
         axes[-1].set_xlabel(SHOWN["time"][0])
-
-
-def _title(trial: Trial) -> str:
-    muscle = trial.plan.muscle
-    kind = f"{trial.plan.kind}{', formula' if trial.static else ''}"
-    lines = [f"{plain(muscle.name)} · {kind}", muscle.law]
-    return "\n".join(lines + ([muscle.friction] if muscle.friction != "none" else []))
 
 
 def colour(trial: Trial, curve: int) -> Any:

@@ -1,16 +1,19 @@
-"""The film of a response: its undisturbed walks in real time."""
+"""A response in motion: lines of its walkers, for film and viewer, and the film, in real time."""
 
 import pathlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from afo_sim.common import replacing
+from afo_sim.model import ANKLE, POINTS, SOLE
+from afo_sim.show.moving_parts import Mountings, joint_columns, padded
 from afo_sim.show.style import BLUE, ink, styled
 from afo_sim.show.walker_figure import look_of
-from afo_sim.show.walker_poses import poses
-from afo_sim.walker import CASES, Case, Response, walk_in_words
+from afo_sim.show.walking_figure import HEAD, TRUNK
+from afo_sim.walker import CASES, ROOT, SIDES, Case, Response, walk_in_words
 
 _PICTURES, _EVERY = 75, 0.08  # of the film, and time between them [s]
 _WIDE, _BEHIND, _TALL = 8.0, 0.6, 1.95  # walkway, its part behind the first place, height that is seen [m]
@@ -68,3 +71,42 @@ def _filmed(axis: Any, case: Case) -> Callable[[int], None]:
         words.set_text("" if fell is None or number * _EVERY < fell else walk_in_words(case))
 
     return move
+
+
+_SIDES = dict(zip(("left", "right"), reversed(SIDES), strict=True))  # what the model's names begin with
+
+
+def coordinates(case: Case) -> dict[str, np.ndarray]:
+    """The columns of a walk by the names of the model's coordinates, qpos/… and time."""
+    found, kept = {"time": case.walked["time"]}, case.walked.columns
+    for column in joint_columns(case.walked.body.model):
+        name = column.removeprefix("qpos/")
+        own = name.replace("left_", "left/") if name.startswith("left_") else f"right/{name}"
+        found[column] = kept[f"trunk/{name}" if name in ROOT else own]
+    return found
+
+
+def poses(case: Case, rows: Iterable[int]) -> dict[str, np.ndarray]:
+    """A walker's lines at some rows, each (n, places, 3), x forward, y left, z up [m]."""
+    body, kept = case.walked.body, coordinates(case)
+    model = body.model
+    data, moved, trunk = mujoco.MjData(model), Mountings(model, {}, ()), model.body("trunk").id
+    up = 1.75 * body.size.taller * np.array([[0.0], [TRUNK], [TRUNK + HEAD]])
+    found: dict[str, list[np.ndarray]] = {}
+    for row in rows:
+        moved.pose(data, lambda name, row=row: float(kept[name][row]))  # type: ignore[misc]
+        legs = {}
+        for side, prefix in _SIDES.items():
+            joints = [data.xanchor[model.joint(f"{prefix}{name}").id] for name in ("hip", "knee", ANKLE)]
+            sole = [data.site(f"{prefix}{SOLE}{point}").xpos for point in POINTS]
+            legs[side] = np.array([*joints, *sole, joints[-1]])
+        hip = 0.5 * (legs["left"][0] + legs["right"][0])
+        now = {"left": legs["left"], "trunk": hip + up * data.xmat[trunk][2::3], "right": legs["right"]}
+        points = data.wrap_xpos.reshape(-1, 3)
+        for name in body.ids.muscles if body.ids else ():
+            tendon = model.tendon(name).id
+            first = data.ten_wrapadr[tendon]
+            now[name] = points[first : first + data.ten_wrapnum[tendon]].copy()
+        for name, line in now.items():
+            found.setdefault(name, []).append(line)
+    return {name: padded(lines) for name, lines in found.items()}

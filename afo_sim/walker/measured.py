@@ -19,7 +19,6 @@ GAITS = ("slow", "natural", "fast")
 WALKED, PUSH_HORIZON = 20.0, 8.0  # [s]
 FORCE_WITHIN, FORCE_MOST = 0.25, 1.5  # of the norm's peak; 95th percentile of the load [body weights]
 STEP_WITHIN, ANGLES_WITHIN = 0.10, 2.5
-ENERGY_ERROR = 0.10  # of differences of metabolic cost, below which the model cannot tell [-]
 BOVI = "Bovi et al. 2011, Gait Posture 33(1):6-13"
 KAO = "Kao & Ferris 2009, Gait Posture, PMC2663810"
 GEBOERS = "Geboers et al. 2002, Arch. Phys. Med. Rehabil."

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 from command import Call
 
-from afo_sim.show.walker_poses import poses
+from afo_sim.show.walker_film import poses
 from afo_sim.walker import PICTURES, Response, in_brief, respond, table
 
 SCENARIO = "walk-dropfoot-afo"

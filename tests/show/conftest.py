@@ -43,9 +43,9 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reports with empty figures, for tests that read their words."""
     from afo_sim.show import report, report_figures
 
-    def empty(name: str, count: int, height: float, draw: Any, runs: Any, caption: tuple[str, str]) -> Any:
+    def empty(name: str, count: int, height: float, draw: Any, runs: Any, *explained: str) -> Any:
         keys = tuple(("", run.label) for run in runs)
-        return report_figures._Drawing(("<svg role='img'></svg>",) * count, keys, *caption)
+        return report_figures._Drawing(("<svg role='img'></svg>",) * count, keys, explained)
 
     monkeypatch.setattr(report_figures, "_figure", empty)
     monkeypatch.setattr(report, "walkers", lambda runs: [])

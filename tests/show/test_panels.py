@@ -86,7 +86,7 @@ def test_without_an_air_path_there_are_no_such_panels(seated: Recording) -> None
     from afo_sim.show.rerun.run_rows import from_recording
 
     run = alone(seated)
-    assert (run.volumes, run.source, run.has_network, run_figure.flows(run)) == ({}, "", False, [])
+    assert (run.volumes, run.source, run_figure.flows(run)) == ({}, "", [])
     assert set(lines(panel(panels.pressures, seated))) == {"supply", "dorsiflexor", "plantarflexor"}
     assert "/air" not in plots_of(curves(from_recording(seated)))
 

@@ -140,31 +140,31 @@ def _clearance(source: Source) -> list[Curve]:
 
 def compared_curves(source: Source, label: str, number: int, *, recorded: bool) -> list[Curve]:
     """A run's lines among other runs': one colour a run, and one line of it in each plot."""
-    colour = colours.of_run(number)
-    found = [Curve(f"angle/{label}", label, colour, "ankle/angle")]
+    colour, found = colours.of_run(number), list[Curve]()
+
+    def draw(plot: str, column: str, factor: float = 1.0) -> None:
+        found.append(Curve(f"{plot}/{label}", label, colour, column, factor))
+
+    draw("angle", "ankle/angle")
     if recorded:
         found.append(Curve("angle/recorded", "recorded", colours.HEALTHY, "gait/ankle_angle"))
         column = "gait/toe_height"
         found.append(Curve("clearance/recorded", "recorded", colours.HEALTHY, column, 1e3))
     if source.walks:
-        found.append(Curve(f"clearance/{label}", label, colour, "toe/height", 1e3))
-        found.append(Curve(f"moment/own/{label}", label, colour, "ankle/moment/biological"))
+        draw("clearance", "toe/height", 1e3)
+        draw("moment/own", "ankle/moment/biological")
     if source.named("muscle"):
-        found.append(Curve(f"moment/orthosis/{label}", label, colour, "ankle/moment/orthosis"))
+        draw("moment/orthosis", "ankle/moment/orthosis")
     for chamber in source.named("chamber"):
-        column = f"chamber/{chamber}/pressure"
-        found.append(Curve(f"pressure/{chamber}/{label}", label, colour, column, 1e-5))
+        draw(f"pressure/{chamber}", f"chamber/{chamber}/pressure", 1e-5)
     for muscle in source.named("muscle"):
         group, nth = muscle.rsplit("_", 1)
         if nth == "1":
-            found.append(Curve(f"force/{group}/{label}", label, colour, f"muscle/{muscle}/force"))
-            column = f"muscle/{muscle}/contraction"
-            found.append(Curve(f"contraction/{group}/{label}", label, colour, column, 100.0))
+            draw(f"force/{group}", f"muscle/{muscle}/force")
+            draw(f"contraction/{group}", f"muscle/{muscle}/contraction", 100.0)
     for anchor in source.named("cuff"):
-        name = WORN[anchor]
-        column = f"cuff/{anchor}/displacement"
-        found.append(Curve(f"mounting/gives/{name}/{label}", label, colour, column, 1e3))
-        found.append(Curve(f"mounting/pull/{name}/{label}", label, colour, f"cuff/{anchor}/force"))
+        draw(f"mounting/gives/{WORN[anchor]}", f"cuff/{anchor}/displacement", 1e3)
+        draw(f"mounting/pull/{WORN[anchor]}", f"cuff/{anchor}/force")
     return found
 
 

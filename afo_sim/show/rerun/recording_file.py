@@ -95,7 +95,9 @@ def write_comparison(folders: list[pathlib.Path], path: pathlib.Path, *, rate: f
     walking = any(source.walks for source in sources)
     root = f"{walk_scene.CARRIAGE}/runs" if walking else "world/runs"
     shown: list[RunScene] = []
-    for number, (label, source) in enumerate(zip(_labels(folders), sources, strict=True)):
+    names = [re.sub(r"[^\w.-]", "_", folder.resolve().name) for folder in folders]
+    labels = [n if names.count(n) == 1 else f"{n}_{k + 1}" for k, n in enumerate(names)]
+    for number, (label, source) in enumerate(zip(labels, sources, strict=True)):
         view = scene.stage(source, f"{root}/{label}", 1.0 if number == 0 else _GHOST)
         leader = next((other.walker for other in shown if other.walker), None)
         walker, first = None, source.walks and leader is None
@@ -195,9 +197,3 @@ def _ends(source: Source) -> Columns:
         blocks = list(source.read(list(GAIT), 1))
         rows |= {name: np.array([blocks[0][name][0], blocks[-1][name][-1]]) for name in GAIT}
     return rows
-
-
-def _labels(folders: list[pathlib.Path]) -> list[str]:
-    """Short, distinct names: the folders' own, numbered where two are alike."""
-    names = [re.sub(r"[^\w.-]", "_", folder.resolve().name) for folder in folders]
-    return [n if names.count(n) == 1 else f"{n}_{k + 1}" for k, n in enumerate(names)]

@@ -12,7 +12,7 @@ from afo_sim.show.rerun.layout import closed, space, time_plot
 from afo_sim.show.rerun.recording_file import recording
 from afo_sim.show.rerun.run_rows import send
 from afo_sim.show.rerun.texts import document
-from afo_sim.show.walker_poses import coordinates, poses
+from afo_sim.show.walker_film import coordinates, poses
 from afo_sim.walker import Case, Response, verdict
 
 _APART, _MARKS = 1.5, 0.5  # between walkers, between marks on the floor [m]
