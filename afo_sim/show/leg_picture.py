@@ -26,7 +26,12 @@ def draw_leg(leg: Tree, title: str, path: pathlib.Path) -> None:
                 for shape in part.shapes:
                     colour = _SKIN[FOOT if part.name in foot else SHANK]
                     _silhouette(axis, from_ankle(leg, part), shape, columns, colour)
-            _signs(axis, numbers, columns)
+            axis.axhline(0.0, color="0.85", lw=0.6, zorder=0)
+            axis.axvline(0.0, color="0.85", lw=0.6, zorder=0)
+            axis.plot(0.0, 0.0, "o", color=RED, ms=6, zorder=4, label="ankle" if columns[0] == 0 else None)
+            for segment, colour, word in ((numbers.shank, "#000000", "shank"), (numbers.foot, GREEN, "foot")):
+                look = {"color": colour, "label": f"centre of mass, {word}, {segment.mass:.3g} kg"}
+                axis.plot(*(1e3 * segment.centre[list(columns)]), "x", ms=7, mew=1.8, zorder=4, **look)
             _sole(axis, leg, columns)
             axis.set(xlabel=label, title=name)
             axis.margins(0.12)
@@ -58,17 +63,6 @@ def _silhouette(axis: Any, pose: np.ndarray, shape: Shape, columns: tuple[int, i
     except (QhullError, ValueError):  # all on a line
         return
     axis.fill(*points[hull].T, **look)
-
-
-def _signs(axis: Any, numbers: LegNumbers, columns: tuple[int, int]) -> None:
-    """Axes of the ankle, and the two centres of mass."""
-    axis.axhline(0.0, color="0.85", lw=0.6, zorder=0)
-    axis.axvline(0.0, color="0.85", lw=0.6, zorder=0)
-    axis.plot(0.0, 0.0, "o", color=RED, ms=6, zorder=4, label="ankle" if columns[0] == 0 else None)
-    for segment, colour, name in ((numbers.shank, "#000000", "shank"), (numbers.foot, GREEN, "foot")):
-        at = 1e3 * segment.centre[list(columns)]
-        label = f"centre of mass, {name}, {segment.mass:.3g} kg"
-        axis.plot(*at, "x", color=colour, ms=7, mew=1.8, zorder=4, label=label)
 
 
 def _sole(axis: Any, leg: Tree, columns: tuple[int, int]) -> None:

@@ -217,7 +217,12 @@ def write_video(
     for field, pixels in (("width", width), ("height", height)):
         if pixels < 2 or pixels % 2:
             raise InputError("is not a size of a picture", field=field, value=pixels, allowed="even, from 2")
-    program = _ffmpeg()
+    program = shutil.which("ffmpeg", path=child_environment().get("PATH"))
+    if program is None or not pathlib.Path(program).is_absolute():  # Windows takes the current folder first
+        raise InputError(
+            "videos are encoded by the program ffmpeg, which is not installed; install the package "
+            "ffmpeg (Debian, Ubuntu: apt install ffmpeg; macOS: brew install ffmpeg)"
+        )
     with ExitStack() as stack:
         painters = [
             stack.enter_context(Painter(run, pixels, height, figure, title))
@@ -288,16 +293,6 @@ def _moments(shot: _Shot, slow: float | None, rate: float) -> np.ndarray:
         return np.arange(count) / count
     start, end = run["time"][[0, -1]]
     return start + np.arange(int((end - start) * slow * rate + 1e-6) + 1) / (slow * rate)
-
-
-def _ffmpeg() -> str:
-    program = shutil.which("ffmpeg", path=child_environment().get("PATH"))
-    if program is None or not pathlib.Path(program).is_absolute():  # Windows takes the current folder first
-        raise InputError(
-            "videos are encoded by the program ffmpeg, which is not installed; install the package "
-            "ffmpeg (Debian, Ubuntu: apt install ffmpeg; macOS: brew install ffmpeg)"
-        )
-    return program
 
 
 @contextmanager

@@ -315,6 +315,7 @@ def test_files_and_what_the_command_tells(
     assert all(line in printed for line in ways(scheme))
     assert "3 bar" in scheme.nodes["supply"].lines
     with Image.open("a.png") as picture:
+        assert picture.size == pytest.approx([200.0 * side for side in page(scheme)[0]], abs=2)
         assert picture.convert("RGB").getpixel((5, 5)) == (255, 255, 255)
     assert pathlib.Path("a.png").stat().st_size < 150_000
     assert pathlib.Path("a.pdf").read_bytes().startswith(b"%PDF")

@@ -16,23 +16,18 @@ from afo_sim.simulation import Recording
 DRAWS = 120
 
 
-@pytest.fixture(scope="session")
-def walk(studied: Recording) -> Recording:
-    return studied
-
-
-def changed(walk: Recording, **facts: Any) -> Recording:
-    study = walk.studies["uncertainty"] | facts
-    return dataclasses.replace(walk, studies={"uncertainty": study})
+def changed(studied: Recording, **facts: Any) -> Recording:
+    study = studied.studies["uncertainty"] | facts
+    return dataclasses.replace(studied, studies={"uncertainty": study})
 
 
 def numbers(line: str) -> list[float]:
     return [float(x.replace("−", "-")) for x in re.findall(r"−?\d+\.?\d*", line)]
 
 
-def test_the_terminal_has_clearance_trips_and_what_to_measure(walk: Recording) -> None:
-    study = walk.studies["uncertainty"]
-    lines = bands.lines(walk)
+def test_the_terminal_has_clearance_trips_and_what_to_measure(studied: Recording) -> None:
+    study = studied.studies["uncertainty"]
+    lines = bands.lines(studied)
     assert len(lines) <= 6 and f"{DRAWS} draws" in lines[0]
     clearance = next(line for line in lines if "toe clearance" in line)
     own, low, _, high = (
@@ -49,10 +44,12 @@ def test_the_terminal_has_clearance_trips_and_what_to_measure(walk: Recording) -
     assert [name.replace("_", " ") in measure for name in study["measure_next"]] == [True] * 3
 
 
-def test_in_short_the_bands_are_those_of_the_whole(walk: Recording) -> None:
-    study = walk.studies["uncertainty"]
-    bands_line, measure = bands.brief(walk)
-    assert numbers(bands_line)[:2] == [5.0, 95.0] and measure in [line.strip() for line in bands.lines(walk)]
+def test_in_short_the_bands_are_those_of_the_whole(studied: Recording) -> None:
+    study = studied.studies["uncertainty"]
+    bands_line, measure = bands.brief(studied)
+    assert numbers(bands_line)[:2] == [5.0, 95.0] and measure in [
+        line.strip() for line in bands.lines(studied)
+    ]
     for name, words in (("toe_clearance", "toe clearance"), ("air_per_stride", "air")):
         low, _, high = study["metrics"][name]["quantiles"]
         (part,) = [each for each in re.split(r"[:;] ", bands_line) if each.startswith(words)]
@@ -60,64 +57,64 @@ def test_in_short_the_bands_are_those_of_the_whole(walk: Recording) -> None:
     assert "trip" in bands_line
 
 
-def test_in_short_the_draws_that_a_band_lacks_are_counted(walk: Recording) -> None:
-    study = walk.studies["uncertainty"]
+def test_in_short_the_draws_that_a_band_lacks_are_counted(studied: Recording) -> None:
+    study = studied.studies["uncertainty"]
     clearance = study["metrics"]["toe_clearance"] | {"undefined": 9}
-    lacking = changed(walk, metrics=study["metrics"] | {"toe_clearance": clearance}, draws=200)
+    lacking = changed(studied, metrics=study["metrics"] | {"toe_clearance": clearance}, draws=200)
     failed = changed(lacking, failed={"count": 3, "reasons": [{"count": 3, "reason": "it fell"}]})
     short = " ".join(bands.brief(failed))
     assert "undefined in 9 draws" in short and "3 of 200 draws failed" in short
 
 
-def test_no_trip_among_few_draws_is_not_told_as_none_at_all(walk: Recording) -> None:
-    trips = walk.studies["uncertainty"]["trips"]
+def test_no_trip_among_few_draws_is_not_told_as_none_at_all(studied: Recording) -> None:
+    trips = studied.studies["uncertainty"]["trips"]
     dry = trips | {"touch": trips["touch"] | {"share": 0.0}}
     for draws, at_most in ((20, 0.139), (500, 0.006)):  # 1 - 0.05^(1/n), where chance hides it once in 20
-        [told] = [x for x in bands.lines(changed(walk, trips=dry, draws=draws)) if "trip" in x]
+        [told] = [x for x in bands.lines(changed(studied, trips=dry, draws=draws)) if "trip" in x]
         assert numbers(told)[1] == pytest.approx(100.0 * at_most, rel=0.04)
         assert "none trips, at most" in told
 
 
-def test_nothing_is_told_where_nothing_was_drawn(walk: Recording) -> None:
-    plain = dataclasses.replace(walk, studies={})
+def test_nothing_is_told_where_nothing_was_drawn(studied: Recording) -> None:
+    plain = dataclasses.replace(studied, studies={})
     assert bands.lines(plain) == [] and bands.markdown(plain) == "" and bands.of_report([]) == []
 
 
-def test_bands_of_which_many_draws_failed_say_so_first(walk: Recording) -> None:
+def test_bands_of_which_many_draws_failed_say_so_first(studied: Recording) -> None:
     failed = {"count": 30, "draws": [], "reasons": [{"reason": "unstable: it fell", "count": 30}]}
-    lines = bands.lines(changed(walk, failed=failed))
+    lines = bands.lines(changed(studied, failed=failed))
     assert f"30 of {DRAWS} draws failed" in lines[0] and "it fell" in lines[0] and len(lines) <= 6
     few = failed | {"count": 2}
-    lines = bands.lines(changed(walk, failed=few))
+    lines = bands.lines(changed(studied, failed=few))
     assert "failed" not in lines[0] and any(f"2 of {DRAWS} draws failed" in line for line in lines)
-    assert f"30 of {DRAWS}" in bands.markdown(changed(walk, failed=failed))
+    assert f"30 of {DRAWS}" in bands.markdown(changed(studied, failed=failed))
 
 
-def test_numbers_that_some_draws_do_not_have_are_told(walk: Recording) -> None:
-    metrics = walk.studies["uncertainty"]["metrics"]
+def test_numbers_that_some_draws_do_not_have_are_told(studied: Recording) -> None:
+    metrics = studied.studies["uncertainty"]["metrics"]
     short = metrics | {"toe_clearance": metrics["toe_clearance"] | {"undefined": 12}}
     told = "Toe clearance is undefined in 12 draws"
-    assert any(told in line for line in bands.lines(changed(walk, metrics=short)))
-    assert not any("is undefined in" in line for line in bands.lines(changed(walk, metrics=metrics)))
+    assert any(told in line for line in bands.lines(changed(studied, metrics=short)))
+    assert not any("is undefined in" in line for line in bands.lines(changed(studied, metrics=metrics)))
 
 
-def test_all_draws_failed_is_told(walk: Recording) -> None:
+def test_all_draws_failed_is_told(studied: Recording) -> None:
     failed = {"count": DRAWS, "draws": [], "reasons": [{"reason": "unstable: it fell", "count": DRAWS}]}
     empty: dict[str, Any] = {"metrics": {}, "curves": {}, "trips": {}, "groups": [], "measure_next": []}
-    lines = bands.lines(changed(walk, failed=failed, **empty))
+    lines = bands.lines(changed(studied, failed=failed, **empty))
     assert f"{DRAWS} of {DRAWS} draws failed" in lines[0]
 
 
-def test_the_viewer_has_a_row_for_each_number(walk: Recording) -> None:
-    text = bands.markdown(walk)
+def test_the_viewer_has_a_row_for_each_number(studied: Recording) -> None:
+    text = bands.markdown(studied)
     rows = [line for line in text.splitlines() if line.startswith("| ")]
-    assert len(rows) == len(walk.studies["uncertainty"]["metrics"]) + 1
+    assert len(rows) == len(studied.studies["uncertainty"]["metrics"]) + 1
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_report_has_table_bars_and_bands_of_curves(walk: Recording) -> None:
-    plain = alone(dataclasses.replace(walk, studies={}))
-    both = [RunView("with", "#1054DA", walk), dataclasses.replace(plain, label="without")]
+def test_the_report_has_table_bars_and_bands_of_curves(studied: Recording) -> None:
+    plain = alone(dataclasses.replace(studied, studies={}))
+    both = [RunView("with", "#1054DA", studied), dataclasses.replace(plain, label="without")]
     with_bands, without = page(both), page([plain])
     assert "What is not known" in with_bands and "What is not known" not in without
     for runs, count in ((both[:1], 2), (both[1:], 0)):
@@ -131,16 +128,16 @@ def test_the_report_has_table_bars_and_bands_of_curves(walk: Recording) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_name_from_a_file_cannot_break_the_page(walk: Recording) -> None:
-    study = walk.studies["uncertainty"]
+def test_a_name_from_a_file_cannot_break_the_page(studied: Recording) -> None:
+    study = studied.studies["uncertainty"]
     groups = [study["groups"][0] | {"measure": "<script>alert(1)</script>"}, *study["groups"][1:]]
-    assert "<script>" not in page([alone(changed(walk, groups=groups))])
+    assert "<script>" not in page([alone(changed(studied, groups=groups))])
 
 
 @pytest.mark.parametrize(("share", "told"), [(1.0, "100 %"), (0.38, "38 %"), (0.085, "8.5 %")])
-def test_answer_and_band_tell_the_same_share_of_trips(walk: Recording, share: float, told: str) -> None:
+def test_answer_and_band_tell_the_same_share_of_trips(studied: Recording, share: float, told: str) -> None:
     touch = {"height": 0.0, "share": share, "of_one": [0.0, 0.0, 1.0]}
-    run = changed(walk, trips={"touch": touch, "within_10mm": touch | {"height": 0.01}})
+    run = changed(studied, trips={"touch": touch, "within_10mm": touch | {"height": 0.01}})
     answer = run.verdict[1].text
     assert f"({told}) touch the floor" in answer
     assert any(f"({told}) trip, at least" in line for line in bands.lines(run))

@@ -11,7 +11,6 @@ from figures import leave_blank
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
 
 import afo_sim as afo
 from afo_sim.cli.doctor.kinds import check_file
@@ -197,19 +196,6 @@ def test_stacked_labels_keep_their_order_and_their_room() -> None:
     for k in range(3):
         assert tops[k] - [0.2, 0.1, 0.3][k] >= tops[k + 1] - 1e-12
     assert tops[0] <= 1.0 and tops[3] - 0.2 >= -1e-12
-
-
-@pytest.mark.slow
-def test_kinds_of_files_open(tmp_path: pathlib.Path) -> None:
-    for suffix in ("png", "pdf", "svg"):
-        afo.draw("s1", tmp_path / f"s1.{suffix}")
-    with Image.open(tmp_path / "s1.png") as picture:
-        assert picture.size == pytest.approx((2338, 1653), abs=2)
-        assert picture.convert("RGB").getpixel((5, 5)) == (255, 255, 255)
-    assert (tmp_path / "s1.png").stat().st_size < 150_000
-    assert (tmp_path / "s1.pdf").read_bytes().startswith(b"%PDF")
-    assert b"<svg" in (tmp_path / "s1.svg").read_bytes()[:2000]
-    assert {path.name for path in tmp_path.iterdir()} == {f"s1.{s}" for s in ("png", "pdf", "svg")}
 
 
 def test_the_viewers_file_holds_the_facts(tmp_path: pathlib.Path) -> None:
