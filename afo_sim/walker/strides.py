@@ -94,34 +94,36 @@ def _contacts(walked: Walked, side: str) -> np.ndarray:
 def numbers(walked: Walked) -> dict[str, float]:
     """A walk in numbers, SI and degrees, by name; NaN where it fell before there were strides to count."""
     time, mass = walked["time"], walked.body.weight / GRAVITY
-    found: dict[str, float] = {"duration": float(time[-1]), "fell": float(walked.fell is not None)}
     right, left = (strides_of(walked, side) for side in ("right", "left"))
-    found["strides"] = float(len(right.duration) + len(left.duration)) / 2.0
-    counted = slice(int(right.begins[0]), int(right.begins[-1]) + 1) if len(right.duration) else slice(0, 0)
-    took = time[counted][-1] - time[counted][0] if len(right.duration) else math.nan
-    way = np.ptp(walked["trunk/forward"][counted]) if len(right.duration) else math.nan
-    found["speed"] = way / took
-    found["stride_time"] = _mean(right.duration)
-    found["stride_length"] = _mean(right.length)
-    energy = sum(
-        np.ptp(walked[f"{side}/{name}/energy"][counted]) if len(right.duration) else math.nan
-        for side in ("right", "left")
-        for name in LEG_MUSCLES
-    )
-    found["muscle_power"] = energy / (mass * took)
-    found["cost_of_transport"] = (energy / took + BASAL * mass) / (mass * found["speed"])
+    count, own = len(right.duration), dict[str, float]()
+    if count:
+        counted = slice(int(right.begins[0]), int(right.begins[-1]) + 1)
+        took = time[counted][-1] - time[counted][0]
+        speed = np.ptp(walked["trunk/forward"][counted]) / took
+        used = [f"{side}/{name}/energy" for side in ("right", "left") for name in LEG_MUSCLES]
+        energy = sum(np.ptp(walked[name][counted]) for name in used)
+        masses = [walked[name][counted] for name in walked.columns if "/mass" in name]
+        air = [np.maximum(np.diff(values), 0.0).sum() for values in masses]
+        own = {
+            "speed": speed,
+            "stride_time": np.mean(right.duration),
+            "stride_length": np.mean(right.length),
+            "muscle_power": energy / (mass * took),
+            "cost_of_transport": (energy / took + BASAL * mass) / (mass * speed),
+            "air_per_stride": float(sum(air)) / count if air else math.nan,
+            "device_torque_swing": np.mean(right.curves["torque"][:, 65:95]),
+        }
+    found = {"duration": time[-1], "fell": walked.fell is not None}
+    found["strides"] = (count + len(left.duration)) / 2.0
+    found |= {name: own.get(name, math.nan) for name in _OF_WALK}
     for side, strides in (("right", right), ("left", left)):
         found |= {f"{side}/{name}": value for name, value in _of_leg(walked, strides, side).items()}
-    air = [
-        np.maximum(np.diff(walked[name][counted]), 0.0).sum() for name in walked.columns if "/mass" in name
-    ]
-    found["air_per_stride"] = (
-        float(sum(air)) / len(right.duration) if len(right.duration) and air else math.nan
-    )
-    found["device_torque_swing"] = (
-        _mean(right.curves["torque"][:, 65:95]) if len(right.duration) else math.nan
-    )
+    found |= {name: own.get(name, math.nan) for name in _OF_DEVICE}
     return {name: float(value) for name, value in found.items()}
+
+
+_OF_WALK = ("speed", "stride_time", "stride_length", "muscle_power", "cost_of_transport")
+_OF_DEVICE = ("air_per_stride", "device_torque_swing")
 
 
 def _of_leg(walked: Walked, strides: Strides, side: str) -> dict[str, float]:
@@ -169,10 +171,6 @@ def swing_clearance(walked: Walked, strides: Strides, side: str) -> np.ndarray:
         fast = speed[a:b] >= np.percentile(speed[a:b], 75.0)
         found.append(float(lowest[a:b][fast].min()))
     return np.array(found)
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(np.mean(values)) if np.size(values) else math.nan
 
 
 @functools.lru_cache(maxsize=8)
