@@ -12,6 +12,8 @@ from afo_sim.metrics import NAMES, ROUND_OFF, Metric, lift, number
 if TYPE_CHECKING:
     from afo_sim.gait import GaitCycle
 
+Metrics = Mapping[str, Metric]  # by name
+Strides = Mapping[int, Metrics]  # by the stride's number
 _UNDEFINED = {"rise_time": "never rises"}  # why a metric can be no number
 # of a sweep's or search's answer, whose numbers do not know of a start
 _UNSEEN = (
@@ -54,7 +56,7 @@ def printed(name: str, metric: Metric) -> str:
     return f"{metric.value:.4g}" if abs(metric.value) >= ROUND_OFF else number(0.0, metric.unit)
 
 
-def known(metrics: Mapping[str, Metric]) -> list[tuple[str, str]]:
+def known(metrics: Metrics) -> list[tuple[str, str]]:
     """Each metric that says something, with its unit."""
     return [(n, f"{printed(n, m)} {m.unit}".rstrip()) for n, m in metrics.items() if not undefined(n, m)]
 
@@ -69,23 +71,14 @@ def unseen(scenario: Mapping[str, Any], metrics: Collection[str]) -> list[str]:
     return [_UNSEEN] if scenario.get("gait") and NAMES.isdisjoint(metrics) else []
 
 
-def cautions(
-    scenario: Mapping[str, Any],
-    metrics: Mapping[str, Metric],
-    strides: Mapping[int, Mapping[str, Metric]],
-) -> list[str]:
+def cautions(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> list[str]:
     """What a reader of a run's numbers must know: over whom the toe is lifted, and its `doubts`."""
     lifted = [f"{told}; worn here: {worn(scenario)}" for told in lift(metrics, reference(scenario))]
     return [*lifted, *doubts(scenario, metrics, strides)]
 
 
-def decisive(
-    scenario: Mapping[str, Any],
-    metrics: Mapping[str, Metric],
-    strides: Mapping[int, Mapping[str, Metric]],
-) -> list[str]:
-    """What may change what a reader of the verdict decides, and is not said there; each as short as
-    can be."""
+def decisive(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> list[str]:
+    """What may change what a reader of the verdict decides, and is not said there; each in short."""
     known = doubts(scenario, metrics, strides)
     if "strides_solved" in metrics:
         said = with_code(known, _WHICH_STRIDES)  # the verdict lists each stride
@@ -125,11 +118,7 @@ def of_leg(scenario: Mapping[str, Any]) -> list[Notice]:
     return found
 
 
-def doubts(
-    scenario: Mapping[str, Any],
-    metrics: Mapping[str, Metric],
-    strides: Mapping[int, Mapping[str, Metric]],
-) -> list[Notice]:
+def doubts(scenario: Mapping[str, Any], metrics: Metrics, strides: Strides) -> list[Notice]:
     """Strides that are left out, assumed stiffness that decides."""
     found = of_leg(scenario)
     if "toe_clearance" in metrics and "strides_counted" in metrics:
@@ -242,7 +231,7 @@ def _of_height(cycle: "GaitCycle", scenario: Mapping[str, Any]) -> list[Notice]:
     ]
 
 
-def _walked(metrics: Mapping[str, Metric], strides: Mapping[int, Mapping[str, Metric]]) -> str:
+def _walked(metrics: Metrics, strides: Strides) -> str:
     """Over which strides a walked run's numbers are means, and how much these still change."""
     last, counted = max(strides, default=0), round(float(metrics["strides_counted"]))
     changes = [
@@ -256,7 +245,7 @@ def _walked(metrics: Mapping[str, Metric], strides: Mapping[int, Mapping[str, Me
     return f"means of strides {last - counted + 1} to {last}, {still}"
 
 
-def _from_start(strides: Mapping[int, Mapping[str, Metric]]) -> str:
+def _from_start(strides: Strides) -> str:
     """Toe clearance of the first strides, as a part of a sentence."""
     heights = [metrics["toe_clearance"] for metrics in strides.values() if "toe_clearance" in metrics][:FIRST]
     if len(heights) < 2:

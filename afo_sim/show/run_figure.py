@@ -99,8 +99,7 @@ def draw_pressure(recording: Recording, path: pathlib.Path) -> None:
 
 
 def draw_muscles(recording: Recording, path: pathlib.Path) -> None:
-    """Draw contraction and force of the muscles over time, and how far cuff and plate give under which
-    pull."""
+    """Draw contraction and force of the muscles over time, what cuff and plate give, and under which pull."""
     run = alone(recording)
     rows: list[_Panel] = [panels.contractions, panels.forces]
     rows += [panels.displacements, panels.pulls] if run.anchors else []

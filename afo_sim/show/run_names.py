@@ -44,8 +44,7 @@ def whom(scenario: Mapping[str, Any]) -> str:
 
 
 def apart(scenarios: Sequence[Mapping[str, Any]]) -> tuple[str, list[str]]:
-    """What the descriptions of scenarios begin with, and the clauses that set each apart; none where
-    none do."""
+    """What the descriptions of scenarios begin with, and the clauses that set each apart, if any do."""
     if len(scenarios) == 1:
         return "", [ALONE]
     texts, changed = zip(*map(in_words, scenarios), strict=True)

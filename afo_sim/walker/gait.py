@@ -64,8 +64,7 @@ class Vector:
 
 
 def start(body: Body, vector: Vector, noise: Sequence[float] | np.ndarray = ()) -> mujoco.MjData:
-    """The first state of a walker: its pose, fibres that rest at their activations, nerves that carry
-    that."""
+    """The first state of a walker: its pose, fibres at rest at their activations, nerves that tell it."""
     model = body.model
     data = mujoco.MjData(model)
     for side, reflex in enumerate(body.reflexes):

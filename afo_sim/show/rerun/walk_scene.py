@@ -181,8 +181,7 @@ class Walker:
             send_pose(stream, place, block, position[:, body], quaternion[:, body])
 
     def _log_trails(self, stream: rr.RecordingStream, block: Columns) -> None:
-        """From each row's place of a point of the outsole to the next; of the toe the lower of pulp
-        and tip."""
+        """From a point of the outsole to where it is next; of the toe, of the lower of pulp and tip."""
         extension = 0.0 if self._toe is None else block[self._toe]
         points = self._foot.outsole(block[f"qpos/{ANKLE}"] - block["shank/angle"], extension)
         (x, z), (other_x, other_z) = (points[name] for name in TOE_POINTS)
