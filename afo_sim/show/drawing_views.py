@@ -118,13 +118,7 @@ def _draw_ghost(axis: Any, pose: Pose, facts: list[PathFacts], angle: float) -> 
 
 
 def _draw_muscle(
-    axis: Any,
-    pose: Pose,
-    muscle: str,
-    facts: PathFacts,
-    colour: str,
-    millimetre: float,
-    opacity: float = 1.0,
+    axis: Any, pose: Pose, muscle: str, facts: PathFacts, colour: str, millimetre: float, opacity: float = 1.0
 ) -> None:
     """A muscle without air: ends, braid as thick as its bore, and the cable beyond, dashed if it hangs."""
     points, group = pose.path(muscle), facts.group

@@ -197,11 +197,7 @@ _PAGES: dict[str, Callable[[Any], _Parts]] = {
     "FitRun": _fit,
     "Stand": _stand,
     "Trial": lambda it: _stand(lab.Stand((it,))),
-    "Design": lambda it: (
-        partial(show.write_drawing, it),
-        *_marked(it.warnings),
-        ("", *drawing.table(it)),
-    ),
+    "Design": lambda it: (partial(show.write_drawing, it), *_marked(it.warnings), ("", *drawing.table(it))),
     "AirScheme": lambda it: (partial(show.write_air, it), *show.ways(it)),
     "Imported": lambda it: (partial(show.draw_leg, it.leg, it.name), *it.notes, ("", (), it.rows)),
     "Exported": lambda it: (*it.notes, ("", (), it.rows)),

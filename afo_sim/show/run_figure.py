@@ -13,15 +13,7 @@ from afo_sim.control import TOLD
 from afo_sim.show import panels, walk_panels
 from afo_sim.show.panels import shade_stance
 from afo_sim.show.run_view import RunView, alone
-from afo_sim.show.style import (
-    COLOURS,
-    FORMATS,
-    LINE_STYLES,
-    new_figure,
-    on_scale,
-    paragraph,
-    plain,
-)
+from afo_sim.show.style import COLOURS, FORMATS, LINE_STYLES, new_figure, on_scale, paragraph, plain
 from afo_sim.simulation import SENSOR, Recording
 
 _PLAIN = tuple(f"controller/{name}" for name, (unit, _) in TOLD.items() if unit == "")

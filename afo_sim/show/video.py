@@ -34,12 +34,7 @@ _DRAWN = "_drawn"  # suffix of a tendon that is there for the picture only
 _PULLEY_MUSCLE = 0.01  # radius at which a muscle over a pulley is drawn [m]
 
 
-def scenery(
-    xml: str,
-    width: int,
-    height: int,
-    walkway: tuple[float, float] | None = None,
-) -> mujoco.MjModel:
+def scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | None = None) -> mujoco.MjModel:
     """The model of a run with a floor, a light and a background, for pictures of a size [pixel]."""
     spec = mujoco.MjSpec.from_string(xml)
     spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height

@@ -12,15 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from afo_sim.common import (
-    InputError,
-    check_text,
-    read_text,
-    together,
-    unknown,
-    without_digests,
-    write_sealed,
-)
+from afo_sim.common import InputError, check_text, read_text, together, unknown, without_digests, write_sealed
 from afo_sim.description import Scenario, load, toml_text
 from afo_sim.description.keys import Key, keys
 from afo_sim.description.portable import FILES, portable

@@ -8,16 +8,7 @@ import numpy as np
 
 from afo_sim import native
 from afo_sim.model import ANKLE, POINTS, SOLE
-from afo_sim.physics import (
-    GAINS,
-    HAMSTRINGS,
-    ILIOPSOAS,
-    LEG_MUSCLES,
-    NERVE,
-    NERVES,
-    TIBIALIS,
-    balanced_fibre,
-)
+from afo_sim.physics import GAINS, HAMSTRINGS, ILIOPSOAS, LEG_MUSCLES, NERVE, NERVES, TIBIALIS, balanced_fibre
 from afo_sim.walker.body import FORWARD, HIP, KNEE, PITCH, SIDES, STOPS, UP, Body
 
 SUNK = 0.003  # of the lowest point of the sole at the start [m]

@@ -99,10 +99,7 @@ def test_the_moment_is_drawn_as_laboratories_do_over_its_band(
 ) -> None:
     done, page = usual
     draw_gait(done.cycle, tmp_path / "b.png")
-    for axis in (
-        panel(page, "ankle moment"),
-        next(a for a in drawn[0].axes if "moment" in a.get_ylabel()),
-    ):
+    for axis in (panel(page, "ankle moment"), next(a for a in drawn[0].axes if "moment" in a.get_ylabel())):
         assert "plantarflexion +" in axis.get_ylabel()
         (line,) = [line for line in axis.lines if line.get_label() in ("taken", "of the file")]
         assert np.allclose(line.get_ydata(), -done.cycle.ankle_moment)

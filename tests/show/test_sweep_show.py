@@ -607,11 +607,7 @@ def test_metrics_that_matter_most_come_by_themselves(tmp_path: pathlib.Path) -> 
     results = read(write_sweep(tmp_path / "a", "random", x, y))
     assert list(scales.chosen(results, [])) == [name for name in y if name != "stance"]
     plain = {name: (np.arange(6.0), "") for name in "wxyz"}
-    assert list(scales.chosen(read(write_sweep(tmp_path / "b", "random", x, plain)), [])) == [
-        "w",
-        "x",
-        "y",
-    ]
+    assert list(scales.chosen(read(write_sweep(tmp_path / "b", "random", x, plain)), [])) == ["w", "x", "y"]
 
 
 @pytest.mark.parametrize(

@@ -75,11 +75,7 @@ def run_scene(source: Source, carriage: Callable[[Source], Carriage], colour_by:
 
 
 def write_rrd(
-    run: Recording | pathlib.Path,
-    path: pathlib.Path,
-    *,
-    rate: float | None = None,
-    colour_by: str = "force",
+    run: Recording | pathlib.Path, path: pathlib.Path, *, rate: float | None = None, colour_by: str = "force"
 ) -> None:
     """Write a run, with its layout, as a Rerun file."""
     source = from_recording(run) if isinstance(run, Recording) else from_folder(run)

@@ -173,10 +173,7 @@ def send_pose(
 
 
 def replay(
-    model: mujoco.MjModel,
-    block: Columns,
-    muscles: tuple[str, ...] = (),
-    mountings: Mountings | None = None,
+    model: mujoco.MjModel, block: Columns, muscles: tuple[str, ...] = (), mountings: Mountings | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Poses of bodies and paths of muscles at the coordinates of a block of rows."""
     data, moved = mujoco.MjData(model), mountings or Mountings(model, {}, ())
