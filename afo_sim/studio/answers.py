@@ -12,7 +12,7 @@ import numpy as np
 from afo_sim.common import InputError, SimulationError
 from afo_sim.description import Scenario
 from afo_sim.gait import norm
-from afo_sim.metrics import Stride, closing, words
+from afo_sim.metrics import closing, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import Built, muscle_names, person_of, persons_stride, two_strides, why_walked
 from afo_sim.model import supply_and_timer as inputs
@@ -76,7 +76,7 @@ class Settled:
         return cls(scenario, built, columns, math.nan if clearance is None else clearance.value)
 
     def message(self) -> Message:
-        """Curves, poses and clearance for a page."""
+        """Curves and clearance for a page, and the walker over FRAMES [m], by the names in `Pose`."""
         step = float(np.diff(self.columns["time"][:2])[0])
         stride = strides(self.columns, step, self.built.body_mass)[-1]
         curves = {
@@ -86,16 +86,6 @@ class Settled:
         }
         chambers = self.scenario.orthosis.chamber
         pressures = {c: _rounded(1e-5 * stride.at(f"chamber/{c}/pressure", PHASES)) for c in chambers}
-        return {
-            "curves": curves | {"pressure": pressures},
-            "toe_off": stride.toe_off,
-            "stride_time": stride.duration,
-            "clearance": None if math.isnan(self.clearance) else self.clearance,
-            "poses": {name: _rounded(points, 4) for name, points in self._poses(stride).items()},
-        }
-
-    def _poses(self, stride: Stride) -> Message:
-        """Points of the walker by their names in `Pose`, over FRAMES [m]."""
         foot = self.built.foot
         assert foot is not None
         limbs = Limbs(persons_stride(self.scenario), person_of(self.scenario).body_height, foot)
@@ -109,11 +99,18 @@ class Settled:
             wrapped_paths(model, mountings, lambda name, phase=phase: float(stride.at(name, phase)), place)  # type: ignore[misc]
             for phase, place in zip(FRAMES, ankle, strict=True)
         ]
-        return {
+        poses: Message = {
             **limbs.points(ankle, shank, FRAMES),
             "ankle": ankle,
             "sole": sole,
             "muscles": [list(path) for path in zip(*paths, strict=True)],
+        }
+        return {
+            "curves": curves | {"pressure": pressures},
+            "toe_off": stride.toe_off,
+            "stride_time": stride.duration,
+            "clearance": None if math.isnan(self.clearance) else self.clearance,
+            "poses": {name: _rounded(points, 4) for name, points in poses.items()},
         }
 
 
@@ -191,15 +188,14 @@ class Answers:
         results = [
             (label, str(value).replace("*", "·"), "") for label, value in known.items() if value is not None
         ]
+        told = closing(recording.verdict)
         notes = decisive(recording.scenario, recording.metrics, recording.strides)
         yield {
             "kind": "run",
             "lead": verdict.lead(recording),
             "verdict": answers,
             "warnings": [str(warning) for warning in recording.warnings],
-            "device": f"{in_brief(notes)}. {closing(recording.verdict)}"
-            if notes
-            else closing(recording.verdict),
+            "device": f"{in_brief(notes)}. {told}" if notes else told,
             "clearance": recording.metrics["toe_clearance"].value,
             "results": results + [(one["question"], one["mark"], one["status"]) for one in answers],
         }
@@ -221,14 +217,8 @@ class Answers:
             self._recording(design, report), design.scenario, effects=True, report=report
         )
         found = effects.effects_of(recording)
-        steps = (
-            []
-            if found is None
-            else [
-                {"text": text, "sets": effect.sets}
-                for effect, text in zip(found.helping, effects.sentences(found, 3), strict=False)
-            ]
-        )
+        helping = [] if found is None else zip(found.helping, effects.sentences(found, 3), strict=False)
+        steps = [{"text": text, "sets": effect.sets} for effect, text in helping]
         return {"kind": "effects", "lines": effects.lines(recording)[:1], "steps": steps}
 
     def further(
