@@ -79,10 +79,25 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
     from matplotlib.lines import Line2D
 
     with new_figure(path, (7.1, 7.4)) as figure:
-        first = next(iter(runs.values()))
+        name, first = next(iter(runs.items()))
         colours = dict(zip(runs, itertools.cycle(COLOURS)))
         axes = figure.subplots(4, 1, sharex=True, height_ratios=[1.3, 1.0, 1.0, 1.0])
-        _draw_angles(axes[0], axes[1], runs, colours)
+        angle, difference = axes[:2]  # of each run, and from the first
+        for axis in (angle, difference):
+            axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
+        for number, (law, run) in enumerate(runs.items()):
+            degrees = np.degrees(run[ANGLE])
+            # where they coincide, the first shows through the gaps of the others
+            style = {"color": colours[law], "ls": LINE_STYLES[number % len(LINE_STYLES)], "label": plain(law)}
+            style |= marked(run["time"], MARKERS[number % len(MARKERS)])
+            angle.plot(run["time"], degrees, **style)
+            rows = min(len(degrees), len(first["time"]))
+            difference.plot(run["time"][:rows], degrees[:rows] - np.degrees(first[ANGLE][:rows]), **style)
+        leg = first.scenario["leg"]
+        angle.set_ylabel(f"{plain(leg['ankle'])} angle [deg]\n{plain(leg['directions'][0])} +")
+        difference.set_title(f"angle less that of {plain(name)}", loc="left")
+        difference.set_ylabel("difference\n[deg]")
+        angle.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
         for axis, kind, column, factor in (
             (axes[2], "chamber", "pressure", 1e-5),
             (axes[3], "muscle", "force", 1.0),
@@ -97,28 +112,6 @@ def draw(runs: Mapping[str, Recording], path: pathlib.Path) -> None:
         common = (part for part in told[0] if all(part in each for each in told))  # not what was set for one
         title = paragraph(f"{first.scenario['name']}: {'; '.join(common)}")
         figure.suptitle(title, x=0.01, ha="left", fontsize=9.0)
-
-
-def _draw_angles(
-    angle: Any, difference: Any, runs: Mapping[str, Recording], colours: Mapping[str, str]
-) -> None:
-    """The angles over one another, and the distance of each from the first."""
-    name, first = next(iter(runs.items()))
-    leg = first.scenario["leg"]
-    for axis in (angle, difference):
-        axis.axhline(0.0, color=ZERO, lw=0.6, zorder=1)
-    for number, (law, run) in enumerate(runs.items()):
-        degrees = np.degrees(run[ANGLE])
-        # where they coincide, the first shows through the gaps of the others
-        style = {"color": colours[law], "ls": LINE_STYLES[number % len(LINE_STYLES)], "label": plain(law)}
-        style |= marked(run["time"], MARKERS[number % len(MARKERS)])
-        angle.plot(run["time"], degrees, **style)
-        rows = min(len(degrees), len(first["time"]))
-        difference.plot(run["time"][:rows], degrees[:rows] - np.degrees(first[ANGLE][:rows]), **style)
-    angle.set_ylabel(f"{plain(leg['ankle'])} angle [deg]\n{plain(leg['directions'][0])} +")
-    difference.set_title(f"angle less that of {plain(name)}", loc="left")
-    difference.set_ylabel("difference\n[deg]")
-    angle.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=2.2)
 
 
 def _draw_groups(

@@ -94,7 +94,12 @@ def curves(source: Source) -> list[Curve]:
         if f"ankle/moment/{name}" in source.columns and name not in absent:
             found.append(Curve("moment/ankle", _OWN.get(name, name), colour, f"ankle/moment/{name}"))
     if source.walks:
-        found += _clearance(source)
+        shown = colours.SOLE.items()
+        found += [Curve("clearance/foot", n, own, f"{n}/height", 1e3) for n, (own, _) in shown]
+        for name, (_, dim) in shown:
+            found.append(Curve("clearance/recorded", f"recorded {name}", dim, f"gait/{name}_height", 1e3))
+        for axis, (name, colour) in colours.FORCE.items():
+            found.append(Curve("ground/force", name, colour, f"ground/force/{axis}"))
     for chamber in source.named("chamber"):
         shade = colours.of_muscle(f"{chamber}_1")
         found.append(Curve("pressure/chambers", chamber, shade, f"chamber/{chamber}/pressure", 1e-5))
@@ -125,16 +130,6 @@ def _drawn_muscles(source: Source) -> list[tuple[str, str, MuscleGroup]]:
             found.append((muscle, name if group.count == 1 else f"{name} 1–{group.count}", group))
         elif not group.alike:
             found.append((muscle, f"{name} {number}", group))
-    return found
-
-
-def _clearance(source: Source) -> list[Curve]:
-    """Heights of ball and toe above the floor [mm], and of the recorded foot's; the ground's force [N]."""
-    found = [Curve("clearance/foot", n, own, f"{n}/height", 1e3) for n, (own, _) in colours.SOLE.items()]
-    for name, (_, dim) in colours.SOLE.items():
-        found.append(Curve("clearance/recorded", f"recorded {name}", dim, f"gait/{name}_height", 1e3))
-    for axis, (name, colour) in colours.FORCE.items():
-        found.append(Curve("ground/force", name, colour, f"ground/force/{axis}"))
     return found
 
 

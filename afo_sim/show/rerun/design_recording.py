@@ -31,7 +31,13 @@ def write_design(design: Design, path: pathlib.Path) -> None:
     name = f"design: {design.built.scenario.orthosis.name}"
     model, groups = design.built.full_model, muscle_names(design.built.scenario.orthosis)
     stage = scene.Stage(model, groups, "world", 1.0, "force", Mountings(model, groups, ()))
-    with recording(path, name, _layout(design)) as stream:
+    told = colours.in_words((entry.name, colours.of_run(k)) for k, entry in enumerate(design.facts))
+    view = space("/world", f"at {pressure(design.facts[0])}: {told}", *CAMERA)
+    plots = [time_plot(f"/{plot}", title, legend=False) for plot, title in _PLOTS.items()]
+    text = rrb.TextDocumentView(origin="/summary", name="in words")
+    right = rrb.Vertical(*plots[:3], rrb.Tabs(text, plots[3], active_tab=0))
+    layout = closed(rrb.Horizontal(view, right, column_shares=[3, 4]), ANGLE, play_state="paused")
+    with recording(path, name, layout) as stream:
         scene.log_axes(stream)
         scene.log_shapes(stream, stage)
         block = _swept(design)
@@ -100,13 +106,3 @@ def _log_curves(stream: rr.RecordingStream, entry: PathFacts, number: int, block
         stream.log(entity, style, static=True)
         shown = np.interp(angles, entry.angles, values)
         send(stream, entity, block, rr.Scalars.columns(scalars=shown))
-
-
-def _layout(design: Design) -> rrb.Blueprint:
-    told = colours.in_words((entry.name, colours.of_run(k)) for k, entry in enumerate(design.facts))
-    position, target = CAMERA
-    view = space("/world", f"at {pressure(design.facts[0])}: {told}", position, target)
-    plots = [time_plot(f"/{name}", title, legend=False) for name, title in _PLOTS.items()]
-    text = rrb.TextDocumentView(origin="/summary", name="in words")
-    right = rrb.Vertical(*plots[:3], rrb.Tabs(text, plots[3], active_tab=0))
-    return closed(rrb.Horizontal(view, right, column_shares=[3, 4]), ANGLE, play_state="paused")

@@ -38,11 +38,6 @@ class DrawnMuscle:
         own = [f"muscle/{self.name}/{x}" for x in ("length", "contraction", "force", "path_length")]
         return [*own, f"chamber/{chamber_of(self.name, self.group)}/pressure"]
 
-    def log_style(self, stream: rr.RecordingStream) -> None:
-        """All that does not change, once."""
-        solid = rr.Capsules3D.from_fields(fill_mode="solid")
-        stream.log(f"{self.root}/muscles/{self.name}", solid, static=True)
-
     def log(
         self,
         stream: rr.RecordingStream,

@@ -120,7 +120,7 @@ def contents(shown: list[RunScene]) -> Contents:
         compared=len(shown) > 1,
         carriage=f"/{walk_scene.CARRIAGE}" if walkers else "",
         trails=tuple(trail for walker in walkers for trail in walker.trails),
-        stride=walkers[0].stride_time if walkers else 1.0,
+        stride=walkers[0].way.stride_time if walkers else 1.0,
         lanes=2 * len(walkers),
         joint=leg.ankle,
         positive=leg.directions[0],
@@ -142,7 +142,11 @@ def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | N
         for run in shown:
             _write_run(stream, run, rate)
         longest = max((run.source for run in shown), key=lambda source: source.n_row / source.rate)
-        curves.log_limits(stream, [run.source for run in shown], _ends(longest))
+        ends = {"time": np.array([0.0, (longest.n_row - 1) / longest.rate])}
+        if longest.walks:
+            blocks = list(longest.read(list(GAIT), 1))
+            ends |= {name: np.array([blocks[0][name][0], blocks[-1][name][-1]]) for name in GAIT}
+        curves.log_limits(stream, [run.source for run in shown], ends)
         texts.log_texts(stream, [(run.label or run.source.name, run.source) for run in shown])
 
 
@@ -183,13 +187,3 @@ def log_poses(stream: rr.RecordingStream, run: RunScene, block: Columns) -> None
     scene.log_poses(stream, run.view, block)
     if run.walker is not None:
         run.walker.log(stream, block)
-
-
-def _ends(source: Source) -> Columns:
-    """First and last row of a run, as rows to be sent."""
-    last = source.n_row - 1
-    rows = {"time": np.array([0.0, last / source.rate])}
-    if source.walks:
-        blocks = list(source.read(list(GAIT), 1))
-        rows |= {name: np.array([blocks[0][name][0], blocks[-1][name][-1]]) for name in GAIT}
-    return rows

@@ -108,7 +108,8 @@ def log_shapes(stream: rr.RecordingStream, view: Stage) -> None:
     axis = rr.LineStrips3D([ends], radii=[0.002], colors=[[255, 220, 90, round(255 * view.opacity)]])
     stream.log(f"{view.root}/bodies/{body}/ankle_axis", axis, static=True)
     for muscle in view.muscles:
-        muscle.log_style(stream)
+        solid = rr.Capsules3D.from_fields(fill_mode="solid")
+        stream.log(f"{muscle.root}/muscles/{muscle.name}", solid, static=True)
 
 
 def log_body(

@@ -112,11 +112,6 @@ class Walker:
         except InputError:
             return None
 
-    @property
-    def stride_time(self) -> float:
-        """Mean duration of its strides [s]."""
-        return self.way.stride_time
-
     def log(self, stream: rr.RecordingStream, block: Columns) -> None:
         """A block of rows at the rate of poses."""
         x = self.way.at(strides(block))

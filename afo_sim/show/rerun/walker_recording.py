@@ -30,7 +30,14 @@ _PLOTS = {
 def write_response(response: Response, path: pathlib.Path) -> None:
     """Write a response, with its layout, as a Rerun file."""
     name = f"responding walk: {response.scenario.name}"
-    with recording(path, name, _layout(len(response.cases))) as stream:
+    count = len(response.cases)
+    middle, away = 0.5 * _APART * (count - 1), max(0.75 * _APART * count, 2.8)
+    title = f"each walker stays in its place; marks on the floor {_MARKS} m apart"
+    view = space("/world", title, (middle, -away, 1.0), (middle, 0.0, 0.85))
+    plots = (time_plot(f"/plot_{k}", title, legend=False) for k, title in enumerate(_PLOTS))
+    left = rrb.Vertical(view, rrb.TextDocumentView(origin="/summary", name="in words"), row_shares=[3, 2])
+    body = rrb.Horizontal(left, rrb.Vertical(*plots), column_shares=[4, 3])
+    with recording(path, name, closed(body, play_state="playing")) as stream:
         scene.log_axes(stream)
         for place, case in enumerate(response.cases.values()):
             _log_walker(stream, case, place)
@@ -71,12 +78,3 @@ def _log_walker(stream: rr.RecordingStream, case: Case, place: int) -> None:
         stream.log(f"{stage.root}/{part}", tube, static=True)
         strips = line[:, : 2 if part in ("left", "right") else None].astype(np.float32)
         send(stream, f"{stage.root}/{part}", block, rr.LineStrips3D.columns(strips=list(strips)))
-
-
-def _layout(count: int) -> rrb.Blueprint:
-    middle, away = 0.5 * _APART * (count - 1), max(0.75 * _APART * count, 2.8)
-    title = f"each walker stays in its place; marks on the floor {_MARKS} m apart"
-    view = space("/world", title, (middle, -away, 1.0), (middle, 0.0, 0.85))
-    plots = (time_plot(f"/plot_{k}", title, legend=False) for k, title in enumerate(_PLOTS))
-    left = rrb.Vertical(view, rrb.TextDocumentView(origin="/summary", name="in words"), row_shares=[3, 2])
-    return closed(rrb.Horizontal(left, rrb.Vertical(*plots), column_shares=[4, 3]), play_state="playing")
