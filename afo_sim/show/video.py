@@ -64,8 +64,8 @@ def scenery(xml: str, width: int, height: int, walkway: tuple[float, float] | No
         name = plain.tendon(t).name
         if plain.wrap_type[plain.tendon_adr[t]] == mujoco.mjtWrap.mjWRAP_JOINT:
             drawn = spec.add_tendon(name=name + _DRAWN, width=_PULLEY_MUSCLE)
-            for end in ("origin", "insertion"):
-                drawn.wrap_site(f"{name}_{end}")
+            for site in ("origin", "insertion"):
+                drawn.wrap_site(f"{name}_{site}")
     return spec.compile()
 
 
