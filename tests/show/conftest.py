@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from figures import lay_out
+from yielding import rigid_run, yielding_run
 
 import afo_sim
 from afo_sim.simulation import Recording
@@ -36,6 +37,18 @@ def studied(walks: dict[str, Recording]) -> Recording:
     """The walk with an orthosis, with what `with_studies` found of it: effects, and a band of 120 draws."""
     kept = json.loads(pathlib.Path(__file__).with_name("studies.json").read_text(encoding="utf-8"))
     return dataclasses.replace(walks["worn"], studies=kept)
+
+
+@pytest.fixture(scope="session")
+def yielding() -> Recording:
+    """A seated run whose cuff and plate give."""
+    return yielding_run()
+
+
+@pytest.fixture(scope="session")
+def rigid() -> Recording:
+    """The same on a rigid cuff and plate."""
+    return rigid_run()
 
 
 @pytest.fixture

@@ -38,10 +38,6 @@ def rows(recording: Recording, count: int) -> Recording:
     return dataclasses.replace(recording, columns=columns, status="failed: for a test")
 
 
-def with_column(recording: Recording, name: str, values: np.ndarray) -> Recording:
-    return dataclasses.replace(recording, columns=recording.columns | {name: values})
-
-
 @functools.cache
 def pixels(path: pathlib.Path) -> np.ndarray:
     return imread(path)[:, :, :3]
@@ -123,7 +119,8 @@ def test_valve_bars_cover_the_time_their_valves_are_open(antagonist: Recording) 
 
 
 def test_muscles_of_a_group_that_differ_are_drawn_apart(seated: Recording) -> None:
-    other = with_column(seated, "muscle/dorsiflexor_2/force", 1.1 * seated["muscle/dorsiflexor_2/force"])
+    second = {"muscle/dorsiflexor_2/force": 1.1 * seated["muscle/dorsiflexor_2/force"]}
+    other = dataclasses.replace(seated, columns=seated.columns | second)
     forces = lines(panel(panels.forces, other))
     assert set(forces) == {"dorsiflexor 1", "dorsiflexor 2", "dorsiflexor 3", "plantarflexor 1–2"}
     assert np.array_equal(forces["dorsiflexor 2"], other["muscle/dorsiflexor_2/force"])

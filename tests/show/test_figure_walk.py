@@ -121,12 +121,8 @@ def test_carriage_has_no_part_in_strides_of_varied_duration() -> None:
     assert ride.stride_time == pytest.approx(6.0 / np.ptp(walked))
 
 
-def greenness(picture: np.ndarray) -> np.ndarray:
-    return picture[..., 1].astype(int) - picture[..., [0, 2]].max(axis=2)
-
-
 def green(picture: np.ndarray) -> np.ndarray:
-    return greenness(picture) > 40
+    return picture[..., 1].astype(int) - picture[..., [0, 2]].max(axis=2) > 40
 
 
 def skin(picture: np.ndarray) -> np.ndarray:

@@ -7,23 +7,13 @@ import mujoco
 import numpy as np
 import pytest
 from rerun_files import lists, read
-from yielding import STIFFNESS, rigid_run, yielding_run
+from yielding import STIFFNESS
 
 import afo_sim
 from afo_sim.description import load
 from afo_sim.model import muscle_names
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.simulation import Recording
-
-
-@pytest.fixture(scope="module")
-def yielding() -> Recording:
-    return yielding_run()
-
-
-@pytest.fixture(scope="module")
-def rigid() -> Recording:
-    return rigid_run()
 
 
 @pytest.fixture(scope="module")

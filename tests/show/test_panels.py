@@ -8,7 +8,7 @@ import pytest
 from colour_vision import VISIONS, nearest
 from figures import lines, panel
 from matplotlib.figure import Figure
-from yielding import STIFFNESS, rigid_run, yielding_run
+from yielding import STIFFNESS
 
 import afo_sim
 from afo_sim.description import load
@@ -127,11 +127,6 @@ def test_the_viewers_lines_are_told_apart_and_volumes_thin(waist: Recording, vis
     assert [line.name for line in plots["/air"]] == ["from the supply", "to the ambient air"]
 
 
-@pytest.fixture(scope="module")
-def yielding() -> Recording:
-    return yielding_run()
-
-
 def test_a_muscle_is_shorter_than_its_path_asks_by_what_its_mountings_give(yielding: Recording) -> None:
     """Where it is taut: L0 (own − path) = z_cuff + z_plate + T/k."""
     group = load("scenario", yielding.scenario).orthosis.muscle["dorsiflexor"]
@@ -167,8 +162,7 @@ def test_mountings_are_drawn_under_the_pull_of_all_muscles(yielding: Recording) 
         assert gives[name] == pytest.approx(1e3 * total / stiffness, abs=1e-9)
 
 
-def test_a_rigid_device_has_no_panels_of_its_mountings(yielding: Recording) -> None:
-    rigid = rigid_run()
+def test_a_rigid_device_has_no_panels_of_its_mountings(yielding: Recording, rigid: Recording) -> None:
     assert len(report_figures.muscle_rows([alone(yielding)])) == 4
     assert len(report_figures.muscle_rows([alone(rigid)])) == 2
     first, second = pages = [Figure(), Figure()]

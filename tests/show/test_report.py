@@ -252,13 +252,9 @@ def test_the_moment_is_all_that_is_internal_per_body_mass() -> None:
     columns = with_orthosis(columns, np.full_like(columns["time"], 2.0))
     columns["ankle/moment/passive"] = columns["ankle/moment/passive"] - 5.0
     drawn = lines(report_figures.draw_moment, [shown(columns=columns)], 0)
-    expected = np.interp(PHASE, *_second_stride(columns, "ankle/moment/biological")) - 3.0
+    second = columns["gait/stride"] + columns["gait/phase"] - 1.0
+    expected = np.interp(PHASE, second, columns["ankle/moment/biological"]) - 3.0
     assert drawn["run"] == pytest.approx(expected / MASS, abs=1e-4)
-
-
-def _second_stride(columns: dict[str, np.ndarray], name: str) -> tuple[np.ndarray, np.ndarray]:
-    way = columns["gait/stride"] + columns["gait/phase"]
-    return way - 1.0, columns[name]
 
 
 def test_clearance_and_torque_are_drawn_in_their_units() -> None:
