@@ -36,7 +36,15 @@ def draw_response(response: Response, path: pathlib.Path) -> None:
         for top, bottom, leg in zip(axes[0], axes[-1], LEGS.values(), strict=True):
             top.set_title(f"the {leg}", loc="left")
             bottom.set_xlabel("gait cycle [%]")
-        _falls(figure.add_subplot(grid[-1, :]), response)
+        axis = figure.add_subplot(grid[-1, :])
+        for place, case in enumerate(response.cases.values()):
+            if case.falls is not None:
+                share, ends = 100.0 * case.falls.count / case.falls.of, 100.0 * np.array(case.falls.interval)
+                axis.barh(place, share, height=0.6, color=look_of(case)["color"], alpha=0.55)
+                axis.plot(ends, [place, place], color="0.2", lw=1.4, marker="|", ms=7.0)
+        axis.set_yticks(range(len(response.cases)), [CASES[name] for name in response.cases])
+        axis.set(xlim=(0.0, 101.0), ylim=(len(response.cases) - 0.4, -0.6))
+        axis.set_xlabel("perturbed starts that fall in simulation [%], with 95 % interval")
         figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
 
 
@@ -51,15 +59,3 @@ def _curves(axis: Any, response: Response, side: str, name: str) -> None:
         strides, label = strides_of(case.walked, side), f"{CASES[case.name]}: {walk_in_words(case)}"
         curve = factor * strides.mean(name) if len(strides.duration) else np.full(SAMPLES, np.nan)
         axis.plot(cycle, curve, label=label, **look_of(case))
-
-
-def _falls(axis: Any, response: Response) -> None:
-    """Share of perturbed starts that fall, with its interval."""
-    for place, case in enumerate(response.cases.values()):
-        if case.falls is not None:
-            share, ends = 100.0 * case.falls.count / case.falls.of, 100.0 * np.array(case.falls.interval)
-            axis.barh(place, share, height=0.6, color=look_of(case)["color"], alpha=0.55)
-            axis.plot(ends, [place, place], color="0.2", lw=1.4, marker="|", ms=7.0)
-    axis.set_yticks(range(len(response.cases)), [CASES[name] for name in response.cases])
-    axis.set(xlim=(0.0, 101.0), ylim=(len(response.cases) - 0.4, -0.6))
-    axis.set_xlabel("perturbed starts that fall in simulation [%], with 95 % interval")

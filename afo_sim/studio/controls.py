@@ -119,7 +119,19 @@ class Control:
 
 def controls(design: Design) -> list[Control]:
     """The controls of a design, in the order of the page."""
-    return [_control(row, design.keys[row.key]) for row in _rows(design) if row.key in design.keys]
+    found = []
+    for row, key in ((row, design.keys[row.key]) for row in _rows(design) if row.key in design.keys):
+        own = {
+            "key": key.key,
+            "value": round(_number(key, row.unit), 6) if not row.choices and key.value else key.value or None,
+            "choices": _choices(row.choices) if row.choices else (),
+            "source": "set here" if key.source == "set" else key.kind if key.kind in _SOURCES else "",
+            "reference": key.reference or key.source,
+            "allowed": key.allowed,
+            "meaning": key.meaning,
+        }
+        found.append(Control(**(asdict(row) | own)))
+    return found
 
 
 def values(design: Design) -> dict[str, tuple[str, str, bool]]:
@@ -162,20 +174,6 @@ def _rows(design: Design) -> Iterator[_Row]:
         for name in names.get(part, [""]):
             key, label = (text.replace(part, name) if part else text for text in (row.key, row.label))
             yield replace(row, key=key, label=label)
-
-
-def _control(row: _Row, key: Key) -> Control:
-    number = not row.choices and key.value
-    own = {
-        "key": key.key,
-        "value": round(_number(key, row.unit), 6) if number else key.value or None,
-        "choices": _choices(row.choices) if row.choices else (),
-        "source": "set here" if key.source == "set" else key.kind if key.kind in _SOURCES else "",
-        "reference": key.reference or key.source,
-        "allowed": key.allowed,
-        "meaning": key.meaning,
-    }
-    return Control(**(asdict(row) | own))
 
 
 @functools.cache

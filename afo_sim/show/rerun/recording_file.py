@@ -111,6 +111,7 @@ def contents(shown: list[RunScene]) -> Contents:
     lanes = sum(len(run.source.named("valve")) for run in shown)
     leg = shown[0].source.scenario.leg
     plots = curves.plots_of([line for run in shown for line in run.lines])
+    told = {plot: [(line.name, line.colour) for line in lines] for plot, lines in plots.items()}
     sources = [(run.label or run.source.name, run.source) for run in shown]
     return Contents(
         valves=lanes,
@@ -124,15 +125,11 @@ def contents(shown: list[RunScene]) -> Contents:
         lanes=2 * len(walkers),
         joint=leg.ankle,
         positive=leg.directions[0],
-        plots={plot: _legend(lines, len(shown) > 1) for plot, lines in plots.items()},
+        # of compared runs, `runs` tells names and colours once for all
+        plots={plot: "" if len(shown) > 1 else colours.in_words(lines) for plot, lines in told.items()},
         runs=colours.in_words((run.label, colours.of_run(k)) for k, run in enumerate(shown) if run.label),
         answer=bool(texts.answer(sources)),
     )
-
-
-def _legend(lines: list[curves.Curve], compared: bool) -> str:
-    """Names and colours of a plot's lines, as its title tells them; compared runs are told once for all."""
-    return "" if compared else colours.in_words((line.name, line.colour) for line in lines)
 
 
 def _write(path: pathlib.Path, name: str, shown: list[RunScene], rate: float | None) -> None:
