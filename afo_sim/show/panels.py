@@ -159,7 +159,7 @@ def pressures(axis: Any, runs: Sequence[RunView], over: Over = "time") -> None:
     """Pressure of the supply and of each chamber of a run; thin, those of volumes in its air path."""
     run = runs[0]
     wanted, had = (run.recording.columns.get(name) for name in (SET_PRESSURE, "supply/pressure"))
-    # where the supply does not hold it
+    # what the supply is set to, where it does not hold it
     if wanted is not None and np.abs(wanted - had).max(initial=0.0) > _ALIKE * np.abs(wanted).max(initial=0):
         x, values = run.curves(SET_PRESSURE, over)
         axis.plot(x, 1e-5 * values.mean(axis=0), color=GREY, lw=_THIN, ls=":", label="supply, set")
