@@ -19,7 +19,7 @@ import sys
 sys.path.insert(0, sys.argv[1])  # pip takes folders of editable installs out of PYTHONPATH
 from afo_sim.native import compiled, sensing
 from afo_sim.physics import curves, in_series
-for load in (compiled.callbacks, sensing.compiled_sense, curves._compiled, in_series._compiled):
+for load in (compiled.callbacks, sensing.compiled_sense, curves.compiled_curves, in_series.compiled_tensions):
     load()
 """
 

@@ -84,9 +84,8 @@ def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
         s[n + NODE.kind] = OF_STORE if kind == KIND_STORE else OF_VOLUME
         s[n + NODE.volume_change] = s[n + NODE.power] = 0.0
         if kind == KIND_STORE:  # slow: its pressure stays over the step, and the line warms what it gives
-            s[n + NODE.pressure] = pressure_of_store(
-                u, q, act[adr + STORE_ACT.mass], act[adr + STORE_ACT.temperature]
-            )
+            mass, temperature = act[adr + STORE_ACT.mass], act[adr + STORE_ACT.temperature]
+            s[n + NODE.pressure] = store_pressure(mass, temperature, u[q + AIR_ROW.volume], gas_in(u, q))
             s[n + NODE.temperature], s[n + NODE.sigma_rate] = AMBIENT_TEMPERATURE, 0.0
         elif kind == KIND_CHAMBER:
             s[n + NODE.volume], s[n + NODE.pressure] = (
@@ -104,12 +103,10 @@ def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
 
 
 @register_jitable
-def pressure_of_store(u: Any, q: int, mass: float, temperature: float) -> float:
-    """Absolute pressure of the store whose row starts at q [Pa]."""
+def gas_in(u: Any, q: int) -> Any:
+    """The gas of the store whose row starts at q, as the kernels of stores take it."""
     g = q + AIR_ROW.real_gas
-    return store_pressure(
-        mass, temperature, u[q + AIR_ROW.volume], u[g], u[g + 2], u[g + 3], u[g + 4], u[g + 5], u[g + 6]
-    )
+    return u[g], u[g + 1], u[g + 2], u[g + 3], u[g + 4], u[g + 5], u[g + 6]
 
 
 @register_jitable

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE
-from afo_sim.native.air import evaluate, keep_powers, switch, take_edges, take_nodes, take_slopes
+from afo_sim.native.air import evaluate, gas_in, keep_powers, switch, take_edges, take_nodes, take_slopes
 from afo_sim.native.air_block import (
     EDGE,
     EDGE_NUMBERS,
@@ -404,7 +404,6 @@ def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
 @register_jitable
 def cooling(u: Any, q: int, mass: float, temperature: float, outflow: float) -> float:
     """Rate of temperature of the store whose row starts at q, which gives a flow [K/s]."""
-    g = q + AIR_ROW.real_gas
     return store_temperature_rate(
         mass,
         temperature,
@@ -414,13 +413,7 @@ def cooling(u: Any, q: int, mass: float, temperature: float, outflow: float) -> 
         u[q + STORE_ROW.shell],
         u[q + AIR_ROW.wall_conductance],
         AMBIENT_TEMPERATURE,
-        u[g],
-        u[g + 1],
-        u[g + 2],
-        u[g + 3],
-        u[g + 4],
-        u[g + 5],
-        u[g + 6],
+        gas_in(u, q),
     )
 
 

@@ -1,22 +1,13 @@
 """The sensors' kernel as machine code, compiled once and kept."""
 
 import ctypes
-import functools
 from typing import Any
 
-from afo_sim.common import machine_code
+from afo_sim.physics import compiled_functions, sense
 
-KIND = "sensing"
-_SENSE = ctypes.CFUNCTYPE(ctypes.c_double, *6 * (ctypes.c_void_p,), *4 * (ctypes.c_int64,), ctypes.c_double)
+_ARGUMENTS = (*6 * (ctypes.c_void_p,), *4 * (ctypes.c_int64,), ctypes.c_double)
 
 
-@functools.cache
 def compiled_sense() -> Any:
     """`physics.sensing.sense` as a C function: addresses of six arrays, four whole numbers, the time step."""
-    return machine_code.functions(KIND, _SENSE, (KIND,), _compile)[0]
-
-
-def _compile() -> machine_code.Compiled:
-    import afo_sim.native.sensing_code as sensing_code  # which imports numba
-
-    return sensing_code.compile_all()
+    return compiled_functions("sensing", _ARGUMENTS, sense)[0]

@@ -46,14 +46,15 @@ from .in_series import on_anchors as on_anchors
 from .in_series import row as row
 from .in_series import tension as tension
 from .in_series import tensions as tensions
+from .jitable import compiled_functions as compiled_functions
 from .jitable import register_all as register_all
 from .jitable import register_jitable as register_jitable
 from .law import MAX_COEFFICIENTS as MAX_COEFFICIENTS
 from .law import Braid as Braid
 from .law import Law as Law
 from .law import LawParameter as LawParameter
-from .law_slope import Slopes as Slopes
-from .law_slope import slopes_of as slopes_of
+from .law import Slopes as Slopes
+from .law import slopes_of as slopes_of
 from .law_volume import LAW_VOLUME as LAW_VOLUME
 from .law_volume import LawVolume as LawVolume
 from .law_volume import law_volume as law_volume

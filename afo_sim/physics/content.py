@@ -18,43 +18,28 @@ SMALL = 1e-13  # share of a density to which it is found
 PART, PART_LEFT, CLOSE, WARMER = 0.01, 0.05, 1e-6, 1e-3
 
 
-def gas_density(gas: Gas, pressure: float, temperature: float = AMBIENT_TEMPERATURE) -> float:
-    """Density of a real gas at a pressure, by bisection.
+def gas_mass(gas: Gas, volume: float, pressure: float, temperature: float = AMBIENT_TEMPERATURE) -> float:
+    """Mass of a real gas in a volume at a pressure, without liquid, by bisection of its density [kg].
 
     Parameters
     ----------
     gas : of `physics/gas.py`
+    volume : [m³]
     pressure : absolute [Pa], to 350 bar; where the gas liquefies below it, that of saturation counts
     temperature : [K]
-
-    Returns
-    -------
-    float : ρ [kg/m³]
     """
-    constant, _, b0, b1, c0, c1, _ = gas.row
-    low, high = 0.0, 2.0 * pressure / (constant * temperature)
+    low, high = 0.0, 2.0 * pressure / (gas.constant * temperature)
     if gas.liquefies:
-        high = vapour_density(temperature, constant, b0, b1, c0, c1)
+        high = vapour_density(temperature, gas.row)
         if pressure >= saturation(temperature)[0]:
-            return high
+            return volume * high
     while high - low > SMALL * high:
         middle = 0.5 * (low + high)
-        if gas_pressure(middle, temperature, constant, b0, b1, c0, c1) < pressure:
+        if gas_pressure(middle, temperature, gas.row) < pressure:
             low = middle
         else:
             high = middle
-    return 0.5 * (low + high)
-
-
-def gas_mass(gas: Gas, volume: float, pressure: float, temperature: float = AMBIENT_TEMPERATURE) -> float:
-    """Mass of gas in a volume at a pressure, without liquid [kg].
-
-    Parameters
-    ----------
-    gas, pressure, temperature : as in `gas_density`
-    volume : [m³]
-    """
-    return volume * gas_density(gas, pressure, temperature)
+    return volume * (0.5 * (low + high))
 
 
 def mass_given(
@@ -110,23 +95,21 @@ def mass_given_at(
     float : 0 where the store is below that pressure from the first. Below −56.6 °C of carbon dioxide it holds
         no more, as there is no dry ice in it
     """
-    constant, _, *virial, liquefies = row = gas.row
+    row = gas.row
 
     def stepped(held: float, warm: float, taken: float) -> float:
         """Temperature after a mass is taken."""
 
         def rate(at: float) -> float:
             middle = held - 0.5 * taken
-            return store_temperature_rate(
-                middle, at, volume, 0.0, flow, shell, conductance, temperature, *row
-            )
+            return store_temperature_rate(middle, at, volume, 0.0, flow, shell, conductance, temperature, row)
 
         here = rate(warm)
         exponent = (rate(warm + WARMER) - here) / WARMER * taken / flow
         return warm + taken / flow * here * (math.expm1(exponent) / exponent if exponent else 1.0)
 
     def enough(held: float, warm: float) -> bool:
-        return store_pressure(held, warm, volume, constant, *virial, liquefies) >= pressure
+        return store_pressure(held, warm, volume, row) >= pressure
 
     held, warm = mass, temperature
     if not enough(held, warm):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import afo_sim.common.user_cache  # noqa: F401  # of the code that runs, before a file is edited
-from afo_sim.physics.jitable import register_all, register_jitable
+from afo_sim.physics.jitable import compiled_functions, register_jitable
 from afo_sim.physics.law import MAX_COEFFICIENTS
 from afo_sim.physics.static_force import static_force
 
@@ -89,41 +89,27 @@ def _over(
     first, second = np.broadcast_arrays(np.asarray(given, float), np.asarray(pressure, float))
     out = np.empty(first.shape)
     arrays = (row, np.ascontiguousarray(first), np.ascontiguousarray(second), out)
-    _compiled()[which](native_id, *(array.ctypes.data for array in arrays), out.size)
+    compiled_curves()[which](native_id, *(array.ctypes.data for array in arrays), out.size)
     return out
 
 
-@functools.cache
-def _compiled() -> list[Any]:
-    """C functions of a law's number and coefficients, what is given, the pressures, and where to write."""
-    from afo_sim.common import machine_code  # LLVM: for curves over arrays alone
-
-    pointers = [ctypes.c_void_p] * 4
-    prototype = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, *pointers, ctypes.c_int64)
-    return machine_code.functions("curves", prototype, (), _compile)
+@register_jitable
+def _excess(contraction: float, force: float, law: float, pressure: float, c: Any) -> float:
+    return static_force(law, contraction, pressure, c, 0) - force
 
 
-def _compile() -> Any:
-    from numba import types  # large: only to compile
+def _force_curve(law: float, c: Any, contraction: Any, pressure: Any, out: Any, size: int) -> float:
+    for k in range(size):
+        out[k] = static_force(law, contraction[k], pressure[k], c, 0)
+    return 0.0
 
-    from afo_sim.common import compiling
 
-    @register_jitable
-    def excess(x: float, force: float, law: float, pressure: float, c: Any) -> float:
-        return static_force(law, x, pressure, c, 0) - force
+def _contraction_curve(law: float, c: Any, force: Any, pressure: Any, out: Any, size: int) -> float:
+    for k in range(size):
+        out[k] = crossing(_excess, (force[k], law, pressure[k], c), STRETCHED, CONTRACTED, HALVINGS)
+    return 0.0
 
-    def force_curve(law: float, c: Any, contraction: Any, pressure: Any, out: Any, size: int) -> float:
-        for k in range(size):
-            out[k] = static_force(law, contraction[k], pressure[k], c, 0)
-        return 0.0
 
-    def contraction_curve(law: float, c: Any, force: Any, pressure: Any, out: Any, size: int) -> float:
-        for k in range(size):
-            arguments = (force[k], law, pressure[k], c)
-            out[k] = crossing(excess, arguments, STRETCHED, CONTRACTED, HALVINGS)
-        return 0.0
-
-    register_all()
-    pointers = [types.CPointer(types.float64)] * 4
-    signature = types.float64(types.float64, *pointers, types.int64)
-    return compiling.compile_all((force_curve, contraction_curve), signature, lambda builder, arguments: None)
+# a number, three arrays, where to write, and how many
+CURVE = (ctypes.c_double, *[ctypes.c_void_p] * 4, ctypes.c_int64)
+compiled_curves = functools.partial(compiled_functions, "curves", CURVE, _force_curve, _contraction_curve)

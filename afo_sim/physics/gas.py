@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
 
+Row = tuple[float, float, float, float, float, float, float]  # (R, c_v, b0, b1, c0, c1, liquefies)
 REFERENCE_PRESSURE = 1e5  # of the ISO 8778 reference atmosphere [Pa]
 
 
@@ -47,8 +48,8 @@ class Gas:
         return 1.0 / self.free_density
 
     @property
-    def row(self) -> tuple[float, float, float, float, float, float, float]:
-        """Arguments of the kernels of `physics/store.py`: (R, c_v, b0, b1, c0, c1, liquefies)."""
+    def row(self) -> Row:
+        """The gas as the kernels of `physics/store.py` take it: (R, c_v, b0, b1, c0, c1, liquefies)."""
         return (self.constant, self.heat_capacity, *self.second, *self.third, float(self.liquefies))
 
 

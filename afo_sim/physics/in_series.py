@@ -7,7 +7,6 @@ pull of n such muscles. F falls with κ, so the right side less the left falls, 
 bisection finds it. The tension is the law's at that κ. A muscle without tension is slack, and κ = κ_path.
 """
 
-import ctypes
 import functools
 import math
 from collections.abc import Sequence
@@ -17,8 +16,8 @@ from typing import Any
 import numpy as np
 
 import afo_sim.common.user_cache  # noqa: F401  # of the code that runs, before a file is edited
-from afo_sim.physics.curves import CONTRACTED, HALVINGS, crossing
-from afo_sim.physics.jitable import register_all, register_jitable
+from afo_sim.physics.curves import CONTRACTED, CURVE, HALVINGS, crossing
+from afo_sim.physics.jitable import compiled_functions, register_jitable
 from afo_sim.physics.law import MAX_COEFFICIENTS, Braid
 from afo_sim.physics.series import anchor_displacement
 from afo_sim.physics.static_force import signed_force
@@ -178,31 +177,14 @@ def tensions(path: np.ndarray, pressure: np.ndarray, u: np.ndarray) -> np.ndarra
     """
     given = [np.ascontiguousarray(values, dtype=float) for values in (u, path, pressure)]
     out = np.empty(len(given[1]))
-    _compiled()[0](0.0, *(array.ctypes.data for array in (*given, out)), out.size)
+    compiled_tensions()[0](0.0, *(array.ctypes.data for array in (*given, out)), out.size)
     return out
 
 
-@functools.cache
-def _compiled() -> list[Any]:
-    """C function of a number that it does not use, row, paths, pressures, where to write, and how many."""
-    from afo_sim.common import machine_code  # LLVM: for many points alone
-
-    pointers = [ctypes.c_void_p] * 4
-    prototype = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double, *pointers, ctypes.c_int64)
-    return machine_code.functions("in_series", prototype, (), _compile)
+def _tension_curve(unused: float, u: Any, path: Any, pressure: Any, out: Any, size: int) -> float:
+    for k in range(size):
+        out[k] = _tension_at(_balanced(path[k], pressure[k], u), pressure[k], u)
+    return unused
 
 
-def _compile() -> Any:
-    from numba import types  # large: only to compile
-
-    from afo_sim.common import compiling
-
-    def over(unused: float, u: Any, path: Any, pressure: Any, out: Any, size: int) -> float:
-        for k in range(size):
-            out[k] = _tension_at(_balanced(path[k], pressure[k], u), pressure[k], u)
-        return unused
-
-    register_all()
-    pointers = [types.CPointer(types.float64)] * 4
-    signature = types.float64(types.float64, *pointers, types.int64)
-    return compiling.compile_all((over,), signature, lambda builder, arguments: None)
+compiled_tensions = functools.partial(compiled_functions, "in_series", CURVE, _tension_curve)

@@ -1,9 +1,12 @@
-"""The mark of functions that compiled code may call; numba learns of them when something is compiled.
+"""The mark of functions that compiled code may call, and machine code of what calls them over arrays.
 
-A third of a second goes into importing numba. Who reads a description, or runs machine code that is there
-already, needs none of it: to Python a marked function is what it was.
+A third of a second goes into importing numba, which learns of marked functions when something is compiled.
+Who reads a description, or runs machine code that is there already, needs none of it: to Python a marked
+function is what it was.
 """
 
+import ctypes
+import functools
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -34,3 +37,34 @@ def register_all() -> None:
         function, options = _unregistered.pop(0)
         # without the wrapper in C that each would get, which nothing calls: an eighth of the time to compile
         register(no_cfunc_wrapper=True, **options)(function)
+
+
+@functools.cache
+def compiled_functions(
+    kind: str, arguments: tuple[Any, ...], *functions: Callable[..., float]
+) -> list[Callable[..., float]]:
+    """Functions of arrays and numbers as C functions, compiled once and kept; they raise nothing.
+
+    Parameters
+    ----------
+    kind : under which the machine code is kept
+    arguments : of each, as of ctypes: addresses of doubles, doubles, whole numbers
+    functions : that return a double
+    """
+    from afo_sim.common import machine_code  # LLVM: for code over arrays alone
+
+    prototype = ctypes.CFUNCTYPE(ctypes.c_double, *arguments)
+    return machine_code.functions(kind, prototype, (), lambda: code_of(arguments, *functions))
+
+
+def code_of(arguments: tuple[Any, ...], *functions: Callable[..., float]) -> Any:
+    """Machine code of functions, as `compiled_functions` takes them."""
+    from numba import types  # large: only to compile
+
+    from afo_sim.common import compiling
+
+    doubles = types.CPointer(types.float64)
+    known = {ctypes.c_void_p: doubles, ctypes.c_double: types.float64, ctypes.c_int64: types.int64}
+    register_all()
+    signature = types.float64(*(known[argument] for argument in arguments))
+    return compiling.compile_all(functions, signature, lambda builder, arguments: None)

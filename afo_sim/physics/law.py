@@ -1,15 +1,19 @@
-"""Description of a static force law: the braid's geometry, the law's parameters, the law itself."""
+"""Description of a static force law: the braid's geometry, its parameters, its slopes, the law itself."""
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
+
+from afo_sim.physics.jitable import register_jitable
 
 Values = Mapping[str, float]  # parameters by name [SI]
 Coefficients = tuple[float, ...]
 
 MAX_COEFFICIENTS = 21  # slots of a law's coefficients in an actuator's row
 CHARACTERISTIC = (1e5, 6e5)  # gauge pressures of the maker's characteristics of fluidic muscles [Pa]
+Slopes = tuple[float, float, float]  # a force and its slopes: F [N], ∂F/∂κ [N], ∂F/∂p [N/Pa]
+CONTRACTION_STEP, PRESSURE_STEP = 1e-7, 1.0  # of the difference quotients of a law without slopes [-], [Pa]
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,9 @@ class Braid:
         return 1.0 - 1.0 / math.cos(self.braid_angle)
 
 
+TRIED = Braid(nominal_length=0.2, nominal_radius=0.01, braid_angle=0.4)  # on which entries are tried
+
+
 @dataclass(frozen=True)
 class LawParameter:
     """One parameter of a law or friction beyond the braid's geometry: symbol, SI unit, bounds.
@@ -68,16 +75,39 @@ class LawParameter:
 
 
 @dataclass(frozen=True)
-class Law:
+class Entry:
+    """A law or a friction, as a registry holds it.
+
+    native_id : the number by which compiled code knows the kernel; entries of one kernel share it
+    kernel : of its own arguments and the coefficients
+    coefficients : (braid, parameters) → the kernel's coefficients
+    """
+
+    name: str
+    native_id: int
+    kernel: Callable[..., Any]
+    parameters: tuple[LawParameter, ...]
+    coefficients: Callable[[Braid, Values], Coefficients]
+    formula: str
+    validity: str
+    source: str
+
+    @property
+    def typical(self) -> Coefficients:
+        """Coefficients of the parameters' typical values on a braid of 20 cm, 10 mm and 0.4 rad."""
+        return self.coefficients(TRIED, {p.name: p.typical for p in self.parameters})
+
+
+@dataclass(frozen=True)
+class Law(Entry):
     """A force law: `kernel(contraction, pressure, *coefficients(braid, parameters))` in newtons.
 
     A kernel under `@with_slopes` is written with its derivatives; others have difference quotients for them.
 
-    `native_id` is the number by which compiled code knows the kernel; laws of one kernel share it. `fitted`
-    names the parameters that a fit varies (a law's, and `braid_angle` or `end_length` of the muscle). The
-    ranges [Pa, -] are where the law was published or shown to hold. `braids` says that the formula is the
-    braid's own, so that pressure pulls more on a stretched one; others are held at κ = 0 beside the braid's
-    stiffness, as the measured fluidic muscle of 20 mm is.
+    `fitted` names the parameters that a fit varies (a law's, and `braid_angle` or `end_length` of the
+    muscle). The ranges [Pa, -] are where the law was published or shown to hold. `braids` says that the
+    formula is the braid's own, so that pressure pulls more on a stretched one; others are held at κ = 0
+    beside the braid's stiffness, as the measured fluidic muscle of 20 mm is.
 
     `force_powers` are the powers with which the coefficients grow when the force grows by a factor. `length`
     says how the force depends on the muscle's length: by the contraction "ratio" alone; the set holds for
@@ -85,17 +115,10 @@ class Law:
     effect of the length by its "own".
     """
 
-    name: str
-    native_id: int
     kernel: Callable[..., float]
-    parameters: tuple[LawParameter, ...]
-    coefficients: Callable[[Braid, Values], Coefficients]
     fitted: tuple[str, ...]
-    formula: str
     pressure_range: tuple[float, float]
     contraction_range: tuple[float, float]
-    validity: str
-    source: str
     braids: bool = False
     force_powers: Coefficients = ()
     length: Literal["ratio", "one", "own"] = "ratio"
@@ -137,3 +160,28 @@ def radial(*names: str) -> Callable[[Braid, Values], Coefficients]:
 def plain(parameters: tuple[LawParameter, ...]) -> Callable[[Braid, Values], Coefficients]:
     """Coefficients of a kernel that takes the parameters alone, in their order."""
     return lambda braid, q: tuple(q[parameter.name] for parameter in parameters)
+
+
+def with_slopes(slopes: Callable[..., Slopes]) -> Callable[..., float]:
+    """Mark a function that compiled code may call: the kernel of its force, whose `slopes` it is itself."""
+
+    def kernel(contraction: float, pressure: float, *coefficients: float) -> float:
+        return slopes(contraction, pressure, *coefficients)[0]
+
+    kernel.__name__, kernel.__doc__ = slopes.__name__, slopes.__doc__
+    kernel.slopes = register_jitable(slopes)  # type: ignore[attr-defined]
+    jitable: Callable[..., float] = register_jitable(kernel)
+    return jitable
+
+
+def slopes_of(kernel: Callable[..., float]) -> Callable[..., Slopes]:
+    """The force of a kernel with its slopes: its own, or difference quotients."""
+
+    def quotients(contraction: float, pressure: float, *coefficients: float) -> Slopes:
+        force = kernel(contraction, pressure, *coefficients)
+        moved = kernel(contraction + CONTRACTION_STEP, pressure, *coefficients)
+        pressed = kernel(contraction, pressure + PRESSURE_STEP, *coefficients)
+        return force, (moved - force) / CONTRACTION_STEP, (pressed - force) / PRESSURE_STEP
+
+    found: Callable[..., Slopes] = getattr(kernel, "slopes", None) or register_jitable(quotients)
+    return found

@@ -1,7 +1,6 @@
 """Sonic conductance C of ISO 6358 from the figures that data sheets print instead of it, and back."""
 
 from afo_sim.common import AMBIENT_TEMPERATURE
-from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.pneumatics import iso_6358_flow
 
 # Absolute pressure that makers count as 0 bar gauge [Pa]: SMC writes Q = 600 C (p1 + 0.1) with p1 in MPa.
@@ -13,7 +12,6 @@ AREA_FACTOR = 2e-3  # C/S [m/(s·Pa)]: S in mm² is 5.0 C in dm³/(s·bar)
 ORIFICE_FACTOR = 1.28e-3  # C/d² [m/(s·Pa)]: 0.128 dm³/(s·bar) of 1 mm
 
 
-@register_jitable
 def nominal_flow(
     conductance: float, critical: float, upstream: float, downstream: float, density: float
 ) -> float:
@@ -39,7 +37,6 @@ def nominal_flow(
     return iso_6358_flow(high, low, AMBIENT_TEMPERATURE, conductance, critical) / density
 
 
-@register_jitable
 def conductance_of_nominal_flow(
     flow: float, critical: float, upstream: float, downstream: float, density: float
 ) -> float:
@@ -63,7 +60,6 @@ def conductance_of_nominal_flow(
     return flow / nominal_flow(1.0, critical, upstream, downstream, density)
 
 
-@register_jitable
 def conductance_of_cv(cv: float) -> float:
     """Sonic conductance from a flow coefficient Cv: C ≈ 3.6 Cv dm³/(s·bar), good to about ±20 %.
 
@@ -86,7 +82,6 @@ def conductance_of_cv(cv: float) -> float:
     return CV_FACTOR * cv
 
 
-@register_jitable
 def conductance_of_kv(kv: float) -> float:
     """Sonic conductance from a flow coefficient Kv: Kv = 0.865 Cv, then as `conductance_of_cv`.
 
@@ -105,7 +100,6 @@ def conductance_of_kv(kv: float) -> float:
     return conductance_of_cv(kv / KV_PER_CV)
 
 
-@register_jitable
 def conductance_of_sonic_area(area: float) -> float:
     """Sonic conductance from the effective (sonic) area of JIS: C = S/5.0, mm² to dm³/(s·bar).
 
@@ -124,7 +118,6 @@ def conductance_of_sonic_area(area: float) -> float:
     return AREA_FACTOR * area
 
 
-@register_jitable
 def conductance_of_orifice(diameter: float) -> float:
     """Sonic conductance of a sharp hole: C = 0.128 d², mm to dm³/(s·bar).
 

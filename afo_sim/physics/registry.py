@@ -10,34 +10,12 @@ import inspect
 import linecache
 import math
 import pkgutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Braid, Coefficients, LawParameter, Values
-
-TRIED = Braid(nominal_length=0.2, nominal_radius=0.01, braid_angle=0.4)  # on which entries are tried
-
-
-class Entry(Protocol):
-    """Properties that every entry of a registry has."""
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def native_id(self) -> int: ...
-
-    @property
-    def kernel(self) -> Callable[..., Any]: ...
-
-    @property
-    def parameters(self) -> tuple[LawParameter, ...]: ...
-
-    @property
-    def coefficients(self) -> Callable[[Braid, Values], Coefficients]: ...
-
+from afo_sim.physics.law import Entry
 
 E = TypeVar("E", bound=Entry)
 
@@ -77,16 +55,7 @@ def collect(package: str, kind: type[E], *, besides: Iterable[str] = ()) -> dict
 
 
 def _check_unique(found: Sequence[tuple[str, Entry]]) -> None:
-    """Refuse a name or a native id that is given twice; entries of one kernel share its id.
-
-    Parameters
-    ----------
-    found : (module, entry) pairs
-
-    Raises
-    ------
-    ValueError
-    """
+    """Refuse a name or a native id that is given twice (ValueError); entries of one kernel share its id."""
     by_name: dict[str, str] = {}
     by_id: dict[int, tuple[str, Entry]] = {}
     for module, entry in found:
@@ -115,7 +84,7 @@ def check_coefficients(entry: Entry, arguments: int, most: int) -> int:
     ValueError
         More coefficients than slots, or another number than the kernel takes.
     """
-    number = len(typical_coefficients(entry))
+    number = len(entry.typical)
     if number > most:
         raise ValueError(f"{entry.name!r} has {number} coefficients; an actuator's row has {most} slots")
     try:
@@ -124,11 +93,6 @@ def check_coefficients(entry: Entry, arguments: int, most: int) -> int:
         problem = f"{entry.name!r} has {number} coefficients, which its kernel does not take"
         raise ValueError(f"{problem}: {error}") from None
     return number
-
-
-def typical_coefficients(entry: Entry) -> Coefficients:
-    """Coefficients of an entry's typical values on a braid of 20 cm, 10 mm and 0.4 rad."""
-    return entry.coefficients(TRIED, {p.name: p.typical for p in entry.parameters})
 
 
 @dataclass(frozen=True)
@@ -175,24 +139,3 @@ def dispatcher(
     linecache.cache[file] = (len(text), None, text.splitlines(True), file)  # tracebacks show the lines
     exec(compile(text, file, "exec"), space)
     return register_jitable(space[name])
-
-
-def check_branches(
-    entries: Mapping[str, E], ask: Callable[[E], Any], expected: Callable[[E], Any], what: str
-) -> None:
-    """Refuse a dispatcher that does not answer for an entry as the entry's own kernel does.
-
-    Parameters
-    ----------
-    entries : by name
-    ask : the dispatcher's answer for an entry
-    expected : the kernel's
-    what : the dispatcher is called so
-
-    Raises
-    ------
-    ValueError
-    """
-    for name, entry in entries.items():
-        if ask(entry) != expected(entry):
-            raise ValueError(f"{name!r} (native id {entry.native_id}) has no branch in {what}")

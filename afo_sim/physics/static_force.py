@@ -12,16 +12,15 @@ again beyond that zero.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Law
-from afo_sim.physics.law_slope import Slopes, slopes_of
+from afo_sim.physics.law import Law, Slopes, slopes_of
 from afo_sim.physics.laws import LAWS
-from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
+from afo_sim.physics.registry import Branch, dispatcher, items
 
 BRAID_BLEND = 0.005  # stretch over which the braid's stiffness sets in [-]
 DAMPER_COEFFICIENTS = 7
@@ -122,7 +121,7 @@ def over(laws: Iterable[Law], slopes: bool = False) -> Callable[[float, float, f
     """
     branches = []
     for law in laws:
-        taken = ["contraction", "pressure", *items("u", "c", len(typical_coefficients(law)))]
+        taken = ["contraction", "pressure", *items("u", "c", len(law.typical))]
         kernel = slopes_of(law.kernel) if slopes else law.kernel
         branches.append(Branch(law.native_id, kernel, (f"return {{kernel}}({', '.join(taken)})",)))
     return dispatcher(
@@ -134,20 +133,7 @@ def over(laws: Iterable[Law], slopes: bool = False) -> Callable[[float, float, f
     )
 
 
-def check(function: _StaticForce, laws: Mapping[str, Law]) -> None:
-    """Refuse a `static_force` without a branch for one of the laws (ValueError)."""
-
-    def asked(law: Law) -> float:
-        return function(float(law.native_id), 0.1, 3e5, typical_coefficients(law), 0)
-
-    def own(law: Law) -> float:
-        return law.kernel(0.1, 3e5, *typical_coefficients(law))
-
-    check_branches(laws, asked, own, "static_force")
-
-
 static_force: _StaticForce = over(LAWS.values())
-check(static_force, LAWS)
 static_slopes: Callable[[float, float, float, Any, int], Slopes] = over(LAWS.values(), slopes=True)
 
 

@@ -14,6 +14,7 @@ the heat capacity of dense air is the larger one.
 
 import math
 
+from afo_sim.physics.gas import Row
 from afo_sim.physics.jitable import register_jitable
 
 # Carbon dioxide, Span & Wagner 1996, doi 10.1063/1.555991
@@ -27,18 +28,17 @@ LIQUID_AT = 273.15  # [K]
 
 
 @register_jitable
-def gas_pressure(
-    density: float, temperature: float, constant: float, b0: float, b1: float, c0: float, c1: float
-) -> float:
+def gas_pressure(density: float, temperature: float, gas: Row) -> float:
     """Pressure of a real gas, p = ρ R [T (1 + b0 ρ + c0 ρ²) + b1 ρ + c1 ρ²] [Pa], absolute.
 
     Parameters
     ----------
     density : ρ [kg/m³]
     temperature : T [K]
-    constant : R [J/(kg·K)]
-    b0, b1, c0, c1 : of `Gas` [m³/kg, m³·K/kg, m⁶/kg², m⁶·K/kg²]; all 0 an ideal gas
+    gas : (R [J/(kg·K)], c_v [J/(kg·K)], b0 [m³/kg], b1 [m³·K/kg], c0 [m⁶/kg²], c1 [m⁶·K/kg²], whether it
+        liquefies, 1 of carbon dioxide), as `Gas` has them; with all of b and c 0 an ideal gas
     """
+    constant, _, b0, b1, c0, c1, _ = gas
     warm = temperature * (1.0 + density * (b0 + c0 * density))
     return density * constant * (warm + density * (b1 + c1 * density))
 
@@ -79,7 +79,7 @@ def saturation(temperature: float) -> tuple[float, float, float]:
 
 
 @register_jitable
-def vapour_density(temperature: float, constant: float, b0: float, b1: float, c0: float, c1: float) -> float:
+def vapour_density(temperature: float, gas: Row) -> float:
     """Density at which carbon dioxide's vapour is saturated [kg/m³]: a store of a greater one holds liquid.
 
     It is where the gas' pressure reaches that of saturation, by Newton's method, so that a store's pressure
@@ -89,24 +89,25 @@ def vapour_density(temperature: float, constant: float, b0: float, b1: float, c0
     Parameters
     ----------
     temperature : T [K]
-    constant, b0, b1, c0, c1 : as in `gas_pressure`
+    gas : as in `gas_pressure`
 
     Source
     ------
     Within 0.5 % of Span & Wagner's from 220 to 298 K.
     """
+    constant, _, b0, b1, c0, c1, _ = gas
     wanted = saturation(temperature)[0]
     most = math.inf
     linear, square = b0 * temperature + b1, 3.0 * (c0 * temperature + c1)
     under = linear * linear - square * temperature
     if linear < 0.0 and under > 0.0:  # ∂p/∂ρ = R (T + 2 linear ρ + square ρ²) falls to 0
         most = temperature / (-linear + math.sqrt(under))
-        if gas_pressure(most, temperature, constant, b0, b1, c0, c1) <= wanted:
+        if gas_pressure(most, temperature, gas) <= wanted:
             return most
     density = wanted / (constant * temperature)
     for _ in range(30):  # the pressure is concave up to `most`: each step stays below the root
         slope = constant * (temperature + density * (2.0 * linear + square * density))
-        step = (wanted - gas_pressure(density, temperature, constant, b0, b1, c0, c1)) / slope
+        step = (wanted - gas_pressure(density, temperature, gas)) / slope
         density += step
         if step < 1e-12 * density:
             break
@@ -114,17 +115,7 @@ def vapour_density(temperature: float, constant: float, b0: float, b1: float, c0
 
 
 @register_jitable
-def store_pressure(
-    mass: float,
-    temperature: float,
-    volume: float,
-    constant: float,
-    b0: float,
-    b1: float,
-    c0: float,
-    c1: float,
-    liquefies: float,
-) -> float:
+def store_pressure(mass: float, temperature: float, volume: float, gas: Row) -> float:
     """Absolute pressure of a store [Pa]: that of the gas, or of saturation while there is liquid.
 
     Parameters
@@ -132,29 +123,16 @@ def store_pressure(
     mass : m of gas and liquid [kg]
     temperature : T [K]
     volume : V [m³]
-    constant, b0, b1, c0, c1 : as in `gas_pressure`
-    liquefies : 1 carbon dioxide, 0 a gas that stays one
+    gas : as in `gas_pressure`
     """
     density = mass / volume
-    if liquefies != 0.0:
-        most = vapour_density(temperature, constant, b0, b1, c0, c1)
-        density = min(density, most)
-    return gas_pressure(density, temperature, constant, b0, b1, c0, c1)
+    if gas[-1] != 0.0:
+        density = min(density, vapour_density(temperature, gas))
+    return gas_pressure(density, temperature, gas)
 
 
 @register_jitable
-def store_heat_capacity(
-    mass: float,
-    temperature: float,
-    volume: float,
-    constant: float,
-    heat: float,
-    b0: float,
-    b1: float,
-    c0: float,
-    c1: float,
-    liquefies: float,
-) -> float:
+def store_heat_capacity(mass: float, temperature: float, volume: float, gas: Row) -> float:
     """Heat capacity of what is in a store, at constant mass and volume [J/K].
 
     Of a gas m c_v. Of liquid and vapour together U = m e(T) + V (T p′ − p), as U is linear in m and V at each
@@ -162,32 +140,21 @@ def store_heat_capacity(
 
     Parameters
     ----------
-    heat : c_v of the gas [J/(kg·K)]
-    mass, temperature, volume, constant, b0, b1, c0, c1, liquefies : as in `store_pressure`
+    mass, temperature, volume, gas : as in `store_pressure`
 
     Source
     ------
     e′ = 1635 − 3.0 (T − 273.15) J/(kg·K), fitted here to CoolProp 8.0 (Span & Wagner 1996) within 1 % from
     220 to 298 K.
     """
-    if liquefies != 0.0 and mass > volume * vapour_density(temperature, constant, b0, b1, c0, c1):
+    if gas[-1] != 0.0 and mass > volume * vapour_density(temperature, gas):
         own = LIQUID_HEAT + LIQUID_SLOPE * (temperature - LIQUID_AT)
         return mass * own + volume * temperature * saturation(temperature)[2]
-    return mass * heat
+    return mass * gas[1]
 
 
 @register_jitable
-def heat_taken(
-    mass: float,
-    temperature: float,
-    volume: float,
-    constant: float,
-    b0: float,
-    b1: float,
-    c0: float,
-    c1: float,
-    liquefies: float,
-) -> float:
+def heat_taken(mass: float, temperature: float, volume: float, gas: Row) -> float:
     """Heat that the gas that leaves takes out of what stays, by its mass [J/kg]: (T/ρ) ∂p/∂T.
 
     From d(m u)/dt = −ṁ h of a store of constant volume, with ∂u/∂ρ = (p − T ∂p/∂T)/ρ². Of an ideal gas R T.
@@ -196,11 +163,12 @@ def heat_taken(
 
     Parameters
     ----------
-    mass, temperature, volume, constant, b0, b1, c0, c1, liquefies : as in `store_pressure`
+    mass, temperature, volume, gas : as in `store_pressure`
     """
+    constant, _, b0, _, c0, _, liquefies = gas
     density = mass / volume
     if liquefies != 0.0:
-        most = vapour_density(temperature, constant, b0, b1, c0, c1)
+        most = vapour_density(temperature, gas)
         if density > most:
             return temperature / most * saturation(temperature)[1]
     return temperature * constant * (1.0 + density * (b0 + c0 * density))
@@ -216,13 +184,7 @@ def store_temperature_rate(
     shell: float,
     conductance: float,
     ambient: float,
-    constant: float,
-    heat: float,
-    b0: float,
-    b1: float,
-    c0: float,
-    c1: float,
-    liquefies: float,
+    gas: Row,
 ) -> float:
     """Rate of a store's temperature from its energy balance [K/s].
 
@@ -239,16 +201,15 @@ def store_temperature_rate(
     shell : heat capacity K of the shell, which is as warm as what is in it [J/K]
     conductance : hA to the surroundings [W/K]
     ambient : T_a [K]
-    constant, heat, b0, b1, c0, c1, liquefies : as in `store_heat_capacity`
+    gas : as in `gas_pressure`
 
     Returns
     -------
     float : Ṫ [K/s]
     """
-    capacity = shell + store_heat_capacity(
-        mass, temperature, volume, constant, heat, b0, b1, c0, c1, liquefies
-    )
-    taken = heat_taken(mass, temperature, volume, constant, b0, b1, c0, c1, liquefies)
+    constant, heat, _, b1, _, c1, _ = gas
+    capacity = shell + store_heat_capacity(mass, temperature, volume, gas)
+    taken = heat_taken(mass, temperature, volume, gas)
     density = mass / volume
     # h_in − u − ρ ∂u/∂ρ of the gas within, ∂u/∂ρ = R (b1 + c1 ρ)
     brought = (heat + constant) * ambient - heat * temperature

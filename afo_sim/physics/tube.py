@@ -2,7 +2,7 @@
 
 import math
 
-from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO, STANDARD_DENSITY
+from afo_sim.common import AMBIENT_TEMPERATURE, GAS_CONSTANT, HEAT_CAPACITY_RATIO
 
 CONDUCTANCE = 0.029  # of the formula below [m³/(s·Pa·m²)]
 ENDS = 510.0  # what the two ends weigh in it, as a length [m^(−1/4)]
@@ -27,8 +27,9 @@ def tube_conductance(bore: float, length: float) -> float:
 
     Notes
     -----
-    This is turbulent friction with a factor that depends on the bore alone, and losses at the ends: see
-    `friction_factor` and `end_losses`. A slow flow is laminar (64/Re) and meets more
+    This is turbulent friction with a factor that depends on the bore alone, f = 0.0062 d^(−1/4), and losses
+    of 3.2 at the ends, by the dynamic pressure at the entry's state: isothermal choked flow through a long
+    tube into vacuum is ṁ = A p/√(R T f L/d), A = π d²/4. A slow flow is laminar (64/Re) and meets more
     resistance than this.
 
     Source
@@ -87,39 +88,3 @@ def sound_delay(
     float : [s]
     """
     return length / math.sqrt(heat_capacity_ratio * gas_constant * temperature)
-
-
-def friction_factor(bore: float) -> float:
-    """Darcy friction factor that `tube_conductance` stands for, f = 0.0062 d^(−1/4).
-
-    Isothermal choked flow through a long tube into vacuum is ṁ = A p/√(R T f L/d), A = π d²/4. Set equal to
-    C ρ0 p with C² = 0.029² d^5.25/L it gives f = (π/4)²/(0.029² ρ0² R T) d^(−1/4).
-
-    Parameters
-    ----------
-    bore : d [m]
-
-    Returns
-    -------
-    float : f [-], 0.025 of 4 mm
-    """
-    return _friction() * bore**-0.25
-
-
-def end_losses() -> float:
-    """Loss coefficient that the 510 of `tube_conductance` stands for, 3.2.
-
-    With f L/d = k L/d^1.25 the root is √((f L/d + 510 k)/k): to the friction comes 510 k for the entry, the
-    exit and the air's own acceleration.
-
-    Returns
-    -------
-    float : [-], of the dynamic pressure at the entry's state
-    """
-    return ENDS * _friction()
-
-
-def _friction() -> float:
-    """k in f = k d^(−1/4) [m^(1/4)]."""
-    choked = CONDUCTANCE * STANDARD_DENSITY
-    return (0.25 * math.pi / choked) ** 2 / (GAS_CONSTANT * AMBIENT_TEMPERATURE)

@@ -240,7 +240,11 @@ def test_shipped_code_is_taken_if_it_is_whole_and_of_these_sources(
 @pytest.mark.slow
 def test_code_is_the_same_for_every_processor() -> None:
     """Whatever processor numba is told of."""
-    program = "from afo_sim.physics.in_series import _compile\nprint(_compile()[0][0].binary.hex())"
+    program = (
+        "from afo_sim.physics import in_series, jitable\n"
+        "code, _ = jitable.code_of(in_series.CURVE, in_series._tension_curve)\n"
+        "print(code[0].binary.hex())"
+    )
     features = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}, {"NUMBA_CPU_NAME": "skylake-avx512"}
     said = {
         subprocess.check_output([sys.executable, "-c", program], env=os.environ | each) for each in features

@@ -24,7 +24,6 @@ from afo_sim.physics import (
     valve_flow,
 )
 from afo_sim.physics.pneumatics import braid_volume
-from afo_sim.physics.registry import typical_coefficients
 
 
 def test_crossing_finds_the_zero() -> None:
@@ -48,7 +47,7 @@ def test_crossing_compiled_is_python() -> None:
 
 def test_curves_broadcast() -> None:
     law = LAWS["tondu_lopez_2000"]
-    c = typical_coefficients(law)
+    c = law.typical
     kappa, pressure = np.linspace(0.0, 0.2, 5)[:, None], np.array([1e5, 3e5, 4e5])
     force = forces(law.native_id, c, kappa, pressure)
     assert force.shape == (5, 3)
@@ -59,7 +58,7 @@ def test_curves_broadcast() -> None:
 
 def test_a_load_beyond_the_law_is_found_at_the_ends() -> None:
     law = LAWS["tondu_lopez_2000"]
-    found = contractions(law.native_id, typical_coefficients(law), [1e9, -1e9], 3e5)
+    found = contractions(law.native_id, law.typical, [1e9, -1e9], 3e5)
     assert found == pytest.approx([-0.2, 0.7], abs=1e-12)
 
 

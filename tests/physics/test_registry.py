@@ -12,7 +12,6 @@ from campaign import nightly
 from afo_sim.physics import FRICTIONS, LAWS, MAX_COEFFICIENTS, Law, friction, laws, register_all, static_force
 from afo_sim.physics.friction import dispatch
 from afo_sim.physics.friction.law import Friction
-from afo_sim.physics.registry import typical_coefficients
 
 LAW = """
 from afo_sim.physics.jitable import register_jitable
@@ -133,13 +132,12 @@ def test_a_new_file_is_a_law(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyP
     found = laws.collected()
     assert set(found) == {*LAWS, "new_2026"}
     one = static_force.over(found.values())
-    static_force.check(one, found)
     sloped = static_force.over(found.values(), slopes=True)
     register_all()
     compiled = numba.njit(lambda law, kappa, p, u: (one(law, kappa, p, u, 1), sloped(law, kappa, p, u, 1)))
     for law in found.values():
-        row = np.array([9.0, *typical_coefficients(law), *[0.0] * MAX_COEFFICIENTS])
-        expected = law.kernel(0.1, 3e5, *typical_coefficients(law))
+        row = np.array([9.0, *law.typical, *[0.0] * MAX_COEFFICIENTS])
+        expected = law.kernel(0.1, 3e5, *law.typical)
         assert one(float(law.native_id), 0.1, 3e5, row, 1) == expected
         force, slopes = compiled(float(law.native_id), 0.1, 3e5, row)
         assert (force, slopes[0]) == pytest.approx((expected, expected), rel=1e-12)
@@ -170,12 +168,6 @@ def test_a_wrong_law_is_refused(
         laws.collected()
 
 
-def test_a_law_without_a_branch_is_refused() -> None:
-    some = [law for law in LAWS.values() if law.name != "bolen_2026"]
-    with pytest.raises(ValueError, match=r"'bolen_2026' \(native id 9\) has no branch in static_force"):
-        static_force.check(static_force.over(some), LAWS)
-
-
 def test_laws_of_one_kernel_share_its_id() -> None:
     assert LAWS["takosoglu_2016"].native_id == LAWS["takosoglu_2016_an"].native_id
     assert LAWS["takosoglu_2016"].kernel is LAWS["takosoglu_2016_an"].kernel
@@ -201,14 +193,12 @@ def test_a_new_file_is_a_friction(
     with_files(friction, files, tmp_path, monkeypatch)
     found = friction.collected()
     new, all_ = found["new_2026"], found.values()
-    forces, pressures, rates = (
-        make(all_) for make in (dispatch.forces_over, dispatch.pressures_over, dispatch.rates_over)
-    )
-    dispatch.check(forces, pressures, rates, found)
+    forces, pressures = (dispatch.answers_over(all_, unit) for unit in ("N", "Pa"))
+    rates = dispatch.rates_over(all_)
     is_force = dispatch.which_are_forces(all_)
     assert [f.name for f in all_ if is_force(float(f.native_id))] == [f.name for f in all_ if f.unit == "N"]
     # compiled, with the states behind another actuator's, and the coefficients within a row
-    id_, c = float(new.native_id), typical_coefficients(new)[0]
+    id_, c = float(new.native_id), new.typical[0]
     act, row, out = np.array([5.0, 0.1, 0.2]), np.array([9.0, 8.0, c]), np.zeros(3)
     register_all()
     if new.unit == "N":
@@ -244,8 +234,21 @@ def test_a_wrong_friction_is_refused(
         friction.collected()
 
 
-def test_a_friction_without_a_branch_is_refused() -> None:
-    some = [f for f in FRICTIONS.values() if f.name != "bouc_wen_1976"]
-    made = [make(some) for make in (dispatch.forces_over, dispatch.pressures_over, dispatch.rates_over)]
-    with pytest.raises(ValueError, match=r"'bouc_wen_1976' \(native id 4\) has no branch in the dispatchers"):
-        dispatch.check(*made, FRICTIONS)
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_the_dispatchers_know_every_law(law: Law) -> None:
+    expected, asked = law.kernel(0.1, 3e5, *law.typical), (float(law.native_id), 0.1, 3e5, law.typical, 0)
+    assert static_force.static_force(*asked) == static_force.static_slopes(*asked)[0] == expected
+
+
+@pytest.mark.parametrize("model", FRICTIONS.values(), ids=FRICTIONS)
+def test_the_dispatchers_know_every_friction(model: Friction) -> None:
+    id_, row, states, rates = float(model.native_id), model.typical, [0.0] * model.n_state, [0.0] * 4
+    memory = (states, 0, row, 0, 1e-3)
+    force = dispatch.friction_force(id_, 0.1, 0.2, 3e5, *memory)
+    pressure = dispatch.friction_pressure(id_, 0.2, *memory)
+    expected = model.evaluate(0.1, 0.2, 3e5, states, row, 1e-3)
+    assert (force if dispatch.is_force(id_) else pressure) == expected
+    one = dispatch.friction_rates(id_, 0.2, *memory, rates)
+    if model.n_state:
+        found = (one,) if model.n_state == 1 else tuple(rates[: model.n_state])
+        assert found == model.rates(0.2, states, row, 1e-3)

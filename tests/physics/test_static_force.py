@@ -29,7 +29,6 @@ from afo_sim.physics import (
 from afo_sim.physics.laws.chou_hannaford import chou_hannaford_1996
 from afo_sim.physics.laws.tondu_lopez import tondu_lopez_2000
 from afo_sim.physics.pneumatics import braid_volume
-from afo_sim.physics.registry import typical_coefficients
 from afo_sim.physics.static_force import muscle_static_force, static_force
 
 G = 9.81  # what the fits of S1's tables were made with [m/s²]
@@ -96,7 +95,7 @@ def _cases():
             yield f"{law_set.law}-{name}", case
     for law in (law for law in LAWS.values() if law.name not in shipped):
         pressures = tuple(np.linspace(*law.pressure_range, 11))
-        case = Case(law, typical_coefficients(law), pressures, law.contraction_range[1])
+        case = Case(law, law.typical, pressures, law.contraction_range[1])
         yield law.name, case
     for law, braid in itertools.product(list(LAWS.values())[:3], BRAIDS):
         names = [p.name for p in law.parameters]

@@ -22,7 +22,6 @@ from afo_sim.physics import (
     store_pressure,
     store_temperature_rate,
 )
-from afo_sim.physics.content import gas_density
 from afo_sim.physics.flow_edge import regulator_flow, relief_flow
 from afo_sim.physics.store import gas_pressure, store_heat_capacity, vapour_density
 
@@ -43,24 +42,21 @@ SATURATED = {
 
 
 def pressure(gas: Gas, density: float, temperature: float) -> float:
-    constant, _, b0, b1, c0, c1, _ = gas.row
-    return gas_pressure(density, temperature, constant, b0, b1, c0, c1)
+    return gas_pressure(density, temperature, gas.row)
 
 
 def of_store(gas: Gas, mass: float, temperature: float, volume: float) -> float:
-    constant, _, *virial, liquefies = gas.row
-    return store_pressure(mass, temperature, volume, constant, *virial, liquefies)
+    return store_pressure(mass, temperature, volume, gas.row)
 
 
 def saturated(temperature: float) -> float:
-    constant, _, *virial, _ = CO2.row
-    return vapour_density(temperature, constant, *virial)
+    return vapour_density(temperature, CO2.row)
 
 
 def rate(
     gas: Gas, mass: float, temperature: float, volume: float, into: float, out: float, *around: float
 ) -> float:
-    return store_temperature_rate(mass, temperature, volume, into, out, *around, *gas.row)
+    return store_temperature_rate(mass, temperature, volume, into, out, *around, gas.row)
 
 
 def test_air_has_the_compressibility_of_the_table() -> None:
@@ -127,7 +123,7 @@ def test_vapour_liquid_and_latent_heat(kelvin: float) -> None:
     assert kelvin * slope * (1.0 / saturated(kelvin) - 1.0 / liquid) == pytest.approx(latent, rel=0.01)
     mass = 680.0 * CARTRIDGE
     cold = -rate(CO2, mass, kelvin, CARTRIDGE, 0.0, 1e-4, 0.0, 0.0, WARM)
-    own = store_heat_capacity(mass, kelvin, CARTRIDGE, *CO2.row)
+    own = store_heat_capacity(mass, kelvin, CARTRIDGE, CO2.row)
     assert own == pytest.approx(mass * capacity, rel=0.02)
     assert cold * own / 1e-4 == pytest.approx(latent * liquid / (liquid - vapour), rel=0.01)
 
@@ -150,7 +146,7 @@ def test_16_grams_are_8_9_litres() -> None:
     left = 16e-3 - given
     assert left == pytest.approx((4e5 + ATM) * CARTRIDGE / (CO2.constant * WARM), rel=0.03)
     assert mass_given(CO2, CARTRIDGE, 16e-3, 60e5) == 0.0
-    assert gas_density(CO2, 60e5) == saturated(WARM)
+    assert gas_mass(CO2, 1.0, 60e5) == saturated(WARM)
 
 
 def inner_energy(gas: Gas, density: float, temperature: float) -> float:

@@ -65,15 +65,15 @@ def test_a_source_that_the_start_empties_is_told() -> None:
 @pytest.mark.parametrize("name", ["co2_12g", "bottle_0_5l_10bar"])
 def test_what_a_source_gives_as_it_cools_is_that_of_a_fine_solution(name: str, flow: float) -> None:
     source = load("source", name)
-    constant, _, *virial, liquefies = row = source.real_gas.row
+    row = source.real_gas.row
     rate = flow * 1e-3 / 60.0 * source.real_gas.free_density
 
     def rates(_: float, state: np.ndarray) -> list[float]:
         around = (source.shell, source.wall_conductance, AMBIENT_TEMPERATURE)
-        return [-rate, store_temperature_rate(*state, source.volume, 0.0, rate, *around, *row)]
+        return [-rate, store_temperature_rate(*state, source.volume, 0.0, rate, *around, row)]
 
     def too_low(_: float, state: np.ndarray) -> float:
-        return store_pressure(*state, source.volume, constant, *virial, liquefies) - 4e5 - AMBIENT_PRESSURE
+        return store_pressure(*state, source.volume, row) - 4e5 - AMBIENT_PRESSURE
 
     too_low.terminal = True  # type: ignore[attr-defined]
     begun = [0.9 * source.full_mass, AMBIENT_TEMPERATURE]

@@ -2,7 +2,7 @@
 
 import math
 
-from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.friction.law import DEAD_BAND, Friction
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import LawParameter
 
@@ -80,9 +80,7 @@ def bouc_wen_rate(
 
 
 PARAMETERS = (
-    LawParameter(
-        "dead_band", "Q", "Pa", 0.0, 2e5, "half the hysteresis loop's width in pressure", (1e4, 3e4)
-    ),
+    DEAD_BAND,
     LawParameter(
         "presliding_contraction",
         "s",

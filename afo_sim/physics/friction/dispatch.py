@@ -1,51 +1,35 @@
 """Functions over all frictions by native id, generated from FRICTIONS; compiled code calls them."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
 
 from afo_sim.physics.friction import FRICTIONS
 from afo_sim.physics.friction.law import MOTION, Friction
-from afo_sim.physics.registry import Branch, check_branches, dispatcher, items, typical_coefficients
+from afo_sim.physics.registry import Branch, dispatcher, items
 
 Answer = Callable[..., tuple[float, float]]
-STEP = 1e-3  # [s] at which dispatchers are tried
 
 
 def _call(friction: Friction, motion: Sequence[str]) -> str:
     """A kernel's call; its states start at act[a] and its coefficients at u[c]."""
     states = items("act", "a", friction.n_state)
-    coefficients = items("u", "c", len(typical_coefficients(friction)))
+    coefficients = items("u", "c", len(friction.typical))
     memory = ["step"] if friction.n_state else []
     return f"({', '.join([*motion, *states, *coefficients, *memory])})"
 
 
-def forces_over(frictions: Iterable[Friction]) -> Answer:
-    """(id, κ, κ̇, p, act, a, u, c, h) → (force [N], derivative by κ̇ [N·s]) of frictions that are forces."""
+def answers_over(frictions: Iterable[Friction], unit: str) -> Answer:
+    """(id, *MOTION, act, a, u, c, h) → (friction, its derivative by κ̇) of the frictions in a unit."""
+    name = "force" if unit == "N" else "pressure"
     return dispatcher(
-        "friction_force",
-        ("model", *MOTION["N"], "act", "a", "u", "c", "step"),
+        f"friction_{name}",
+        ("model", *MOTION[unit], "act", "a", "u", "c", "step"),
         [
-            Branch(f.native_id, f.kernel, (f"return {{kernel}}{_call(f, MOTION['N'])}",))
+            Branch(f.native_id, f.kernel, (f"return {{kernel}}{_call(f, MOTION[unit])}",))
             for f in frictions
-            if f.unit == "N"
+            if f.unit == unit
         ],
         otherwise="math.nan, math.nan",
-        description="Friction force at the end of the step [N], and its derivative by κ̇ [N·s].",
-    )
-
-
-def pressures_over(frictions: Iterable[Friction]) -> Answer:
-    """(id, κ̇, act, a, u, c, h) → (q [Pa], derivative by κ̇ [Pa·s]) of frictions in pressure units."""
-    return dispatcher(
-        "friction_pressure",
-        ("model", *MOTION["Pa"], "act", "a", "u", "c", "step"),
-        [
-            Branch(f.native_id, f.kernel, (f"return {{kernel}}{_call(f, MOTION['Pa'])}",))
-            for f in frictions
-            if f.unit == "Pa"
-        ],
-        otherwise="math.nan, math.nan",
-        description="Friction pressure at the end of the step [Pa], and its derivative by κ̇ [Pa·s].",
+        description=f"Friction {name} at the end of the step [{unit}], and its derivative by κ̇ [{unit}·s].",
     )
 
 
@@ -83,32 +67,7 @@ def which_are_forces(frictions: Iterable[Friction]) -> Callable[[float], bool]:
     )
 
 
-def check(
-    forces: Answer, pressures: Answer, rates: Callable[..., float], frictions: Mapping[str, Friction]
-) -> None:
-    """Refuse dispatchers without a branch for one of the frictions (ValueError)."""
-
-    def asked(f: Friction) -> tuple[Any, ...]:
-        row, act, act_dot = typical_coefficients(f), [0.0] * f.n_state, [0.0] * f.n_state
-        value = (
-            forces(float(f.native_id), 0.1, 0.2, 3e5, act, 0, row, 0, STEP)
-            if f.unit == "N"
-            else pressures(float(f.native_id), 0.2, act, 0, row, 0, STEP)
-        )
-        if not f.n_state:
-            return (*value,)
-        one = rates(float(f.native_id), 0.2, act, 0, row, 0, STEP, act_dot)
-        return (*value, *(act_dot if f.n_state > 1 else [one]))
-
-    def own(f: Friction) -> tuple[Any, ...]:
-        row, state = typical_coefficients(f), [0.0] * f.n_state
-        return (*f.evaluate(0.1, 0.2, 3e5, state, row, STEP), *f.rates(0.2, state, row, STEP))
-
-    check_branches(frictions, asked, own, "the dispatchers of friction")
-
-
-friction_force = forces_over(FRICTIONS.values())
-friction_pressure = pressures_over(FRICTIONS.values())
+friction_force = answers_over(FRICTIONS.values(), "N")
+friction_pressure = answers_over(FRICTIONS.values(), "Pa")
 friction_rates = rates_over(FRICTIONS.values())
 is_force = which_are_forces(FRICTIONS.values())
-check(friction_force, friction_pressure, friction_rates, FRICTIONS)

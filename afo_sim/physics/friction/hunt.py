@@ -2,7 +2,7 @@
 
 import math
 
-from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.friction.law import DEAD_BAND, Friction
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import LawParameter
 
@@ -33,9 +33,7 @@ def hunt_dead_band(contraction_rate: float, dead_band: float, creep_rate: float)
 
 
 PARAMETERS = (
-    LawParameter(
-        "dead_band", "Q", "Pa", 0.0, 2e5, "half the hysteresis loop's width in pressure", (1e4, 3e4)
-    ),
+    DEAD_BAND,
     LawParameter(
         "creep_rate",
         "κ̇_r",

@@ -20,11 +20,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from afo_sim.physics.law import Braid, Coefficients, LawParameter, Values
+from afo_sim.physics.law import Braid, Coefficients, Entry, LawParameter, Values
 
 MAX_FRICTION_COEFFICIENTS = 7  # slots of a friction's coefficients in an actuator's row
 State = Sequence[float]
 MOTION = {"N": ("contraction", "rate", "pressure"), "Pa": ("rate",)}  # what a kernel of a unit takes first
+
+
+DEAD_BAND = LawParameter(
+    "dead_band", "Q", "Pa", 0.0, 2e5, "half the hysteresis loop's width in pressure", (1e4, 3e4)
+)
 
 
 def no_fall(braid: Braid, parameters: Values, pressure: float) -> float:
@@ -33,13 +38,12 @@ def no_fall(braid: Braid, parameters: Values, pressure: float) -> float:
 
 
 @dataclass(frozen=True)
-class Friction:
+class Friction(Entry):
     """A friction model and its kernels.
 
     unit : "N", a force; "Pa", a pressure, to be multiplied by |∂F_static/∂p|
     native_id : from 1, by which compiled code knows it; 0 is no friction
     n_state : states of its memory; 0 for none
-    coefficients : (braid, parameters) → the kernels' coefficients
     kernel : (κ, κ̇, p, *states, *coefficients[, h]) → (friction [N], its derivative by κ̇ [N·s]); in pressure
         units (κ̇, *states, *coefficients[, h]) → ([Pa], [Pa·s]). The time step h only where there are states.
     rate_kernel : (κ̇, *states, *coefficients, h) → rates of the states [Pa/s], a number where there is one
@@ -48,16 +52,9 @@ class Friction:
         [N·s/m]: damping of the wrong sign, which a time step must be short enough for
     """
 
-    name: str
-    native_id: int
+    kernel: Callable[..., tuple[float, float]]
     unit: Literal["N", "Pa"]
     n_state: int
-    parameters: tuple[LawParameter, ...]
-    coefficients: Callable[[Braid, Values], Coefficients]
-    kernel: Callable[..., tuple[float, float]]
-    formula: str
-    validity: str
-    source: str
     rate_kernel: Callable[..., Any] | None = None
     sticks: bool = False
     steepest_fall: Callable[[Braid, Values, float], float] = no_fall

@@ -1,6 +1,6 @@
 """Four Maxwell-slip elements in pressure units, Vo-Minh et al. 2011."""
 
-from afo_sim.physics.friction.law import Friction
+from afo_sim.physics.friction.law import DEAD_BAND, Friction
 from afo_sim.physics.jitable import register_jitable
 from afo_sim.physics.law import LawParameter
 
@@ -118,9 +118,7 @@ def maxwell_slip_pressure(
 
 
 PARAMETERS = (
-    LawParameter(
-        "dead_band", "Q", "Pa", 0.0, 2e5, "half the hysteresis loop's width in pressure", (1e4, 3e4)
-    ),
+    DEAD_BAND,
     LawParameter(
         "presliding_contraction", "s", "", 1e-5, 0.3, "contraction from rest to full friction", (0.01, 0.03)
     ),

@@ -3,8 +3,15 @@
 import math
 
 from afo_sim.physics.guards import BAR, STEEPEST, bounded_exp
-from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, radial, without_default
-from afo_sim.physics.law_slope import Slopes, with_slopes
+from afo_sim.physics.law import (
+    CHARACTERISTIC,
+    Law,
+    LawParameter,
+    Slopes,
+    radial,
+    with_slopes,
+    without_default,
+)
 
 
 @with_slopes

@@ -1,8 +1,7 @@
 """The maximum-force approximation, Piteľ & Tóthová 2016."""
 
 from afo_sim.physics.guards import SPAN, descending
-from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, plain, without_default
-from afo_sim.physics.law_slope import Slopes, with_slopes
+from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, Slopes, plain, with_slopes, without_default
 
 
 @with_slopes
