@@ -1,6 +1,5 @@
 """The page on architecture is true: its recipes work, its files exist, its picture is that of the code."""
 
-import importlib.util
 import json
 import os
 import pathlib
@@ -8,11 +7,10 @@ import re
 import shutil
 import subprocess
 import sys
-import types
 from dataclasses import dataclass
 
 import pytest
-from documents import PAGES, ROOT
+from documents import PAGES, ROOT, script
 
 PAGE = PAGES["architecture"]
 SCRIPT = ROOT / "scripts" / "architecture.py"
@@ -142,15 +140,6 @@ def test_every_file_that_the_page_names_exists() -> None:
     assert not [name for name in sorted(named - made) if not (ROOT / name).exists()]
 
 
-@pytest.fixture(scope="module")
-def script() -> types.ModuleType:
-    spec = importlib.util.spec_from_file_location("architecture", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
 def test_the_picture_is_that_of_the_code() -> None:
     """In a new process: what a process has run before changes which rooms a run enters first."""
@@ -161,16 +150,17 @@ def test_the_picture_is_that_of_the_code() -> None:
 
 
 @pytest.mark.slow
-def test_the_table_has_every_room_and_its_extra(script: types.ModuleType) -> None:
+def test_the_table_has_every_room_and_its_extra() -> None:
     from afo_sim.common import EXTRAS
 
+    rooms = script("architecture")
     table = dict(re.findall(r"^\| `(\w+)` \| [^|]+ \|\s*(.*?)\s*\|$", PAGE, flags=re.M))
-    assert set(table) == set(script.rooms())
-    assert {room for room, extra in table.items() if not extra} == set(script.BLUE)
+    assert set(table) == set(rooms.rooms())
+    assert {room for room, extra in table.items() if not extra} == set(rooms.BLUE)
     assert {extra.strip("`") for extra in table.values()} - {"", "none to install"} == set(EXTRAS)
 
 
-def test_the_picture_tells_the_page_its_order(script: types.ModuleType) -> None:
+def test_the_picture_tells_the_page_its_order() -> None:
     """The text for those who do not see the picture has the order that the picture has."""
     picture = (ROOT / "docs" / "architecture.svg").read_text(encoding="utf-8")
     numbered = re.findall(

@@ -1,29 +1,16 @@
 """scripts/tracking.py: its measures on a motion that is known, and what faster valves must do."""
 
-import importlib.util
 import math
-import pathlib
-import sys
 import types
 
+import documents
 import numpy as np
 import pytest
-
-SCRIPT = pathlib.Path(__file__).parents[1] / "scripts" / "tracking.py"
 
 
 @pytest.fixture(scope="module")
 def script() -> types.ModuleType:
-    sys.path.insert(0, str(SCRIPT.parent))  # for its picture
-    try:
-        spec = importlib.util.spec_from_file_location("tracking", SCRIPT)
-        assert spec is not None and spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[spec.name] = module  # dataclasses look their module up
-        spec.loader.exec_module(module)
-    finally:
-        sys.path.remove(str(SCRIPT.parent))
-    return module
+    return documents.script("tracking")
 
 
 def test_measures_of_a_motion_that_is_known(script: types.ModuleType) -> None:

@@ -136,12 +136,8 @@ def sag_of_both(before: Rows, after: Mapping[str, Metric]) -> dict[str, Metric]:
     made_of=("exergy_taken", "positive_work", "skeleton_work"),
 )
 def efficiency(run: Run) -> Found:
-    """What becomes of the exergy taken."""
-    return efficiency_metrics(run.totals)
-
-
-def efficiency_metrics(totals: Mapping[str, float]) -> Found:
     """What becomes of the exergy taken; nothing where none is taken or it is not known."""
+    totals = run.totals
     exergy = float(totals.get("exergy_taken", 0.0))
     if exergy <= 0.0:
         return

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from afo_sim.metrics.facts import RunLimits
 from afo_sim.metrics.metric import Metric
 
 Status = Literal["good", "doubtful", "bad", "unknown"]
@@ -36,7 +37,7 @@ UNCOMPENSATED = ("uncompensated_reference_toe_clearance", "uncompensated_toe_cle
 Numbers = Mapping[str, Metric]
 
 
-class Limits(Protocol):
+class Limits(RunLimits, Protocol):
     """What a verdict needs of the scenario's limits; `description.limits.Limits` has it [SI]."""
 
     @property
@@ -49,14 +50,6 @@ class Limits(Protocol):
     def work_against_push_off(self) -> tuple[float, float]: ...
     @property
     def strides_per_bottle(self) -> tuple[float, float]: ...
-    @property
-    def bottle_volume(self) -> float: ...
-    @property
-    def bottle_pressure(self) -> float: ...
-    @property
-    def skin_pressure(self) -> tuple[float, float]: ...
-    @property
-    def blood_flow_pressure(self) -> float: ...
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 from afo_sim.metrics.air_per_stride import EACH
-from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, all_measured, measured, reported
+from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, all_measured, reported
 
 
 @reported(
@@ -26,12 +26,8 @@ from afo_sim.metrics.metric import CLEARANCE, ENERGY, TIME, Metric, Of, all_meas
 )
 def settling_metrics(strides: int, air: float, angle: float) -> dict[str, Metric]:
     """Metrics of a stride that was solved for."""
-    values = {
-        "strides_solved": float(strides),
-        "settled_air_change": 100.0 * air,
-        "settled_angle_change": math.degrees(angle),
-    }
-    return all_measured(values.items())
+    changes = ("settled_air_change", 100.0 * air), ("settled_angle_change", math.degrees(angle))
+    return all_measured([("strides_solved", float(strides)), *changes])
 
 
 BY_LAWS = "toe_clearance_by_other_laws"
@@ -99,7 +95,7 @@ def uncompensated_metrics(reference: Mapping[str, Metric], worn: Mapping[str, Me
 )
 def by_laws_metrics(lowest: float) -> dict[str, Metric]:
     """The lowest clearance [mm] by any other law of the muscles."""
-    return {BY_LAWS: measured(BY_LAWS, lowest)}
+    return all_measured([(BY_LAWS, lowest)])
 
 
 _ONCE = "filled once before the first step and shut, at the best pressure"
@@ -146,8 +142,7 @@ def filled_once_metrics(filled: Mapping[str, Metric]) -> dict[str, Metric]:
 )
 def energy_metrics(terms: Mapping[str, float], number: int, error: float) -> dict[str, Metric]:
     """Metrics of an energy balance: air_work + law_mismatch is what is done, the others where it goes."""
-    found = {name: measured(name, value / number) for name, value in terms.items()}
+    found = {name: value / number for name, value in terms.items()}
     if terms["air_work"] != 0.0:
-        share = 100.0 * terms["law_mismatch"] / abs(terms["air_work"])
-        found["law_mismatch_share"] = measured("law_mismatch_share", share)
-    return found | {"energy_error": measured("energy_error", 100.0 * error)}
+        found["law_mismatch_share"] = 100.0 * terms["law_mismatch"] / abs(terms["air_work"])
+    return all_measured((found | {"energy_error": 100.0 * error}).items())

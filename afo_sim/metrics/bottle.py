@@ -7,7 +7,7 @@ import numpy as np
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, STANDARD_DENSITY
 from afo_sim.metrics.air_per_stride import sag_metrics
 from afo_sim.metrics.facts import Run, Source
-from afo_sim.metrics.metric import AIR, Found, Metric, Of, all_measured, measured, reported
+from afo_sim.metrics.metric import AIR, Found, Metric, Of, all_measured, reported
 
 ANR = "ANR: at 20 °C, 1 bar, 65 % humidity (ISO 8778)"
 SOURCE = (
@@ -43,12 +43,12 @@ def source_life(run: Run) -> Found:
         return
     if totals.keys() >= set(WALKED):
         free, duration = totals["free_air_per_stride"].value, totals["stride_time"].value
-        yield from bottle_metrics(free, duration, litres).items()
+        yield from bottle_metrics(free, duration, litres)
     elif litres is not None and totals.keys() >= {"mean_flow", "air_per_cycle"}:
         free = totals["air_per_cycle"].value / run.facts.supply.free_density
         flow = totals["mean_flow"].value
         if flow > 0.0:
-            yield from cycle_metrics(free, free / flow, litres).items()
+            yield from cycle_metrics(free, free / flow, litres)
 
 
 def _litres(run: Run) -> float | None:
@@ -116,8 +116,8 @@ def compressor(run: Run) -> Found:
     mean, peak = (run.totals[name].value for name in FLOWS)
     flow = mean / LITRES_A_MINUTE * STANDARD_DENSITY
     delivery = supply.source.delivery(supply.pressure) * LITRES_A_MINUTE / STANDARD_DENSITY
-    found = compressor_metrics(mean, peak, delivery, supply.source.duty(flow), supply.source.electric_power)
-    yield from found.items()
+    duty, power = supply.source.duty(flow), supply.source.electric_power
+    yield from compressor_metrics(mean, peak, delivery, duty, power).items()
 
 
 def emptied(source: Source | None, totals: Mapping[str, Metric], strides: int) -> dict[str, Metric]:
@@ -125,8 +125,7 @@ def emptied(source: Source | None, totals: Mapping[str, Metric], strides: int) -
     lasts = totals.get("strides_per_bottle")
     if source is None or lasts is None or lasts.value >= strides:
         return {}
-    after = lasts.value * totals["stride_time"].value
-    return {"source_empty_after": measured("source_empty_after", after)}
+    return all_measured([("source_empty_after", lasts.value * totals["stride_time"].value)])
 
 
 def until_empty(totals: Mapping[str, Metric]) -> dict[str, Metric]:
@@ -134,31 +133,22 @@ def until_empty(totals: Mapping[str, Metric]) -> dict[str, Metric]:
     if not totals.keys() >= {"source_empty_after", "strides_per_bottle", "stride_time"}:
         return {}
     after, stride = totals["source_empty_after"].value, totals["stride_time"].value
-    return {
-        "strides_per_bottle": measured("strides_per_bottle", after / stride),
-        "hours_per_bottle": measured("hours_per_bottle", after / 3600.0),
-    }
+    return all_measured([("strides_per_bottle", after / stride), ("hours_per_bottle", after / 3600.0)])
 
 
-def bottle_metrics(free_air: float, stride_time: float, bottle: float | None) -> dict[str, Metric]:
+def bottle_metrics(free_air: float, stride_time: float, bottle: float | None) -> Found:
     """What walking takes from a bottle of air."""
-    found = {"free_air_per_minute": measured("free_air_per_minute", free_air * 60.0 / stride_time)}
+    yield "free_air_per_minute", free_air * 60.0 / stride_time
     if free_air > 0.0 and bottle is not None:
-        strides = bottle / free_air
-        found["strides_per_bottle"] = measured("strides_per_bottle", strides)
-        found["hours_per_bottle"] = measured("hours_per_bottle", strides * stride_time / 3600.0)
-    return found
+        yield "strides_per_bottle", bottle / free_air
+        yield "hours_per_bottle", bottle / free_air * stride_time / 3600.0
 
 
-def cycle_metrics(free_air: float, minutes: float, bottle: float) -> dict[str, Metric]:
+def cycle_metrics(free_air: float, minutes: float, bottle: float) -> Found:
     """What seated cycles take from a bottle of air."""
-    if free_air <= 0.0:
-        return {}
-    cycles = bottle / free_air
-    return {
-        "cycles_per_bottle": measured("cycles_per_bottle", cycles),
-        "hours_per_bottle": measured("hours_per_bottle", cycles * minutes / 60.0),
-    }
+    if free_air > 0.0:
+        yield "cycles_per_bottle", bottle / free_air
+        yield "hours_per_bottle", bottle / free_air * minutes / 60.0
 
 
 def compressor_metrics(
@@ -167,10 +157,8 @@ def compressor_metrics(
     """What is asked of a compressor."""
     found = {"compressor_duty": 100.0 * duty}
     if delivery > 0.0:
-        found |= {
-            "source_share": 100.0 * mean_flow / delivery,
-            "source_share_peak": 100.0 * peak_flow / delivery,
-        }
+        found["source_share"] = 100.0 * mean_flow / delivery
+        found["source_share_peak"] = 100.0 * peak_flow / delivery
     if power is not None:
         found["compressor_power"] = duty * power
     return all_measured(found.items())

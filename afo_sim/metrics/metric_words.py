@@ -59,7 +59,10 @@ def in_short(metrics: Mapping[str, Metric], reference: str = "") -> list[str]:
         side = "dorsiflexion" if angle >= 0.0 else "plantarflexion"
         sentences.append(f"In mid-swing the ankle stands at {number(abs(angle), 'deg')}° of {side}.")
     if "plantarflexion_lost_at_toe_off" in metrics:
-        sentences.append(f"At toe-off the ankle is {_plantarflexed(metrics)}.")
+        lost = metrics["plantarflexion_lost_at_toe_off"].value
+        off = f"{number(abs(lost), 'deg')}° {'less' if lost >= 0.0 else 'more'}"
+        how = "as plantarflexed as" if abs(lost) < 0.05 else f"{off} plantarflexed than"
+        sentences.append(f"At toe-off the ankle is {how} recorded.")
     if "torque_covered" in metrics:
         covered = metrics["torque_covered"].value
         sentences.append(
@@ -88,14 +91,6 @@ def _alike(metrics: Mapping[str, Metric]) -> bool:
     """Whether the ball is the lowest point of the forefoot, so that its clearance is the toe's."""
     pairs = (("toe_clearance", "ball_clearance"), ("toe_clearance_to_recorded", "ball_clearance_to_recorded"))
     return all(a in metrics and abs(metrics[a].value - metrics[b].value) < 0.5 for a, b in pairs)
-
-
-def _plantarflexed(metrics: Mapping[str, Metric]) -> str:
-    """Plantarflexion that is lost at toe-off, in words."""
-    lost = metrics["plantarflexion_lost_at_toe_off"].value
-    if abs(lost) < 0.05:
-        return "as plantarflexed as recorded"
-    return f"{number(abs(lost), 'deg')}° {'less' if lost >= 0.0 else 'more'} plantarflexed than recorded"
 
 
 def _height(millimetres: float) -> str:

@@ -1,11 +1,11 @@
 """How close the muscles come to their limits, and how long they last."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from afo_sim.metrics.facts import Columns, MuscleLimits, Run
-from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, all_measured, measured, reported
+from afo_sim.metrics.metric import SAFETY, Found, Of, reported
 from afo_sim.metrics.strides import chambers
 
 SWING = 0.1  # of a chamber's highest pressure, by which it must rise and fall for that to be a cycle [-]
@@ -25,9 +25,8 @@ CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has
 )
 def muscles(run: Run) -> Found:
     """How close muscles come to their limits."""
-    if not run.rows:
-        return
-    yield from muscle_metrics(_muscle_shares(run.facts.muscles or {}, run.rows)).items()
+    if run.rows:
+        yield from muscle_metrics(_muscle_shares(run.facts.muscles or {}, run.rows))
 
 
 def _muscle_shares(limits: Mapping[str, MuscleLimits], columns: Columns) -> dict[str, list[float]]:
@@ -44,15 +43,11 @@ def _muscle_shares(limits: Mapping[str, MuscleLimits], columns: Columns) -> dict
     return found
 
 
-def muscle_metrics(shares: Mapping[str, Iterable[float]]) -> dict[str, Metric]:
+def muscle_metrics(shares: Mapping[str, Sequence[float]]) -> Found:
     """How close muscles come to their limits."""
-    found = {}
     for what, each in shares.items():
-        known = list(each)
-        if known:
-            name = f"muscle_share_of_{what}"
-            found[name] = measured(name, 100.0 * max(0.0, *known))
-    return found
+        if each:
+            yield f"muscle_share_of_{what}", 100.0 * max(0.0, *each)
 
 
 @reported(
@@ -73,17 +68,16 @@ def muscle_life(run: Run) -> Found:
     if limits is None or not number or not run.facts.muscles:
         return
     most = max(cycles(run.rows[f"chamber/{name}/pressure"], number) for name in chambers(run.rows))
-    yield from life_metrics(most, limits.muscle_life, limits.strides_per_day).items()
+    yield from life_metrics(most, limits.muscle_life, limits.strides_per_day)
 
 
-def life_metrics(cycles: float, life: float, strides_per_day: float) -> dict[str, Metric]:
+def life_metrics(cycles: float, life: float, strides_per_day: float) -> Found:
     """How long muscles last that are stated to last some number of cycles."""
-    values = {"muscle_cycles_per_stride": cycles}
+    yield "muscle_cycles_per_stride", cycles
     if cycles > 0.0:
-        values["strides_until_muscle_life"] = life / cycles
+        yield "strides_until_muscle_life", life / cycles
         if strides_per_day > 0.0:
-            values["days_until_muscle_life"] = life / cycles / strides_per_day
-    return all_measured(values.items())
+            yield "days_until_muscle_life", life / cycles / strides_per_day
 
 
 def cycles(pressure: np.ndarray, strides: int) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from afo_sim.metrics.air_per_stride import SET
 from afo_sim.metrics.facts import Run
-from afo_sim.metrics.metric import AIR, Found, Metric, Of, measured, reported
+from afo_sim.metrics.metric import AIR, Found, Of, reported
 from afo_sim.metrics.strides import Stride, chambers
 from afo_sim.metrics.window import ON_ROW, crossing
 
@@ -31,8 +31,7 @@ def rises(columns: Mapping[str, np.ndarray], valve: str) -> np.ndarray:
         return np.maximum(np.diff(counted, append=counted[-1:]), 0.0)
     on = columns[f"valve/{valve}/coil"] > 0.0
     before = np.concatenate([[False], on[:-1]])
-    found: np.ndarray = (on & ~before).astype(float)
-    return found
+    return np.asarray(on & ~before, float)
 
 
 @reported(AIR, ("switches_per_stride_{}", "", "Switchings per stride, {}", ON), of=Of.WORN)
@@ -72,13 +71,14 @@ def valve_life(run: Run) -> Found:
             rates[valve] = sum(float(switched[stride.rows].sum()) for stride in counted) / seconds
     elif not run.facts.walks:
         rates = {valve: run.totals[f"switches_per_minute_{valve}"].value / 60.0 for valve in rated}
-    yield from life_metrics(rates, rated).items()
+    yield from life_metrics(rates, rated)
 
 
-def life_metrics(rates: Mapping[str, float], rated: Mapping[str, float]) -> dict[str, Metric]:
+def life_metrics(rates: Mapping[str, float], rated: Mapping[str, float]) -> Found:
     """Hours until the first valve has been switched as often as its maker rates it."""
     hours = [rated[valve] / rate / SECONDS for valve, rate in rates.items() if valve in rated and rate > 0.0]
-    return {"hours_until_valve_life": measured("hours_until_valve_life", min(hours))} if hours else {}
+    if hours:
+        yield "hours_until_valve_life", min(hours)
 
 
 FULL, EMPTY = 0.9, 0.1  # of the supply's set gauge pressure [-]

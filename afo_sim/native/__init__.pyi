@@ -1,6 +1,3 @@
-from .air_circuit import AMBIENT_NAME as AMBIENT_NAME
-from .air_circuit import CircuitStore as CircuitStore
-from .air_circuit import CircuitVolume as CircuitVolume
 from .air_reading import TO_AMBIENT as TO_AMBIENT
 from .air_reading import TO_SUPPLY as TO_SUPPLY
 from .air_reading import Way as Way
@@ -16,6 +13,7 @@ from .air_reading import touching as touching
 from .air_reading import wall_of as wall_of
 from .air_reading import ways_of as ways_of
 from .air_reading import write_content as write_content
+from .circuit import AMBIENT_NAME as AMBIENT_NAME
 from .circuit import SIDES as SIDES
 from .circuit import Circuit as Circuit
 from .circuit import CircuitAnchor as CircuitAnchor
@@ -23,7 +21,9 @@ from .circuit import CircuitChamber as CircuitChamber
 from .circuit import CircuitDrive as CircuitDrive
 from .circuit import CircuitIds as CircuitIds
 from .circuit import CircuitMuscle as CircuitMuscle
+from .circuit import CircuitStore as CircuitStore
 from .circuit import CircuitValve as CircuitValve
+from .circuit import CircuitVolume as CircuitVolume
 from .circuit import ValveParameters as ValveParameters
 from .circuit import add_chambers as add_chambers
 from .circuit import add_circuit as add_circuit

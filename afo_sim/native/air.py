@@ -88,10 +88,8 @@ def take_nodes(m: Any, d: Any, j: int, s: Any) -> int:
             s[n + NODE.pressure] = store_pressure(mass, temperature, u[q + AIR_ROW.volume], gas_in(u, q))
             s[n + NODE.temperature], s[n + NODE.sigma_rate] = AMBIENT_TEMPERATURE, 0.0
         elif kind == KIND_CHAMBER:
-            s[n + NODE.volume], s[n + NODE.pressure] = (
-                data[place + CHAMBER_DATA.volume],
-                data[place + CHAMBER_DATA.pressure],
-            )
+            s[n + NODE.volume] = data[place + CHAMBER_DATA.volume]
+            s[n + NODE.pressure] = data[place + CHAMBER_DATA.pressure]
             change = data[place + CHAMBER_DATA.volume] - act[adr + CHAMBER_ACT.last_volume]
             if data[place + CHAMBER_DATA.volume] + change > 0.0:  # else it has no past, as at rest, and stays
                 s[n + NODE.volume_change] = change

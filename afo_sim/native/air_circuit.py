@@ -1,43 +1,10 @@
-"""Parts of a circuit that hold or restrict air beside its chambers, and which of them hang together."""
+"""Which parts of a circuit hang together by their air."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
 
 from afo_sim.native.air_block import AMBIENT, FIRST_NODE, MOST_EDGES, MOST_NODES, SUPPLY
-from afo_sim.physics import FlowEdge, flow_edge
-
-AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
-
-
-@dataclass(frozen=True)
-class CircuitVolume:
-    """A rigid volume: reservoir, manifold, end of a tube.
-
-    volume : [m³]
-    wall_conductance : heat to the wall [W/K]
-    start : gauge pressure that it begins with [Pa]
-    start_as : chamber whose pressure it begins with instead; none by default
-    """
-
-    name: str
-    volume: float
-    wall_conductance: float = 0.0
-    start: float = 0.0
-    start_as: str = ""
-
-
-@dataclass(frozen=True)
-class CircuitStore:
-    """A finite source: gas bottle or cartridge.
-
-    row : its own parameters, as `store_row` takes them
-    content : [kg]
-    """
-
-    name: str
-    row: Mapping[str, Any]
-    content: float
+from afo_sim.native.circuit import AMBIENT_NAME, SUPPLY_NAME, Circuit
 
 
 @dataclass(frozen=True)
@@ -51,22 +18,7 @@ class AirNetwork:
     numbers: Mapping[str, int] = field(default_factory=dict)
 
 
-class HasAir(Protocol):
-    """A circuit, as far as its air goes."""
-
-    @property
-    def chambers(self) -> tuple[Any, ...]: ...
-    @property
-    def volumes(self) -> tuple[CircuitVolume, ...]: ...
-    @property
-    def stores(self) -> tuple[CircuitStore, ...]: ...
-    @property
-    def restrictions(self) -> tuple[FlowEdge, ...]: ...
-    @property
-    def upstream(self) -> str: ...
-
-
-def ways(circuit: HasAir) -> list[tuple[str, str, str]]:
+def ways(circuit: Circuit) -> list[tuple[str, str, str]]:
     """(key, origin, end) of all valves and restrictions: each chamber's inlet and outlet, then the others."""
     found = []
     for chamber in circuit.chambers:
@@ -76,7 +28,7 @@ def ways(circuit: HasAir) -> list[tuple[str, str, str]]:
     return found + [(r.name, r.origin, r.end) for r in circuit.restrictions]
 
 
-def air_networks(circuit: HasAir) -> list[AirNetwork]:
+def air_networks(circuit: Circuit) -> list[AirNetwork]:
     """What hangs together by its air, each led by its first chamber."""
     names = [each.name for kind in (circuit.chambers, circuit.volumes, circuit.stores) for each in kind]
     if len(set(names) | {AMBIENT_NAME, SUPPLY_NAME}) < len(names) + 2:
@@ -109,7 +61,7 @@ def air_networks(circuit: HasAir) -> list[AirNetwork]:
     return found
 
 
-def _network(circuit: HasAir, names: list[str], members: set[str], loose: bool) -> AirNetwork:
+def _network(circuit: Circuit, names: list[str], members: set[str], loose: bool) -> AirNetwork:
     chambers = tuple(each.name for each in circuit.chambers if each.name in members)
     others = tuple(name for name in names if name in members and name not in chambers)
     if not chambers:

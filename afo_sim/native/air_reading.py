@@ -120,15 +120,12 @@ def store_left(model: mujoco.MjModel, act: np.ndarray, store: int) -> float:
 
 def fill_store(model: mujoco.MjModel, act: np.ndarray, store: int) -> None:
     """Fill the actuator of a store, at ambient temperature, in `act` (na,)."""
-    at = model.actuator_actadr[store]
-    act[at + STORE_ACT.mass] = model.actuator_user[store, STORE_ROW.content]
-    act[at + STORE_ACT.temperature] = AMBIENT_TEMPERATURE
+    write_content(model, act, store, float(model.actuator_user[store, STORE_ROW.content]))
 
 
 def read_content(model: mujoco.MjModel, act: np.ndarray, store: int) -> np.ndarray:
     """Mass of gas and liquid in the actuator of a store [kg], from `act` (…, na)."""
-    content: np.ndarray = act[..., model.actuator_actadr[store] + STORE_ACT.mass]
-    return content
+    return np.asarray(act[..., model.actuator_actadr[store] + STORE_ACT.mass])
 
 
 def write_content(model: mujoco.MjModel, act: np.ndarray, store: int, content: float) -> None:
@@ -183,8 +180,7 @@ def is_compressor(model: mujoco.MjModel, edge: int) -> bool:
 
 def read_running(model: mujoco.MjModel, act: np.ndarray, compressor: int) -> np.ndarray:
     """Whether the compressor of an actuator runs, 1 or 0, from `act` (…, na)."""
-    running: np.ndarray = act[..., model.actuator_actadr[compressor] + COMPRESSOR_ACT.running]
-    return running
+    return np.asarray(act[..., model.actuator_actadr[compressor] + COMPRESSOR_ACT.running])
 
 
 def read_node(model: mujoco.MjModel, act: np.ndarray, userdata: np.ndarray, node: int) -> Air:

@@ -380,25 +380,20 @@ def write_rates(m: Any, d: Any, nodes: int, s: Any, plain: bool) -> None:
         if u[q + 1] == KIND_STORE:
             outflow = (act[adr + STORE_ACT.mass] - s[n + NODE.mass]) / step
             act_dot[adr + STORE_ACT.mass] = -outflow
-            act_dot[adr + STORE_ACT.temperature] = cooling(
-                u, q, act[adr], act[adr + STORE_ACT.temperature], outflow
-            )
+            temperature = act[adr + STORE_ACT.temperature]
+            act_dot[adr + STORE_ACT.temperature] = cooling(u, q, act[adr], temperature, outflow)
         elif plain:
-            act_dot[adr + CHAMBER_ACT.mass], act_dot[adr + CHAMBER_ACT.sigma] = (
-                s[n + NODE.mass_rate],
-                s[n + NODE.sigma_rate],
-            )
+            act_dot[adr + CHAMBER_ACT.mass] = s[n + NODE.mass_rate]
+            act_dot[adr + CHAMBER_ACT.sigma] = s[n + NODE.sigma_rate]
         else:
             act_dot[adr + CHAMBER_ACT.mass] = (s[n + NODE.mass] - act[adr + CHAMBER_ACT.mass]) / step
             act_dot[adr + CHAMBER_ACT.sigma] = (s[n + NODE.sigma] - act[adr + CHAMBER_ACT.sigma]) / step
         if u[q + 1] == KIND_CHAMBER:
             place = int(u[q + AIR_ROW.userdata])
-            act_dot[adr + CHAMBER_ACT.last_volume] = (
-                data[place + CHAMBER_DATA.volume] - act[adr + CHAMBER_ACT.last_volume]
-            ) / step
-            act_dot[adr + CHAMBER_ACT.last_pressure] = (
-                data[place + CHAMBER_DATA.pressure] - act[adr + CHAMBER_ACT.last_pressure]
-            ) / step
+            grown = data[place + CHAMBER_DATA.volume] - act[adr + CHAMBER_ACT.last_volume]
+            risen = data[place + CHAMBER_DATA.pressure] - act[adr + CHAMBER_ACT.last_pressure]
+            act_dot[adr + CHAMBER_ACT.last_volume] = grown / step
+            act_dot[adr + CHAMBER_ACT.last_pressure] = risen / step
 
 
 @register_jitable

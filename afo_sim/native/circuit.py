@@ -15,12 +15,6 @@ from typing import Any, Protocol
 import mujoco
 
 from afo_sim.common import GAS_CONSTANT, HEAT_CAPACITY_RATIO
-from afo_sim.native.air_circuit import (
-    AMBIENT_NAME,
-    SUPPLY_NAME,
-    CircuitStore,
-    CircuitVolume,
-)
 from afo_sim.native.slots import (
     ANCHOR_ACT,
     ANCHOR_DATA,
@@ -38,8 +32,9 @@ from afo_sim.native.slots import (
     VALVE_ACT,
     VOLUME_DATA,
 )
-from afo_sim.physics import COMPRESSOR, FRICTIONS, FlowEdge
+from afo_sim.physics import COMPRESSOR, FRICTIONS, FlowEdge, flow_edge
 
+AMBIENT_NAME, SUPPLY_NAME = flow_edge.AMBIENT, flow_edge.SUPPLY
 SIDES = ("inlet", "outlet")
 BLANK = [0.0] * N_USER
 FRICTION_STATES = {friction.native_id: friction.n_state for friction in FRICTIONS.values()}
@@ -155,6 +150,36 @@ class CircuitChamber:
     exhaust: str = AMBIENT_NAME
     port: str = ""
     three_way: bool = False
+
+
+@dataclass(frozen=True)
+class CircuitVolume:
+    """A rigid volume: reservoir, manifold, end of a tube.
+
+    volume : [m³]
+    wall_conductance : heat to the wall [W/K]
+    start : gauge pressure that it begins with [Pa]
+    start_as : chamber whose pressure it begins with instead; none by default
+    """
+
+    name: str
+    volume: float
+    wall_conductance: float = 0.0
+    start: float = 0.0
+    start_as: str = ""
+
+
+@dataclass(frozen=True)
+class CircuitStore:
+    """A finite source: gas bottle or cartridge.
+
+    row : its own parameters, as `store_row` takes them
+    content : [kg]
+    """
+
+    name: str
+    row: Mapping[str, Any]
+    content: float
 
 
 @dataclass(frozen=True, eq=False)

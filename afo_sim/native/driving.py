@@ -82,11 +82,8 @@ def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
         return NO_TARGET
     chamber = m.nuser_actuator * int(u[j + DRIVE_ROW.chamber])
     pressure = d.userdata[int(u[chamber + AIR_ROW.userdata]) + CHAMBER_DATA.pressure] - AMBIENT_PRESSURE
-    stage, inlet_last, outlet_last = (
-        act[a + DRIVE_ACT.stage],
-        act[a + DRIVE_ACT.inlet_last],
-        act[a + DRIVE_ACT.outlet_last],
-    )
+    stage = act[a + DRIVE_ACT.stage]
+    inlet_last, outlet_last = act[a + DRIVE_ACT.inlet_last], act[a + DRIVE_ACT.outlet_last]
     before = pressure if stage < OFF - 0.5 else act[a + DRIVE_ACT.reading]
     reading = low_passed(before, pressure, u[j + DRIVE_ROW.filter_time], step)
     integral, given, clock, now = 0.0, 0.0, 0.0, OFF
@@ -94,12 +91,8 @@ def drive_dyn(m: Any, d: Any, i: int, j: int) -> int:
     inlet_on, outlet_on = inlet > 0.0, outlet > 0.0
     inlet_rises, outlet_rises = inlet_on and inlet_last < 0.5, outlet_on and outlet_last < 0.5
     if target >= 0.0:
-        now, integral, given, clock = (
-            ON,
-            act[a + DRIVE_ACT.integral],
-            act[a + DRIVE_ACT.given],
-            act[a + DRIVE_ACT.clock],
-        )
+        now, integral = ON, act[a + DRIVE_ACT.integral]
+        given, clock = act[a + DRIVE_ACT.given], act[a + DRIVE_ACT.clock]
         if stage < ON - 0.5:  # it was off
             integral, given, clock = 0.0, 0.0, u[j + DRIVE_ROW.least_off]
             if u[j + DRIVE_ROW.kind] == PWM:  # the first pulse comes at once, and goes on where a coil is on

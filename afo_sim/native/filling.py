@@ -1,16 +1,19 @@
 """Parameters of a circuit into a compiled model, its first air, and whether its muscles pull."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import astuple
 
 import mujoco
 import numpy as np
 
-from afo_sim.common import AMBIENT_TEMPERATURE
+from afo_sim.native import slots
 from afo_sim.native.air_block import AMBIENT, SUPPLY
-from afo_sim.native.air_circuit import AMBIENT_NAME, SUPPLY_NAME, AirNetwork, air_networks
+from afo_sim.native.air_circuit import AirNetwork, air_networks
+from afo_sim.native.air_reading import fill_store
 from afo_sim.native.circuit import (
+    AMBIENT_NAME,
+    SUPPLY_NAME,
     Circuit,
-    CircuitAnchor,
     CircuitChamber,
     CircuitIds,
     CircuitMuscle,
@@ -19,34 +22,6 @@ from afo_sim.native.circuit import (
 from afo_sim.native.install import assert_live, assert_rows
 from afo_sim.native.rows import muscle_row, row
 from afo_sim.native.scratch_data import scratch
-from afo_sim.native.slots import (
-    AIR_ROW,
-    ANCHOR_DATA,
-    CHAMBER_ACT,
-    CHAMBER_DATA,
-    DRIVE_DATA,
-    EDGE_DATA,
-    KIND_CHAMBER,
-    KIND_DRIVE,
-    KIND_FRICTION,
-    KIND_MUSCLE,
-    KIND_NETWORK,
-    KIND_RESTRICTION,
-    KIND_STORE,
-    KIND_VALVE,
-    KIND_VOLUME,
-    LEADER_ACT,
-    LEADER_DATA,
-    MARK,
-    MAX_ANCHORS,
-    MUSCLE_ROW,
-    N_USER,
-    STORE_ACT,
-    STORE_ROW,
-    VALVE_ROW,
-    VOLUME_DATA,
-    VOLUME_ROW,
-)
 from afo_sim.native.state import air_at, gas_of, read_flows, write_air, write_rest
 from afo_sim.physics import laminar_slope
 
@@ -117,10 +92,10 @@ def fill_air_path(
     data: int,
 ) -> None:
     """Write the rows of volumes, stores and restrictions; results stand in `userdata` from `data` on."""
-    user, gamma = model.actuator_user[:, :N_USER], circuit.heat_capacity_ratio
+    user, gamma = model.actuator_user[:, : slots.N_USER], circuit.heat_capacity_ratio
     for volume in circuit.volumes:
         user[ids.volumes[volume.name]] = row(
-            KIND_VOLUME,
+            slots.KIND_VOLUME,
             start=volume.start,
             start_as=ids.chambers[volume.start_as] if volume.start_as else -1,
             power=volume.volume**-gamma,
@@ -129,11 +104,11 @@ def fill_air_path(
             userdata=data,
             **nodes[volume.name],
         )
-        data += len(VOLUME_DATA)
+        data += len(slots.VOLUME_DATA)
     for store in circuit.stores:
         values = {**store.row, **nodes[store.name]}
-        user[ids.stores[store.name]] = row(KIND_STORE, content=store.content, userdata=data, **values)
-        data += len(VOLUME_DATA)
+        user[ids.stores[store.name]] = row(slots.KIND_STORE, content=store.content, userdata=data, **values)
+        data += len(slots.VOLUME_DATA)
     numbers = {AMBIENT_NAME: AMBIENT, SUPPLY_NAME: SUPPLY}
     numbers |= {name: int(node["number"]) for name, node in nodes.items()}
     for each in circuit.restrictions:
@@ -142,31 +117,27 @@ def fill_air_path(
         edge["tank"] = ids.volumes.get(each.end, -1)
         if each.valve is not None:
             values = {**each.valve, **edge}
-            user[ids.valves[each.name]] = row(KIND_VALVE, parameters=parameters, **values)
+            user[ids.valves[each.name]] = row(slots.KIND_VALVE, parameters=parameters, **values)
         else:
             values = {"conductance": each.conductance, "critical_ratio": each.critical_ratio, **edge}
-            user[ids.restrictions[each.name]] = row(KIND_RESTRICTION, parameters=parameters, **values)
-        data += EDGE_DATA
+            user[ids.restrictions[each.name]] = row(slots.KIND_RESTRICTION, parameters=parameters, **values)
+        data += slots.EDGE_DATA
 
 
 def start_air_path(model: mujoco.MjModel, data: mujoco.MjData, gauge: Mapping[int, float]) -> None:
     """Put the first air into volumes; fill stores at ambient temperature, before `model/start.py` takes."""
     rows = model.actuator_user
-    if rows.shape[1] < N_USER:  # none of this project's
+    if rows.shape[1] < slots.N_USER:  # none of this project's
         return
-    for i in np.flatnonzero((rows[:, 0] == MARK) & np.isin(rows[:, 1], (KIND_VOLUME, KIND_STORE))):
-        at = model.actuator_actadr[i]
-        if rows[i, 1] == KIND_STORE:
-            data.act[at + STORE_ACT.mass], data.act[at + STORE_ACT.temperature] = (
-                rows[i, STORE_ROW.content],
-                AMBIENT_TEMPERATURE,
-            )
-            continue
-        as_chamber, gas = int(rows[i, VOLUME_ROW.start_as]), gas_of(model, int(i))
-        pressure = gauge[as_chamber] if as_chamber >= 0 else float(rows[i, VOLUME_ROW.start])
-        air = air_at(pressure, float(rows[i, AIR_ROW.volume]), gas)
-        data.act[at + CHAMBER_ACT.mass] = air.mass
-        data.act[at + CHAMBER_ACT.sigma] = air.absolute_pressure * air.volume**gas.heat_capacity_ratio
+    for store in _of_kind(model, slots.KIND_STORE):
+        fill_store(model, data.act, store)
+    for i in _of_kind(model, slots.KIND_VOLUME):
+        at, gas = model.actuator_actadr[i], gas_of(model, i)
+        as_chamber = int(rows[i, slots.VOLUME_ROW.start_as])
+        pressure = gauge[as_chamber] if as_chamber >= 0 else float(rows[i, slots.VOLUME_ROW.start])
+        air = air_at(pressure, float(rows[i, slots.AIR_ROW.volume]), gas)
+        data.act[at + slots.CHAMBER_ACT.mass] = air.mass
+        data.act[at + slots.CHAMBER_ACT.sigma] = air.absolute_pressure * air.volume**gas.heat_capacity_ratio
 
 
 LIVE_PRESSURE = 3e5  # of the state in which muscles must pull [Pa]
@@ -188,30 +159,30 @@ def fill_circuit(
         for name, next_chamber in zip(network.chambers, following, strict=True):
             leaders = [ids.muscles[muscle.tendons[0]] for muscle in circuit.muscles_of(name)]
             _fill_chamber(model, ids, chambers[name], [*leaders, -1][0], next_chamber, data, nodes, edges)
-            data += len(CHAMBER_DATA)
+            data += len(slots.CHAMBER_DATA)
             chain = zip(circuit.muscles_of(name), [*leaders[1:], -1], strict=False)
             for muscle, next_muscle in chain:
                 _fill_muscle(model, ids, muscle, next_muscle, state, data)
-                state, data = state + len(LEADER_ACT), data + len(LEADER_DATA)
-        if len(network.anchors) > MAX_ANCHORS:
-            problem = f"a network has {len(network.anchors)} anchors; there is room for {MAX_ANCHORS}"
+                state, data = state + len(slots.LEADER_ACT), data + len(slots.LEADER_DATA)
+        if len(network.anchors) > slots.MAX_ANCHORS:
+            problem = f"a network has {len(network.anchors)} anchors; there is room for {slots.MAX_ANCHORS}"
             raise ValueError(problem)
         user[actuator] = row(
-            KIND_NETWORK,
+            slots.KIND_NETWORK,
             first_chamber=ids.chambers[network.chambers[0]],
             state=state,
             userdata=data,
             anchors=len(network.anchors),
-            first_anchor=[number for name in network.anchors for number in _anchor(anchors[name])],
+            first_anchor=[number for name in network.anchors for number in astuple(anchors[name])[1:]],
         )
-        data += len(ANCHOR_DATA) * len(network.anchors)
+        data += len(slots.ANCHOR_DATA) * len(network.anchors)
     for chamber in circuit.driven:
         _fill_drive(model, ids, chamber, data)
-        data += len(DRIVE_DATA)
+        data += len(slots.DRIVE_DATA)
     fill_air_path(model, circuit, ids, nodes, edges, data)
     for muscle in circuit.muscles:
         if muscle.name in ids.frictions:
-            user[ids.frictions[muscle.name]] = row(KIND_FRICTION, muscle=ids.muscles[muscle.tendons[0]])
+            user[ids.frictions[muscle.name]] = row(slots.KIND_FRICTION, muscle=ids.muscles[muscle.tendons[0]])
     fill_inverse_masses(model)
     return ids
 
@@ -224,9 +195,9 @@ def fill_inverse_masses(model: mujoco.MjModel) -> None:
     mujoco.mju_sparse2dense(
         jacobian, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
     )
-    for muscle in _of_kind(model, KIND_MUSCLE):
+    for muscle in _of_kind(model, slots.KIND_MUSCLE):
         mujoco.mj_solveM(model, data, moved, jacobian[muscle : muscle + 1])
-        model.actuator_user[muscle, MUSCLE_ROW.inverse_mass] = float(moved[0] @ jacobian[muscle])
+        model.actuator_user[muscle, slots.MUSCLE_ROW.inverse_mass] = float(moved[0] @ jacobian[muscle])
 
 
 def _fill_chamber(
@@ -242,7 +213,7 @@ def _fill_chamber(
     """The rows of a chamber and its valves."""
     user = _rows(model)
     user[ids.chambers[chamber.name]] = row(
-        KIND_CHAMBER,
+        slots.KIND_CHAMBER,
         first_muscle=first_muscle,
         next=next_chamber,
         inlet=ids.valves[f"{chamber.name}_inlet"],
@@ -254,29 +225,25 @@ def _fill_chamber(
     )
     inlet = ids.valves[f"{chamber.name}_inlet"]
     for side, valve, place, follows in (
-        ("inlet", chamber.inlet, CHAMBER_DATA.inlet_flow, 0),
-        ("outlet", chamber.outlet, CHAMBER_DATA.outlet_flow, inlet + 1 if chamber.three_way else 0),
+        ("inlet", chamber.inlet, slots.CHAMBER_DATA.inlet_flow, 0),
+        ("outlet", chamber.outlet, slots.CHAMBER_DATA.outlet_flow, inlet + 1 if chamber.three_way else 0),
     ):
         key, own = f"{chamber.name}_{side}", valve.row
         slope = laminar_slope(own["conductance"], own["critical_ratio"])
         values = {**own, **edges[key], "place": data + place, "steepness": slope, "follows": follows}
-        user[ids.valves[key]] = row(KIND_VALVE, **values)
-
-
-def _anchor(anchor: CircuitAnchor) -> tuple[float, float, float, float]:
-    return anchor.stiffness, anchor.force, anchor.length, anchor.damping
+        user[ids.valves[key]] = row(slots.KIND_VALVE, **values)
 
 
 def _fill_drive(model: mujoco.MjModel, ids: CircuitIds, chamber: CircuitChamber, data: int) -> None:
     """The rows of a drive, and of the valves that take their coils from it."""
     user, name, drive = _rows(model), chamber.name, chamber.drive
     assert drive is not None
-    user[ids.drives[name]] = row(KIND_DRIVE, chamber=ids.chambers[name], userdata=data, **drive.row)
-    for side, place in (("inlet", DRIVE_DATA.inlet_coil), ("outlet", DRIVE_DATA.outlet_coil)):
+    user[ids.drives[name]] = row(slots.KIND_DRIVE, chamber=ids.chambers[name], userdata=data, **drive.row)
+    for side, place in (("inlet", slots.DRIVE_DATA.inlet_coil), ("outlet", slots.DRIVE_DATA.outlet_coil)):
         actuator = ids.valves[f"{name}_{side}"]
-        user[actuator, VALVE_ROW.coil] = data + place + 1.0
+        user[actuator, slots.VALVE_ROW.coil] = data + place + 1.0
         if drive.bandwidth > 0.0:
-            user[actuator, VALVE_ROW.bandwidth] = drive.bandwidth
+            user[actuator, slots.VALVE_ROW.bandwidth] = drive.bandwidth
 
 
 def _fill_muscle(
@@ -301,12 +268,11 @@ def _fill_muscle(
 
 def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | Mapping[int, float]) -> None:
     """Set chambers to gauge pressures at ambient temperature, and muscles and anchors at rest with them."""
-    chambers, networks = _of_kind(model, KIND_CHAMBER), _of_kind(model, KIND_NETWORK)
+    chambers, networks = _of_kind(model, slots.KIND_CHAMBER), _of_kind(model, slots.KIND_NETWORK)
     gauge = {c: pressure.get(c, 0.0) if isinstance(pressure, Mapping) else pressure for c in chambers}
     for chamber in chambers:
-        write_air(
-            model, data.act, chamber, air_at(gauge[chamber], 1e-3, gas_of(model, chamber))
-        )  # of any volume
+        of_any_volume = air_at(gauge[chamber], 1e-3, gas_of(model, chamber))
+        write_air(model, data.act, chamber, of_any_volume)
     start_air_path(model, data, gauge)
     _solve_at_rest(model, data, networks)
     for chamber in chambers:
@@ -318,8 +284,8 @@ def fill_chambers(model: mujoco.MjModel, data: mujoco.MjData, pressure: float | 
 
 def volume_at_rest(model: mujoco.MjModel, data: mujoco.MjData, chamber: int) -> Callable[[float], float]:
     """The volume of a chamber with its muscles at rest [m³], by its absolute pressure [Pa]; others stay."""
-    networks = _of_kind(model, KIND_NETWORK)
-    at = model.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure
+    networks = _of_kind(model, slots.KIND_NETWORK)
+    at = model.actuator_actadr[chamber] + slots.CHAMBER_ACT.last_pressure
 
     def volume(pressure: float) -> float:
         data.act[at] = pressure
@@ -340,13 +306,13 @@ def _solve_at_rest(model: mujoco.MjModel, data: mujoco.MjData, networks: list[in
 def step_back(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Give muscles, anchors and volumes the past that the present velocity implies, for a start in motion."""
     here = data.qpos.copy()
-    networks = _of_kind(model, KIND_NETWORK)
+    networks = _of_kind(model, slots.KIND_NETWORK)
     mujoco.mj_integratePos(model, data.qpos, data.qvel, -model.opt.timestep)
     _solve_at_rest(model, data, networks)
     data.qpos[:] = here
-    for chamber in _of_kind(model, KIND_CHAMBER):
+    for chamber in _of_kind(model, slots.KIND_CHAMBER):
         last = float(read_flows(model, data.userdata, chamber).volume)
-        data.act[model.actuator_actadr[chamber] + CHAMBER_ACT.last_volume] = last
+        data.act[model.actuator_actadr[chamber] + slots.CHAMBER_ACT.last_volume] = last
     for network in networks:
         write_rest(model, data, network)
 
@@ -358,16 +324,16 @@ def assert_muscles_pull(model: mujoco.MjModel, state: np.ndarray) -> None:
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
     fill_chambers(model, data, LIVE_PRESSURE)
     mujoco.mj_forward(model, data)
-    assert_live(model, data, _of_kind(model, KIND_MUSCLE))
+    assert_live(model, data, _of_kind(model, slots.KIND_MUSCLE))
 
 
 def _rows(model: mujoco.MjModel) -> np.ndarray:
-    """The actuators' parameters, written in place; somebody else's may be wider (nu, N_USER)."""
-    return model.actuator_user[:, :N_USER]
+    """The actuators' parameters, written in place; somebody else's may be wider (nu, slots.N_USER)."""
+    return model.actuator_user[:, : slots.N_USER]
 
 
 def _of_kind(model: mujoco.MjModel, kind: float) -> list[int]:
     """Ids of this project's actuators of one kind."""
     user = model.actuator_user
-    found: list[int] = np.flatnonzero((user[:, 0] == MARK) & (user[:, 1] == kind)).tolist()
+    found: list[int] = np.flatnonzero((user[:, 0] == slots.MARK) & (user[:, 1] == kind)).tolist()
     return found

@@ -36,11 +36,8 @@ def turned(m: Any, d: Any, tendon: int) -> float:
             continue
         if last != origin:
             break
-        x, y, z = (
-            xyz[3 * at] - xyz[3 * at - 3],
-            xyz[3 * at + 1] - xyz[3 * at - 2],
-            xyz[3 * at + 2] - xyz[3 * at - 1],
-        )
+        x, y = xyz[3 * at] - xyz[3 * at - 3], xyz[3 * at + 1] - xyz[3 * at - 2]
+        z = xyz[3 * at + 2] - xyz[3 * at - 1]
         if x * x + y * y + z * z <= 1e-24:  # a surface that is just touched
             continue
         if begun:  # without a piece before it a turn would be that between zeros of either sign

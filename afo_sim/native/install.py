@@ -13,37 +13,13 @@ import mujoco
 import numpy as np
 
 from afo_sim.common import CallbackError
+from afo_sim.native import slots
 from afo_sim.native.callbacks import define
 from afo_sim.native.compiled import callbacks
 from afo_sim.native.error_codes import COMPLAINTS, FINE
 from afo_sim.native.guides import behind_guides
 from afo_sim.native.network import network_dyn
 from afo_sim.native.refuse import marked_only
-from afo_sim.native.slots import (
-    CHAMBER_ROW,
-    DRIVE_ROW,
-    FRICTION_ROW,
-    GRIP_ROW,
-    KIND_CHAMBER,
-    KIND_DRIVE,
-    KIND_FRICTION,
-    KIND_GRIP,
-    KIND_LEG_MUSCLE,
-    KIND_MOTOR,
-    KIND_MUSCLE,
-    KIND_NETWORK,
-    KIND_PAD,
-    KIND_PASSIVE,
-    KIND_REFLEX,
-    KIND_VALVE,
-    LEADER_DATA,
-    MARK,
-    MUSCLE_ROW,
-    NETWORK_ROW,
-    PAD_ROW,
-    REFLEX_ROW,
-    ROWS,
-)
 from afo_sim.native.struct_layout import verify
 
 Mode = Literal["native", "python"]
@@ -222,37 +198,37 @@ def asks_for_callback(model: mujoco.MjModel) -> np.ndarray:
 
 
 # Places of a row that name other actuators: of what kind, and whether −1, none, will do.
-REFERENCES: dict[float, dict[int, tuple[float, bool]]] = {kind: {} for kind in ROWS} | {
-    KIND_MUSCLE: {
-        MUSCLE_ROW.leader: (KIND_MUSCLE, False),
-        MUSCLE_ROW.chamber: (KIND_CHAMBER, False),
-        MUSCLE_ROW.next: (KIND_MUSCLE, True),
-        MUSCLE_ROW.friction_states: (KIND_FRICTION, True),
+REFERENCES: dict[float, dict[int, tuple[float, bool]]] = {kind: {} for kind in slots.ROWS} | {
+    slots.KIND_MUSCLE: {
+        slots.MUSCLE_ROW.leader: (slots.KIND_MUSCLE, False),
+        slots.MUSCLE_ROW.chamber: (slots.KIND_CHAMBER, False),
+        slots.MUSCLE_ROW.next: (slots.KIND_MUSCLE, True),
+        slots.MUSCLE_ROW.friction_states: (slots.KIND_FRICTION, True),
     },
-    KIND_CHAMBER: {
-        CHAMBER_ROW.first_muscle: (KIND_MUSCLE, True),
-        CHAMBER_ROW.next: (KIND_CHAMBER, True),
-        CHAMBER_ROW.inlet: (KIND_VALVE, False),
-        CHAMBER_ROW.outlet: (KIND_VALVE, False),
+    slots.KIND_CHAMBER: {
+        slots.CHAMBER_ROW.first_muscle: (slots.KIND_MUSCLE, True),
+        slots.CHAMBER_ROW.next: (slots.KIND_CHAMBER, True),
+        slots.CHAMBER_ROW.inlet: (slots.KIND_VALVE, False),
+        slots.CHAMBER_ROW.outlet: (slots.KIND_VALVE, False),
     },
-    KIND_DRIVE: {DRIVE_ROW.chamber: (KIND_CHAMBER, False)},
-    KIND_FRICTION: {FRICTION_ROW.muscle: (KIND_MUSCLE, False)},
-    KIND_PAD: {PAD_ROW.floor: (KIND_MOTOR, False)},
-    KIND_GRIP: {GRIP_ROW.pad: (KIND_PAD, False)},
-    KIND_REFLEX: {
-        REFLEX_ROW.other: (KIND_REFLEX, False),
-        REFLEX_ROW.muscle: (KIND_LEG_MUSCLE, False),
-        REFLEX_ROW.pad: (KIND_PAD, False),
-        REFLEX_ROW.tissue: (KIND_PASSIVE, False),
+    slots.KIND_DRIVE: {slots.DRIVE_ROW.chamber: (slots.KIND_CHAMBER, False)},
+    slots.KIND_FRICTION: {slots.FRICTION_ROW.muscle: (slots.KIND_MUSCLE, False)},
+    slots.KIND_PAD: {slots.PAD_ROW.floor: (slots.KIND_MOTOR, False)},
+    slots.KIND_GRIP: {slots.GRIP_ROW.pad: (slots.KIND_PAD, False)},
+    slots.KIND_REFLEX: {
+        slots.REFLEX_ROW.other: (slots.KIND_REFLEX, False),
+        slots.REFLEX_ROW.muscle: (slots.KIND_LEG_MUSCLE, False),
+        slots.REFLEX_ROW.pad: (slots.KIND_PAD, False),
+        slots.REFLEX_ROW.tissue: (slots.KIND_PASSIVE, False),
     },
-    KIND_NETWORK: {NETWORK_ROW.first_chamber: (KIND_CHAMBER, False)},
+    slots.KIND_NETWORK: {slots.NETWORK_ROW.first_chamber: (slots.KIND_CHAMBER, False)},
 }
 
 
 def assert_rows(model: mujoco.MjModel) -> None:
     """Check that this project's actuators, and all that ask for a callback, name actuators that exist."""
     rows, nu = model.actuator_user, model.nu
-    ours, kind_of = rows[:, 0] == MARK, rows[:, 1].tolist()
+    ours, kind_of = rows[:, 0] == slots.MARK, rows[:, 1].tolist()
     for i in np.flatnonzero(asks_for_callback(model) | ours).tolist():
         if not ours[i] or kind_of[i] not in REFERENCES:
             raise CallbackError(f"actuator {model.actuator(i).name!r} has lost its parameters")
@@ -268,17 +244,18 @@ def assert_live(model: mujoco.MjModel, data: mujoco.MjData, muscles: Sequence[in
     """Check, against the kernels run as plain Python, that every muscle really pulls."""
     plain, flat, found = _flat(model), _FlatData(data), data.userdata.copy()
     data.userdata[:] = 0.0
-    ours = model.actuator_user[:, 0] == MARK
-    for network in map(int, np.flatnonzero(ours & (model.actuator_user[:, 1] == KIND_NETWORK))):
+    ours = model.actuator_user[:, 0] == slots.MARK
+    for network in map(int, np.flatnonzero(ours & (model.actuator_user[:, 1] == slots.KIND_NETWORK))):
         complaint, actuator = network_dyn(plain, flat, network, model.nuser_actuator * network)
         if complaint != FINE:
             raise CallbackError(f"{COMPLAINTS[complaint]} {actuator}")
     expected = data.userdata.copy()
     data.userdata[:] = found
     for i in muscles:
-        leader = int(model.actuator_user[i, MUSCLE_ROW.leader])
-        pulls = expected[int(model.actuator_user[leader, MUSCLE_ROW.userdata]) + LEADER_DATA.tension]
-        if model.actuator_user[i, MUSCLE_ROW.wrap_friction] > 0.0:
+        leader = int(model.actuator_user[i, slots.MUSCLE_ROW.leader])
+        at = int(model.actuator_user[leader, slots.MUSCLE_ROW.userdata])
+        pulls = expected[at + slots.LEADER_DATA.tension]
+        if model.actuator_user[i, slots.MUSCLE_ROW.wrap_friction] > 0.0:
             pulls, _ = behind_guides(plain, flat, i, model.nuser_actuator * i, pulls)
         carries = -data.actuator_force[i]
         if not abs(carries - pulls) <= 1e-9 * max(1.0, abs(pulls)):

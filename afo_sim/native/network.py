@@ -211,11 +211,8 @@ def write_derivatives(m: Any, d: Any, chamber: int, softness: float, total: floa
 def write_anchors(m: Any, d: Any, j: int, pull: float, stiffness: float, per_step: float, rest: bool) -> None:
     """Pull and displacement of a network's anchors to `userdata`, and the rates of their states."""
     u, act, data, act_dot = m.actuator_user, d.act, d.userdata, d.act_dot
-    a, state, place = (
-        j + NETWORK_ROW.first_anchor,
-        int(u[j + NETWORK_ROW.state]),
-        int(u[j + NETWORK_ROW.userdata]),
-    )
+    a, state = j + NETWORK_ROW.first_anchor, int(u[j + NETWORK_ROW.state])
+    place = int(u[j + NETWORK_ROW.userdata])
     for _ in range(int(u[j + NETWORK_ROW.anchors])):
         k, force, length = u[a + ANCHOR.stiffness], u[a + ANCHOR.force], u[a + ANCHOR.length]
         damper = 0.0 if rest else u[a + ANCHOR.damping]

@@ -92,8 +92,7 @@ def write_air(model: mujoco.MjModel, act: np.ndarray, chamber: int, air: Air) ->
 def read_held(model: mujoco.MjModel, act: np.ndarray, chamber: int) -> np.ndarray:
     """Mass [kg] and σ of the actuator of a chamber or volume, from `act` (…, na): (…, 2)."""
     at = model.actuator_actadr[chamber]
-    held: np.ndarray = act[..., at + CHAMBER_ACT.mass : at + CHAMBER_ACT.sigma + 1]
-    return held
+    return np.asarray(act[..., at + CHAMBER_ACT.mass : at + CHAMBER_ACT.sigma + 1])
 
 
 def write_held(model: mujoco.MjModel, act: np.ndarray, chamber: int, held: np.ndarray) -> None:
@@ -128,8 +127,7 @@ def read_own(model: mujoco.MjModel, userdata: np.ndarray, muscle: int) -> Own:
 def read_carried(model: mujoco.MjModel, act: np.ndarray, muscle: int) -> np.ndarray:
     """Static force of a muscle beyond its tension, one step back [N], from `act`; 0 at a range's end."""
     leader = int(model.actuator_user[muscle, MUSCLE_ROW.leader])
-    carried: np.ndarray = act[..., int(model.actuator_user[leader, MUSCLE_ROW.state]) + LEADER_ACT.carried]
-    return carried
+    return np.asarray(act[..., int(model.actuator_user[leader, MUSCLE_ROW.state]) + LEADER_ACT.carried])
 
 
 def read_anchor(model: mujoco.MjModel, userdata: np.ndarray, network: int, number: int) -> Yielding:
@@ -171,8 +169,7 @@ def read_flows(model: mujoco.MjModel, userdata: np.ndarray, chamber: int) -> Flo
 
 def read_volume(model: mujoco.MjModel, userdata: np.ndarray, node: int) -> np.ndarray:
     """Absolute pressure of the actuator of a volume or store [Pa], from `userdata` (…, nuserdata)."""
-    found: np.ndarray = userdata[..., int(model.actuator_user[node, AIR_ROW.userdata]) + VOLUME_DATA.pressure]
-    return found
+    return np.asarray(userdata[..., int(model.actuator_user[node, AIR_ROW.userdata]) + VOLUME_DATA.pressure])
 
 
 def room_of(model: mujoco.MjModel, node: int) -> float:
@@ -182,14 +179,12 @@ def room_of(model: mujoco.MjModel, node: int) -> float:
 
 def read_flow(model: mujoco.MjModel, userdata: np.ndarray, edge: int) -> np.ndarray:
     """Mean flow of the step through the actuator of a valve or restriction [kg/s], from `userdata`."""
-    found: np.ndarray = userdata[..., int(model.actuator_user[edge, EDGE_ROW.place])]
-    return found
+    return np.asarray(userdata[..., int(model.actuator_user[edge, EDGE_ROW.place])])
 
 
 def read_opening(model: mujoco.MjModel, userdata: np.ndarray, valve: int) -> np.ndarray:
     """Mean opening of a valve's actuator over the step [-], from `userdata` (…, nuserdata)."""
-    opening: np.ndarray = userdata[..., int(model.actuator_user[valve, EDGE_ROW.place]) + 1]
-    return opening
+    return np.asarray(userdata[..., int(model.actuator_user[valve, EDGE_ROW.place]) + 1])
 
 
 def first_way(model: mujoco.MjModel, valve: int) -> int | None:
@@ -205,15 +200,13 @@ def is_driven(model: mujoco.MjModel, valve: int) -> bool:
 
 def read_coil(model: mujoco.MjModel, userdata: np.ndarray, valve: int) -> np.ndarray:
     """Coil of a driven valve's actuator [-], from `userdata` (…, nuserdata)."""
-    coil: np.ndarray = userdata[..., int(model.actuator_user[valve, VALVE_ROW.coil]) - 1]
-    return coil
+    return np.asarray(userdata[..., int(model.actuator_user[valve, VALVE_ROW.coil]) - 1])
 
 
 def read_switches(model: mujoco.MjModel, act: np.ndarray, drive: int, outlet: bool) -> np.ndarray:
     """How often a drive's actuator has switched a coil on since the start [-], from `act` (…, na)."""
     place = DRIVE_ACT.outlet_switches if outlet else DRIVE_ACT.inlet_switches
-    count: np.ndarray = np.round(act[..., model.actuator_actadr[drive] + place])
-    return count
+    return np.asarray(np.round(act[..., model.actuator_actadr[drive] + place]))
 
 
 def write_valve(model: mujoco.MjModel, act: np.ndarray, valve: int, armature: float, opening: float) -> None:

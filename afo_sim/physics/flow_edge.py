@@ -329,16 +329,8 @@ def check_valve(
     steep = opening + laminar_slope(conductance, critical_ratio)
     if throttle > 0.0:
         steep += laminar_slope(throttle, throttle_ratio)
-    return FlowEdge(
-        name,
-        origin,
-        end,
-        throttle,
-        throttle_ratio,
-        ONE_WAY,
-        (conductance, critical_ratio, cracking, band),
-        steep,
-    )
+    parameters = (conductance, critical_ratio, cracking, band)
+    return FlowEdge(name, origin, end, throttle, throttle_ratio, ONE_WAY, parameters, steep)
 
 
 def quick_exhaust(
@@ -348,16 +340,9 @@ def quick_exhaust(
     band = max(cracking, LEAST_BAND)
     # two pressures open it: its own node's and the pilot's
     steep = 2.0 * conductance * STANDARD_DENSITY * HIGHEST / band + laminar_slope(conductance, critical_ratio)
+    parameters = (0.0, cracking, band)
     return FlowEdge(
-        name,
-        origin,
-        AMBIENT,
-        conductance,
-        critical_ratio,
-        QUICK_EXHAUST,
-        (0.0, cracking, band),
-        steep,
-        pilot=pilot,
+        name, origin, AMBIENT, conductance, critical_ratio, QUICK_EXHAUST, parameters, steep, pilot=pilot
     )
 
 

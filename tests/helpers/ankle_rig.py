@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from rig import BRAID, LAW
+from rig import BRAID, muscle_row
 
 from afo_sim import native
 from afo_sim.native import slots
-from afo_sim.physics import LAWS, Braid
+from afo_sim.physics import Braid
 
 INERTIA, STIFFNESS, ARM = 0.03, 10.0, 0.05  # [kg·m²], [N·m/rad], [m]
 SIDES = (1.0, -1.0)  # of the first and the second group: positive angles shorten the first
@@ -48,18 +48,9 @@ class Ankle:
 
     def circuit(self) -> native.Circuit:
         """Muscles, chambers and anchors."""
-        row = {
-            "law": "tondu_lopez_2000_bladder",
-            "coefficients": LAWS["tondu_lopez_2000_bladder"].coefficients(self.braid, LAW),
-            "lowest_pressure": 0.0,
-            "braid": self.braid,
-            "damping": self.damping,
-            "braid_stiffness": 2e4,
-            "dead_volume": 1e-6,
-            "return_stiffness": self.return_stiffness,
-            "friction": self.friction[0],
-            "friction_coefficients": self.friction[1],
-        }
+        friction = dict(zip(("friction", "friction_coefficients"), self.friction, strict=True))
+        own = {"damping": self.damping, "return_stiffness": self.return_stiffness} | friction
+        row = muscle_row(braid=self.braid, **own)
         anchors = tuple(
             native.CircuitAnchor(f"anchor{k}", *numbers) for k, numbers in enumerate(self.anchors)
         )

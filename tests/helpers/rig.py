@@ -1,5 +1,7 @@
 """Small MuJoCo rigs with this project's actuators, put together by hand."""
 
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -9,6 +11,17 @@ from afo_sim.physics import LAWS, Braid
 
 BRAID = Braid(nominal_length=0.1631, nominal_radius=0.00575, braid_angle=np.radians(22.0))
 LAW = {"k": 1.0, "bladder_force": 136.0, "bladder_stiffness": 153.0}
+
+
+def muscle_row(
+    law: str = "tondu_lopez_2000_bladder",
+    parameters: dict[str, float] = LAW,
+    braid: Braid = BRAID,
+    **own: Any,
+) -> dict[str, Any]:
+    """Parameters of a muscle by its law, as a circuit's muscle takes them."""
+    row = {"law": law, "coefficients": LAWS[law].coefficients(braid, parameters), "lowest_pressure": 0.0}
+    return row | {"braid": braid, "braid_stiffness": 2e4, "dead_volume": 1e-6, "damping": 2e-4} | own
 
 
 def hanging_mass(
@@ -39,16 +52,8 @@ def hanging_mass(
     <body name="load"><joint name="slide" type="slide" axis="0 0 1" damping="{damper!r}"/>
     <geom size=".01" mass="{mass!r}"/><site name="hook"/></body></worldbody>
     <tendon><spatial name="muscle"><site site="top"/><site site="hook"/></spatial></tendon></mujoco>"""
-    row = {
-        "law": law,
-        "coefficients": LAWS[law].coefficients(BRAID, LAW if law_parameters is None else law_parameters),
-        "lowest_pressure": lowest_pressure,
-        "braid": BRAID,
-        "damping": damping,
-        "braid_stiffness": 2e4,
-        "dead_volume": 1e-6,
-        "return_stiffness": return_stiffness,
-    }
+    own = {"damping": damping, "return_stiffness": return_stiffness, "lowest_pressure": lowest_pressure}
+    row = muscle_row(law, LAW if law_parameters is None else law_parameters, **own)
     valve = native.CircuitValve(conductance, 0.3, 4e-3, 4e-3)
     anchors = () if anchor is None else (anchor,)
     names = tuple(a.name for a in anchors)

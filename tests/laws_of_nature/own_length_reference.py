@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from air.reference import iso_flow
 from laws_of_nature.toe_reference import Toes, accelerations
 from scipy.integrate import solve_ivp
 
 GRAVITY, GAS, GAMMA = 9.80665, 287.05, 1.4  # [m/s²], [J/(kg·K)], [-]
-AMBIENT, WARMTH, DENSITY = 101_325.0, 293.15, 1.185  # absolute [Pa], [K], of ISO 8778 [kg/m³]
-LAMINAR = 0.98  # pressure ratio from which a valve's flow is linear
+AMBIENT, WARMTH = 101_325.0, 293.15  # absolute [Pa], [K]
 SPREAD = 5e-4  # stretch over which a negative law fades out
 BLEND = 5e-3  # stretch over which the braid's stiffness sets in
 FADING = 1e5  # gauge pressure at which the return force has faded out [Pa]
@@ -127,13 +127,7 @@ class Valve:
 
     def flow(self, upstream: float, downstream: float, warmth: float) -> float:
         """Mass flow of the open valve from the higher absolute pressure to the lower, ISO 6358 [kg/s]."""
-        ratio = downstream / upstream
-        choked = self.conductance * DENSITY * upstream * math.sqrt(WARMTH / warmth)
-        if ratio <= self.critical:
-            return choked
-        at = min(ratio, LAMINAR)
-        part = math.sqrt(1.0 - ((at - self.critical) / (1.0 - self.critical)) ** 2)
-        return choked * part * (1.0 if ratio < LAMINAR else (1.0 - ratio) / (1.0 - LAMINAR))
+        return iso_flow(upstream, warmth, downstream, warmth, self.conductance, self.critical)
 
     def travels(self, on: Sequence[tuple[float, float]], end: float) -> Iterator[tuple[float, bool]]:
         """Times [s] up to `end` at which the seat opens (True) or shuts, from the coil's intervals.

@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 import pytest
+from air.reference import Edge, Fixed, Volume, network_reference
 from mujoco.batch import Batch
 from rig import BRAID, LAW, charged, hanging_mass
-from scipy.integrate import solve_ivp
 
 import afo_sim
 from afo_sim import native
@@ -187,28 +187,10 @@ def rigid_fill(wall: float, timestep: float, duration: float) -> np.ndarray:
 
 
 def independent_fill(wall: float, times: np.ndarray) -> np.ndarray:
-    """The same by an ODE solver, with ISO 6358 and the energy balance written out again."""
-    volume, supply, b, cp = 130e-6, 4e5 + AMBIENT_PRESSURE, 0.3, 1.4 * 287.05 / 0.4
-
-    def flow(pressure: float) -> float:
-        r = pressure / supply
-        if r <= b:
-            shape = 1.0
-        elif r < 0.98:
-            shape = np.sqrt(1.0 - ((r - b) / (1.0 - b)) ** 2)
-        else:
-            shape = np.sqrt(1.0 - ((0.98 - b) / (1.0 - b)) ** 2) * (1.0 - r) / 0.02
-        return 5.5e-10 * 1.185 * supply * shape
-
-    def rates(_: float, state: np.ndarray) -> list[float]:
-        mass, energy = state  # internal energy U = m c_v T = p V/(γ − 1)
-        pressure = 0.4 * energy / volume
-        temperature = pressure * volume / (mass * 287.05)
-        return [flow(pressure), flow(pressure) * cp * 293.15 + wall * (293.15 - temperature)]
-
-    start = [101325.0 * volume / (287.05 * 293.15), 101325.0 * volume / 0.4]
-    solution = solve_ivp(rates, (0.0, times[-1]), start, t_eval=times, rtol=1e-10, atol=1e-14)
-    return np.column_stack([times, solution.y[0], 0.4 * solution.y[1] / volume])
+    """The same by the references' ISO 6358 and energy balance."""
+    nodes = {"supply": Fixed(4e5 + AMBIENT_PRESSURE), "v": Volume(130e-6, wall=wall)}
+    found = network_reference(nodes, [Edge("supply", "v", 5.5e-10, 0.3)], times)
+    return np.column_stack([times, found.mass["v"], found.pressure["v"]])
 
 
 @pytest.mark.parametrize("wall", [0.0, 0.5])

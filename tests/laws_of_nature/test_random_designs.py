@@ -1,26 +1,18 @@
 """Random legal designs: each number is that of a quarter of the step, or the run says what is unsure."""
 
-import importlib.util
 import json
 import pathlib
 import re
-import sys
 from types import ModuleType
 
+import documents
 import pytest
 from campaign import size
-
-SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "step_campaign.py"
 
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("step_campaign", SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["step_campaign"] = module  # where its dataclass looks itself up
-    spec.loader.exec_module(module)
-    return module
+    return documents.script("step_campaign")
 
 
 # What the device does: heights, angles, torques over 10 ms, air, pressures. Peaks of an instant stand beside.

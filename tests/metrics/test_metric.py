@@ -35,13 +35,13 @@ from afo_sim.metrics import (
     walking,
     words,
 )
-from afo_sim.metrics.air_per_stride import air_of, efficiency_metrics, sag_metrics
+from afo_sim.metrics.air_per_stride import air_of, efficiency, sag_metrics
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.clearance import clearances
 from afo_sim.metrics.heel_contact import laid
-from afo_sim.metrics.metric import METRICS, entry, measured, reported, reporting
+from afo_sim.metrics.metric import METRICS, all_measured, entry, measured, reported, reporting
 from afo_sim.metrics.muscle_limits import life_metrics, muscle_metrics
-from afo_sim.metrics.skin_pressure import cuff, cuff_metrics, plate, plate_metrics
+from afo_sim.metrics.skin_pressure import pressures, skin
 from afo_sim.metrics.valves import filling
 from afo_sim.metrics.valves import life_metrics as valve_metrics
 from afo_sim.simulation import Energy
@@ -130,7 +130,6 @@ def told() -> dict[str, Metric]:
     compared |= by_laws_metrics(9.0)
     compared |= filled_once_metrics(walking | {"pressure": Metric(3.0, "bar")})
     first, _ = first_stride_metrics([walking] * 10, walking, 1e-3)
-    bottle = bottle_metrics(0.08, 1.1, 140.0) | cycle_metrics(0.8, 0.1, 140.0)
     supply = {
         "time": np.arange(3.0),
         "supply/pressure": np.array([4e5, 3.9e5, 3.5e5]),
@@ -146,16 +145,16 @@ def told() -> dict[str, Metric]:
         "valve/front_outlet/opening": np.array([0.0, 0.0, 1.0, 1.0]),
         "supply/pressure": np.full(4, 4e5),
     }
-    sums = {"exergy_taken": 12.0, "skeleton_work": 1.0, "positive_work": 3.0}
+    totals = {"exergy_taken": 12.0, "skeleton_work": 1.0, "positive_work": 3.0}
+    spent: Any = SimpleNamespace(totals=totals)
     late: Any = [SimpleNamespace(rows=slice(1, 3))]
-    fed = dict(filling(turns)) | dict(sag_metrics(supply, late)) | dict(efficiency_metrics(sums))
+    fed = dict(filling(turns)) | dict(sag_metrics(supply, late)) | dict(efficiency(spent))
     pull = np.ones((3, 3)), 0.01, 0.5, (14e3, 53e3), 4e3
     shares = {key: [0.5] for key in ("pressure", "force", "contraction", "stretch")}
-    margins = (
-        cuff_metrics(*pull) | plate_metrics(*pull) | muscle_metrics(shares) | life_metrics(1.0, 1e6, 2e3)
-    )
-    skin = Skin(pull[1], pull[2], lambda rows: rows["pull"])
-    facts = Facts(STEP, MASS, True, skins={"cuff": skin, "plate": skin}, laid=0.02)
+    margins = *pressures("cuff", *pull), *pressures("plate", *pull), *muscle_metrics(shares)
+    lasts = *bottle_metrics(0.08, 1.1, 140.0), *cycle_metrics(0.8, 0.1, 140.0), *life_metrics(1.0, 1e6, 2e3)
+    under = Skin(pull[1], pull[2], lambda rows: rows["pull"])
+    facts = Facts(STEP, MASS, True, skins={"cuff": under, "plate": under}, laid=0.02)
     worn: Any = SimpleNamespace(facts=facts, rows={"pull": np.outer([2.0, 1.0], np.ones(3))})
     chamber = {"mass": np.zeros(4), "pressure": np.array([0.0, 1.0, 1.0, 0.0])}
     filled = {"time": np.arange(4.0), "supply/pressure": np.ones(4)}
@@ -164,19 +163,17 @@ def told() -> dict[str, Metric]:
     filled |= {
         f"valve/front_{side}/{name}": coil for side, coil in coils.items() for name in ("coil", "opening")
     }
+    worth = (*margins, *lasts, *skin(worn), *laid(worn), *valve_metrics({"front": 1.0}, {"front": 1e8}))
     return {
-        **{name: measured(name, value) for name, value in filling(filled)},
+        **all_measured(filling(filled)),
         **walking,
         **compared,
         **first,
         **ankle_metrics(columns, STEP, 1.0),
         **balance,
-        **margins,
-        **{name: measured(name, value) for name, value in (*cuff(worn), *plate(worn), *laid(worn))},
-        **bottle,
+        **all_measured(worth),
         **compressor_metrics(2.0, 6.0, 3.0, 0.8, 20.0),
-        **{name: measured(name, value) for name, value in fed.items()},
-        **valve_metrics({"front": 1.0}, {"front": 1e8}),
+        **all_measured(fed.items()),
     }
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from afo_sim.metrics import Answer, Feed, Metric, Window, compressor_metrics, sag_of_both, words
 from afo_sim.metrics.air_per_stride import (
-    efficiency_metrics,
+    efficiency,
     flow_metrics,
     grams_taken,
     grams_through,
@@ -83,9 +83,10 @@ def test_positive_work_is_that_of_a_torque_along_its_motion() -> None:
     moved = {"ankle/moment/orthosis": np.linspace(-1.0, 1.0, 21), "ankle/angle": np.linspace(0.0, 4.0, 21)}
     assert positive_work(moved, Window(0.0, 20.0)) == pytest.approx(1.0, rel=1e-12)
     assert positive_work(moved, Window(0.0, 19.5)) == pytest.approx(0.95**2, rel=1e-12)  # less a triangle
-    shares = dict(efficiency_metrics({"exergy_taken": 4.0, "skeleton_work": -1.0, "positive_work": 2.0}))
+    spent, none = {"exergy_taken": 4.0, "skeleton_work": -1.0, "positive_work": 2.0}, {"exergy_taken": 0.0}
+    shares = dict(efficiency(SimpleNamespace(totals=spent)))
     assert shares == {"exergy_efficiency": -25.0, "exergy_efficiency_positive": 50.0}
-    assert not dict(efficiency_metrics({"exergy_taken": 0.0, "skeleton_work": 1.0}))
+    assert not dict(efficiency(SimpleNamespace(totals=none | {"skeleton_work": 1.0})))
 
 
 def test_sag_is_the_deepest_below_what_is_set() -> None:
@@ -108,14 +109,14 @@ def test_sag_is_the_deepest_below_what_is_set() -> None:
 
 
 def test_strides_cycles_and_hours_are_the_litres_of_a_bottle() -> None:
-    walked = bottle_metrics(0.08, 1.2, 136.0)
-    assert walked["strides_per_bottle"].value == pytest.approx(1700.0)
-    assert walked["hours_per_bottle"].value == pytest.approx(136.0 / (0.08 * 3000.0))  # 3000 strides an hour
-    assert set(bottle_metrics(0.08, 1.2, None)) == {"free_air_per_minute"}  # a compressor
-    seated = cycle_metrics(0.5, 0.1, 100.0)
-    assert seated["cycles_per_bottle"].value == pytest.approx(200.0)
-    assert seated["hours_per_bottle"].value == pytest.approx(200.0 * 6.0 / 3600.0)
-    assert not cycle_metrics(0.0, 0.1, 100.0)
+    walked = dict(bottle_metrics(0.08, 1.2, 136.0))
+    assert walked["strides_per_bottle"] == pytest.approx(1700.0)
+    assert walked["hours_per_bottle"] == pytest.approx(136.0 / (0.08 * 3000.0))  # 3000 strides an hour
+    assert set(dict(bottle_metrics(0.08, 1.2, None))) == {"free_air_per_minute"}  # a compressor
+    seated = dict(cycle_metrics(0.5, 0.1, 100.0))
+    assert seated["cycles_per_bottle"] == pytest.approx(200.0)
+    assert seated["hours_per_bottle"] == pytest.approx(200.0 * 6.0 / 3600.0)
+    assert not dict(cycle_metrics(0.0, 0.1, 100.0))
 
 
 # --- the verdict

@@ -1,7 +1,6 @@
 """The callbacks: in force, ours alone, and the same compiled as uncompiled."""
 
 import ctypes
-from collections.abc import Callable
 from types import SimpleNamespace
 
 import mujoco
@@ -46,49 +45,10 @@ def test_code_for_numbers_of_another_size_has_another_key(monkeypatch: pytest.Mo
     assert struct_layout.kinds() != before
 
 
-@pytest.mark.parametrize("mode", ["native", "python"])
-def test_callbacks_are_restored(mode: native.Mode) -> None:
-    assert mujoco.get_mjcb_act_bias() is None
-    with native.installed(mode):
-        assert mujoco.get_mjcb_act_bias() is not None
-        with native.installed(mode):
-            pass
-        assert mujoco.get_mjcb_act_dyn() is not None
-    assert mujoco.get_mjcb_act_bias() is None
-    with pytest.raises(RuntimeError, match="mine"), native.installed(mode):
-        raise RuntimeError("mine")
-    assert mujoco.get_mjcb_act_dyn() is None
-
-
-def test_foreign_callback_is_not_displaced() -> None:
-    def foreign(model: object, data: object, i: int) -> float:
-        return 0.0
-
-    mujoco.set_mjcb_act_bias(foreign)
-    try:
-        with pytest.raises(CallbackError, match="another mjcb_act_bias"), native.installed():
-            pass
-        assert mujoco.get_mjcb_act_bias() is foreign
-    finally:
-        mujoco.set_mjcb_act_bias(None)
-
-
 def test_callback_lost_during_a_run_is_noticed() -> None:
     with pytest.raises(CallbackError, match="replaced"), native.installed():
         mujoco.set_mjcb_act_bias(None)
     assert mujoco.get_mjcb_act_bias() is None
-
-
-def test_limp_muscle_is_noticed() -> None:
-    model = hanging_mass(3.0)
-    with native.installed():
-        data = charged(model, 3e5)
-        mujoco.mj_forward(model, data)
-        native.assert_live(model, data, [MUSCLE])
-    mujoco.mj_forward(model, data)  # without callbacks: MuJoCo says nothing
-    assert data.actuator_force[MUSCLE] == 0.0
-    with pytest.raises(CallbackError, match="carries"):
-        native.assert_live(model, data, [MUSCLE])
 
 
 def test_network_stands_before_what_it_solves() -> None:
@@ -137,106 +97,63 @@ def test_a_motor_brakes_against_its_velocity() -> None:
 
 
 def spoiled(
-    mode: native.Mode, spoil: Callable[[mujoco.MjModel, mujoco.MjData], None], steps: int = 1
+    mode: native.Mode, array: str, place: int | tuple[int, int], value: float, steps: int = 4
 ) -> None:
-    """Step a muscle under load after a spoil."""
+    """Step a muscle under load after one number of its model's rows, its states or its inputs was set."""
     model = hanging_mass(3.0, return_stiffness=20.0, anchor=ANCHOR)
     with native.installed(mode):
         data = charged(model, 3e5)
-        spoil(model, data)
+        getattr(model if array == "actuator_user" else data, array)[place] = value
         for _ in range(steps):
             mujoco.mj_step(model, data)
 
 
+SIGMA, LAW_FIRST = AIR + slots.CHAMBER_ACT.sigma, slots.MUSCLE_ROW.coefficients
+
+
 @pytest.mark.parametrize(
-    ("spoil", "message"),
+    ("array", "place", "value", "message"),
     [
-        (
-            lambda m, d: m.actuator_user.__setitem__((MUSCLE, slots.MUSCLE_ROW.coefficients), np.nan),
-            "force is not a number in actuator 1",
-        ),
-        (
-            lambda m, d: d.act.__setitem__(AIR + slots.CHAMBER_ACT.sigma, -1.0),
-            "absolute pressure is not positive in actuator 2",
-        ),
-        (
-            lambda m, d: d.act.__setitem__(AIR + slots.CHAMBER_ACT.sigma, np.nan),
-            "absolute pressure is not positive in actuator 2",
-        ),
-        (
-            lambda m, d: d.act.__setitem__(AIR + slots.CHAMBER_ACT.mass, 0.0),
-            "air mass is not positive in actuator 2",
-        ),
-        (
-            lambda m, d: d.act.__setitem__(AIR + slots.CHAMBER_ACT.last_volume, np.nan),
-            "volume is not positive in actuator 2",
-        ),
-        (
-            lambda m, d: d.ctrl.__setitem__(CHAMBER, np.nan),
-            "supply's absolute pressure is not positive in actuator 2",
-        ),
-        (lambda m, d: d.ctrl.__setitem__(NETWORK, np.nan), "force is not a number in actuator 0"),
-        (
-            lambda m, d: m.actuator_user.__setitem__((CHAMBER, slots.AIR_ROW.volume), -1.0),
-            "volume is not positive in actuator 2",
-        ),
-        (
-            lambda m, d: d.qpos.__setitem__(0, np.nan),
-            "no length of its muscles balances their forces in actuator 0",
-        ),
+        ("actuator_user", (MUSCLE, LAW_FIRST), np.nan, "force is not a number in actuator 1"),
+        ("act", SIGMA, -1.0, "absolute pressure is not positive in actuator 2"),
+        ("act", SIGMA, np.nan, "absolute pressure is not positive in actuator 2"),
+        ("act", AIR + slots.CHAMBER_ACT.mass, 0.0, "air mass is not positive in actuator 2"),
+        ("act", AIR + slots.CHAMBER_ACT.last_volume, np.nan, "volume is not positive in actuator 2"),
+        ("ctrl", CHAMBER, np.nan, "supply's absolute pressure is not positive in actuator 2"),
+        ("ctrl", NETWORK, np.nan, "force is not a number in actuator 0"),
+        ("actuator_user", (CHAMBER, slots.AIR_ROW.volume), -1.0, "volume is not positive in actuator 2"),
+        ("qpos", 0, np.nan, "no length of its muscles balances their forces in actuator 0"),
     ],
 )
 @pytest.mark.parametrize("mode", ["native", "python"])
-def test_bad_states_are_raised(mode: native.Mode, spoil: object, message: str) -> None:
+def test_bad_states_are_raised(mode: native.Mode, array: str, place: int, value: float, message: str) -> None:
     with pytest.raises((mujoco.FatalError, native.KernelFailure), match=message):
-        spoiled(mode, spoil)  # type: ignore[arg-type]
+        spoiled(mode, array, place, value, steps=1)
 
 
-@pytest.mark.parametrize("number", range(hanging_mass(3.0, anchor=ANCHOR).na))
-def test_no_state_that_is_not_a_number_stays_silent(number: int) -> None:
-    """Contraction, carried force, anchor, σ, mass, last volume and pressure, armature, opening."""
-    with pytest.raises(mujoco.FatalError):
-        spoiled("native", lambda m, d: d.act.__setitem__(number, np.nan), steps=4)
-
-
-@pytest.mark.parametrize("number", [NETWORK, CHAMBER, CHAMBER + 1, CHAMBER + 2])
-def test_no_input_that_is_not_a_number_stays_silent(number: int) -> None:
-    def spoil(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        data.ctrl[number] = np.nan
-
-    with pytest.raises(mujoco.FatalError):
-        spoiled("native", spoil, steps=4)
-
-
-USED = [  # slots of a taut muscle at 3 bar
-    slots.MUSCLE_ROW.law,
-    slots.MUSCLE_ROW.series_length,
-    slots.MUSCLE_ROW.cable_stiffness,
-    slots.MUSCLE_ROW.inverse_mass,
-    slots.MUSCLE_ROW.nominal_length,
-    slots.MUSCLE_ROW.nominal_radius,
-    slots.MUSCLE_ROW.b,
-    slots.MUSCLE_ROW.lock,
-    slots.MUSCLE_ROW.damping,
-    slots.MUSCLE_ROW.dead_volume,
-    slots.MUSCLE_ROW.lowest_pressure,
-    slots.MUSCLE_ROW.friction,
-    slots.MUSCLE_ROW.damper,
-    *range(slots.MUSCLE_ROW.coefficients, slots.MUSCLE_ROW.coefficients + 5),
+# of a taut muscle at 3 bar
+USED = (
+    "law series_length cable_stiffness inverse_mass nominal_length nominal_radius b lock damping dead_volume "
+)
+USED += "lowest_pressure friction damper coefficients"
+SPOILT = [
+    # contraction, carried force, anchor, σ, mass, last volume and pressure, armature, opening
+    *(("act", number) for number in range(hanging_mass(3.0, anchor=ANCHOR).na)),
+    *(("ctrl", number) for number in (NETWORK, CHAMBER, CHAMBER + 1, CHAMBER + 2)),
+    *(("actuator_user", (MUSCLE, getattr(slots.MUSCLE_ROW, name))) for name in USED.split()),
+    *(("actuator_user", (MUSCLE, LAW_FIRST + k)) for k in range(1, 5)),
 ]
 
 
-@pytest.mark.parametrize("slot", USED)
-def test_no_parameter_that_is_not_a_number_stays_silent(slot: int) -> None:
-    lowest = slot == slots.MUSCLE_ROW.lowest_pressure
-
-    def spoil(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        model.actuator_user[MUSCLE, slot] = np.nan
-
-    if lowest:  # a pressure is never below it: it must not pass for none
-        assert np.isnan(muscle_static_force(1.0, 0.1, 3e5, np.nan, [0.0] * 8, 0)[0])
+@pytest.mark.parametrize(("array", "place"), SPOILT)
+def test_nothing_that_is_not_a_number_stays_silent(array: str, place: int | tuple[int, int]) -> None:
     with pytest.raises(mujoco.FatalError):
-        spoiled("native", spoil, steps=2)
+        spoiled("native", array, place, np.nan)
+
+
+def test_no_lowest_pressure_passes_for_none() -> None:
+    """A pressure is never below one that is not a number."""
+    assert np.isnan(muscle_static_force(1.0, 0.1, 3e5, np.nan, [0.0] * 8, 0)[0])
 
 
 SETS = {

@@ -5,25 +5,16 @@ import dataclasses
 import mujoco
 import numpy as np
 import pytest
-from rig import BRAID, LAW, hanging_mass
+from rig import BRAID, LAW, hanging_mass, muscle_row
 from scipy.optimize import brentq
 
 from afo_sim import native
 from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, GAS_CONSTANT, CallbackError
 from afo_sim.native import slots
-from afo_sim.physics import FRICTIONS, LAWS, muscle_volume
+from afo_sim.physics import FRICTIONS, muscle_volume
 from afo_sim.physics.law_volume import GEOMETRIC
 
-ROW = {
-    "law": "tondu_lopez_2000_bladder",
-    "coefficients": LAWS["tondu_lopez_2000_bladder"].coefficients(BRAID, LAW),
-    "lowest_pressure": 0.0,
-    "braid": BRAID,
-    "damping": 2e-4,
-    "braid_stiffness": 2e4,
-    "dead_volume": 1e-6,
-    "return_stiffness": 20.0,
-}
+ROW = muscle_row(return_stiffness=20.0)
 VALVE = native.CircuitValve(5.5e-10, 0.3, 4e-3, 4e-3)
 TUBE = 4e-6
 

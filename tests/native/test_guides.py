@@ -6,14 +6,13 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from rig import BRAID, LAW
+from rig import BRAID, muscle_row
 
 import afo_sim
 from afo_sim import native
 from afo_sim.native.guides import turned
 from afo_sim.native.install import _flat, _FlatData
 from afo_sim.native.slots import MUSCLE_ROW
-from afo_sim.physics import LAWS
 from afo_sim.physics.series import CREEP
 
 ORIGIN, EYE, END = np.array([-0.25, 0.05]), np.array([0.05, 0.05]), np.array([0.05, -0.01])  # forward, up [m]
@@ -46,22 +45,12 @@ def rig(
     <worldbody>{places}<body><joint name="ankle" axis="0 -1 0"/>
     <inertial pos="0 0 0" mass="1" diaginertia="{inertia} {inertia} {inertia}"/>{ends}</body></worldbody>
     <tendon>{tendons}</tendon></mujoco>""")
-    braid = BRAID
-    row = {
-        "law": "tondu_lopez_2000_bladder",
-        "coefficients": LAWS["tondu_lopez_2000_bladder"].coefficients(braid, LAW),
-        "lowest_pressure": 0.0,
-        "braid": braid,
-        "damping": 1e-9,
-        "braid_stiffness": 2e4,
-        "dead_volume": 1e-6,
-    }
     valve = native.CircuitValve(1e-9, 0.3, 4e-3, 4e-3)
     muscle = native.CircuitMuscle(
         "m0",
         tuple(f"m{k}" for k in range(count)),
-        row,
-        TAUT - 0.97 * braid.nominal_length,
+        muscle_row(damping=1e-9),
+        TAUT - 0.97 * BRAID.nominal_length,
         "air",
         cable_stiffness=1e5,
         wrap_friction=friction,

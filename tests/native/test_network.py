@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -165,7 +166,7 @@ def test_a_walking_step_asks_its_laws_seven_times_at_most(monkeypatch: pytest.Mo
 # --- one solution, two ways to it -------------------------------------------------------------------
 
 
-def at_random(rig: Ankle, seed: int) -> tuple[object, mujoco.MjData]:
+def at_random(rig: Ankle, seed: int) -> tuple[Any, mujoco.MjData]:
     """A posture and a past that need not have to do with each other: stretched, taut, slack."""
     random, model = np.random.default_rng(seed), rig.model()
     with native.installed():
@@ -181,20 +182,21 @@ def at_random(rig: Ankle, seed: int) -> tuple[object, mujoco.MjData]:
     return _flat(model), data
 
 
-def contractions(model: object, data: mujoco.MjData) -> np.ndarray:
-    """Of the leaders, as solved."""
-    rows = model.actuator_user.reshape(-1, model.nuser_actuator)  # type: ignore[attr-defined]
-    leaders = [
-        i
-        for i in range(len(rows))
-        if rows[i, 1] == slots.KIND_MUSCLE and rows[i, slots.MUSCLE_ROW.leader] == i
-    ]
-    return np.array(
-        [
-            data.userdata[int(rows[i, slots.MUSCLE_ROW.userdata]) + slots.LEADER_DATA.contraction]
-            for i in leaders
-        ]
+def places(model: Any) -> list[int]:
+    """Of the leaders' contractions in `userdata`."""
+    rows = model.actuator_user.reshape(-1, model.nuser_actuator)
+    of_leaders = (rows[:, 1] == slots.KIND_MUSCLE) & (
+        rows[:, slots.MUSCLE_ROW.leader] == np.arange(len(rows))
     )
+    return [int(at) + slots.LEADER_DATA.contraction for at in rows[of_leaders, slots.MUSCLE_ROW.userdata]]
+
+
+def solved(model: Any, data: mujoco.MjData, rest: bool = False) -> tuple[float, np.ndarray]:
+    """Pull and contractions by Newton's method."""
+    first = newtons_method.guess(model, data, 0, 0, rest)
+    pull, settled = newtons_method.newton(model, data, 0, first, rest)
+    assert settled
+    return pull, data.userdata[places(model)]
 
 
 @pytest.mark.slow
@@ -206,15 +208,12 @@ def test_bisection_finds_what_newton_finds(
 ) -> None:
     monkeypatch.setattr(solving, "HALVINGS", 36)  # of a bracket of κ to 1e-11; more would only take longer
     model, data = at_random(rig, seed)
-    first = newtons_method.guess(model, data, 0, 0, rest)
-    pull, settled = newtons_method.newton(model, data, 0, first, rest)
-    assert settled
-    newton = contractions(model, data)
+    pull, newton = solved(model, data, rest)
     # chamber by chamber, and where Newton's method fails there, too
     for solve in (solving.newton_chamber, lambda *_: False):
         monkeypatch.setattr(solving, "newton_chamber", solve)
         assert solving.bisect(model, data, 0, rest) == pytest.approx(pull, abs=2e-5)
-        assert contractions(model, data) == pytest.approx(newton, abs=1e-8)
+        assert data.userdata[places(model)] == pytest.approx(newton, abs=1e-8)
 
 
 @every_rig
@@ -222,24 +221,14 @@ def test_newton_from_absurd_guesses_is_right_or_says_so(rig: Ankle) -> None:
     settled_ones = 0
     for seed in range(3):
         model, data = at_random(rig, seed)
-        right, found = newtons_method.newton(
-            model, data, 0, newtons_method.guess(model, data, 0, 0, False), False
-        )
-        assert found
-        lengths = contractions(model, data)
-        rows = model.actuator_user.reshape(-1, model.nuser_actuator)  # type: ignore[attr-defined]
-        places = [
-            int(row[slots.MUSCLE_ROW.userdata]) + slots.LEADER_DATA.contraction
-            for i, row in enumerate(rows)
-            if row[1] == slots.KIND_MUSCLE and row[slots.MUSCLE_ROW.leader] == i
-        ]
+        right, lengths = solved(model, data)
         for start, pull in itertools.product((-0.07, 0.0, 0.4, 0.9), (0.0, 50.0, 1e6)):
-            data.userdata[places] = start
+            data.userdata[places(model)] = start
             again, settled = newtons_method.newton(model, data, 0, pull, False)
             settled_ones += settled or rig is RIGS["Coulomb"]  # its step in the rate is too steep for it
             if settled:
                 assert again == pytest.approx(right, abs=1e-6 + 1e-9 * right)
-                assert contractions(model, data) == pytest.approx(lengths, abs=1e-9)
+                assert data.userdata[places(model)] == pytest.approx(lengths, abs=1e-9)
     assert settled_ones > 12
 
 
@@ -250,8 +239,8 @@ def test_a_leaders_force_falls_with_its_contraction(rig: Ankle) -> None:
         model, data = at_random(rig, seed)
         chamber = next(
             i for i in range(99) if model.actuator_user[model.nuser_actuator * i + 1] == slots.KIND_CHAMBER
-        )  # type: ignore[attr-defined]
-        leader = int(model.actuator_user[model.nuser_actuator * chamber + slots.CHAMBER_ROW.first_muscle])  # type: ignore[attr-defined]
+        )
+        leader = int(model.actuator_user[model.nuser_actuator * chamber + slots.CHAMBER_ROW.first_muscle])
         grid = np.linspace(-0.075, 0.5, 400)
         for absolute, moved, rest in itertools.product((3e4, 1e5, 1.5e5, 5e5), (0.0, 0.01), (False, True)):
             left = [balance.lacking(model, data, leader, chamber, x, absolute, moved, rest)[0] for x in grid]
@@ -263,8 +252,8 @@ def test_a_leaders_force_falls_with_its_contraction(rig: Ankle) -> None:
 def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solving, "HALVINGS", 30)
     model, data = at_random(rig, 4)
-    row = model.actuator_user  # type: ignore[attr-defined]
-    size = model.nuser_actuator  # type: ignore[attr-defined]
+    row = model.actuator_user
+    size = model.nuser_actuator
     left = []
     for pull in (0.0, 1.0, 10.0, 50.0, 100.0, 300.0):
         moved, _ = balance.shift(model, data, 0, pull, False)
@@ -281,17 +270,13 @@ def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch:
     monkeypatch.setattr(solving, "HALVINGS", 36)
     rig = Ankle(damping=5e-3, timestep=2e-3)
     model, data = at_random(rig, 1)
-    user, size = model.actuator_user, model.nuser_actuator  # type: ignore[attr-defined]
+    user, size = model.actuator_user, model.nuser_actuator
     chamber = int(user[slots.NETWORK_ROW.first_chamber])
     leader = int(user[size * chamber + slots.CHAMBER_ROW.first_muscle])
     data.act[int(user[size * leader + slots.MUSCLE_ROW.state]) + slots.LEADER_ACT.carried] = 2e3
-    pull, settled = newtons_method.newton(
-        model, data, 0, newtons_method.guess(model, data, 0, 0, False), False
-    )
-    assert settled
-    newton = contractions(model, data)
+    pull, newton = solved(model, data)
     solving.bisect(model, data, 0, False)
-    assert contractions(model, data) == pytest.approx(newton, abs=1e-9)
+    assert data.userdata[places(model)] == pytest.approx(newton, abs=1e-9)
     assert math.isfinite(pull)
 
 

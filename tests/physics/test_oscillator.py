@@ -1,11 +1,9 @@
 """The oscillator: derivatives, the filter against its textbook form, turning, and the same code compiled."""
 
-from typing import Any
-
 import numba
 import numpy as np
 import pytest
-from campaign import NIGHTLY, size
+from campaign import size
 
 from afo_sim.physics import oscillator, register_all
 
@@ -92,9 +90,8 @@ NAMES = ["turn", "series", "advance", "correct"][: size(2, 4)]
 @pytest.mark.parametrize("name", NAMES)
 def test_the_same_code_compiles(name: str) -> None:
     register_all()
-    turn, series, advance, correct = (
-        getattr(oscillator, name) for name in ("turn", "series", "advance", "correct")
-    )
+    turn, series = oscillator.turn, oscillator.series
+    advance, correct = oscillator.advance, oscillator.correct
     used = {
         "turn": lambda state, covariance, wave: turn(state, 0.001),
         "series": lambda state, covariance, wave: series(state, wave),
@@ -107,27 +104,4 @@ def test_the_same_code_compiles(name: str) -> None:
         returned = [run(state, covariance, wave) for _ in range(50)]
         given = [] if returned[0] is None else np.ravel(returned)
         results.append(np.concatenate([state, covariance.ravel(), wave, given]))
-    assert results[0] == pytest.approx(results[1], rel=1e-9, abs=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not NIGHTLY, reason="compiles a quarter of a minute: at night")
-def test_one_compiled_function_of_all_four_computes_the_same() -> None:
-    register_all()
-    series, advance, correct, turn = (
-        getattr(oscillator, name) for name in ("series", "advance", "correct", "turn")
-    )
-
-    def follow(state: Any, covariance: Any, wave: Any) -> None:
-        for k in range(50):
-            advance(state, covariance, 0.01, 0.1, 0.01)
-            found, _ = series(state, wave)
-            correct(state, covariance, wave, np.sin(0.1 * k) - found, 1.0)
-            turn(state, 0.001)
-
-    results = []
-    for run in (follow, numba.njit(follow)):
-        state, covariance = drawn(6)
-        run(state, covariance, np.empty(N))
-        results.append(np.append(state, covariance))
     assert results[0] == pytest.approx(results[1], rel=1e-9, abs=1e-9)

@@ -102,18 +102,13 @@ def test_every_entry_of_every_file_is_known(
     assert all(known[entry.name] is entry for entry in entries)  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("known", [LAWS, FRICTIONS])
-def test_order_is_that_of_the_native_ids(known: dict[str, Law] | dict[str, Friction]) -> None:
-    ids = [entry.native_id for entry in known.values()]
-    assert ids == sorted(ids)
-
-
-def test_ids_mean_what_they_meant() -> None:
-    # A row in a model that was saved says the id alone.
+def test_ids_rise_and_mean_what_they_meant() -> None:
+    """A row in a model that was saved says the id alone."""
+    for known in (LAWS, FRICTIONS):
+        ids = [entry.native_id for entry in known.values()]  # type: ignore[attr-defined]
+        assert ids == sorted(ids)
     first = {law.native_id: law.kernel.__name__ for law in LAWS.values()}
-    assert first[0] == "chou_hannaford_1996"
-    assert first[7] == "takosoglu_2016"
-    assert first[10] == "three_element"
+    assert (first[0], first[7], first[10]) == ("chou_hannaford_1996", "takosoglu_2016", "three_element")
     assert {f.native_id: f.name for f in FRICTIONS.values()}[2] == "vo_minh_2011"
 
 
@@ -144,33 +139,6 @@ def test_a_new_file_is_a_law(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyP
         assert slopes == pytest.approx(sloped(float(law.native_id), 0.1, 3e5, row, 1), rel=1e-12)
     # the new one, p (1 − κ)/2, has no slopes of its own; `law` is the last, since its id is the greatest
     assert slopes[1:] == pytest.approx((-0.5 * 3e5, 0.5 * 0.9), rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("files", "message"),
-    [
-        (law_file(native_id=5), r"the native id 5 is given twice: .*'new_2026' in .*new_law.*; \d+ is free"),
-        (law_file(name="sarosi_2012"), r"the name 'sarosi_2012' is given twice: in .* and "),
-        (law_file(count=22), r"'new_2026' has 22 coefficients; an actuator's row has 21 slots"),
-        (
-            {"new_law": law_file()["new_law"].replace("pressure, *a)", "pressure, a, b)")},
-            r"'new_2026' has 1 coefficients, which its kernel does not take: missing .* 'b'",
-        ),
-        ({"new_law": "PARAMETERS = ()\n"}, r"physics\.laws\.new_law holds no Law at its top level"),
-    ],
-    ids=["id", "name", "too many", "other number", "no law"],
-)
-def test_a_wrong_law_is_refused(
-    files: dict[str, str], message: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with_files(laws, files, tmp_path, monkeypatch)
-    with pytest.raises(ValueError, match=message):
-        laws.collected()
-
-
-def test_laws_of_one_kernel_share_its_id() -> None:
-    assert LAWS["takosoglu_2016"].native_id == LAWS["takosoglu_2016_an"].native_id
-    assert LAWS["takosoglu_2016"].kernel is LAWS["takosoglu_2016_an"].kernel
 
 
 STATES = {"n_state": 2, "arguments": "rate, x, y, c, step", "more": ", rate_kernel=moved"}
@@ -212,26 +180,34 @@ def test_a_new_file_is_a_friction(
 
 
 @pytest.mark.parametrize(
-    ("files", "message"),
+    ("package", "files", "message"),
     [
-        (friction_file(native_id=2), r"the native id 2 is given twice: .*; \d+ is free"),
-        (friction_file(name="hunt_2017"), "the name 'hunt_2017' is given twice"),
-        (friction_file(native_id=0), "'new_2026' has the native id 0; 0 is no friction"),
-        (friction_file(n_state=2), "'new_2026' has 2 states and no rate_kernel"),
-        (friction_file(more=", rate_kernel=moved"), "'new_2026' has 0 states and a rate_kernel"),
+        (laws, law_file(native_id=5), r"id 5 is given twice: .*'new_2026' in .*new_law.*; \d+ is free"),
+        (laws, law_file(name="sarosi_2012"), r"the name 'sarosi_2012' is given twice: in .* and "),
+        (laws, law_file(count=22), r"'new_2026' has 22 coefficients; an actuator's row has 21 slots"),
         (
-            friction_file(arguments="rate, c, d"),
-            "'new_2026' has 1 coefficients, which its kernel does not take",
+            laws,
+            {"new_law": law_file()["new_law"].replace("pressure, *a)", "pressure, a, b)")},
+            r"'new_2026' has 1 coefficients, which its kernel does not take: missing .* 'b'",
         ),
+        (laws, {"new_law": "PARAMETERS = ()\n"}, r"physics\.laws\.new_law holds no Law at its top level"),
+        (friction, friction_file(native_id=2), r"the native id 2 is given twice: .*; \d+ is free"),
+        (friction, friction_file(native_id=0), "'new_2026' has the native id 0; 0 is no friction"),
+        (friction, friction_file(n_state=2), "'new_2026' has 2 states and no rate_kernel"),
+        (friction, friction_file(more=", rate_kernel=moved"), "has 0 states and a rate_kernel"),
+        (friction, friction_file(arguments="rate, c, d"), "1 coefficients, which its kernel does not take"),
     ],
-    ids=["id", "name", "none", "no rates", "rates", "other number"],
 )
-def test_a_wrong_friction_is_refused(
-    files: dict[str, str], message: str, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+def test_a_wrong_entry_is_refused(
+    package: types.ModuleType,
+    files: dict[str, str],
+    message: str,
+    tmp_path: pathlib.Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    with_files(friction, files, tmp_path, monkeypatch)
+    with_files(package, files, tmp_path, monkeypatch)
     with pytest.raises(ValueError, match=message):
-        friction.collected()
+        package.collected()
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)

@@ -43,8 +43,28 @@ def read(row: np.ndarray, values: np.ndarray, cuts: tuple[int, ...] = (), plain:
 WAVE = np.sin(np.arange(400) * 0.03) + 0.3 * RNG.normal(size=400)
 
 
-def test_ideal_sensor_reads_what_is_there() -> None:
-    assert (read(ideal(), WAVE) == WAVE).all()
+def line(slope: float, intercept: float) -> dict[str, float]:
+    """A calibration line, which is taken for true."""
+    return {"SLOPE": slope, "INTERCEPT": intercept, "TAKEN_SLOPE": slope, "TAKEN_INTERCEPT": intercept}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "expected"),
+    [
+        ({}, WAVE),
+        ({"GAIN": 1.5, "OFFSET": 0.25, "DRIFT": 2.0}, 1.5 * WAVE + 0.25 + 2.0 * TIMESTEP * np.arange(400)),
+        ({"LOW": -0.5, "HIGH": 0.7}, np.clip(WAVE, -0.5, 0.7)),
+        (line(2.0, 1.0) | {"OUT_LOW": 0.0, "OUT_HIGH": 2.0}, np.clip(WAVE, -0.5, 0.5)),
+        (line(4.0, 0.3) | {"OUT_STEP": 0.1}, (np.floor((4.0 * WAVE + 0.3) / 0.1 + 0.5) * 0.1 - 0.3) / 4.0),
+        (line(2.5, 0.1) | {"SLOPE": 2.0, "INTERCEPT": 0.5}, (2.0 * WAVE + 0.5 - 0.1) / 2.5),
+    ],
+    ids=["ideal", "gain, offset, drift", "range", "range of output", "converter", "another one's line"],
+)
+def test_a_wave_reads_by_its_formula(parameters: dict[str, float], expected: np.ndarray) -> None:
+    found = read(ideal(**parameters), WAVE)
+    assert found == pytest.approx(expected, abs=1e-12)
+    if parameters.keys() <= {"LOW", "HIGH"}:
+        assert (found == expected).all()
 
 
 def test_lowpass_is_the_filter_of_scipy() -> None:
@@ -143,25 +163,8 @@ def test_resolution_errs_by_half_a_step_at_most() -> None:
     assert np.std(reading - WAVE) == pytest.approx(0.05 / math.sqrt(12.0), rel=0.1)
 
 
-def test_converter_rounds_volts() -> None:
-    reading = read(ideal(SLOPE=4.0, INTERCEPT=0.3, TAKEN_SLOPE=4.0, TAKEN_INTERCEPT=0.3, OUT_STEP=0.1), WAVE)
-    assert reading == pytest.approx((np.floor((4.0 * WAVE + 0.3) / 0.1 + 0.5) * 0.1 - 0.3) / 4.0, abs=1e-12)
-
-
-def test_range_clips_quantity_and_output() -> None:
-    assert (read(ideal(LOW=-0.5, HIGH=0.7), WAVE) == np.clip(WAVE, -0.5, 0.7)).all()
-    lines = {"SLOPE": 2.0, "TAKEN_SLOPE": 2.0, "INTERCEPT": 1.0, "TAKEN_INTERCEPT": 1.0}
-    reading = read(ideal(OUT_LOW=0.0, OUT_HIGH=2.0, **lines), WAVE)
-    assert reading == pytest.approx(np.clip(WAVE, -0.5, 0.5), abs=1e-12)
-
-
 def test_noise_does_not_leave_the_range() -> None:
     assert read(ideal(NOISE=1.0, LOW=-0.5, HIGH=0.5), np.zeros(1000)).max() == 0.5
-
-
-def test_another_ones_line_reads_wrong_by_its_formula() -> None:
-    reading = read(ideal(SLOPE=2.0, INTERCEPT=0.5, TAKEN_SLOPE=2.5, TAKEN_INTERCEPT=0.1), WAVE)
-    assert reading == pytest.approx((2.0 * WAVE + 0.5 - 0.1) / 2.5, abs=1e-14)
 
 
 def test_inverse_line_goes_both_ways() -> None:
@@ -181,11 +184,6 @@ def test_play_lags_behind_by_half_its_width() -> None:
     middle = np.abs(values[1000:]) < 0.5  # past the turning points
     assert (reading - values[1000:])[rising & middle] == pytest.approx(-0.1, abs=1e-12)
     assert (reading - values[1000:])[falling & middle] == pytest.approx(0.1, abs=1e-12)
-
-
-def test_offset_gain_and_drift() -> None:
-    reading = read(ideal(GAIN=1.5, OFFSET=0.25, DRIFT=2.0), WAVE)
-    assert reading == pytest.approx(1.5 * WAVE + 0.25 + 2.0 * TIMESTEP * np.arange(400), abs=1e-12)
 
 
 def test_switch_has_two_thresholds() -> None:

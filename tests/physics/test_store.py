@@ -59,6 +59,15 @@ def rate(
     return store_temperature_rate(mass, temperature, volume, into, out, *around, gas.row)
 
 
+def warmth(gas: Gas, volume: float, first: float, last: float, into: float = 0.0, out: float = 0.0) -> float:
+    """Temperature of a store without heat whose mass goes from one to another, by the kernel's rate."""
+
+    def by_mass(mass: float, state: np.ndarray) -> list[float]:
+        return [(into - out) * rate(gas, mass, state[0], volume, into, out, 0.0, 0.0, WARM)]
+
+    return float(solve_ivp(by_mass, (first, last), [WARM], rtol=1e-9).y[0, -1])
+
+
 def test_air_has_the_compressibility_of_the_table() -> None:
     for bar, z in COMPRESSIBILITY.items():
         if 0 < bar <= 300:
@@ -77,11 +86,7 @@ def test_cold_dense_air() -> None:
 def test_a_bottle_emptied_at_once_is_as_cold_as_real_air(share: float, kelvin: float, bar: float) -> None:
     """From 301 bar and 20 °C without heat: the first law with CoolProp 8.0's u and h of air, 400 steps."""
     first = gas_mass(AIR, BOTTLE, 301e5)
-
-    def kernel(mass: float, state: np.ndarray) -> list[float]:
-        return [-rate(AIR, mass, state[0], BOTTLE, 0.0, 1.0, 0.0, 0.0, WARM)]
-
-    found = solve_ivp(kernel, (first, share * first), [WARM], rtol=1e-8).y[0, -1]
+    found = warmth(AIR, BOTTLE, first, share * first, out=1.0)
     assert found == pytest.approx(kelvin, rel=0.03)
     assert of_store(AIR, share * first, found, BOTTLE) == pytest.approx(bar * 1e5, rel=0.06)
 
@@ -174,13 +179,10 @@ def test_an_adiabatic_store_keeps_the_first_law(gas: Gas, start: float) -> None:
         t = temperature_of(mass, state[0])
         return [inner_energy(gas, mass / volume, t) + pressure(gas, mass / volume, t) * volume / mass]
 
-    def kernel(mass: float, state: np.ndarray) -> list[float]:
-        return [-rate(gas, mass, state[0], volume, 0.0, 1.0, 0.0, 0.0, WARM)]
-
     last = 0.75 * first
     energy = first * inner_energy(gas, start, WARM)
     truth = solve_ivp(balance, (first, last), [energy], rtol=1e-7, max_step=0.1 * first).y[0, -1]
-    found = solve_ivp(kernel, (first, last), [WARM], rtol=1e-9).y[0, -1]
+    found = warmth(gas, volume, first, last, out=1.0)
     assert found == pytest.approx(temperature_of(last, truth), abs=0.01)
     assert found < WARM - 20.0
 
@@ -203,11 +205,7 @@ def test_a_bottle_of_dense_air_is_filled_by_the_first_law() -> None:
     volume, first, last = 1e-3, 0.1, 0.2
     enthalpy = (AIR.heat_capacity + AIR.constant) * WARM
     energy = first * inner_energy(AIR, first / volume, WARM) + enthalpy * (last - first)
-
-    def kernel(mass: float, state: np.ndarray) -> list[float]:
-        return [rate(AIR, mass, state[0], volume, 1.0, 0.0, 0.0, 0.0, WARM)]
-
-    found = solve_ivp(kernel, (first, last), [WARM], rtol=1e-9).y[0, -1]
+    found = warmth(AIR, volume, first, last, into=1.0)
     assert last * inner_energy(AIR, last / volume, found) == pytest.approx(energy, rel=1e-6)
     assert found > WARM + 40.0
 

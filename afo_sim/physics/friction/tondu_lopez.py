@@ -111,25 +111,13 @@ PARAMETERS = (
         (0.01, 0.02),
     ),
     LawParameter(
-        "kinetic_coefficient",
-        "f_k",
-        "",
-        0.0,
-        1.0,
-        "the same at high speed; 0.105 published",
-        (0.09, 0.12),
+        "kinetic_coefficient", "f_k", "", 0.0, 1.0, "the same at high speed; 0.105 published", (0.09, 0.12)
     ),
     LawParameter(
         "stribeck_velocity", "v_s", "m/s", 1e-3, 10.0, "from rest to speed; 0.15 published", (0.1, 0.2)
     ),
     LawParameter(
-        "creep_velocity",
-        "v_r",
-        "m/s",
-        1e-7,
-        0.1,
-        "speed at which friction is 76 % there",
-        (5e-4, 1.5e-3),
+        "creep_velocity", "v_r", "m/s", 1e-7, 0.1, "speed at which friction is 76 % there", (5e-4, 1.5e-3)
     ),
 )
 

@@ -95,15 +95,8 @@ PARAMETERS = (
 
 def _coefficients(braid: Braid, q: Values) -> Coefficients:
     shifted = Braid(braid.nominal_length, braid.nominal_radius, braid.braid_angle + q["angle_shift"])
-    moduli = (q["c0"], q["c1"], q["c2"], q["c3"])
-    return (
-        braid.nominal_length,
-        braid.nominal_radius,
-        shifted.thread_length,
-        shifted.turns,
-        q["wall_thickness"],
-        *moduli,
-    )
+    rubber = (q[name] for name in ("wall_thickness", "c0", "c1", "c2", "c3"))
+    return braid.nominal_length, braid.nominal_radius, shifted.thread_length, shifted.turns, *rubber
 
 
 MARTENS_BOBLAN_2017 = Law(
