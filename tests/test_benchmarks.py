@@ -58,22 +58,30 @@ def compare(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> Any:
     return against
 
 
-def test_the_same_figures_are_alike(compare: Any, capsys: pytest.CaptureFixture[str]) -> None:
-    assert compare() == 0
-    assert capsys.readouterr().out == "0 slower, 0 faster, 2 alike\n"
-
-
-def test_what_became_slower_is_named_with_its_share(compare: Any, capsys: pytest.CaptureFixture[str]) -> None:
-    assert compare(step=2.5, rate=12.5) == 1
-    slower, faster, count = capsys.readouterr().out.splitlines()
-    assert slower == "slower: step: 2 → 2.5 µs (25.0%)"  # half a µs on two
-    assert faster == "faster: rate: 10 → 12.5 1/s (20.0%)"  # a case takes 80 ms instead of 100
-    assert count == "1 slower, 1 faster, 0 alike"
-
-
-def test_a_lower_rate_is_slower(compare: Any, capsys: pytest.CaptureFixture[str]) -> None:
-    assert compare(rate=8.0) == 1
-    assert "slower: rate: 10 → 8 1/s (25.0%)" in capsys.readouterr().out
+@pytest.mark.parametrize(
+    ("changed", "code", "said"),
+    [
+        ({}, 0, ["0 slower, 0 faster, 2 alike"]),
+        (
+            {"step": 2.5, "rate": 12.5},  # half a µs on two; a case takes 80 ms instead of 100
+            1,
+            [
+                "slower: step: 2 → 2.5 µs (25.0%)",
+                "faster: rate: 10 → 12.5 1/s (20.0%)",
+                "1 slower, 1 faster, 0 alike",
+            ],
+        ),
+        ({"rate": 8.0}, 1, ["slower: rate: 10 → 8 1/s (25.0%)", "1 slower, 0 faster, 1 alike"]),
+        ({"error": 99.0}, 0, ["0 slower, 0 faster, 2 alike"]),  # has no better direction
+        *(({"step": noise}, 0, ["0 slower, 0 faster, 1 alike"]) for noise in (0.0, -0.1)),  # has no share
+    ],
+)
+def test_what_changed_is_named_with_its_share(
+    compare: Any, changed: dict[str, float], code: int, said: list[str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    assert compare(**changed) == code
+    assert capsys.readouterr().out.splitlines() == said
 
 
 @pytest.mark.parametrize(("words", "code"), [("5%", 1), ("10%", 0), ("0.1", 0), ("0", 1)])
@@ -85,18 +93,6 @@ def test_the_tolerance_is_no_change(compare: Any, words: str, code: int) -> None
 def test_a_tolerance_that_is_none_is_refused(compare: Any, words: str) -> None:
     with pytest.raises(SystemExit, match="2"):
         compare(f"--tolerance={words}")
-
-
-def test_numbers_without_a_better_direction_are_not_judged(compare: Any) -> None:
-    assert compare(error=99.0) == 0
-
-
-@pytest.mark.parametrize("value", [0.0, -0.1])
-def test_a_difference_within_the_noise_has_no_share(
-    compare: Any, value: float, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert compare(step=value) == 0
-    assert "1 alike" in capsys.readouterr().out
 
 
 def test_other_machines_are_refused_unless_meant(compare: Any, capsys: pytest.CaptureFixture[str]) -> None:

@@ -270,10 +270,3 @@ def test_files_are_written_by_the_writers_alone() -> None:
         if path != PACKAGE / "common" / "phase_table.py":
             assert not {f"afo_sim.common.sealing.{name}" for name in SEALING} & imported(path), path
     assert named | {"stride"} == set(WRITTEN)  # of common/phase_table.py
-
-
-def test_public_names_resolve() -> None:
-    import afo_sim
-
-    for name in afo_sim.__all__:
-        assert callable(getattr(afo_sim, name))

@@ -165,3 +165,14 @@ class NativeNetwork:
         """Where the flow of an edge stands in `userdata`."""
         known = self.ids.valves | self.ids.restrictions
         return int(self.model.actuator_user[known[self.keys[k]], slots.EDGE_ROW.place])
+
+
+def behind_valve(valve: dict, volume: dict, opened: list, period: str) -> dict:
+    """Sets of a seated scenario whose one valve fills a rigid volume; the muscles behind it stay empty."""
+    return {
+        "orthosis.volume.v": volume,
+        "orthosis.restriction.i": {"kind": "valve", "valve": valve, "upstream": "supply", "downstream": "v"},
+        "orthosis.chamber.plantarflexor.feed": "v",
+        "timer": {"period": period, "i": {"open": opened}, "plantarflexor": {"outlet": [["0 s", period]]}},
+        "duration": period,
+    }

@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import pytest
+from air.native_network import behind_valve
 from scipy.integrate import solve_ivp
 
 import afo_sim as afo
@@ -32,27 +33,10 @@ def rise(
         "opening_delay": f"{on} ms",
         "closing_delay": f"{off} ms",
     }
-    run = afo.run(
-        "seated",
-        {
-            "orthosis.volume.v": {"volume": "30 ml", "wall_conductance": "1 kW/K"},  # isothermal
-            "orthosis.restriction.v1": {
-                "kind": "valve",
-                "valve": valve,
-                "upstream": "supply",
-                "downstream": "v",
-            },
-            "orthosis.chamber.plantarflexor.feed": "v",  # and never filled
-            "supply.pressure": f"{(SUPPLY - AMBIENT) / BAR:.6f} bar",
-            "timer": {
-                "period": "80 ms",
-                "v1": {"open": [[f"{start} ms", f"{start + pulse} ms"]]},
-                "plantarflexor": {"outlet": [["0 s", "80 ms"]]},
-            },
-            "duration": "80 ms",
-            "timestep": f"{step} ms",
-        },
-    )
+    isothermal = {"volume": "30 ml", "wall_conductance": "1 kW/K"}
+    sets = behind_valve(valve, isothermal, [[f"{start} ms", f"{start + pulse} ms"]], "80 ms")
+    supply = {"supply.pressure": f"{(SUPPLY - AMBIENT) / BAR:.6f} bar", "timestep": f"{step} ms"}
+    run = afo.run("seated", sets | supply)
     return float(run["volume/v/pressure"][-1]) / BAR
 
 

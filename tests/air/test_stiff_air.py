@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import pytest
+from air.native_network import behind_valve
 
 import afo_sim as afo
 from afo_sim.common import GAS_CONSTANT, HEAT_CAPACITY_RATIO
@@ -27,26 +28,8 @@ def test_a_filled_rigid_volume_has_its_suppliers_pressure_and_the_air_of_its_ent
     c: float, step: str
 ) -> None:
     """Adiabatic filling from a supply at T: m − m0 = (p − p0) V/(γ R T), whatever the valve."""
-    run = afo.run(
-        "seated",
-        {
-            "orthosis.volume.v.volume": "3 ml",
-            "orthosis.restriction.i": {
-                "kind": "valve",
-                "valve": wide(c),
-                "upstream": "supply",
-                "downstream": "v",
-            },
-            "orthosis.chamber.plantarflexor.feed": "v",
-            "timer": {
-                "period": "0.2 s",
-                "i": {"open": [["10 ms", "0.2 s"]]},
-                "plantarflexor": {"outlet": [["0 s", "0.2 s"]]},
-            },
-            "duration": "0.2 s",
-            "timestep": step,
-        },
-    )
+    sets = behind_valve(wide(c), {"volume": "3 ml"}, [["10 ms", "0.2 s"]], "0.2 s")
+    run = afo.run("seated", sets | {"timestep": step})
     mass = run["volume/v/mass"]
     assert run["volume/v/pressure"][-1] == pytest.approx(4e5, rel=1e-3)
     assert mass[-1] - mass[0] == pytest.approx(
@@ -88,16 +71,7 @@ def test_muscles_beyond_the_limit_are_off_by_what_is_told() -> None:
 
 def test_a_volume_too_small_for_its_valve_is_told_with_the_one_that_would_do() -> None:
     def told(millilitres: float) -> list[str]:
-        sets = {
-            "orthosis.volume.v.volume": f"{millilitres} ml",
-            "orthosis.restriction.i": {
-                "kind": "valve",
-                "valve": wide(10.0),
-                "upstream": "supply",
-                "downstream": "v",
-            },
-            "orthosis.chamber.plantarflexor.feed": "v",
-        }
+        sets = behind_valve(wide(10.0), {"volume": f"{millilitres} ml"}, [["10 ms", "0.2 s"]], "0.2 s")
         return check_volumes(circuit_of(load("scenario", "seated", sets).orthosis), 2e-3)
 
     (warning,) = told(0.08)

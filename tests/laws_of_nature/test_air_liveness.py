@@ -198,21 +198,11 @@ def test_a_field_of_a_regulator_acts(field: str) -> None:
     if field.startswith("relief"):  # air is pushed back into the outlet: the chamber begins above it
         back = {"kind": "orifice", "upstream": "high", "downstream": "manifold"} | SLOW
         high = {"volume": "200 ml", "start_pressure": "8 bar"}
-        sets = FED | {
+        sets = restricted("regulator", pressure="1 bar") | {
             "orthosis.volume.high": high,
             "orthosis.restriction.back": back,
-            "orthosis.restriction.probe": {
-                "kind": "regulator",
-                "regulator": REGULATOR,
-                "pressure": "1 bar",
-                "upstream": "supply",
-                "downstream": "manifold",
-            },
         }
-        after = sets | {
-            "orthosis.restriction.probe": sets["orthosis.restriction.probe"]
-            | {"regulator": REGULATOR | {field: OF_REGULATOR[field]}}
-        }
+        after = sets | {"orthosis.restriction.probe.regulator": REGULATOR | {field: OF_REGULATOR[field]}}
         assert moved(sets, after, MANIFOLD) > 1e-3
         return
     own = REGULATOR

@@ -3,12 +3,11 @@
 The parameters are found in the resolved scenarios, not listed here: a new one without an entry fails.
 """
 
-import fnmatch
 from typing import Any
 
 import numpy as np
 import pytest
-from laws_of_nature.liveness import leaves, nudged
+from laws_of_nature.liveness import is_one, leaves, nudged
 
 import afo_sim
 from afo_sim.description import Scenario, load
@@ -105,10 +104,6 @@ def parameters(name: str) -> dict[str, Any]:
     if "restart" in CONTROLLERS[name]:
         del found["period"]  # a clock that waits for the heel is over before
     return {k: v for k, v in found.items() if v is not None and not is_one(f"{kind}.{k}", ELSEWHERE)}
-
-
-def is_one(key: str, patterns: Any) -> str | None:
-    return next((pattern for pattern in patterns if fnmatch.fnmatch(key, pattern)), None)
 
 
 @pytest.fixture(scope="module")

@@ -90,11 +90,10 @@ def test_friction_is_between_the_bounds_of_the_capstan_and_takes_its_side() -> N
 @pytest.mark.slow
 def test_halving_the_step_changes_little() -> None:
     angles = {}
-    for timestep, every in (("2 ms", 1), ("1 ms", 2), ("0.5 ms", 4)):
+    for timestep in ("2 ms", "1 ms", "0.5 ms"):
         sets = {"orthosis": "guided", "duration": "8 s", "timestep": timestep, "record_rate": "500 Hz"}
         sets |= {f"orthosis.muscle.{name}.wrap_friction": 0.4 for name in FRICTIONS}
         angles[timestep] = np.degrees(afo_sim.run("seated", sets)["ankle/angle"])
-        assert every
     coarse = np.abs(angles["2 ms"] - angles["0.5 ms"]).max()
     fine = np.abs(angles["1 ms"] - angles["0.5 ms"]).max()
     assert fine < 0.6 * coarse and coarse < 0.2

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from air.reference import Edge, Fixed, Volume, network_reference
 from mujoco.batch import Batch
-from rig import BRAID, LAW, charged, hanging_mass
+from rig import charged, hanging_mass
 
 import afo_sim
 from afo_sim import native
@@ -137,38 +137,6 @@ def test_muscles_only_pull(recording: Recording) -> None:
         assert recording[f"muscle/{name}/force"].min() >= 0.0
 
 
-def closed_form_contraction(load: float, gauge: float) -> float:
-    """κ of π r0² p [a (1 − κ)² − b] − F0 − K_b κ = load: the smaller root of a quadratic."""
-    area = np.pi * BRAID.nominal_radius**2 * gauge
-    a, b = 3.0 / np.tan(BRAID.braid_angle) ** 2, 1.0 / np.sin(BRAID.braid_angle) ** 2
-    roots = np.roots(
-        [area * a, -2.0 * area * a - LAW["bladder_stiffness"], area * (a - b) - LAW["bladder_force"] - load]
-    )
-    return float(roots.min())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("gauge", [2e5, 4e5])
-def test_hung_mass_rests_at_the_closed_form(gauge: float) -> None:
-    mass = 3.1
-    model = hanging_mass(mass)
-    chamber = model.actuator("chamber_air").id
-    with native.installed():
-        data = charged(model, 0.0)
-        data.ctrl[chamber : chamber + 2] = gauge, 1.0
-        for _ in range(60_000):
-            mujoco.mj_step(model, data)
-    air = native.read_air(model, data.act, data.userdata, chamber)
-    assert air.absolute_pressure == pytest.approx(gauge + AMBIENT_PRESSURE, rel=1e-9)
-    weight = mass * 9.80665
-    expected = closed_form_contraction(weight, gauge)
-    own = native.read_own(model, data.userdata, model.actuator("muscle").id)
-    assert own.contraction == pytest.approx(expected, abs=1e-7)
-    assert own.tension == pytest.approx(weight, rel=1e-6)
-    # and its cable of 1 MN/m is longer by weight/k
-    assert data.qpos[0] == pytest.approx(expected * BRAID.nominal_length - weight / 1e6, abs=2e-8)
-
-
 def rigid_fill(wall: float, timestep: float, duration: float) -> np.ndarray:
     """(time, mass, absolute pressure) of a rigid 130 ml chamber filled from 4 bar."""
     model = hanging_mass(1.0, muscles=0, tube_volume=130e-6, wall_conductance=wall, timestep=timestep)
@@ -214,18 +182,6 @@ def test_adiabatic_and_isothermal_fill_in_closed_form() -> None:
     assert isothermal[:, 1] == pytest.approx(mass, rel=5e-3)
 
 
-@pytest.mark.slow
-def test_halving_the_step_hardly_moves_the_peak() -> None:
-    for sets in ({}, HEAVY_DAMPER):
-        peaks = [
-            afo_sim.run("seated", {"duration": "8 s", "timestep": step, **sets}).metrics
-            for step in ("1 ms", "0.5 ms", "0.05 ms")
-        ]
-        angles = [m["peak_dorsiflexion_angle"].value for m in peaks]
-        assert abs(angles[1] - angles[0]) < 0.05
-        assert abs(angles[2] - angles[0]) < 0.05
-
-
 def test_stiff_damper_slows_and_does_not_chatter() -> None:
     """R = 2e-3 m²s at 1 ms: an explicit step would change the force's sign at most samples."""
     heavy, light = (
@@ -236,19 +192,6 @@ def test_stiff_damper_slows_and_does_not_chatter() -> None:
     force = heavy["muscle/dorsiflexor_1/force"]
     turns = np.sum(np.diff(np.sign(np.diff(force[force > 0.5]))) != 0)
     assert turns < 20
-
-
-@pytest.mark.slow
-def test_native_and_python_mode_agree() -> None:
-    compiled, plain = (
-        afo_sim.run("seated-antagonist", {"duration": "2 s", "callback": mode})
-        for mode in ("native", "python")
-    )
-    assert compiled.columns.keys() == plain.columns.keys()
-    assert np.abs(compiled["ankle/angle"] - plain["ankle/angle"]).max() <= 1e-9
-    assert compiled["chamber/dorsiflexor/pressure"] == pytest.approx(
-        plain["chamber/dorsiflexor/pressure"], rel=1e-9
-    )
 
 
 def test_batch_is_a_plain_loop_at_any_thread_count() -> None:

@@ -4,17 +4,16 @@ The parameters are found in the resolved scenario, not listed here: a new one wi
 OUTPUTS fails.
 """
 
-import fnmatch
 import pathlib
 from typing import Any
 
 import numpy as np
 import pytest
 from campaign import sampled
-from laws_of_nature.liveness import leaves, nudged
+from laws_of_nature.liveness import assert_moves, is_one, nudged, parameters
 
 import afo_sim
-from afo_sim.common import EXAMPLES, format_quantity, parse_quantity
+from afo_sim.common import format_quantity
 from afo_sim.description import load
 from afo_sim.physics import FRICTIONS
 from afo_sim.simulation import Recording
@@ -55,64 +54,23 @@ OUTPUTS = {
     "timer.period": "valve/dorsiflexor_inlet/coil",
     "timer.*": "valve/{role}_{side}/opening",
 }
-# Not physical: what runs, how finely, and what is only said.
-NOT_PHYSICAL = (
-    "*name",
-    "*description",
-    "*provenance*",
-    "*.file",
-    "*.cuff",
-    "*.plate",
-    "*.feed",  # nodes of the air, by name; test_air_liveness.py moves what an air path has
-    "*.exhaust",
-    "*.open",  # of valves between other nodes, and there are none
-    "*.law",
-    "*.grade",
-    "phases",
-    "gait",
-    "patient",
-    "ground",
-    "shoe",
-    "start",
-    "reference",
-    "leg.toes*",  # test_walking_liveness.py moves these and the next four
-    "orthosis.outsole*",
-    "orthosis.interface.*",
+# Beside what no run depends on.
+LEFT_OUT = (
+    *("*.law", "*.grade", "phases", "gait", "patient", "ground", "shoe", "start", "reference"),
+    # test_walking_liveness.py moves these
+    *("leg.toes*", "leg.body_mass", "leg.body_height", "orthosis.outsole*", "orthosis.interface.*"),
     "limits.*",
-    "leg.body_mass",
-    "leg.body_height",
-    "*.friction",
-    "*.damper",
-    "*.path",  # straight here; test_path_and_its_friction_act moves those of guided
-    "*.wrap_friction",
+    *("*.friction", "*.damper"),
+    *("*.path", "*.wrap_friction"),  # straight here; test_path_and_its_friction_act moves those of guided
     "*.pulley",  # none here; test_arm.py moves those of the arm
-    "*.directions",
-    "*.joint",  # test_any_joint.py has others
-    "*side",  # the next tests move these two
-    "*.frictions.*",
-    "*_range",
-    "*.chamber",
-    "callback",
-    "duration",
-    "timestep",
-    "record_rate",
-    "leg.shank",
-    "leg.foot",
-    "leg.ankle",
-    "shank.pose",
-    "*.segment",
-    "*.limits.*",
+    *("*.directions", "*.frictions.*", "*_range", "*.chamber", "*.segment", "*.limits.*"),
     "*.covariance*",  # of draws, not of a run
-    "*.range_of_motion",
-    "*.joint_centre",  # of torque fits; a run refuses one
 )
 
 
-def parameters() -> dict[str, Any]:
+def told() -> dict[str, Any]:
     """Every number of the scenario by its dotted key; lists of coordinates and events stay whole."""
-    found = leaves(load("scenario", SCENARIO, SHORT).resolved())
-    given = {k: v for k, v in found.items() if v is not None}
-    return {k: v for k, v in given.items() if not any(fnmatch.fnmatch(k, p) for p in NOT_PHYSICAL)}
+    return parameters(SCENARIO, SHORT, LEFT_OUT)
 
 
 def role_of(key: str) -> str:
@@ -130,7 +88,7 @@ def base() -> dict[str, Recording]:
 
 def cases() -> list[tuple[str, Any]]:
     found = []
-    for key, value in parameters().items():
+    for key, value in told().items():
         if key.startswith("timer.") and key != "timer.period":
             start, end = value[0]
             changed = [[start, nudged(end)]] if end != "8.0 s" else [["4.2 s", end]]
@@ -147,17 +105,14 @@ def cases() -> list[tuple[str, Any]]:
 @pytest.mark.slow
 @pytest.mark.parametrize(("key", "changed"), sampled(cases(), 24))
 def test_parameter_moves_its_output(key: str, changed: Any, base: dict[str, Recording]) -> None:
-    pattern = next((p for p in OUTPUTS if fnmatch.fnmatch(key, p)), None)
+    pattern = is_one(key, OUTPUTS)
     assert pattern is not None, f"{key} has no declared output"
     side = "outlet" if "outlet" in key else "inlet"
     column = OUTPUTS[pattern].format(role=role_of(key), side=side, anchor=anchor_of(key))
     run = "stretched" if key.endswith("braid_stiffness") else "plain"
     run = "ends" if key.endswith("test_pressure") else run
     run = "long" if key.endswith("outlet.critical_ratio") else run
-    before = base[run][column]
-    after = afo_sim.run(SCENARIO, RUNS[run] | {key: changed})[column]
-    moved = np.abs(after - before).max()
-    assert moved > 1e-7 * max(np.abs(before).max(), 1e-12), f"{key} does not move {column}"
+    assert_moves(base[run], afo_sim.run(SCENARIO, RUNS[run] | {key: changed}), column, 1e-7, key)
 
 
 LOSSES = {
@@ -239,9 +194,8 @@ def test_path_and_its_friction_act(key: str, guided: Recording) -> None:
         own = {f"{FRONT}.wrap_friction": 0}
     if key.endswith("shape"):  # in the plane of its axis a sphere is passed as a cylinder is
         own = {f"{FRONT}.path[0].from_joint[1]": "1 cm"}
-    before = (afo_sim.run(SCENARIO, GUIDED | own) if key.endswith("shape") else guided)[column]
-    after = afo_sim.run(SCENARIO, GUIDED | own | {key: changed})[column]
-    assert np.abs(after - before).max() > 1e-3 * np.abs(before).max(), f"{key} does not move {column}"
+    before = afo_sim.run(SCENARIO, GUIDED | own) if key.endswith("shape") else guided
+    assert_moves(before, afo_sim.run(SCENARIO, GUIDED | own | {key: changed}), column, 1e-3, key)
 
 
 @pytest.mark.parametrize("key", ["force", "length"])
@@ -282,7 +236,7 @@ def test_sides_act(key: str, tmp_path: pathlib.Path) -> None:
 
 
 def test_every_parameter_is_found() -> None:
-    keys = set(parameters())
+    keys = set(told())
     for expected in (
         "orthosis.muscle.dorsiflexor.type.laws.tondu_lopez_2000_bladder.bladder_force",
         "orthosis.chamber.plantarflexor.outlet.closing_delay",
@@ -310,8 +264,3 @@ def test_limits_speak(limit: str, low: Any, word: str) -> None:
 def test_stretch_limit_speaks() -> None:
     tight = STRETCHED | {"orthosis.muscle.dorsiflexor.type.limits.contraction_min": -0.001}
     assert any("stretch" in w for w in afo_sim.run("seated", SHORT | tight).warnings)
-
-
-def test_examples_in_messages_are_well_formed() -> None:
-    for unit, example in EXAMPLES.items():
-        assert parse_quantity(example, unit) > 0.0

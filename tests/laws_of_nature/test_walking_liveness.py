@@ -4,13 +4,11 @@ The parameters are found in the resolved scenario, not listed here: a new one wi
 Muscles, chambers and cuff are those of sitting, where `test_liveness.py` moves them.
 """
 
-import fnmatch
 from typing import Any
 
-import numpy as np
 import pytest
 from campaign import sampled
-from laws_of_nature.liveness import leaves, nudged
+from laws_of_nature.liveness import assert_moves, is_one, nudged, parameters
 
 import afo_sim
 from afo_sim.common import InputError
@@ -110,56 +108,27 @@ JUDGED: dict[str, tuple[str, list[str], list[str]]] = {
     "limits.strides_per_bottle": ("air", ["0", "0"], ["1e8", "1e8"]),
 }
 SITTING = ("orthosis.muscle.*", "orthosis.chamber.*", "orthosis.anchor.*")
-# Not physical: what runs, how finely, and what is only said.
-NOT_PHYSICAL = (
-    "*name",
-    "*description",
-    "*provenance*",
-    "*.file",
-    "*.cuff",
-    "*.plate",
-    "*.joint_centre",  # of torque fits; a run refuses one
-    "*.feed",  # nodes of the air, by name; test_air_liveness.py moves what an air path has
-    "*.exhaust",
-    "*.open",  # of valves between other nodes, and there are none
-    "*.range_of_motion",
-    "*side",  # test_liveness.py moves the sides
+# Beside what no run depends on.
+LEFT_OUT = (
     "gait.compensation",  # test_compensation.py removes it; this walker has none
     "leg.*_length",  # of a refit, not of a run
-    "leg.shank",
-    "leg.foot",
-    "leg.ankle",
-    "leg.directions",
-    "*.joint",  # only an ankle walks
-    "leg.toes.body",
-    "shank.pose",
-    "callback",
+    *("leg.directions", "leg.toes.body"),
     "controller",  # none here
-    "duration",
-    "timestep",
-    "record_rate",
+    *("limits.drawn_trips", "orthosis.outsole"),
+    *(*SITTING, *REFUSED, *CHOICES, *(key for key, *_ in HELD), *JUDGED),
 )
 
 
-def is_one_of(key: str, patterns: Any) -> bool:
-    return any(fnmatch.fnmatch(key, pattern) for pattern in patterns)
-
-
-def parameters() -> dict[str, Any]:
+def told() -> dict[str, Any]:
     """Every value of the scenario by its dotted key, in either sole; lists stay whole."""
-    found: dict[str, Any] = {}
-    for sets in RUNS.values():
-        told = leaves(load("scenario", SCENARIO, sets).resolved())
-        found |= {k: v for k, v in told.items() if found.get(k) is None}
-    held = (key for key, *_ in HELD)
-    left_out = (*NOT_PHYSICAL, *SITTING, *REFUSED, *CHOICES, *held, *JUDGED, "limits.drawn_trips")
-    return {k: v for k, v in found.items() if not is_one_of(k, left_out) and k != "orthosis.outsole"}
+    soled, shod = (parameters(SCENARIO, sets, LEFT_OUT) for sets in RUNS.values())
+    return shod | soled
 
 
 def cases() -> list[Any]:
     """Key, place in a list, and changed value; of a list, every entry in its turn."""
     found = []
-    for key, value in parameters().items():
+    for key, value in told().items():
         if key.startswith("phases."):
             changed = [(0, [[a + 0.02, b - 0.02] for a, b in value])]
         elif key == "gait.pace":  # every time, then every factor
@@ -177,7 +146,7 @@ def cases() -> list[Any]:
 
 def output(key: str, place: int) -> str:
     """The column that a parameter moves."""
-    pattern = next((p for p in OUTPUTS if fnmatch.fnmatch(key, p)), None)
+    pattern = is_one(key, OUTPUTS)
     assert pattern is not None, f"{key} has no declared output"
     parts = key.split(".")
     return OUTPUTS[pattern].format(chamber=parts[1:2] and parts[1], extended=("less", "more")[place])
@@ -192,11 +161,7 @@ def base() -> dict[str, Recording]:
 @pytest.mark.parametrize(("key", "place", "changed"), sampled(cases(), 20))
 def test_parameter_moves_its_output(key: str, place: int, changed: Any, base: dict[str, Recording]) -> None:
     run = "soled" if key.startswith(("orthosis.outsole.", "gait.stride_time")) else "shod"
-    column = output(key, place)
-    run_after = afo_sim.run(SCENARIO, RUNS[run] | {key: changed})
-    assert run_after.ok
-    before, after = base[run][column], run_after[column]
-    assert np.abs(after - before).max() > 1e-6 * np.abs(before).max(), f"{key} does not move {column}"
+    assert_moves(base[run], afo_sim.run(SCENARIO, RUNS[run] | {key: changed}), output(key, place), 1e-6, key)
 
 
 @pytest.mark.slow
@@ -208,7 +173,7 @@ def test_choice_moves_its_output(key: str) -> None:
         sets |= {"gait.settled": "walked"}
     before, after = (afo_sim.run(SCENARIO, sets | more) for more in ({}, {key: other}))
     if "/" in name:
-        assert np.abs(after[name] - before[name]).max() > 1e-3 * np.abs(before[name]).max()
+        assert_moves(before, after, name, 1e-3, key)
     else:
         assert abs(after.metrics[name].value - before.metrics[name].value) > 0.01
 
@@ -265,7 +230,7 @@ def test_pressure_before_the_first_step_acts() -> None:
 
 
 def test_every_parameter_is_found() -> None:
-    keys = set(parameters())
+    keys = set(told())
     for expected in (
         "leg.toes.damping",
         "leg.body_height",

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from metrics.test_verdict import LIMITS
 
 from afo_sim.metrics import Answer, Feed, Metric, Window, compressor_metrics, sag_of_both, words
 from afo_sim.metrics.air_per_stride import (
@@ -18,17 +19,6 @@ from afo_sim.metrics.air_per_stride import (
 from afo_sim.metrics.bottle import bottle_metrics, cycle_metrics
 from afo_sim.metrics.verdict import verdict
 
-LIMITS = SimpleNamespace(
-    toe_clearance=(0.010, 0.0),
-    contact_pitch=(0.14, -0.03),
-    torque_against_push_off=(0.07, 0.14),
-    work_against_push_off=(0.016, 0.032),
-    strides_per_bottle=(2000.0, 1000.0),
-    bottle_volume=0.5e-3,
-    bottle_pressure=300e5,
-    skin_pressure=(14e3, 53e3),
-    blood_flow_pressure=4e3,
-)
 GOOD = {
     "strides_counted": 1.0,
     "stride_time": 1.2,

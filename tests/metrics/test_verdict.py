@@ -527,17 +527,18 @@ def test_an_own_walk_is_judged_without_compensation_too(
     heights |= {"lowest_toe_clearance_first_ten": walked[1], "reference_toe_clearance": walked[0]}
     without = {"uncompensated_reference_toe_clearance": alone[0], "uncompensated_toe_clearance": alone[1]}
     known = numbers(GOOD | heights | without)
-    found = {answer.name: answer for answer in verdict(known, {}, LIMITS, own_walk=True)}
+
+    def own(of: dict[str, Metric]) -> dict[str, Answer]:
+        return {answer.name: answer for answer in verdict(of, {}, LIMITS, own_walk=True)}
+
+    found = own(known)
     assert (found["help"].status, found["lift"].status) == (status, lift)
-    trips = known | numbers({"toe_clearance_stride_1": -5.0})
-    tripping = {answer.name: answer for answer in verdict(trips, {}, LIMITS, own_walk=True)}
+    tripping = own(known | numbers({"toe_clearance_stride_1": -5.0}))
     assert (tripping["help"].status, tripping["lift"].status) != ("good", "good")
     assert tripping["lift"].status == "bad" and tripping["help"].status in ("bad", "doubtful")
-    less = known | numbers({"uncompensated_toe_clearance_less_extended": 9.0})
-    shorter = {answer.name: answer.status for answer in verdict(less, {}, LIMITS, own_walk=True)}
-    assert "good" not in (shorter["help"], shorter["lift"])
-    touches = known | numbers({"uncompensated_swings_with_toe_contact": 100.0})
-    touching = {answer.name: answer for answer in verdict(touches, {}, LIMITS, own_walk=True)}
+    shorter = own(known | numbers({"uncompensated_toe_clearance_less_extended": 9.0}))
+    assert "good" not in (shorter["help"].status, shorter["lift"].status)
+    touching = own(known | numbers({"uncompensated_swings_with_toe_contact": 100.0}))
     assert alone[0] >= 10.0 or touching["help"].status == "bad"
-    unknown = {answer.name: answer for answer in verdict(numbers(GOOD | heights), {}, LIMITS, own_walk=True)}
+    unknown = own(numbers(GOOD | heights))
     assert {unknown["help"].status, unknown["lift"].status} <= {"unknown", "bad"}
