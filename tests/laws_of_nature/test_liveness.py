@@ -249,18 +249,14 @@ def test_every_parameter_is_found() -> None:
 
 
 @pytest.mark.parametrize(
-    ("limit", "low", "word"),
+    ("limit", "low", "word", "sets"),
     [
-        ("pressure", "1 bar", "gauge pressure"),
-        ("force", "5 N", "force"),
-        ("contraction_max", 0.1, "contraction"),
+        ("pressure", "1 bar", "gauge pressure", {}),
+        ("force", "5 N", "force", {}),
+        ("contraction_max", 0.1, "contraction", {}),
+        ("contraction_min", -0.001, "stretch", STRETCHED),
     ],
 )
-def test_limits_speak(limit: str, low: Any, word: str) -> None:
-    run = afo_sim.run("seated", SHORT | {f"orthosis.muscle.dorsiflexor.type.limits.{limit}": low})
-    assert any(word in warning and "beyond its limit" in warning for warning in run.warnings)
-
-
-def test_stretch_limit_speaks() -> None:
-    tight = STRETCHED | {"orthosis.muscle.dorsiflexor.type.limits.contraction_min": -0.001}
-    assert any("stretch" in w for w in afo_sim.run("seated", SHORT | tight).warnings)
+def test_limits_speak(limit: str, low: Any, word: str, sets: dict[str, Any]) -> None:
+    lower = {f"orthosis.muscle.dorsiflexor.type.limits.{limit}": low}
+    assert any(word in warning for warning in afo_sim.run("seated", SHORT | sets | lower).warnings)

@@ -22,9 +22,12 @@ both: M_q = −K (q − ρ) − c (q̇ − ρ̇) with K = k + k_sole and ρ = k 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from laws_of_nature.own_length_reference import Foot, Surroundings
 
 GRAVITY = 9.80665  # [m/s²]
 Point = tuple[float, float]
@@ -65,50 +68,19 @@ class Toes:
         return both * (share * rest - extension) + self.damping * (share * rest_rate - rate)
 
 
-class Hindfoot(Protocol):
-    """The foot without its toes: mass [kg], centre from the ankle [m], inertia about it, armature [kg·m²]."""
-
-    @property
-    def mass(self) -> float: ...
-    @property
-    def centre(self) -> Point: ...
-    @property
-    def inertia(self) -> float: ...
-    @property
-    def armature(self) -> float: ...
-
-
-class Driven(Protocol):
-    """The shank's motion [rad, s], the ankle's acceleration [m/s²] and the toes' rest extension [rad, s]."""
-
-    @property
-    def shank(self) -> float: ...
-    @property
-    def shank_rate(self) -> float: ...
-    @property
-    def shank_acceleration(self) -> float: ...
-    @property
-    def ankle_x(self) -> float: ...
-    @property
-    def ankle_z(self) -> float: ...
-    @property
-    def toe_rest(self) -> float: ...
-    @property
-    def toe_rest_rate(self) -> float: ...
-
-
 def accelerations(
-    foot: Hindfoot,
+    foot: "Foot",
     toes: Toes,
     ankle: Sequence[float],
     bending: Sequence[float],
     moment: float,
-    around: Driven,
+    around: "Surroundings",
 ) -> tuple[float, float]:
     """θ̈ and q̈ [rad/s²], of the equations above.
 
     Parameters
     ----------
+    foot : of its hindfoot alone
     ankle, bending : angle and rate of ankle and hinge [rad], [rad/s]
     moment : about the ankle, dorsiflexion positive, without weight [N·m]
     around : what drives the foot

@@ -42,6 +42,8 @@ def test_push_off_ends_at_toe_off_and_not_at_a_row(step: float) -> None:
     assert values["stance"] == pytest.approx(100.0 * TOE_OFF, rel=1e-9)
     assert values["torque_against_push_off_10ms"] == pytest.approx(20.0 * (TOE_OFF - 5e-3 / STRIDE), rel=1e-6)
     assert values["torque_against_push_off"] == pytest.approx(20.0 * TOE_OFF, rel=1e-6)
+    per_mass = values["torque_against_push_off_per_mass"]
+    assert per_mass == pytest.approx(values["torque_against_push_off_10ms"] / MASS)
     turned = (math.cos(0.8 * math.pi) - math.cos(2.0 * math.pi * TOE_OFF)) / (2.0 * math.pi)
     work = 20.0 * AMPLITUDE * (TOE_OFF * OVER[0] - 0.4 * OVER[1] - turned)
     assert values["work_against_push_off"] == pytest.approx(-work / MASS, rel=1e-4)

@@ -104,14 +104,6 @@ def test_it_is_fixed_copied_and_hashed() -> None:
     assert nothing != nothing and not nothing > 0
 
 
-def test_matplotlib_draws_metrics() -> None:
-    from matplotlib.figure import Figure
-
-    axes = Figure().subplots()
-    (line,) = axes.plot([1, 2], [clearance, Metric(20.0, "mm")])
-    assert list(line.get_ydata()) == [12.5, 20.0]
-
-
 # --- the registry
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from synthetic_walk import AMPLITUDE, MASS, STEP, UPRIGHT, walk_columns, with_orthosis
+from synthetic_walk import MASS, STEP, UPRIGHT, walk_columns, with_orthosis
 
 from afo_sim.metrics import AGAINST, walk_metrics
 from afo_sim.metrics.metric import entry
@@ -13,16 +13,6 @@ from afo_sim.metrics.metric import entry
 def values(columns: dict[str, np.ndarray]) -> dict[str, float]:
     found = walk_metrics(columns, STEP, MASS).totals
     return {name: metric.value for name, metric in found.items()}
-
-
-def test_work_against_push_off_is_the_torque_times_the_angle_that_it_holds_back() -> None:
-    """The sine falls all the way from 40 % to toe-off at 60 %."""
-    columns = walk_columns()
-    found = values(with_orthosis(columns, np.full_like(columns["time"], 3.0)))
-    fallen = AMPLITUDE * (math.sin(0.8 * math.pi) - math.sin(1.2 * math.pi))
-    assert found["work_against_push_off"] == pytest.approx(3.0 * fallen / MASS, rel=0.01)
-    assert found["torque_against_push_off"] == found["torque_against_push_off_10ms"] == pytest.approx(3.0)
-    assert found["torque_against_push_off_per_mass"] == pytest.approx(3.0 / MASS)
 
 
 def test_a_torque_elsewhere_or_the_other_way_is_not_against_push_off() -> None:

@@ -12,7 +12,6 @@ from afo_sim.common import AMBIENT_PRESSURE, AMBIENT_TEMPERATURE, names
 from afo_sim.description import Muscle, at_rest, load
 from afo_sim.physics import (
     LAWS,
-    Braid,
     contractions,
     crossing,
     forces,
@@ -23,7 +22,6 @@ from afo_sim.physics import (
     tensions,
     valve_flow,
 )
-from afo_sim.physics.pneumatics import braid_volume
 
 
 def test_crossing_finds_the_zero() -> None:
@@ -60,15 +58,6 @@ def test_a_load_beyond_the_law_is_found_at_the_ends() -> None:
     law = LAWS["tondu_lopez_2000"]
     found = contractions(law.native_id, law.typical, [1e9, -1e9], 3e5)
     assert found == pytest.approx([-0.2, 0.7], abs=1e-12)
-
-
-@pytest.mark.parametrize("degrees", [15.0, 22.0, 37.0])
-def test_a_locked_braid_encloses_nothing(degrees: float) -> None:
-    braid = Braid(0.2, 0.01, math.radians(degrees))
-    volume, slope = braid_volume(braid.lock, braid.nominal_length, braid.nominal_radius, braid.b)
-    assert braid.lock < 0.0
-    assert volume == pytest.approx(0.0, abs=1e-18)
-    assert slope > 0.0
 
 
 @pytest.mark.parametrize(("conductance", "critical"), [(5.5e-10, 0.3), (1e-9, 0.0), (2e-9, 0.9)])

@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from afo_sim.physics import NEVER, chamber_pressure, muscle_volume, seat_switches, sigma_rate, valve_flow
+from afo_sim.physics import (
+    NEVER,
+    Braid,
+    chamber_pressure,
+    muscle_volume,
+    seat_switches,
+    sigma_rate,
+    valve_flow,
+)
 from afo_sim.physics.law_volume import GEOMETRIC
 from afo_sim.physics.pneumatics import LAMINAR_RATIO, braid_volume, iso_6358_flow
 
@@ -119,7 +127,9 @@ def test_braid_volume_is_zero_where_the_braid_locks(degrees):
     # Stretched until the fibres lie along the axis.
     lock = 1.0 - 1.0 / math.cos(math.radians(degrees))
     b = 1.0 / math.sin(math.radians(degrees)) ** 2
-    assert braid_volume(lock, L0, R0, b)[0] == pytest.approx(0.0, abs=1e-18)
+    assert Braid(L0, R0, math.radians(degrees)).lock == lock < 0.0
+    volume, slope = braid_volume(lock, L0, R0, b)
+    assert volume == pytest.approx(0.0, abs=1e-18) and slope > 0.0
     assert _volume(lock - 0.05, degrees) == (DEAD, 0.0)
 
 
@@ -335,13 +345,6 @@ def test_dead_time_is_exact(delay, timestep):
     assert opening[-1] == 1.0
 
 
-@pytest.mark.parametrize(("delay", "timestep"), DELAYS)
-def test_closing_delay_is_exact_and_its_own(delay, timestep):
-    opening = _opening([0.0] * 100, 9.0, delay, timestep, armature=1.0, opening=1.0)
-    assert timestep * opening.sum() == pytest.approx(delay, abs=1e-12)
-    assert opening[-1] == 0.0
-
-
 @pytest.mark.parametrize(("delay", "timestep"), [*DELAYS, (0.3e-3, 1e-3)])
 @pytest.mark.parametrize("longer", [0.999, 1.001])
 def test_a_pulse_shorter_than_the_delay_does_nothing(delay, timestep, longer):
@@ -355,18 +358,6 @@ def test_a_pulse_shorter_than_the_delay_does_nothing(delay, timestep, longer):
     assert timestep * (1.0 - shut).sum() == pytest.approx(expected, abs=1e-12)
 
 
-def test_a_long_pulse_is_shifted_by_the_two_delays():
-    # 10 ms of coil with 4 ms to open and 7 ms to close: open from 4 ms to 17 ms.
-    opening = _opening([1.0] * 10 + [0.0] * 20, 4e-3, 7e-3, 1e-3)
-    assert opening == pytest.approx([0.0] * 4 + [1.0] * 13 + [0.0] * 13, abs=1e-12)
-
-
-def test_an_armature_under_way_arrives_sooner():
-    # Half way there, a quarter back, then three quarters of 4 ms are left.
-    opening = _opening([1.0, 1.0, 0.0] + [1.0] * 20, 4e-3, 4e-3, 1e-3)
-    assert opening == pytest.approx([0.0] * 6 + [1.0] * 17, abs=1e-12)
-
-
 @pytest.mark.parametrize(("command", "clamped"), [(1.7, 1.0), (-0.4, 0.0)])
 def test_an_overdriven_coil_is_clamped(command, clamped):
     start = 1.0 - clamped
@@ -376,17 +367,6 @@ def test_an_overdriven_coil_is_clamped(command, clamped):
     assert over.min() >= 0.0
     assert over.max() <= 1.0
     assert over[-1] == clamped
-
-
-@pytest.mark.parametrize(("delay", "timestep"), [*DELAYS, (0.0, 1e-3), (0.3e-3, 1e-3)])
-@pytest.mark.parametrize("share", [0.01, 0.375, 0.99])
-def test_an_event_within_a_step_is_delayed_as_any_other(delay, timestep, share):
-    # Switched on for the last part of its first step, or for the first part of its last.
-    opening = _opening([share] + [1.0] * 100, delay, 9.0, timestep)
-    lost = 101 * timestep - timestep * opening.sum()
-    assert lost == pytest.approx((1.0 - share) * timestep + delay, abs=1e-9)
-    shut = _opening([share] + [0.0] * 100, 9.0, delay, timestep, armature=1.0, opening=1.0)
-    assert timestep * shut.sum() == pytest.approx(share * timestep + delay, abs=1e-9)
 
 
 @pytest.mark.parametrize("share", [0.01, 0.4, 0.99])
