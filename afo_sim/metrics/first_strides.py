@@ -9,16 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from afo_sim.common import Notice
-from afo_sim.metrics.metric import (
-    REPORTED,
-    START,
-    Metric,
-    Of,
-    all_measured,
-    entry,
-    made_of,
-    reported,
-)
+from afo_sim.metrics.metric import REPORTED, START, Metric, Of, all_measured, made_of, reported
 from afo_sim.metrics.strides import strides
 from afo_sim.metrics.walking import stride_metric
 
@@ -71,15 +62,15 @@ def first_stride_metrics(
     """Metrics of the strides after a stop."""
     asked = frozenset(NEEDED) if wanted is None else frozenset(wanted)
     values = {} if air_before is None else {AIR_BEFORE: 1e3 * air_before}
-    heights = [_value(stride, CLEARANCE) for stride in begun[:STRIDES]]
-    end = _value(settled, CLEARANCE) if settled is not None else None
+    heights = [float(stride.get(CLEARANCE, math.nan)) for stride in begun[:STRIDES]]
+    end = float(settled.get(CLEARANCE, math.nan)) if settled is not None else None
     values |= {NUMBERED.format(k): height for k, height in enumerate(heights[:3], 1)}
     if share is not None and heights and end is not None:
         way = heights[-1] - end
         heights += [end + way * share**k for k in range(1, STRIDES - len(heights) + 1)]
     warnings: list[Notice] = []
     if begun:
-        values[AIR_FIRST] = _value(begun[0], AIR)
+        values[AIR_FIRST] = float(begun[0].get(AIR, math.nan))
     if len(heights) == STRIDES or (heights and end is not None and abs(heights[-1] - end) <= NEAR):
         among = heights if len(heights) == STRIDES or end is None else [*heights, end]
         values[LOWEST] = float(np.min(among))  # NaN where any is
@@ -87,8 +78,9 @@ def first_stride_metrics(
         if why and UNTIL in asked:
             warnings.append(_left_out(UNTIL, why))
     elif math.isfinite(values.get(AIR_FIRST, math.nan)):
-        left = [name for name in (LOWEST, UNTIL) if name in asked]
-        warnings += [_left_out(name, _too_few(len(heights))) for name in left]
+        count = "one stride" if len(heights) == 1 else f"{len(heights)} strides"
+        why = f"{count} from the start cannot tell, {STRIDES} would (a longer duration)"
+        warnings += [_left_out(name, why) for name in (LOWEST, UNTIL) if name in asked]
     kept = {name: value for name, value in values.items() if name in asked and math.isfinite(value)}
     return all_measured(kept.items()), tuple(warnings)
 
@@ -128,16 +120,7 @@ def undefined(wanted: Collection[str] | None, has_air: bool, is_filled: bool) ->
     """The wanted metrics as NaN, of walking with or without chambers and air before the first step."""
     without = (set() if has_air else {AIR_FIRST}) | (set() if is_filled else {AIR_BEFORE})
     names = [n for n in NEEDED if (wanted is None or n in wanted) and n not in without]
-    return {name: Metric(math.nan, entry(name).unit) for name in names}
-
-
-def _too_few(strides: int) -> str:
-    count = "one stride" if strides == 1 else f"{strides} strides"
-    return f"{count} from the start cannot tell, {STRIDES} would (a longer duration)"
-
-
-def _value(metrics: Mapping[str, float], name: str) -> float:
-    return float(metrics[name]) if name in metrics else math.nan
+    return all_measured((name, math.nan) for name in names)
 
 
 def _until_clear(heights: Sequence[float], end: float | None) -> tuple[float, str]:

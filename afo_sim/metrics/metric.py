@@ -229,39 +229,30 @@ def reporting(
 
 def of_strides(wanted: Collection[str]) -> frozenset[str]:
     """Those of some metrics, and of what they are made of, that strides report or that nobody registers."""
-    found = set()
-    for name in {*wanted, *made_of(wanted)}:
-        try:
-            of = entry(name).of
-        except KeyError:
-            of = Of.STRIDE
-        if of not in (Of.RUN, Of.BESIDE):
-            found.add(name)
-    return frozenset(found)
+    rows = {name: known(name) for name in {*wanted, *made_of(wanted)}}
+    return frozenset(n for n, row in rows.items() if row is None or row.of not in (Of.RUN, Of.BESIDE))
 
 
 def made_of(wanted: Collection[str]) -> frozenset[str]:
     """The metrics that some metrics are computed from."""
-    found: set[str] = set()
-    for name in wanted:
-        try:
-            found |= entry(name).made_of
-        except KeyError:
-            continue
-    return frozenset(found)
+    return frozenset().union(*(row.made_of for row in map(known, wanted) if row is not None))
 
 
 @functools.cache
-def entry(name: str) -> MetricEntry:
-    """The registered row of a metric; KeyError where no function reports it."""
+def known(name: str) -> MetricEntry | None:
+    """The registered row of a metric; None where no function reports it."""
     load_all()
     if name in METRICS:
         return METRICS[name]
-    for row in METRICS.values():
-        filled = row.fill(name)
-        if filled is not None:
-            return filled
-    raise KeyError(f"no function registers the metric {name}")
+    return next(filter(None, (row.fill(name) for row in METRICS.values())), None)
+
+
+def entry(name: str) -> MetricEntry:
+    """The registered row of a metric; KeyError where no function reports it."""
+    row = known(name)
+    if row is None:
+        raise KeyError(f"no function registers the metric {name}")
+    return row
 
 
 def measured(name: str, value: float) -> Metric:

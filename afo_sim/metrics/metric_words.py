@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from afo_sim.metrics.metric import METRICS, OTHER, Metric, MetricEntry, entry, load_all
+from afo_sim.metrics.metric import METRICS, OTHER, Metric, MetricEntry, known, load_all
 
 UNITS = {"N*m": "N·m", "N*m/kg": "N·m/kg", "percent": "%", "deg": "°", "deg/s": "°/s"}
 DIGITS = {"mm": 1, "deg": 1, "percent": 1, "N*m": 2, "N*m/kg": 3, "J/kg": 4, "W/kg": 3, "deg/s": 0, "bar": 2}
@@ -19,10 +19,7 @@ WORDS = {name: row for name, row in METRICS.items() if "{}" not in name}
 
 def words(name: str) -> MetricEntry:
     """Words for a metric; one that no function registers goes by its name."""
-    try:
-        return entry(name)
-    except KeyError:
-        return MetricEntry(OTHER, name, "", name.replace("_", " "))
+    return known(name) or MetricEntry(OTHER, name, "", name.replace("_", " "))
 
 
 def unit(metric: Metric) -> str:

@@ -1,11 +1,12 @@
 """Torques about the ankle over a stride: what the patient lacks, what the orthosis gives, and push-off."""
 
 import math
-from typing import Protocol
+import operator
 
 import numpy as np
 
 from afo_sim.metrics import peak
+from afo_sim.metrics.facts import Columns, cut
 from afo_sim.metrics.metric import NEED, PUSH_OFF, TORQUE, WORK, Found, Of, reported
 from afo_sim.metrics.strides import ORTHOSIS, Stride
 from afo_sim.metrics.window import increments
@@ -100,23 +101,14 @@ def torque_given(stride: Stride) -> Found:
 )
 def inversion(stride: Stride) -> Found:
     """Greatest moments to the inside and to the outside in a stride, positive numbers."""
-    return inversion_peaks(stride, stride.timestep)
+    return inversion_peaks(cut(stride.columns, operator.itemgetter(stride.rows)), stride.timestep)
 
 
-class Rows(Protocol):
-    """Columns of a recording, or of a stride of it, by name; KeyError of what there is not."""
-
-    def __getitem__(self, column: str, /) -> np.ndarray: ...
-
-
-def inversion_peaks(rows: Rows, timestep: float) -> Found:
+def inversion_peaks(rows: Columns, timestep: float) -> Found:
     """Greatest moments to the inside and to the outside, positive numbers; none without such a column."""
-    try:
-        moment = rows[INVERSION]
-    except KeyError:
-        return
-    yield from peak.peaks("peak_inversion_moment", moment, timestep)
-    yield from peak.peaks("peak_eversion_moment", 0.0 - moment, timestep)
+    if INVERSION in rows:
+        yield from peak.peaks("peak_inversion_moment", rows[INVERSION], timestep)
+        yield from peak.peaks("peak_eversion_moment", 0.0 - rows[INVERSION], timestep)
 
 
 @reported(

@@ -50,7 +50,7 @@ REFERENCES = {  # {scenario's reference: how the patient walks in it, and in the
     "orthosis-off": ("With the device and no air", "with air"),
 }
 _LOWERED = 5.0  # toe clearance that a needless device may take, half of what is wanted; assumed [mm]
-_ALONE = tuple(name.replace("toe_clearance", "swings_with_toe_contact") for name in UNCOMPENSATED)
+_LESS_ALONE = f"uncompensated_{LESS}"
 _TOUCHING = "swings_with_toe_contact"
 _AS_MUCH = 0.98  # share of a peak from which on what lasts is no number of its own
 _PARTS = {"cuff": "cuff", "plate": "foot's strap"}  # that press on the skin
@@ -146,10 +146,8 @@ def _help(
         return
     wanted, trips = (clean(1e3 * each) for each in pair)
     heights = metrics["reference_toe_clearance"].value, metrics["toe_clearance"].value
-    names = ("reference_" + _TOUCHING, _TOUCHING)
-    touch = [_touches(metrics, n) and h >= trips >= 0.0 for n, h in zip(names, heights, strict=True)]
-    just_below = math.nextafter(trips, -math.inf)  # a forefoot that touches trips, however the toe passes
-    without, own = (just_below if t else h for t, h in zip(touch, heights, strict=True))
+    without, own = _judged(metrics, "reference_", trips), _judged(metrics, "", trips)
+    touch = without < heights[0], own < heights[1]
     status, answer = _helped(without, own, wanted, trips)
     if own >= wanted and lift != "good":
         status = worst([status, lift])
@@ -185,13 +183,10 @@ def _without_compensation(
     if not all(has(metrics, name) for name in UNCOMPENSATED):
         text = f"{answer.text} Whether hip, knee or pelvis make up for the foot is not known."
         return dataclasses.replace(answer, status=worst([answer.status, "unknown"]), text=text, brief="")
-    just_below = math.nextafter(trips, -math.inf)
-    without, own = (
-        just_below if metrics[n].value >= trips >= 0.0 and _touches(metrics, touch) else metrics[n].value
-        for n, touch in zip(UNCOMPENSATED, _ALONE, strict=True)
-    )
+    without = _judged(metrics, "uncompensated_reference_", trips)
+    own = _judged(metrics, "uncompensated_", trips)
     status, words = _helped(without, own, wanted, trips)
-    if status == "good" and _less_alone(metrics) < wanted:
+    if status == "good" and metrics.get(_LESS_ALONE, math.nan) < wanted:
         status, words = "doubtful", UNSURE
     pair = f"without the device {passes(without)}, with it {passes(own)}: {words}"
     stated = f"On healthy people's hip, knee and path the same ankle has the toe {pair}."
@@ -213,10 +208,11 @@ def _without_compensation(
     return dataclasses.replace(answer, status=status, text=f"{answer.text} {stated}", brief=brief)
 
 
-def _less_alone(metrics: Numbers) -> float:
-    """Toe clearance with the device without compensation, toes less extended [mm]; NaN where not known."""
-    name = f"uncompensated_{LESS}"
-    return metrics[name].value if has(metrics, name) else math.nan
+def _judged(metrics: Numbers, of: str, trips: float) -> float:
+    """A toe clearance [mm]; below what trips where the forefoot touches the floor, however the toe passes."""
+    height = metrics[f"{of}toe_clearance"].value
+    touches = height >= trips >= 0.0 and _touches(metrics, of + _TOUCHING)
+    return math.nextafter(trips, -math.inf) if touches else height
 
 
 def _helped(without: float, own: float, wanted: float, trips: float) -> tuple[Status, str]:
@@ -281,7 +277,7 @@ def _lift_by_the_ankle(lift: Answer, metrics: Numbers, pair: tuple[float, float]
     """A good clearance of an own walk, which is doubtful where hip, knee or pelvis give it."""
     known = has(metrics, UNCOMPENSATED[1])
     height = metrics[UNCOMPENSATED[1]].value if known else math.nan
-    height = min(height, _less_alone(metrics)) if math.isfinite(_less_alone(metrics)) else height
+    height = min(height, float(metrics.get(_LESS_ALONE, math.inf)))
     if height >= clean(1e3 * pair[0]):
         return lift
     text = f"{lift.text} Without compensation by hip, knee or pelvis "

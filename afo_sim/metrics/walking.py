@@ -177,11 +177,8 @@ def stride_metrics(stride: Stride, wanted: frozenset[str] | None = None) -> dict
 def stride_metric(stride: Stride, name: str) -> float:
     """One metric of a stride, without those that come along; NaN where it is undefined."""
     functions = reporting(_functions(stride), frozenset([name]), strict=False)
-    for function in functions:
-        for found, value in function(stride):
-            if found == name:
-                return value
-    return math.nan
+    found = (value for function in functions for each, value in function(stride) if each == name)
+    return next(found, math.nan)
 
 
 def _functions(stride: Stride) -> tuple[Callable[..., Found], ...]:

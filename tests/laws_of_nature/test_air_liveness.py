@@ -225,7 +225,7 @@ def test_every_field_of_supply_volume_tube_and_chamber_is_declared() -> None:
         "tube_length",
         "quick_exhaust",
     }
-    assert set(QuickExhaust.model_fields) - WORDS == set(OF_QUICK_EXHAUST)
+    assert set(QuickExhaust.model_fields) - WORDS == set(BASE["quick_exhaust"])
 
 
 def test_the_line_pressure_acts() -> None:
@@ -250,30 +250,18 @@ def test_a_chambers_tube_and_ways_act() -> None:
     assert moved({}, {f"{at}.exhaust": "plantarflexor"}, "chamber/plantarflexor/pressure") > 0.5
 
 
-QUICK = {
-    "conductance": "0.05 dm^3/(s*bar)",
-    "critical_ratio": 0.3,
-    "exhaust_conductance": "0.3 dm^3/(s*bar)",
-    "cracking_pressure": "0.02 bar",
-}
-OF_QUICK_EXHAUST = {
-    "conductance": "0.06 dm^3/(s*bar)",
-    "critical_ratio": 0.5,
-    "exhaust_conductance": "0.2 dm^3/(s*bar)",
-    "cracking_pressure": "0.4 bar",
-}
 TUBE = {"tube": {"bore": "2.5 mm"}, "tube_length": "2 m"}
 
 
 def at_muscle(**own: Any) -> dict[str, Any]:
     """A chamber's tube with a quick exhaust at the muscles' end."""
-    table = TUBE | {"quick_exhaust": QUICK | own}
+    table = TUBE | {"quick_exhaust": BASE["quick_exhaust"] | own}
     return {f"orthosis.chamber.dorsiflexor.{key}": value for key, value in table.items()}
 
 
-@pytest.mark.parametrize("field", OF_QUICK_EXHAUST)
+@pytest.mark.parametrize("field", BASE["quick_exhaust"])
 def test_a_field_of_a_chambers_quick_exhaust_acts(field: str) -> None:
-    assert moved(at_muscle(), at_muscle(**{field: OF_QUICK_EXHAUST[field]}), MUSCLES) > 1e-3
+    assert moved(at_muscle(), at_muscle(**{field: CHANGED[field]}), MUSCLES) > 1e-3
 
 
 def test_a_quick_exhaust_at_the_muscles_vents_past_a_narrow_outlet() -> None:
