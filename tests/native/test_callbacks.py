@@ -51,6 +51,18 @@ def test_callback_lost_during_a_run_is_noticed() -> None:
     assert mujoco.get_mjcb_act_bias() is None
 
 
+def test_limp_muscle_is_noticed() -> None:
+    model = hanging_mass(3.0)
+    with native.installed():
+        data = charged(model, 3e5)
+        mujoco.mj_forward(model, data)
+        native.assert_live(model, data, [MUSCLE])
+    mujoco.mj_forward(model, data)  # without callbacks: MuJoCo says nothing
+    assert data.actuator_force[MUSCLE] == 0.0
+    with pytest.raises(CallbackError, match="carries"):
+        native.assert_live(model, data, [MUSCLE])
+
+
 def test_network_stands_before_what_it_solves() -> None:
     """MuJoCo calls the actuators in their order: a chamber before its network would read the last step."""
     model = hanging_mass(3.0)
