@@ -1,7 +1,7 @@
 """Cutting: the signals of a stride over its phase, as a gait cycle; its ankle zero and height."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -14,8 +14,10 @@ from afo_sim.gait_lab.readers.signals import evenly, fill_gaps
 from afo_sim.gait_lab.trial.choices import Choices
 from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import GroundForce
-from afo_sim.gait_lab.trial.leg_motion import LegMotion
+from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
+from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import FORCE, RecordedStride, sample
+from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
 
 # What a cycle's notes say of a moment that no file gave.
 FROM_GROUND_FORCE = "derived from ground force and centre of pressure, the foot taken as massless"
@@ -45,26 +47,28 @@ class Cutter(Noted):
     def of(
         cls,
         strides: Sequence[RecordedStride],
+        leg: LegPoints,
         motion: LegMotion,
-        closed_motion: LegMotion | None,
         ground: GroundForce | None,
-        belt_speed: float,
+        frame: WalkingFrame,
         mass: float,
         choices: Choices,
-        sole: float | None = None,
     ) -> Self:
         """Calibrate by the part of all strides in which the sole lies flat: its pitch, the ankle's height."""
-        plain = cls(motion, closed_motion, ground, belt_speed, mass, choices, 0.0, 0.0, ())
+        closed = next((stride for stride in strides if stride.closed is not None), None)
+        # the motion of a closed stride is filtered as if it went on for ever
+        again = None if closed is None else from_points(leg, frame, choices.cutoff, closed)
+        plain = cls(motion, again, ground, frame.belt_speed, mass, choices, 0.0, 0.0, ())
         flat = np.vstack([plain._flat(stride) for stride in strides])
         pitch, height = flat.mean(axis=0)
-        zero, calibration = _ankle_zero(float(pitch), sole, choices.keep_zero)
+        zero, calibration = _ankle_zero(float(pitch), leg.sole, choices.keep_zero)
         notices = [calibration]
         lift = 0.0 if choices.ankle_height is None else choices.ankle_height - height
         _require_height(float(height), choices)
         if lift:
             text = "ankle's height moved by {lift_mm:+.0f} mm"
             notices.append(note("ankle-lifted", text, lift_mm=1e3 * float(lift)))
-        return cls(motion, closed_motion, ground, belt_speed, mass, choices, zero, lift, tuple(notices))
+        return replace(plain, zero=zero, lift=lift, notices=tuple(notices))
 
     def _motion_of(self, stride: RecordedStride) -> LegMotion:
         return self.motion if stride.closed is None or self.closed_motion is None else self.closed_motion
@@ -95,24 +99,20 @@ class Cutter(Noted):
         ground = self.ground
         if ground is None or not stride.loaded:
             return np.full((len(phase), 3), np.nan)
-        if stride.closed is not None:
-            return self._repeated_force(ground, stride, phase)
+        if stride.closed is not None:  # a moment about the ankle repeats, one about the floor does not
+            motion = self._motion_of(stride)
+            known = motion.time
+            about = ground.moment - np.interp(ground.time, known, motion.ankle_x) * ground.force_z
+            loads = np.column_stack([ground.force_x, ground.force_z, about])
+            inside = (ground.time >= known[0]) & (ground.time <= known[-1])
+            # the window's ends are the motion's, which plates may miss by one of its samples
+            slack = known[1] - known[0]
+            return sample(ground.time[inside], loads[inside], stride, phase, [False] * 3, slack=slack)
         loads = np.column_stack([ground.force_x, ground.force_z, ground.moment])
         found = sample(ground.time, loads, stride, phase, [False] * 3)
         found[np.isnan(found[:, 0]) & (stride.start + phase * stride.time > stride.toe_off)] = 0.0
         ankle = sample(self.motion.time, self.motion.ankle_x[:, None], stride, phase, [True])[:, 0]
         return np.column_stack([found[:, :2], found[:, 2] - ankle * found[:, 1]])
-
-    def _repeated_force(self, ground: GroundForce, stride: RecordedStride, phase: np.ndarray) -> np.ndarray:
-        """The same of a closed stride: a moment about the ankle repeats, one about the floor does not."""
-        motion = self._motion_of(stride)
-        known = motion.time
-        about = ground.moment - np.interp(ground.time, known, motion.ankle_x) * ground.force_z
-        loads = np.column_stack([ground.force_x, ground.force_z, about])
-        inside = (ground.time >= known[0]) & (ground.time <= known[-1])
-        # the window's ends are the motion's, which plates may miss by one of its samples
-        slack = known[1] - known[0]
-        return sample(ground.time[inside], loads[inside], stride, phase, [False] * 3, slack=slack)
 
     def cycle(self, stride: RecordedStride, trial: WalkingTrial) -> GaitCycle:
         """The stride over its phase; forces are NaN where no plate lay."""

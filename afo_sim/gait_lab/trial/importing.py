@@ -1,7 +1,7 @@
 """A trial → one gait cycle, with all that it was cut from."""
 
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,6 @@ import numpy as np
 from afo_sim.common import InputError, Notice, with_code
 from afo_sim.gait import STRIKE, GaitCycle
 from afo_sim.gait_lab.noted import Noted, note
-from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
 from afo_sim.gait_lab.trial.body_mass import BodyMass, find_mass
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
@@ -21,14 +20,13 @@ from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
 from afo_sim.gait_lab.trial.leg_points import LegPoints, leg_length
 from afo_sim.gait_lab.trial.legs import find_legs
 from afo_sim.gait_lab.trial.plausibility import clock_doubts, doubts
-from afo_sim.gait_lab.trial.quality import Check, Evidence, examine, words
+from afo_sim.gait_lab.trial.quality import Check, examine, words
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.steps import find_steps, open_ends
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame, find_frame
 
-_MASS_LIMIT = (
-    0.25  # between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
-)
+# Between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
+_MASS_LIMIT = 0.25
 QUALITY = "quality"  # note of a cycle: which faults were looked for, and which were found
 _USUAL = "walker-usual"  # a patient's stride that looks like a healthy walker's
 _POUND = 0.2248  # pounds-force in a newton
@@ -74,19 +72,21 @@ def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Import
         asked = choices.markers or choices.stride is not None  # of that side, whose they are
         if not choices.either or choices.walker != "healthy" or asked:
             raise
-        return _other_side(trial, choices, error)
-
-
-def _other_side(trial: WalkingTrial, choices: Choices, error: InputError) -> Imported:
-    """The other leg's stride of a healthy walker for whom no side was asked; that it is so is a warning."""
+        refused = error
+    # the other leg's stride of a healthy walker for whom no side was asked
     other = "left" if choices.side == "right" else "right"
     try:
         done = cut_cycle(trial, replace(choices, side=other))
     except InputError:
-        raise error from None
+        raise refused from None
     text = "the {subject} leg's stride is taken, since {problem}"
-    notice = Notice("other-side-taken", text, subject=other, problem=error.problem)
-    done = replace(done, notices=(notice, *done.notices))
+    notice = Notice("other-side-taken", text, subject=other, problem=refused.problem)
+    return _with_notices(done, (notice, *done.notices))
+
+
+def _with_notices(done: Imported, notices: Iterable[Notice]) -> Imported:
+    """With these notices, of which the cycle's file carries the warnings."""
+    done = replace(done, notices=tuple(notices))
     return replace(done, cycle=done.cycle.with_warnings([str(warning) for warning in done.warnings]))
 
 
@@ -109,9 +109,8 @@ def import_sides(files: Sequence[str | pathlib.Path], choices: Choices) -> dict[
 
 def _beside_other(done: Imported, usual: bool) -> Imported:
     """With the phase at which the other foot strikes, the mean over the taken strides, in its notes."""
-    notices = tuple(notice for notice in done.notices if usual or notice.code != _USUAL)
-    done = replace(done, notices=notices)
-    cycle = done.cycle.with_warnings([str(warning) for warning in done.warnings])
+    done = _with_notices(done, (notice for notice in done.notices if usual or notice.code != _USUAL))
+    cycle = done.cycle
     others = [time for s in done.strides if s.side != cycle.side for time in (s.start, s.end)]
     after = [[(time - s.start) / s.time for time in others] for s in (done.strides[k] for k in done.chosen)]
     strike = np.mean([min(phases, key=lambda phase: abs(phase - 0.5)) % 1.0 for phases in after])
@@ -120,8 +119,13 @@ def _beside_other(done: Imported, usual: bool) -> Imported:
 
 def _read(files: Sequence[str | pathlib.Path], choices: Choices) -> WalkingTrial:
     """The trial of some files, with the standing trial that was chosen."""
-    trial = read_trial([pathlib.Path(file) for file in files])
-    return trial if choices.static is None else replace(trial, standing=_standing(choices.static))
+    trial, file = read_trial([pathlib.Path(file) for file in files]), choices.static
+    if file is None:
+        return trial
+    standing = read_trial([file]).markers
+    if standing is None:
+        raise InputError("holds no markers", file=file, field="static", allowed="a .trc, .c3d or .csv")
+    return replace(trial, standing=standing)
 
 
 def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
@@ -139,11 +143,20 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
     require_loaded(strides, choices)
     mass = find_mass(grounds, strides, choices.mass, None if model is None else model.mass, stated.mass)
     _require_mass(mass)
-    cutters = _cutters(strides, legs, motions, grounds, frame, mass.mass, choices)
+    by_side = {side: [stride for stride in strides if stride.side == side] for side in motions}
+    cutters = {
+        side: Cutter.of(own, legs[side], motions[side], grounds.get(side), frame, mass.mass, choices)
+        for side, own in by_side.items()
+        if own
+    }
     strides, cycles, not_cut = _cycles(strides, cutters, trial, choices)
-    chosen, cycle, not_taken = take_stride(strides, cycles, _names(trial.files), choices)
-    taken = _Taken(strides, cycles, chosen, cycle)
+    source = ", ".join(file.name for file in trial.files)
+    chosen, cycle, not_taken = take_stride(strides, cycles, source, choices)
     sides = SIDES if choices.both else (choices.side,)
+    taken = dict.fromkeys(sides, (cycle, chosen))
+    if choices.both:
+        firsts = {side: next(k for k in chosen if strides[k].side == side) for side in sides}
+        taken = {side: (cycles[k], (k,)) for side, k in firsts.items()}
     notices = [
         *trial.notices,
         *(notice for side in sides for notice in legs[side].notices),
@@ -155,7 +168,7 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
         *mass.notices,
         *_pounds(mass, legs[choices.side], choices),
         *open_ends([strides[k] for k in chosen]),
-        *taken.doubts(trial, cutters, legs, choices),
+        *_doubts(strides, taken, trial, cutters, legs),
     ]
     alike = [c for s, c in zip(strides, cycles, strict=True) if choices.both or s.side == choices.side]
     done = Imported(
@@ -174,85 +187,32 @@ def cut_cycle(trial: WalkingTrial, choices: Choices) -> Imported:
         trial=trial,
         notices=tuple(dict.fromkeys(notices)),
     )
-    done = _examined(done)
-    return replace(done, cycle=done.cycle.with_warnings([str(warning) for warning in done.warnings]))
+    checks = examine(done)
+    apart = bool(with_code(notices, "clocks-apart"))  # the same, coarser, where it is large
+    doubted = [check.notice for check in checks if check.notice is not None]
+    doubted = [notice for notice in doubted if not (apart and notice.code == "force-late")]
+    cycle = replace(cycle, notes={**cycle.notes, QUALITY: words(checks)})
+    return _with_notices(replace(done, cycle=cycle, checks=checks), (*done.notices, *doubted))
 
 
-def _examined(done: Imported) -> Imported:
-    """With the checks for a laboratory's faults, in its notices and its cycle's notes."""
-    seen = (done.legs, done.motions, done.grounds, done.frame, done.mass, done.trial)
-    checks = examine(Evidence(done.cycle, *seen))
-    apart = bool(with_code(done.notices, "clocks-apart"))  # the same, coarser, where it is large
-    found = [check.notice for check in checks if check.notice is not None]
-    found = [notice for notice in found if not (apart and notice.code == "force-late")]
-    cycle = replace(done.cycle, notes={**done.cycle.notes, QUALITY: words(checks)})
-    return replace(done, cycle=cycle, checks=checks, notices=(*done.notices, *found))
-
-
-@dataclass(frozen=True, eq=False)
-class _Taken:
-    """The strides of a trial with their cycles, and which of them were taken."""
-
-    strides: Sequence[RecordedStride]
-    cycles: Sequence[GaitCycle]
-    chosen: Sequence[int]
-    cycle: GaitCycle
-
-    def doubts(
-        self,
-        trial: WalkingTrial,
-        cutters: Mapping[str, Cutter],
-        legs: Mapping[str, LegPoints],
-        choices: Choices,
-    ) -> list[Notice]:
-        """Doubts about the taken stride; about a stride of each leg where the mean of both was taken."""
-        if not choices.both:
-            return self._doubts(self.cycle, self.chosen, trial, cutters[choices.side], legs[choices.side])
-        found = []
-        for side in SIDES:
-            k = next(k for k in self.chosen if self.strides[k].side == side)
-            own = self._doubts(self.cycles[k], [k], trial, cutters[side], legs[side])
-            found += [notice.after(f"{side} leg: ") for notice in own]
-        return found
-
-    def _doubts(
-        self,
-        cycle: GaitCycle,
-        taken: Sequence[int],
-        trial: WalkingTrial,
-        cutter: Cutter,
-        leg: LegPoints,
-    ) -> list[Notice]:
-        own = [stride for stride in self.strides if stride.side == leg.side]
-        strides = [self.strides[k] for k in taken]
-        reference = reference_of(trial, strides, cutter.mass, cutter.choices.rows)
-        return [
-            *clock_doubts(cutter.motion, own),
-            *cutter.notices,
-            *doubts(cycle, leg, cutter.motion, cutter.ground, cutter.zero, reference),
-        ]
-
-
-def _cutters(
+def _doubts(
     strides: Sequence[RecordedStride],
+    taken: Mapping[str, tuple[GaitCycle, Sequence[int]]],
+    trial: WalkingTrial,
+    cutters: Mapping[str, Cutter],
     legs: Mapping[str, LegPoints],
-    motions: Mapping[str, LegMotion],
-    grounds: Mapping[str, GroundForce],
-    frame: WalkingFrame,
-    mass: float,
-    choices: Choices,
-) -> dict[str, Cutter]:
-    """What cuts each side's strides; of a closed one the motion is filtered as if it went on for ever."""
-    found = {}
-    for side, motion in motions.items():
-        own = [stride for stride in strides if stride.side == side]
-        closed = next((stride for stride in own if stride.closed is not None), None)
-        again = None if closed is None else from_points(legs[side], frame, choices.cutoff, closed)
-        if own:
-            ground = grounds.get(side)
-            found[side] = Cutter.of(
-                own, motion, again, ground, frame.belt_speed, mass, choices, legs[side].sole
-            )
+) -> list[Notice]:
+    """Doubts about what was taken of each side, its cycle and the strides that this is the mean of."""
+    found: list[Notice] = []
+    for side, (cycle, chosen) in taken.items():
+        cutter = cutters[side]
+        reference = reference_of(trial, [strides[k] for k in chosen], cutter.mass, cutter.choices.rows)
+        own = [
+            *clock_doubts(cutter.motion, [stride for stride in strides if stride.side == side]),
+            *cutter.notices,
+            *doubts(cycle, legs[side], cutter.motion, cutter.ground, cutter.zero, reference),
+        ]
+        found += [notice.after(f"{side} leg: ") for notice in own] if len(taken) > 1 else own
     return found
 
 
@@ -304,15 +264,3 @@ def _pounds(mass: BodyMass, leg: LegPoints, choices: Choices) -> list[Notice]:
         return []
     text = "the plates carry {mass:.1f} kg, of a walker {height:.2f} m tall: pounds (lbf), of {fits:.0f} kg?"
     return [Notice("forces-in-pounds", text, mass=mass.mass, height=height, fits=mass.mass / _POUND)]
-
-
-def _standing(file: pathlib.Path) -> Markers:
-    """The markers of a standing trial."""
-    markers = read_trial([file]).markers
-    if markers is None:
-        raise InputError("holds no markers", file=file, field="static", allowed="a .trc, .c3d or .csv")
-    return markers
-
-
-def _names(files: Sequence[pathlib.Path]) -> str:
-    return ", ".join(file.name for file in files)

@@ -1,22 +1,20 @@
 """Can this trial be believed? Faults of a laboratory that spoil the ankle moment and show in no curve."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import astuple, dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from afo_sim.common import GRAVITY, InputError, Notice
-from afo_sim.gait import GaitCycle
 from afo_sim.gait_lab.readers.signals import low_pass, stretches
-from afo_sim.gait_lab.trial.body_mass import BodyMass
 from afo_sim.gait_lab.trial.events import find_events
-from afo_sim.gait_lab.trial.files import WalkingTrial
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
-from afo_sim.gait_lab.trial.leg_motion import LegMotion
-from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.marker_legs import standing_posture
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
+
+if TYPE_CHECKING:
+    from afo_sim.gait_lab.trial.importing import Imported
 
 _SHORT_FOOT = 0.25  # heel to toe point; below it the toe point lies on the metatarsal heads (assumed) [m]
 _HEEL_FIRST = 0.14  # rise of the toe point over the heel's, of their distance: 8 deg [-]
@@ -64,19 +62,6 @@ class Check:
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
-    """What a trial shows, by which faults are looked for; legs, motions and grounds by side."""
-
-    cycle: GaitCycle
-    legs: Mapping[str, LegPoints]
-    motions: Mapping[str, LegMotion]
-    grounds: Mapping[str, GroundForce]
-    frame: WalkingFrame
-    mass: BodyMass
-    trial: WalkingTrial
-
-
-@dataclass(frozen=True, eq=False)
 class _Steps:
     """What a foot's whole contacts show, the mean over them; NaN where they do not."""
 
@@ -87,7 +72,7 @@ class _Steps:
     moved: float  # heel's stop and toe point's start after the force's beginning and end [s]
 
 
-def examine(done: Evidence) -> tuple[Check, ...]:
+def examine(done: "Imported") -> tuple[Check, ...]:
     """Look for a laboratory's faults in an imported trial."""
     steps = {side: _steps(done, side) for side in done.grounds}
     return (
@@ -105,15 +90,14 @@ def words(checks: tuple[Check, ...]) -> str:
     """The checks in one line for a file's header."""
     groups: dict[str, list[str]] = {"doubted": [], "passed": [], "not checked": []}
     for check in checks:
-        kind = "not checked" if check.needs else "doubted" if check.notice else "passed"
-        groups[kind].append(check.fault)
+        groups[check.verdict.partition(":")[0].lower()].append(check.fault)
     return "; ".join(f"{kind}: {', '.join(faults)}" for kind, faults in groups.items() if faults)
 
 
-def _steps(done: Evidence, side: str) -> _Steps | None:
+def _steps(done: "Imported", side: str) -> _Steps | None:
     """What the whole contacts of a foot show; None of a foot without markers of heel and metatarsal heads."""
     leg, frame, time = done.legs[side], done.frame, done.legs[side].time
-    if leg.by_angles or not {"heel", "toe"} <= set(leg.points):
+    if leg.by_angles:
         return None
     heel, toe = (_level(frame, time, leg.points[role].path) for role in ("heel", "toe"))
     found = []
@@ -147,11 +131,10 @@ def _steps(done: Evidence, side: str) -> _Steps | None:
         )
     if not found:
         return None
-    names = ("landing", "leaving", "length", "aside", "moved")
-    return _Steps(*(float(np.mean([getattr(step, name) for step in found])) for name in names))
+    return _Steps(*(float(np.mean(each)) for each in zip(*map(astuple, found), strict=True)))
 
 
-def _level(frame: Any, time: np.ndarray, path: np.ndarray) -> np.ndarray:
+def _level(frame: WalkingFrame, time: np.ndarray, path: np.ndarray) -> np.ndarray:
     """Forward over the ground under the feet, to the right, up, without noise beyond 20 Hz [m] (n, 3)."""
     plane = frame.plane(path)
     way = np.column_stack([plane[:, 0] + frame.belt_speed * time, frame.across(path), plane[:, 1]])
@@ -170,9 +153,11 @@ def _stop(time: np.ndarray, way: np.ndarray, at: float, sign: int) -> float:
     return float(time[moving[-1 if sign < 0 else 0]] - at) if len(moving) else np.nan
 
 
-def _doubted(check: Check, wrong: bool, code: str, text: str, subject: str = "", **data: Any) -> Check:
-    """The check, with its notice where something is wrong."""
-    return replace(check, notice=Notice(code, text, subject=subject, **data)) if wrong else check
+def _check(
+    fault: str, found: str, limit: str, wrong: bool, code: str, text: str, subject: str = "", /, **data: Any
+) -> Check:
+    """A check that was made, with its notice where something is wrong."""
+    return Check(fault, found, limit, notice=Notice(code, text, subject=subject, **data) if wrong else None)
 
 
 def _landing(side: str, step: _Steps | None) -> Check:
@@ -181,21 +166,15 @@ def _landing(side: str, step: _Steps | None) -> Check:
         return Check(fault, needs="a heel that lands first, whole on a plate, and its two markers")
     low, high = (1e3 * share * step.length for share in _LANDING)
     found, off = 1e3 * step.landing * step.length, 1e3 * (step.landing - _USUAL) * step.length
-    check = Check(fault, f"lands {found:.0f} mm ahead of the heel's marker", f"{low:.0f} to {high:.0f} mm")
-    back = step.landing < _BOTH_BACK[0] and step.leaving < _BOTH_BACK[1]
+    wrong = (step.landing < _BOTH_BACK[0] and step.leaving < _BOTH_BACK[1]) or not low <= found <= high
     text = (
         "the {subject} foot's pressure is shifted along the walk by about {off:+.0f} mm (±15): it lands "
         "{found:.0f} mm ahead of the heel's marker, {low:.0f} to {high:.0f} mm are usual; the moment at "
         "push-off is off by about {moment:.2f} N·m/kg (force times shift)"
     )
-    data: dict[str, Any] = {
-        "off": off,
-        "found": found,
-        "low": low,
-        "high": high,
-        "moment": _PUSH_OFF * abs(off) * 1e-3,
-    }
-    return _doubted(check, back or not low <= found <= high, "pressure-shifted", text, side, **data)
+    data = {"off": off, "found": found, "low": low, "high": high, "moment": _PUSH_OFF * abs(off) * 1e-3}
+    lands, usual = f"lands {found:.0f} mm ahead of the heel's marker", f"{low:.0f} to {high:.0f} mm"
+    return _check(fault, lands, usual, wrong, "pressure-shifted", text, side, **data)
 
 
 def _aside(steps: Mapping[str, _Steps | None]) -> Check:
@@ -203,12 +182,12 @@ def _aside(steps: Mapping[str, _Steps | None]) -> Check:
     if len(known) < 2:
         return Check(fault, needs="both feet whole on plates, with heel and toe markers")
     off, limit = 1e3 * float(np.mean(known)), 1e3 * _ASIDE
-    check = Check(fault, f"{off:+.0f} mm to the right of both feet", f"±{limit:.0f} mm")
+    lies, most, wrong = f"{off:+.0f} mm to the right of both feet", f"±{limit:.0f} mm", abs(off) > limit
     text = (
         "the plates' pressure lies {off:+.0f} mm to the right of both feet (limit {limit:.0f} mm): plates "
         "and cameras disagree sideways; the sagittal moment is not changed by that"
     )
-    return _doubted(check, abs(off) > limit, "pressure-aside", text, off=off, limit=limit)
+    return _check(fault, lies, most, wrong, "pressure-aside", text, off=off, limit=limit)
 
 
 def _late(steps: Mapping[str, _Steps | None]) -> Check:
@@ -217,19 +196,18 @@ def _late(steps: Mapping[str, _Steps | None]) -> Check:
     if not known:
         return Check(fault, needs="a foot whole on a plate, with markers on heel and metatarsal heads")
     late, limit = 1e3 * (-_BEFORE - float(np.mean(known))), 1e3 * _LATE
-    check = Check(fault, f"{late:+.0f} ms after the foot", f"±{limit:.0f} ms")
+    comes, most, wrong = f"{late:+.0f} ms after the foot", f"±{limit:.0f} ms", abs(late) > limit
     text = (
         "the force is about {late:.0f} ms {order} by when heel and toe stop and start (limit {limit:.0f} "
         "ms); the pressure under the foot moves by some {way:.0f} mm, the moment at push-off by "
         "{moment:.2f} N·m/kg"
     )
-    way = _ROLLS * abs(late)
-    sizes: dict[str, Any] = {"late": abs(late), "limit": limit, "way": way, "moment": _PUSH_OFF * 1e-3 * way}
-    order = "late" if late > 0.0 else "early"
-    return _doubted(check, abs(late) > limit, "force-late", text, order=order, **sizes)
+    way, order = _ROLLS * abs(late), "late" if late > 0.0 else "early"
+    sizes = {"late": abs(late), "limit": limit, "way": way, "moment": _PUSH_OFF * 1e-3 * way}
+    return _check(fault, comes, most, wrong, "force-late", text, order=order, **sizes)
 
 
-def _clipped(done: Evidence) -> Iterator[Check]:
+def _clipped(done: "Imported") -> Iterator[Check]:
     used = {c.plate for ground in done.grounds.values() for c in ground.contacts}
     plates = {name: each for ground in done.grounds.values() for name, each in ground.plates.items()}
     for name in sorted(used):
@@ -238,16 +216,16 @@ def _clipped(done: Evidence) -> Iterator[Check]:
         most = max(stop - first for first, stop in stretches(top))
         lasts = (most - 1) * float(time[1] - time[0])
         found, limit = 1e3 * lasts, 1e3 * _FLAT_TIME
-        check = Check(f"clipped (plate {name})", f"{found:.0f} ms at the peak", f"{limit:.0f} ms")
         text = (
             "plate {subject} is clipped: it reads {force:.0f} N for {lasts:.0f} ms on end (limit "
             "{limit:.0f} ms); what is cut off is not known, so the peak moment is too small"
         )
-        wrong, data = most >= 5 and found > limit, {"force": float(force.max()), "lasts": found}
-        yield _doubted(check, wrong, "plate-clipped", text, name, limit=limit, **data)
+        said, wrong = (f"{found:.0f} ms at the peak", f"{limit:.0f} ms"), most >= 5 and found > limit
+        data = {"limit": limit, "force": float(force.max()), "lasts": found}
+        yield _check(f"clipped (plate {name})", *said, wrong, "plate-clipped", text, name, **data)
 
 
-def _scaled(done: Evidence) -> Iterator[Check]:
+def _scaled(done: "Imported") -> Iterator[Check]:
     """m = F̄ / (g + Δv/Δt) of each plate in single support, v the pelvis' upward speed."""
     found: dict[str, list[float]] = {}
     for side, ground in done.grounds.items():
@@ -262,29 +240,30 @@ def _scaled(done: Evidence) -> Iterator[Check]:
         yield Check("scale of each plate", needs=needs)
     for name, each in off.items():
         limit = 100.0 * _TRUE
-        check = Check(f"scale (plate {name})", f"{each:+.0f} % of the stated mass", f"±{limit:.0f} %")
         text = (
             "plate {subject} is scaled by about {percent:+.0f} %: alone it carries {carried:.1f} kg of the "
             "stated {mass:.1f} kg (limit {limit:.0f} %); its moments are off by as much"
         )
-        data = {"percent": each, "carried": masses[name], "mass": typed, "limit": limit}
-        yield _doubted(check, wrong[name], "plate-scaled", text, name, **data)
+        data: dict[str, Any] = {"percent": each, "carried": masses[name], "mass": typed, "limit": limit}
+        said = f"{each:+.0f} % of the stated mass", f"±{limit:.0f} %"
+        yield _check(f"scale (plate {name})", *said, wrong[name], "plate-scaled", text, name, **data)
     if len(masses) < 2:
         yield Check("plates alike", needs="each foot alone on a plate of its own, and the pelvis' markers")
         return
     low, high = min(masses, key=masses.__getitem__), max(masses, key=masses.__getitem__)
     less, limit = 100.0 * (1.0 - masses[low] / masses[high]), 100.0 * _LIKE
-    check = Check("plates alike", f"{low} {less:.0f} % less", f"{limit:.0f} %")
+    said = f"{low} {less:.0f} % less", f"{limit:.0f} %"
     text = (
         "plate {subject} carries {percent:.0f} % less than plate {other} when a foot stands alone on it "
         "(limit {limit:.0f} %): one of them is scaled, and its moments by as much, or a cane or a rail "
         "carries the rest; a typed mass says which"
     )
     one = less > limit and not any(wrong.values())
-    yield _doubted(check, one, "plates-unlike", text, low, percent=less, other=high, limit=limit)
+    data = {"percent": less, "other": high, "limit": limit}
+    yield _check("plates alike", *said, one, "plates-unlike", text, low, **data)
 
 
-def _carried(done: Evidence, side: str, ground: GroundForce) -> Iterator[tuple[str, float]]:
+def _carried(done: "Imported", side: str, ground: GroundForce) -> Iterator[tuple[str, float]]:
     """Each plate that carries a foot alone, with the mass by it [kg]."""
     leg, other = done.legs[side], done.motions.get("left" if side == "right" else "right")
     if other is None or leg.pelvis is None or not np.isfinite(leg.pelvis).all():
@@ -303,7 +282,7 @@ def _carried(done: Evidence, side: str, ground: GroundForce) -> Iterator[tuple[s
         yield on[0], float(ground.force_z[inside].mean()) / (GRAVITY + (last - first) / (end - start))
 
 
-def _standing(done: Evidence) -> Iterator[Check]:
+def _standing(done: "Imported") -> Iterator[Check]:
     """Sizes of what moves as one, standing against walking; and the person's right where the right is."""
     still, walk = done.trial.standing, done.trial.markers
     if still is None or walk is None:
@@ -326,12 +305,12 @@ def _standing(done: Evidence) -> Iterator[Check]:
         yield Check("standing trial", needs="markers that it shares with the walk")
         return
     off, limit = 100.0 * float(np.median(ratios)), 100.0 * _LENGTHS
-    check = Check("standing trial", f"{off:+.1f} % of the walker's size", f"±{limit:.0f} %")
+    said, wrong = (f"{off:+.1f} % of the walker's size", f"±{limit:.0f} %"), abs(off) > limit
     text = (
         "the standing trial is another person's: its segments are {percent:+.0f} % longer than the "
         "walker's (limit {limit:.0f} %), and the ankle's place and lever with them"
     )
-    yield _doubted(check, abs(off) > limit, "standing-stranger", text, percent=off, limit=limit)
+    yield _check("standing trial", *said, wrong, "standing-stranger", text, percent=off, limit=limit)
     signs = [_handed(done, {n: p[None] for n, p in pose.items()}), _handed(done, walk.positions)]
     if not all(signs):
         yield Check("standing mirrored", needs="heel, toe, ankle and knee of both legs in both trials")
@@ -341,17 +320,17 @@ def _standing(done: Evidence) -> Iterator[Check]:
         "the standing trial is mirrored: its right side is the walk's left; centres lie on the wrong side "
         "of their markers"
     )
-    check = Check("standing mirrored", "other hand" if mirrored else "same hand", "same hand")
-    yield _doubted(check, mirrored, "standing-mirrored", text)
+    hand = "other hand" if mirrored else "same hand"
+    yield _check("standing mirrored", hand, "same hand", mirrored, "standing-mirrored", text)
 
 
-def _handed(done: Evidence, positions: Mapping[str, np.ndarray]) -> float:
+def _handed(done: "Imported", positions: Mapping[str, np.ndarray]) -> float:
     """Sign of forward × up · right of a body by the markers of the legs' points; 0 if not known."""
     ends: dict[tuple[str, str], np.ndarray] = {}
     for side, leg in done.legs.items():
         for role in ("heel", "toe", "knee"):
-            source = leg.points[role].source if role in leg.points else ""
-            names = [name for name in positions if name in source.replace(",", " ").split()]
+            source = leg.points[role].source.replace(",", " ").split()
+            names = [name for name in positions if name in source]
             if names:
                 ends[side, role] = np.mean([positions[name] for name in names], axis=0)
     if len(ends) < 6:
@@ -362,21 +341,15 @@ def _handed(done: Evidence, positions: Mapping[str, np.ndarray]) -> float:
     return float(np.sign(np.nanmedian(np.sum(np.cross(forward, up) * right, axis=1))))
 
 
-def _bmi(done: Evidence) -> Check:
-    height = done.cycle.body_height
+def _bmi(done: "Imported") -> Check:
+    fault, height, mass, (low, high) = "mass against height", done.cycle.body_height, done.mass.mass, _BMI
     if height is None:
-        return Check("mass against height", needs="a stated height")
-    index = done.mass.mass / height**2
-    check = Check("mass against height", f"{index:.0f} kg/m²", f"{_BMI[0]:.0f} to {_BMI[1]:.0f}")
+        return Check(fault, needs="a stated height")
+    index = mass / height**2
+    said, wrong = (f"{index:.0f} kg/m²", f"{low:.0f} to {high:.0f}"), not low <= index <= high
     text = (
         "{mass:.1f} kg of {height:.2f} m are {index:.0f} kg/m², outside {low:.0f} to {high:.0f}: the mass, "
         "the plates' unit or the height; the moment per mass is off as the mass is"
     )
-    data: dict[str, Any] = {
-        "mass": done.mass.mass,
-        "height": height,
-        "index": index,
-        "low": _BMI[0],
-        "high": _BMI[1],
-    }
-    return _doubted(check, not _BMI[0] <= index <= _BMI[1], "mass-for-height", text, **data)
+    data = {"mass": mass, "height": height, "index": index, "low": low, "high": high}
+    return _check(fault, *said, wrong, "mass-for-height", text, **data)

@@ -98,7 +98,7 @@ def _found(imported: "Imported") -> str:
         "standing trial": trial.standing,
     }
     said = [f"{kind} {content.file.name}" for kind, content in kinds.items() if content is not None]
-    said.append(_count(len(trial.plates), "force plate"))
+    said.append(f"{len(trial.plates)} force plate{'s' * (len(trial.plates) != 1)}")
     times = [leg.time for leg in imported.legs.values()]
     start, end = min(time[0] for time in times), max(time[-1] for time in times)
     legs = "both legs" if len(imported.legs) > 1 else f"{imported.cycle.side} leg"
@@ -136,22 +136,18 @@ def _strides(imported: "Imported") -> str:
             more += [remark for remark in ground.remarks if remark.code != "foot-on-plates"]
         found.append(words)
     more += [remark for remark in imported.remarks if remark.code in _OTHERS]
-    return "; ".join(
-        [f"whole stance on plates: {', '.join(found)}", *dict.fromkeys(more), *_taken_off(imported)]
-    )
-
-
-def _taken_off(imported: "Imported") -> list[str]:
-    """What the plates read without load, which was taken off."""
+    said = [f"whole stance on plates: {', '.join(found)}", *dict.fromkeys(more)]
     offsets = with_code(imported.remarks, "plate-offset")
     each = ", ".join(f"{offset.data['force']:.1f} N of plate {offset.subject}" for offset in offsets)
-    return [f"without load taken off: {each}"] if each else []
+    return "; ".join([*said, f"without load taken off: {each}"] if each else said)
 
 
 def _taken(imported: "Imported") -> str:
     """When the taken strides began and ended, by what evidence."""
     chosen = _chosen_strides(imported)
-    evidence = f"; events by {_evidence(chosen)}{_stated_events(imported)}"
+    shown = dict.fromkeys(by for stride in chosen for by in (stride.start_by, stride.end_by) if by)
+    ends = (", the end by " if len(chosen) == 1 else " and ").join(shown)
+    evidence = f"; events by {ends}{_stated_events(imported)}"
     evidence += f"; {imported.cycle.notes['processing']}" * ("processing" in imported.cycle.notes)
     if len(chosen) > 1:
         spread = np.std([stride.time for stride in chosen], ddof=1)
@@ -169,24 +165,11 @@ def _taken(imported: "Imported") -> str:
     words = f"{_recorded_words(stride.closed)}; heel strike {strike:.3f} s, toe-off {off:.3f} s{evidence}"
     if stride.closed.gap >= 0.0005:
         words += f"; {100.0 * (last - first) / stride.time:.1f} % of a stride recorded"
-    return words + _ends(stride.closed)
-
-
-def _evidence(strides: Sequence[RecordedStride]) -> str:
-    """What shows the strides' ends."""
-    found = dict.fromkeys(by for stride in strides for by in (stride.start_by, stride.end_by) if by)
-    return (", the end by " if len(strides) == 1 else " and ").join(found)
-
-
-def _ends(closing: Closing) -> str:
-    """What the ends of a closed stride differ by."""
-    residual = closing.residual
-    angles = [
-        abs(residual[name]) for name in ("shank_angle", "knee_angle", "ankle_angle") if name in residual
-    ]
-    ends = [f"{math.degrees(max(angles)):.1f} deg"] if angles else []
-    ends += [f"{1e3 * abs(residual['ankle_z']):.0f} mm"] if "ankle_z" in residual else []
-    return f"; ends meet within {' and '.join(ends)}" if ends else ""
+    residual = stride.closed.residual
+    angles = [abs(off) for name, off in residual.items() if name.endswith("_angle")]
+    apart = [f"{math.degrees(max(angles)):.1f} deg"] if angles else []
+    apart += [f"{1e3 * abs(residual['ankle_z']):.0f} mm"] if "ankle_z" in residual else []
+    return f"{words}; ends meet within {' and '.join(apart)}" if apart else words
 
 
 def _mass(imported: "Imported") -> str:
@@ -217,17 +200,14 @@ def _ankle(imported: "Imported") -> str:
     sole = imported.cycle.sole_thickness
     worn = "sole not known: taken as barefoot" if sole is None else f"sole {1e3 * sole:.0f} mm"
     flat = f"with the foot flat, {imported.cycle.flat.words}"
-    return f"zero {moved}; centre {height:.0f} mm above the floor {flat}; {worn}{_stated_angle(imported)}"
-
-
-def _stated_angle(imported: "Imported") -> str:
-    """How far the laboratory's own ankle angle is from the cycle's, whose zero may be another."""
+    said = f"zero {moved}; centre {height:.0f} mm above the floor {flat}; {worn}"
     cycle, stated = imported.cycle, imported.trial.stated
-    found = stated_over(stated.time, stated.angles, _chosen_strides(imported), cycle.phase)
-    if found is None:
-        return ""
-    off = np.degrees(found - cycle.ankle_angle)[np.isfinite(found)]
-    return f"; the laboratory's own angle {_signed(off.mean(), 1)} deg, else within {np.std(off):.1f} deg RMS"
+    own = stated_over(stated.time, stated.angles, _chosen_strides(imported), cycle.phase)
+    if own is None:
+        return said
+    off = np.degrees(own - cycle.ankle_angle)[np.isfinite(own)]  # whose zero may be another
+    apart = f"{_signed(off.mean(), 1)} deg, else within {np.std(off):.1f} deg RMS"
+    return f"{said}; the laboratory's own angle {apart}"
 
 
 def _stated_events(imported: "Imported") -> str:
@@ -274,30 +254,23 @@ def _estimated(imported: "Imported") -> str:
     error = _ankle_error(imported)
     size = f"±{1e3 * _ANKLE_ERROR:.0f} mm fore-aft (assumed): " if error is None else ""
     said = [f"ankle {size}±{_moment_peaks(imported)[0].error:.2f} N·m/kg"]
-    leans = {}
-    for role, segment in (("knee", "shank"), ("hip", "thigh")):
-        error = points[role].error if role in points else None
+    leans = []
+    for role, segment, below in (("knee", "shank", "ankle"), ("hip", "thigh", "knee")):
+        error = points[role].error
         if error is not None:
-            leans[segment] = math.degrees(error / _length(imported, role))
-    if leans:
-        said.append(", ".join(f"{segment} ±{lean:.1f} deg" for segment, lean in leans.items()))
+            length = np.nanmedian(np.linalg.norm(points[role].path - points[below].path, axis=1))
+            leans.append(f"{segment} ±{math.degrees(error / length):.1f} deg")
+    said += [", ".join(leans)] if leans else []
     if not _moment_is_given(imported.cycle):
         said.append(f"foot as massless ±{_MASSLESS} N·m/kg")
     return "; ".join(said)
-
-
-def _length(imported: "Imported", role: str) -> float:
-    """Distance from a joint to the next one down the leg [m]."""
-    points = imported.legs[imported.cycle.side].points
-    below = {"knee": "ankle", "hip": "knee"}[role]
-    return float(np.nanmedian(np.linalg.norm(points[role].path - points[below].path, axis=1)))
 
 
 def _better(imported: "Imported") -> str:
     """The first two of what is lacking, in the order of what it does to the ankle's moment."""
     points = imported.legs[imported.cycle.side].points
     chosen = _chosen_strides(imported)
-    wishes = [f"{role}: {points[role].better}" for role in _WORTH if role in points and points[role].better]
+    wishes = [f"{role}: {points[role].better}" for role in _WORTH if points[role].better]
     if not all(stride.loaded for stride in chosen):
         wishes.insert(0, "a plate under the whole stance")
     if imported.mass.how == "by the plates":
@@ -309,41 +282,28 @@ def _better(imported: "Imported") -> str:
     return "; ".join(wishes[:_WISHES]) or "nothing that is known"
 
 
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}" + ("" if number == 1 else "s")
-
-
 def _signed(value: float, digits: int) -> str:
     return f"{round(value, digits) + 0.0:+.{digits}f}"  # no "-0.0"
 
 
 def _centres(points: Mapping[str, LegPoint]) -> str:
     """Each point with its error and its way; those of one way stand together."""
-    groups: dict[str, list[str]] = {}
+    groups: dict[str, list[tuple[str, str, float | None]]] = {}  # way: role, its source, its error
     for role, point in points.items():
-        groups.setdefault(_way(point) or point.source, []).append(role)
+        way = ", ".join(part for part in (point.way, "standing" if point.carriers else "") if part)
+        groups.setdefault(way or point.source, []).append((role, point.source if way else "", point.error))
     said, axis = [], " fore-aft"  # the axis is said with the first error alone
-    for way, roles in groups.items():
-        words = []
-        for role in roles:
-            error = points[role].error
+    for way, each in groups.items():
+        sources, words = [source for _, source, _ in each], []
+        for role, _, error in each:
             words.append(role if error is None else f"{role} ±{1e3 * error:.0f} mm{axis}")
             axis = axis if error is None else ""
-        own = [points[role].source if _way(points[role]) else "" for role in roles]
-        said.append(_together(way, words, own))
+        if len(set(sources)) == 1:
+            way = ", ".join(filter(None, (sources[0], way)))
+        else:
+            words = [f"{word} {source}".strip() for word, source in zip(words, sources, strict=True)]
+        said.append(f"{', '.join(words)}: {way}")
     return "; ".join(said)
-
-
-def _way(point: LegPoint) -> str:
-    return ", ".join(part for part in (point.way, "standing" if point.carriers else "") if part)
-
-
-def _together(way: str, roles: Sequence[str], sources: Sequence[str]) -> str:
-    """Points of one way: roles with their errors, and the source of each."""
-    if len(set(sources)) == 1:
-        return f"{', '.join(roles)}: {sources[0] + ', ' if sources[0] else ''}{way}"
-    each = (f"{role} {source}".strip() for role, source in zip(roles, sources, strict=True))
-    return f"{', '.join(each)}: {way}"
 
 
 def _bridged(leg: LegPoints, strides: Sequence[RecordedStride]) -> list[str]:
