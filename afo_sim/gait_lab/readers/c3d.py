@@ -1,7 +1,6 @@
 """C3D files: markers and force plates."""
 
 import pathlib
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from afo_sim.gait_lab.readers.c3d_file import C3dFile, read_c3d_file
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.plates import PRESSED, Plate, constant, offset_note, place_of, plate
 from afo_sim.gait_lab.readers.stated import read_stated
-from afo_sim.gait_lab.readers.unit_checks import UNITS, length_name, metres_of
+from afo_sim.gait_lab.readers.unit_checks import length_name, metres_of, unit_within
 
 # Results of a model that Vicon stores as points; each of these parameters lists their names.
 _RESULTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
@@ -49,7 +48,8 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
         raise InputError("is not a valid frame rate", file=path, field="POINT:RATE", value=rate, allowed="Hz")
     names = (file.texts("POINT", "LABELS") + [""] * file.points.shape[1])[: file.points.shape[1]]
     points = lost_as_nan(np.where(file.residuals[..., None] < 0.0, np.nan, file.points))
-    kept, results = _markers(file, names)
+    results = {name for kind in _RESULTS for name in file.texts("POINT", kind) if name}
+    kept = [k for k, name in enumerate(names) if name not in results]
     time = (file.first_frame + np.arange(file.frames)) / rate
     stated, said = read_stated(file, time[: len(points)], names, points)
     names, points = [names[k] for k in kept], points[:, kept]
@@ -59,17 +59,11 @@ def read_c3d(path: pathlib.Path) -> tuple[Markers, list[Plate]]:
     ratio = max(round(samples / file.frames), 1) if file.frames else 1
     analog_time = file.first_frame / rate + np.arange(samples) / (rate * ratio)
     plates, left_out = _plates_of_c3d(path, file, analog_time, metre)
-    notices = [*results, *said, *unit, *left_out]
+    notices = [*said, *unit, *left_out]
+    if len(kept) < file.points.shape[1]:
+        text = "{count} of its points are a model's results, no markers"
+        notices.insert(0, note("points-are-results", text, count=file.points.shape[1] - len(kept)))
     return replace(marker_set(path, time, names, points * metre, notices), stated=stated), plates
-
-
-def _markers(file: C3dFile, names: Sequence[str]) -> tuple[list[int], list[Notice]]:
-    """Which points are markers, and a note on those that are none."""
-    results = {name for kind in _RESULTS for name in file.texts("POINT", kind) if name}
-    kept = [k for k, name in enumerate(names) if name not in results]
-    text = "{count} of its points are a model's results, no markers"
-    none = len(names) - len(kept)
-    return kept, [note("points-are-results", text, count=none)] if none else []
 
 
 def _plates_of_c3d(
@@ -105,21 +99,16 @@ def _declared(file: C3dFile, k: int) -> _DeclaredPlate:
         raise _NoPlateError(f"the file has {len(file.analogs)} analog channels, not all of its own ({shown})")
     index = places.astype(int) - 1
     units = file.texts("ANALOG", "UNITS")
+    matrix = file.numbers("FORCE_PLATFORM", "CAL_MATRIX")[36 * k :][:36] if kind == 4 else np.empty(0)
+    calibrated = len(matrix) == 36 and np.any(matrix)
     return _DeclaredPlate(
         kind=kind,
         corners=corners[12 * k : 12 * k + 12].reshape(4, 3),
         origin=origins[3 * k : 3 * k + 3] if len(origins) >= 3 * k + 3 else np.zeros(3),
         channels=plausible(file.analogs[index].T, field="ANALOG", missing=True),
-        calibration=_calibration(file, k) if kind == 4 else None,
+        calibration=matrix.reshape(6, 6, order="F") if calibrated else None,
         moment_unit=units[index[3]] if kind == 2 and index[3] < len(units) else "",
     )
-
-
-def _calibration(file: C3dFile, k: int) -> np.ndarray | None:
-    matrix = file.numbers("FORCE_PLATFORM", "CAL_MATRIX")[36 * k : 36 * k + 36]
-    if len(matrix) < 36 or not np.any(matrix):
-        return None
-    return np.asarray(matrix.reshape(6, 6, order="F"))
 
 
 def _plate(path: pathlib.Path, name: str, declared: _DeclaredPlate, time: np.ndarray, metre: float) -> Plate:
@@ -148,10 +137,9 @@ def _edge_unit(name: str, corners: np.ndarray, metre: float, notices: list[Notic
     edge = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max())
     if not np.isfinite(edge) or edge == 0.0:
         raise _NoPlateError("its corners are all the same point")
-    fits = [(unit, factor) for unit, factor in UNITS.items() if _EDGES[0] <= edge * factor <= _EDGES[1]]
-    if _EDGES[0] <= edge * metre <= _EDGES[1] or len(fits) != 1:
+    unit, factor = unit_within(edge, _EDGES)
+    if not unit or _EDGES[0] <= edge * metre <= _EDGES[1]:
         return metre
-    unit, factor = fits[0]
     text = "plate {subject}: its edges are {edge:.3g} m long as stated; its corners were read as {unit}"
     notices.append(Notice("plate-corner-unit", text, subject=name, edge=edge * metre, unit=unit))
     return factor
@@ -213,14 +201,13 @@ def _origin(name: str, declared: _DeclaredPlate, metre: float, notices: list[Not
     origin = np.where(np.isfinite(declared.origin), declared.origin, 0.0)
     depth = abs(origin[2]) * metre
     unit = metre
-    if depth and not _DEPTH[0] <= depth <= _DEPTH[1]:
-        fits = [(n, f) for n, f in UNITS.items() if _DEPTH[0] <= abs(origin[2]) * f <= _DEPTH[1]]
-        if depth > _DEPTH[1] or depth * 1e3 >= _DEPTH[0]:  # a tiny number may be no depth but a mark
-            text, read_as = "plate {subject}: its origin lies {depth:.3g} m deep", ""
-            if len(fits) == 1:
-                read_as, unit = fits[0]
-                text += " as stated; it was read as {unit}"
-            notices.append(Notice("plate-origin-unit", text, subject=name, depth=depth, unit=read_as))
+    tiny = depth * 1e3 < _DEPTH[0]  # which may be no depth but a mark
+    if not tiny and not _DEPTH[0] <= depth <= _DEPTH[1]:
+        read_as, factor = unit_within(abs(origin[2]), _DEPTH)
+        unit = factor if read_as else metre
+        text = "plate {subject}: its origin lies {depth:.3g} m deep"
+        text += " as stated; it was read as {unit}" if read_as else ""
+        notices.append(Notice("plate-origin-unit", text, subject=name, depth=depth, unit=read_as))
     if declared.kind == 3:
         if not np.all(origin[:2]):
             raise _NoPlateError("the distances of its sensors (ORIGIN) are 0")

@@ -11,7 +11,7 @@ from afo_sim.common import InputError, Notice, parse_quantity, split_title
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.markers import Markers, lost_as_nan, marker_set
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
-from afo_sim.gait_lab.readers.plates import Plate, plate, zeroed
+from afo_sim.gait_lab.readers.plates import Plate, plate_of
 from afo_sim.gait_lab.readers.signals import check_clock, even_clock, refuse_slow
 from afo_sim.gait_lab.readers.text import (
     CUT_SHORT,
@@ -32,15 +32,8 @@ _GAIT_CYCLE = ("phase", "shank_angle_deg")  # columns of this program's own gait
 _POINT = re.compile(r"(?P<name>.+?)[ _.:-](?P<axis>[xyz])$", re.IGNORECASE)
 _FORCE = re.compile(r"(?P<plate>.*?)[ _.:-]?(?P<kind>[fvp])(?P<axis>[xyz])$", re.IGNORECASE)
 _MOMENTS = {"nm": 1.0, "n.m": 1.0, "n-m": 1.0, "nmm": 1e-3, "n.mm": 1e-3, "n-mm": 1e-3}
-_WORDS = {
-    "sec": "s",
-    "secs": "s",
-    "second": "s",
-    "seconds": "s",
-    "degree": "deg",
-    "°": "deg",
-    "radians": "rad",
-}
+_WORDS = dict.fromkeys(("sec", "secs", "second", "seconds"), "s") | dict.fromkeys(("degree", "°"), "deg")
+_WORDS["radians"] = "rad"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +62,12 @@ def read_csv_trial(path: pathlib.Path) -> CsvTrial:
     place, separator, titles = _titles(path, lines)
     body = [line for line in lines[place + 1 :] if line.strip(" \t;,") and not line.lstrip().startswith("#")]
     table, notices = numbers(path, body, titles, separator, ended)
-    columns = _columns(path, titles, table)
+    bare = [title for title in titles if not split_title(title)[1]]
+    if bare:
+        shown = ", ".join(repr(title) for title in bare[:8]) + (", …" if len(bare) > 8 else "")
+        raise InputError(f"columns without a unit: {shown}", file=path, allowed=_EXAMPLE)
+    named = ((*split_title(title), values) for title, values in zip(titles, table.T, strict=True))
+    columns = [Column(name, *unit_of(unit), values) for name, unit, values in named]
     titled = next(k for k, column in enumerate(columns) if _is_time(column.name))
     clock = columns.pop(titled)
     if clock.unit != "s":
@@ -140,18 +138,6 @@ def numbers(
     return measured(path, titles, rows), []
 
 
-def _columns(path: pathlib.Path, titles: list[str], table: np.ndarray) -> list[Column]:
-    names = [split_title(title)[0] for title in titles]
-    bare = [title for title in titles if not split_title(title)[1]]
-    if bare:
-        shown = ", ".join(repr(title) for title in bare[:8]) + (", …" if len(bare) > 8 else "")
-        raise InputError(f"columns without a unit: {shown}", file=path, allowed=_EXAMPLE)
-    return [
-        Column(name, *unit_of(split_title(title)[1]), table[:, k])
-        for k, (name, title) in enumerate(zip(names, titles, strict=True))
-    ]
-
-
 def unit_of(text: str) -> tuple[str, float]:
     """The unit of what is measured, and how much of it the text's unit is; "" for what is not understood."""
     plain = text.strip()
@@ -185,16 +171,10 @@ def _plates(
         if not forces:
             continue  # a length that is called px by chance
         if forces < 2 or not places:
-            raise InputError(
-                f"plate {name or '1'} has the columns {', '.join(own)} only",
-                file=path,
-                allowed="fx, fy, fz [N] and px, py, pz [m] of each plate",
-            )
-        values = {key: column.values * column.scale for key, column in own.items()}
-        force, place = (
-            np.column_stack([values.get(kind + axis, np.zeros_like(time)) for axis in "xyz"]) for kind in "fp"
-        )
-        found.append(zeroed(plate(path, name or "1", time, force, place)))
+            problem = f"plate {name or '1'} has the columns {', '.join(own)} only"
+            raise InputError(problem, file=path, allowed="fx, fy, fz [N] and px, py, pz [m] of each plate")
+        values = {key.replace("f", "v"): column.values * column.scale for key, column in own.items()}
+        found.append(plate_of(path, name or "1", time, values))
         taken |= {id(column) for column in own.values()}
     return tuple(found), [column for column in columns if id(column) not in taken]
 

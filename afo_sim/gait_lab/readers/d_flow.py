@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,19 +41,11 @@ def read_d_flow(path: pathlib.Path) -> CsvTrial:
             kind, unit = _KIND[part["kind"].lower()]
             name = f"{part['name']} {kind}{part['axis'].lower()}"
             columns.append(Column(name, unit, 1.0, table[:, k]))
-    trial = trial_of(path, time, columns, notices)
-    return _without_held(trial)
-
-
-def _without_held(trial: CsvTrial) -> CsvTrial:
-    """The trial with gaps where D-Flow repeats a lost marker's last place."""
-    if trial.markers is None:
-        return trial
-    lost = 0
-    for points in trial.markers.positions.values():
-        held = np.r_[False, (points[1:] == points[:-1]).all(axis=1)]
+    trial, lost = trial_of(path, time, columns, notices), 0
+    for points in trial.markers.positions.values() if trial.markers else ():
+        held = np.r_[False, (points[1:] == points[:-1]).all(axis=1)]  # a lost marker's last place
         points[held] = np.nan
         lost += int(held.sum())
     text = "{count} places of markers repeat the one before, as D-Flow writes lost ones: they are gaps"
-    found = [note("markers-held", text, count=lost)] if lost else []
-    return CsvTrial(trial.markers, trial.tables, trial.plates, (*trial.notices, *found))
+    gaps = [note("markers-held", text, count=lost)] if lost else []
+    return replace(trial, notices=(*trial.notices, *gaps))

@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.opensim_table import OpenSimTable
-from afo_sim.gait_lab.readers.signals import stretches
+from afo_sim.gait_lab.readers.signals import nearest_of, stretches
 
 _COMPONENT = re.compile(r"(?P<plate>.*?)_?(?P<kind>[vp])(?P<axis>[xyz])$")
 _BAND = 10.0  # about the constant, within which a plate is unloaded [N]; assumed: twice a plate's noise
@@ -50,16 +51,8 @@ def plate(file: pathlib.Path, name: str, time: np.ndarray, force: np.ndarray, pl
     blank = np.isnan(place).any(axis=1) | ~place.any(axis=1)
     known = np.flatnonzero(~blank & (force != 0.0).any(axis=1))
     if blank.any() and len(known):
-        place = np.where(blank[:, None], place[_nearest(known, len(place))], place)
+        place = np.where(blank[:, None], place[nearest_of(known, len(place))], place)
     return Plate(name, time, force, np.nan_to_num(place))
-
-
-def _nearest(known: np.ndarray, count: int) -> np.ndarray:
-    """Of each of `count` samples, the nearest known one (count,)."""
-    rows = np.arange(count)
-    after = np.clip(np.searchsorted(known, rows), 0, len(known) - 1)
-    before = np.maximum(after - 1, 0)
-    return np.asarray(np.where(rows - known[before] < known[after] - rows, known[before], known[after]))
 
 
 def plates_of(table: OpenSimTable) -> list[Plate]:
@@ -69,20 +62,15 @@ def plates_of(table: OpenSimTable) -> list[Plate]:
         match = _COMPONENT.match(name)
         if match:
             found.setdefault(match["plate"], {})[match["kind"] + match["axis"]] = values
-    zero = np.zeros_like(table.time)
-    return [
-        zeroed(
-            plate(
-                table.file,
-                name,
-                table.time,
-                np.column_stack([parts.get(f"v{axis}", zero) for axis in "xyz"]),
-                np.column_stack([parts.get(f"p{axis}", zero) for axis in "xyz"]),
-            )
-        )
-        for name, parts in found.items()
-        if {"vx", "vy", "px"} <= set(parts)
-    ]
+    whole = {name: parts for name, parts in found.items() if {"vx", "vy", "px"} <= set(parts)}
+    return [plate_of(table.file, name, table.time, parts) for name, parts in whole.items()]
+
+
+def plate_of(file: pathlib.Path, name: str, time: np.ndarray, parts: Mapping[str, np.ndarray]) -> Plate:
+    """A plate of the columns vx … of its force [N] and px … of its place [m]; those that lack are 0."""
+    zero = np.zeros_like(time)
+    force, place = (np.column_stack([parts.get(kind + axis, zero) for axis in "xyz"]) for kind in "vp")
+    return zeroed(plate(file, name, time, force, place))
 
 
 def offset_note(name: str, rest: np.ndarray) -> Notice:
@@ -139,9 +127,8 @@ def _unloaded(time: np.ndarray, load: np.ndarray) -> np.ndarray | None:
     still = stretches(near)
     step = float(time[-1] - time[0]) / (len(time) - 1)
     longest = max(stop - first for first, stop in still) * step
-    largest = (
-        _LARGEST * greatest if greatest >= _STEPPED else _STEPPED
-    )  # somebody who stands still is heavier
+    # somebody who stands still is heavier
+    largest = _LARGEST * greatest if greatest >= _STEPPED else _STEPPED
     if near.mean() < _SHARE or longest < _REST or abs(rest) > largest:
         return None
     # by chance in the band while a foot comes or goes: the long stretches alone

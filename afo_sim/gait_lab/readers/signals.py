@@ -28,22 +28,13 @@ def even_clock(time: np.ndarray, rate: float | None = None) -> tuple[np.ndarray,
     stated = 1.0 / rate if rate and np.isfinite(rate) and rate > 0.0 else None
     if stated is not None and abs(mean / stated - 1.0) > _DISAGREES:
         if _is_rounded_step(steps, stated, grain):
-            doubt = Notice(
-                "clock-step-rounded",
-                "its clock has rounded steps of {step:.4g} s; the stated {rate:g} Hz are taken, which "
-                "makes it {percent:+.1f} % as long",
-                step=mean,
-                rate=rate,
-                percent=100.0 * (stated / mean - 1.0),
-            )
+            text = "its clock has rounded steps of {step:.4g} s; the stated {rate:g} Hz are taken, which "
+            text += "makes it {percent:+.1f} % as long"
+            off = 100.0 * (stated / mean - 1.0)
+            doubt = Notice("clock-step-rounded", text, step=mean, rate=rate, percent=off)
             return time[0] + stated * count, [doubt]
-        doubt = Notice(
-            "clock-rate-differs",
-            "its clock has steps of {rate:.5g} Hz, its header says {stated:g} Hz: the clock is taken",
-            rate=1.0 / mean,
-            stated=rate,
-        )
-        return time, [doubt]
+        text = "its clock has steps of {rate:.5g} Hz, its header says {stated:g} Hz: the clock is taken"
+        return time, [Notice("clock-rate-differs", text, rate=1.0 / mean, stated=rate)]
     if np.ptp(steps) <= _WOBBLE * mean or steps.min() < 0.0:
         return time, []
     repeats = int((steps == 0.0).sum())
@@ -110,6 +101,14 @@ def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> No
     if middle < 0.99 * _SHORTEST_STEP or mean > _UNEVEN * middle:
         seen = f"its time runs in steps of {middle:g} s, {mean:g} s in the mean"
         raise InputError(seen, file=file, field=field, allowed=f"even steps from {_SHORTEST_STEP:g} s")
+
+
+def nearest_of(known: np.ndarray, count: int) -> np.ndarray:
+    """Of each of `count` samples, the nearest known one (count,)."""
+    rows = np.arange(count)
+    after = np.clip(np.searchsorted(known, rows), 0, len(known) - 1)
+    before = np.maximum(after - 1, 0)
+    return np.asarray(np.where(rows - known[before] < known[after] - rows, known[before], known[after]))
 
 
 def stretches(where: np.ndarray) -> list[tuple[int, int]]:

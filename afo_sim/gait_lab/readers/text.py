@@ -66,13 +66,19 @@ def parse_row(cells: list[str]) -> list[float]:
         return [_parse_number(cell) for cell in cells]
 
 
-def rate_of(path: pathlib.Path, field: str, text: str) -> float:
-    """A stated rate [Hz]; InputError if it is none."""
+def parse_rate(text: str) -> float | None:
+    """A stated rate [Hz]; None if it is none."""
     try:
         rate = _parse_number(text)
     except ValueError:
-        rate = math.nan
-    if not 1.0 <= rate <= 1e5:
+        return None
+    return rate if 1.0 <= rate <= 1e5 else None
+
+
+def rate_of(path: pathlib.Path, field: str, text: str) -> float:
+    """A rate that must be stated [Hz]."""
+    rate = parse_rate(text)
+    if rate is None:
         raise InputError("is not a valid rate", file=path, field=field, value=text, allowed="1 to 1e5 Hz")
     return rate
 

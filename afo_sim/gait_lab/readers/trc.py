@@ -14,6 +14,7 @@ from afo_sim.gait_lab.readers.text import (
     cells_of,
     measured,
     miscounts,
+    parse_rate,
     parse_row,
     read_lines,
     require_size,
@@ -121,7 +122,7 @@ def _table(path: pathlib.Path, header: _Header, ended: bool) -> tuple[np.ndarray
 
 
 def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.ndarray, list[Notice]]:
-    rate = _rate(header.stated.get("datarate", ""))
+    rate = parse_rate(header.stated.get("datarate", ""))
     time = np.full(len(table), np.nan)
     if header.lead == 2:
         time = measured(path, ["Time"], table[:, 1:2])[:, 0]
@@ -132,11 +133,3 @@ def _clock(path: pathlib.Path, header: _Header, table: np.ndarray) -> tuple[np.n
         raise InputError("has neither times nor a DataRate", file=path, field="Time", allowed="seconds")
     text = "has no times; they were counted at DataRate {rate:g} Hz"
     return np.arange(len(table)) / rate, [Notice("times-counted", text, rate=rate)]
-
-
-def _rate(text: str) -> float | None:
-    try:
-        rate = float(text.replace(",", "."))
-    except ValueError:
-        return None
-    return rate if 1.0 <= rate <= 1e5 else None

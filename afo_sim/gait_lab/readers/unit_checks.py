@@ -31,6 +31,12 @@ def length_name(text: str) -> str:
     return _NAMES.get(plain, plain)
 
 
+def unit_within(size: float, limits: tuple[float, float]) -> tuple[str, float]:
+    """The only unit of length that puts a size within limits [m], with its metres; "" if there is none."""
+    fits = [(unit, factor) for unit, factor in UNITS.items() if limits[0] <= size * factor <= limits[1]]
+    return fits[0] if len(fits) == 1 else ("", 0.0)
+
+
 def _extent(points: np.ndarray) -> float:
     """The largest extent of a cloud of points along an axis, in a middle frame; NaN if nothing is seen."""
     seen = np.isfinite(points).all(axis=2)
@@ -46,29 +52,20 @@ def _extent(points: np.ndarray) -> float:
 def metres(points: np.ndarray, stated: float | None, unit: str) -> tuple[float | None, list[Notice]]:
     """Metres in the coordinates' unit, and warnings; the stated one unless nobody is of that size."""
     size = _extent(points)
-    fits = [(name, factor) for name, factor in UNITS.items() if _PERSON[0] <= size * factor <= _PERSON[1]]
+    name, factor = unit_within(size, _PERSON)
     if stated is not None:
         lowest = _SMALLEST if points.shape[1] <= _FEW else _BELIEVED[0]
         if not np.isfinite(size) or size == 0.0 or lowest <= size * stated <= _BELIEVED[1]:
             return stated, []
         seen = "its markers span {stated_size:.3g} m if they are in {stated} as stated"
-        if len(fits) != 1:
+        if not name:
             text = f"{seen}: nobody is of that size, nor in another unit"
             return stated, [Notice("length-unit-impossible", text, stated_size=size * stated, stated=unit)]
-        name, factor = fits[0]
         text = f"{seen}; they were read as {{unit}}, which makes {{size:.2f}} m"
-        doubt = Notice(
-            "length-unit-doubted",
-            text,
-            stated=unit,
-            unit=name,
-            stated_size=size * stated,
-            size=size * factor,
-        )
-        return factor, [doubt]
-    if len(fits) != 1:
+        data: dict[str, Any] = {"stated_size": size * stated, "size": size * factor}
+        return factor, [Notice("length-unit-doubted", text, stated=unit, unit=name, **data)]
+    if not name:
         return None, []
-    name, factor = fits[0]
     text = "its unit of length is not stated; read as {unit}, a person of {size:.2f} m"
     return factor, [Notice("length-unit-guessed", text, unit=name, size=size * factor)]
 
@@ -100,12 +97,8 @@ def angle_unit(
     says = table.degrees if stated is None else stated
     if stated is not None:
         if looks is True and not stated:
-            raise InputError(
-                f"the knee reaches {size:.4g}, which cannot be radians",
-                file=table.file,
-                field=name,
-                allowed="`angles=deg`",
-            )
+            problem = f"the knee reaches {size:.4g}, which cannot be radians"
+            raise InputError(problem, file=table.file, field=name, allowed="`angles=deg`")
         if looks is not False or not stated:
             return stated, ()
         text = (
@@ -133,14 +126,8 @@ def angle_unit(
         "(a knee that bends by {bend:.0f} deg); its header {header}"
     )
     bend = float(span if looks else np.degrees(span))
-    data: dict[str, Any] = {
-        "file": table.file.name,
-        "span": span,
-        "unit": word,
-        "bend": bend,
-        "header": header,
-    }
-    return looks, (Notice("angle-unit-read", text, subject=name, **data),)
+    data: dict[str, Any] = {"file": table.file.name, "span": span, "unit": word, "bend": bend}
+    return looks, (Notice("angle-unit-read", text, subject=name, **data, header=header),)
 
 
 def _knee(table: OpenSimTable, names: Sequence[str]) -> tuple[str, float, float]:

@@ -10,6 +10,7 @@ from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.opensim_joint import Pose
 from afo_sim.gait_lab.readers.opensim_model import OpenSimModel
+from afo_sim.gait_lab.readers.signals import nearest_of
 from afo_sim.gait_lab.trial.clusters import fit_rigid
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.model_leg import ModelLeg, find_leg
@@ -204,19 +205,15 @@ def posed_legs(
 ) -> dict[str, LegPoints]:
     """Pose pelvis and legs with the model's joints; where that fails, leave the segments as they are."""
     found = {side: find_leg(model, side) for side in legs}
+    bodies = [leg.bodies for leg in found.values()]
+    root, ends = bodies[0]["pelvis"], [each.get("toes", each["foot"]) for each in bodies]
     try:
-        posed = _posed(model, found, seen)
+        posed = pose_over(skeleton_of(model, root, ends, list(seen)), seen, _start(model, root, seen))
         return {side: _leg(posed, found[side], legs[side]) for side in legs}
     except InputError as error:
         text = "every segment is laid over its own markers, as the whole model cannot be posed: {reason}"
         why = note("model-not-posed", text, reason=str(error))
         return {side: replace(leg, notices=(why, *leg.notices)) for side, leg in legs.items()}
-
-
-def _posed(model: OpenSimModel, legs: Mapping[str, ModelLeg], seen: Mapping[str, np.ndarray]) -> Posed:
-    bodies = [leg.bodies for leg in legs.values()]
-    root, ends = bodies[0]["pelvis"], [leg.get("toes", leg["foot"]) for leg in bodies]
-    return pose_over(skeleton_of(model, root, ends, list(seen)), seen, _start(model, root, seen))
 
 
 def _start(model: OpenSimModel, root: str, seen: Mapping[str, np.ndarray]) -> Pose:
@@ -230,10 +227,7 @@ def _start(model: OpenSimModel, root: str, seen: Mapping[str, np.ndarray]) -> Po
     shown = np.flatnonzero(np.isfinite(fit.rms))
     if not len(shown):
         raise InputError(f"no frame shows three markers of the {root} off a line")
-    frames = np.arange(len(fit.rms))
-    after = np.clip(np.searchsorted(shown, frames), 0, len(shown) - 1)
-    before = np.maximum(after - 1, 0)
-    near = np.where(frames - shown[before] < np.abs(shown[after] - frames), shown[before], shown[after])
+    near = nearest_of(shown, len(fit.rms))
     return Pose(fit.rotation[near], fit.position[near])
 
 
@@ -251,12 +245,8 @@ def _leg(posed: Posed, leg: ModelLeg, laid: LegPoints) -> LegPoints:
             laid.points[role].better,
         )
     pelvis, _ = _shown(posed, leg.bodies["pelvis"], np.zeros(3))
-    return replace(
-        laid,
-        points=points,
-        pelvis=pelvis,
-        notices=(*laid.warnings, *_residuals(posed, leg)),
-    )
+    notices = *laid.warnings, *_residuals(posed, leg)
+    return replace(laid, points=points, pelvis=pelvis, notices=notices)
 
 
 def _shown(posed: Posed, body: str, place: np.ndarray) -> tuple[np.ndarray, float]:
@@ -280,9 +270,8 @@ def _residuals(posed: Posed, leg: ModelLeg) -> tuple[Notice, ...]:
     rms = posed.rms(list(posed.bodies))
     text = "whole model posed over {markers} markers (inverse kinematics): residual {rms_mm:.1f} mm RMS"
     whole = note("model-posed", text, markers=len(posed.skeleton.markers), rms_mm=1e3 * rms)
-    each = note(
-        "model-parts-posed", "residuals of the posed model [mm]: {parts}", subject=leg.side, parts=parts_mm
-    )
+    text = "residuals of the posed model [mm]: {parts}"
+    each = note("model-parts-posed", text, subject=leg.side, parts=parts_mm)
     if not rms > MISFIT:
         return whole, each
     text = "the posed model misses the trial's markers by {rms_mm:.0f} mm RMS: another person's model?"
