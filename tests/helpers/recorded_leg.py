@@ -9,16 +9,17 @@ from afo_sim.gait_lab.trial.leg_motion import LegMotion
 ANGLES = ("shank_angle", "knee_angle", "ankle_angle")
 
 
-def leg(walk: Walk, time: np.ndarray, *, belt: float = 0.0, bare: bool = False) -> LegMotion:
-    """The leg's motion, on a belt of a speed [m/s]; `bare` without heel, toe and pelvis."""
+def leg(walk: Walk, time: np.ndarray, *, belt: float = 0.0) -> LegMotion:
+    """The leg's motion, on a belt of a speed [m/s]."""
     points = {name: path - np.outer(belt * time, [1.0, 0.0]) for name, path in walk.points(time).items()}
-    foot = {} if bare else {"heel": points["heel"], "toe": points["toe"], "pelvis_x": points["pelvis"][:, 0]}
     return LegMotion(
         time=time,
         **{name: walk.angle(name, time) for name in ANGLES},
         ankle_x=points["ankle"][:, 0],
         ankle_z=points["ankle"][:, 1],
-        **foot,
+        heel=points["heel"],
+        toe=points["toe"],
+        pelvis_x=points["pelvis"][:, 0],
     )
 
 
@@ -32,7 +33,7 @@ def plate(
     for contact in contacts:
         kept[(time >= contact.start + late) & (time <= contact.end)] = 1.0
     contacts = [
-        PlateContact("1", c.start + late, c.end, c.whole, own=True)
+        PlateContact("1", c.start + late, c.end, c.whole)
         for c in contacts
         if c.end > seen.time[0] and c.start < seen.time[-1]
     ]

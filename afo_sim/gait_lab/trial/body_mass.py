@@ -13,10 +13,9 @@ from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 
 _DIFFERENCE = 0.1  # between two masses from which on a person is warned
-_BOTH_LEGS = (
-    0.02  # error of the estimate from both legs: speed upward that differs by 0.2 m/s at the ends of a
-)
-# stride of 1.1 s; derived
+# Error of the estimate from both legs: speed upward that differs by 0.2 m/s at the ends of a stride of 1.1 s;
+# derived
+_BOTH_LEGS = 0.02
 _ONE_LEG = 0.05  # error where one leg's share is taken for half; assumed, and more of a hemiparetic walk
 _UNLIKE = 1.25  # ratio of the legs' impulses that are reported, 44 % and 56 % of the weight; assumed
 _QUIET = 0.1  # distance from any contact at which a plate carries nobody [s]
@@ -68,13 +67,9 @@ def find_mass(
         if other is not None and name != how and abs(mass / other - 1.0) > _DIFFERENCE:
             text = "the mass {how}, {mass:.1f} kg, is taken; {subject} it is {other:.1f} kg "
             text += "({percent:+.0f} % off that)"
-            data: dict[str, Any] = {
-                "how": how,
-                "mass": mass,
-                "other": other,
-                "percent": 100.0 * (mass / other - 1.0),
-            }
-            notices.append(Notice("mass-differs", text, subject=name, **data))
+            off = 100.0 * (mass / other - 1.0)
+            told = Notice("mass-differs", text, subject=name, how=how, mass=mass, other=other, percent=off)
+            notices.append(told)
     return BodyMass(mass, how, found, one_leg, tuple(notices))
 
 
@@ -85,10 +80,9 @@ def _estimate(
     offsets = _offsets(grounds)
     shares: dict[str, list[float]] = {}
     for stride in strides:
-        side, loaded = stride.side, stride.loaded
-        if loaded and side in grounds:
-            impulse = _impulse(grounds[side], stride, offsets)
-            shares.setdefault(side, []).append(impulse / (stride.end - stride.start) / GRAVITY)
+        if stride.loaded and stride.side in grounds:
+            impulse = _impulse(grounds[stride.side], stride, offsets)
+            shares.setdefault(stride.side, []).append(impulse / (stride.end - stride.start) / GRAVITY)
     text = "plate {subject} reads {force:+.0f} N when nobody stands on it; the mass is estimated without that"
     notices = [
         Notice("plate-offset-in-mass", text, subject=name, force=offset)
@@ -112,8 +106,8 @@ def _estimate(
     counted = " and ".join(f"{len(each)} {side}" for side, each in shares.items())
     word = "strides" if sum(map(len, shares.values())) > 1 else "stride"
     text = "the plates carry {mass:.1f} kg (±{percent:.0f} %) over {strides}{symmetry}"
-    data: dict[str, Any] = {"strides": f"{counted} {word}", "symmetry": symmetry}
-    return mass, [note("mass-by-plates", text, mass=mass, percent=100.0 * error, **data), *notices]
+    data: dict[str, Any] = {"percent": 100.0 * error, "strides": f"{counted} {word}", "symmetry": symmetry}
+    return mass, [note("mass-by-plates", text, mass=mass, **data), *notices]
 
 
 def _impulse(ground: GroundForce, stride: RecordedStride, offsets: Mapping[str, float]) -> float:

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
+import numpy as np
+
 from afo_sim.common import InputError, parse_quantity, unknown
 from afo_sim.gait import BODY_HEIGHT, SOLE_THICKNESS, Walker
 
@@ -76,12 +78,9 @@ class Choices:
         if self.forward and self.up and self.forward[-1] == self.up[-1]:
             raise InputError("is the same axis as up", field="forward", value=self.forward)
         if self.both and self.walker == "patient":
-            raise InputError(
-                "is the mean of both legs, and a patient's are not alike",
-                field="side",
-                value="both",
-                allowed="each, or right or left, the one that is to wear the device",
-            )
+            problem = "is the mean of both legs, and a patient's are not alike"
+            instead = "each, or right or left, the one that is to wear the device"
+            raise InputError(problem, field="side", value="both", allowed=instead)
         for role in self.markers:
             if role not in ROLES:
                 raise InputError("is not a valid role", field="marker", value=role, allowed=", ".join(ROLES))
@@ -101,58 +100,55 @@ class Choices:
             ("ankle_height", self.ankle_height, 0.02, 0.2),
         ):
             if number is not None and not low <= number <= high:
-                allowed_range = f"{low:g} to {high:g}" if high < math.inf else "0 or more"
-                raise InputError("is out of range", field=name, value=number, allowed=f"{allowed_range} (SI)")
+                span = f"{low:g} to {high:g} (SI)" if high < math.inf else "0 or more (SI)"
+                raise InputError("is out of range", field=name, value=number, allowed=span)
         if 0.0 < self.cutoff < _LOWEST_CUTOFF:
-            allowed_range = f"0 or at least {_LOWEST_CUTOFF:g} (SI)"
-            raise InputError("is out of range", field="cutoff", value=self.cutoff, allowed=allowed_range)
+            span = f"0 or at least {_LOWEST_CUTOFF:g} (SI)"
+            raise InputError("is out of range", field="cutoff", value=self.cutoff, allowed=span)
 
-    @property
-    def letter(self) -> str:
-        """The side's letter, as marker and coordinate names have it."""
-        return self.side[0]
+
+def axis_vector(name: str) -> np.ndarray:
+    """Unit vector of a signed axis such as "-y" (3,)."""
+    vector = np.zeros(3)
+    vector["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
+    return vector
+
+
+def nearest_axis(vector: np.ndarray) -> str:
+    """The signed axis that is nearest to a vector."""
+    k = int(np.argmax(np.abs(vector)))
+    return ("-" if vector[k] < 0.0 else "") + "xyz"[k]
 
 
 def read_options(given: Mapping[str, Any]) -> Choices:
     """Choices from options as a person types them."""
     values: dict[str, Any] = {name: given[name] for name in PLAIN if given.get(name) is not None}
-    for name in _QUANTITIES:
-        text = given.get(name)
-        if text is not None:
-            values[name] = (
-                tuple(_quantity(name, each) for each in text) if name == "hip" else _quantity(name, text)
-            )
+    for name in (name for name in _QUANTITIES if given.get(name) is not None):
+        text = given[name]
+        both = name == "hip"  # forward and up
+        values[name] = tuple(_quantity(name, each) for each in text) if both else _quantity(name, text)
     if values.get("cutoff", 0.0) > _HIGHEST_CUTOFF:
-        usual = "10 Hz, the default; 0 Hz leaves the data alone"
-        raise InputError(
-            f"is above {_HIGHEST_CUTOFF:g} Hz", field="cutoff", value=given["cutoff"], allowed=usual
-        )
+        problem, usual = f"is above {_HIGHEST_CUTOFF:g} Hz", "10 Hz, the default; 0 Hz leaves the data alone"
+        raise InputError(problem, field="cutoff", value=given["cutoff"], allowed=usual)
     if given.get("angles") is not None:
         values["degrees"] = _choice("angles", given["angles"], {"deg": True, "rad": False})
     zero = given.get("ankle_zero", "flat")
     values["keep_zero"] = _choice("ankle_zero", zero, {"flat": False, "file": True})
     values["markers"] = _markers(given.get("marker") or ())
-    values |= _sides(given.get("side")) | _strides(given.get("stride"))
+    side, stride = given.get("side"), given.get("stride")
+    if side not in (None, "both", "each", *SIDES):
+        raise unknown(side, (*SIDES, "both", "each"), field="side")
+    # one mean of the right strides and the left ones, mirrored; or each side alone
+    values |= {side or "either": True} if side in (None, "both", "each") else {"side": side}
+    if stride == "mean":
+        values["mean"] = True
+    elif stride is not None:
+        try:
+            values["stride"] = int(stride)
+        except ValueError:
+            problem = "is not a valid stride"
+            raise InputError(problem, field="stride", value=stride, allowed="1, 2, …, mean") from None
     return Choices(plates=tuple(given.get("plate") or ()), **values)
-
-
-def _sides(text: str | None) -> dict[str, Any]:
-    """The side or either; both (one mean of the right strides and the left ones, mirrored), or each alone."""
-    if text not in (None, "both", "each", *SIDES):
-        raise unknown(text, (*SIDES, "both", "each"), field="side")
-    return {text: True} if text in ("both", "each") else {"either": True} if text is None else {"side": text}
-
-
-def _strides(text: str | None) -> dict[str, Any]:
-    if text is None:
-        return {}
-    if text == "mean":
-        return {"mean": True}
-    try:
-        return {"stride": int(text)}
-    except ValueError:
-        problem = "is not a valid stride"
-        raise InputError(problem, field="stride", value=text, allowed="1, 2, …, mean") from None
 
 
 def _quantity(name: str, text: str) -> float:

@@ -24,12 +24,9 @@ def take_stride(
 ) -> tuple[tuple[int, ...], GaitCycle, list[Notice]]:
     """The strides to take, their cycle, and why earlier ones are not taken."""
     loaded = require_loaded(strides, choices)
-    if choices.mean or choices.both:
-        groups = [loaded]
-    elif choices.stride is not None:
-        groups = [(_numbered(strides, choices),)]
-    else:
-        groups = [(k,) for k in loaded]
+    groups = [loaded] if choices.mean or choices.both else [(k,) for k in loaded]
+    if choices.stride is not None:
+        groups = [(_numbered(strides, choices, choices.stride),)]
     refused: list[InputError] = []
     fair: dict[tuple[int, ...], GaitCycle] = {}
     why: dict[tuple[int, ...], Notice] = {}
@@ -69,9 +66,9 @@ def _means_that_close(
     """Options whose mean contradicts nothing and closes as usual; a patient's legs have no mean."""
     loaded = [k for k, stride in enumerate(strides) if stride.loaded]
     own = [k for k in loaded if strides[k].side == choices.side]
-    asked = {"--stride mean": own} | (
-        {} if choices.walker == "patient" or own == loaded else {"--side both": loaded}
-    )
+    asked = {"--stride mean": own}
+    if choices.walker != "patient" and own != loaded:
+        asked["--side both"] = loaded
     found = []
     for option, group in asked.items():
         with suppress(InputError):
@@ -118,21 +115,18 @@ def require_loaded(strides: Sequence[RecordedStride], choices: Choices) -> tuple
     return found
 
 
-def _numbered(strides: Sequence[RecordedStride], choices: Choices) -> int:
-    """Index of the stride that the person asked for."""
-    own = _own(strides, choices)
-    assert choices.stride is not None
-    if choices.stride > len(own):
-        times = ", ".join(
-            f"{n}: {strides[k].start:.2f} to {strides[k].end:.2f} s" for n, k in enumerate(own, 1)
-        )
-        raise InputError("there is no such stride", field="stride", value=choices.stride, allowed=times)
-    index = own[choices.stride - 1]
-    if not strides[index].loaded:
-        loaded = ", ".join(str(n) for n, k in enumerate(own, 1) if strides[k].loaded)
+def _numbered(strides: Sequence[RecordedStride], choices: Choices, number: int) -> int:
+    """Index of the stride that the person asked for, from 1."""
+    own = dict(enumerate(_own(strides, choices), 1))
+    if number not in own:
+        spans = {n: f"{strides[k].start:.2f} to {strides[k].end:.2f} s" for n, k in own.items()}
+        times = ", ".join(f"{n}: {span}" for n, span in spans.items())
+        raise InputError("there is no such stride", field="stride", value=number, allowed=times)
+    if not strides[own[number]].loaded:
+        loaded = ", ".join(str(n) for n, k in own.items() if strides[k].loaded)
         problem = "no plate carried this stride whole, and without its force no ankle moment is known"
-        raise InputError(problem, field="stride", value=choices.stride, allowed=loaded)
-    return index
+        raise InputError(problem, field="stride", value=number, allowed=loaded)
+    return own[number]
 
 
 def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.ndarray]]:
@@ -140,12 +134,13 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
     if not cycles:
         raise InputError("a mean needs at least one stride", field="cycles")
     first = cycles[0]
-    for cycle in cycles:
-        if len(cycle.phase) != len(first.phase) or not np.allclose(cycle.phase, first.phase):
-            raise InputError("strides of other rows have no mean", field="cycles", value=len(cycle.phase))
+    for phase in (cycle.phase for cycle in cycles):
+        if len(phase) != len(first.phase) or not np.allclose(phase, first.phase):
+            raise InputError("strides of other rows have no mean", field="cycles", value=len(phase))
     loaded = [cycle for cycle in cycles if np.isfinite(cycle.grf_z).all()]
     # without any force they are NaN, but for moments that come from a file of their own
-    values = {n: _rows(cycles, n) for n in KINEMATICS} | {n: _rows(loaded or cycles, n) for n in _KINETICS}
+    of = dict.fromkeys(KINEMATICS, cycles) | dict.fromkeys(_KINETICS, loaded or cycles)
+    values = {name: np.array([getattr(cycle, name) for cycle in each]) for name, each in of.items()}
     values["ankle_x"] = values["ankle_x"] - values["ankle_x"][:, :1]
     means: dict[str, Any] = {name: _mean(rows) for name, rows in values.items()}
     means["cop_x"] = _mean_place(values["cop_x"], values["grf_z"])
@@ -163,11 +158,6 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
         **means,
     )
     return mean, {name: _deviation(rows) for name, rows in values.items()}
-
-
-def _rows(cycles: Sequence[GaitCycle], name: str) -> np.ndarray:
-    """A signal of each stride (strides, n)."""
-    return np.array([getattr(cycle, name) for cycle in cycles])
 
 
 def _mean(rows: np.ndarray) -> np.ndarray:

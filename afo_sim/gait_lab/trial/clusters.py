@@ -89,15 +89,14 @@ class Cluster:
         places = np.vstack([self.places, place])
         return Cluster((*self.names, name), places, np.concatenate([self.paths, path[:, None]], axis=1))
 
-    def carry(self, place: np.ndarray) -> np.ndarray:
-        """A point by its place in the posture (3,) → its path in the walk (n, 3) [m]."""
-        return fit_rigid(self.places, self.paths).place(place)
+    def carry(self, place: np.ndarray) -> tuple[np.ndarray, float]:
+        """A point by its place in the posture (3,) → its path in the walk (n, 3) [m]; the markers' misfit.
 
-    def misfit(self) -> float:
-        """Distance of the walk's markers from the posture's, root of the mean square, in the median [m]."""
-        rms = fit_rigid(self.places, self.paths).rms
-        known = rms[np.isfinite(rms)]
-        return float(np.median(known)) if len(known) else 0.0
+        This is their distance from the posture's, root of the mean square, in the median [m].
+        """
+        fit = fit_rigid(self.places, self.paths)
+        known = fit.rms[np.isfinite(fit.rms)]
+        return fit.place(place), float(np.median(known)) if len(known) else 0.0
 
     def bridge(self, path: np.ndarray) -> tuple[np.ndarray, float]:
         """Fill the gaps of a point's path by its mean place among the markers."""

@@ -20,10 +20,9 @@ _HEEL_FIRST = np.radians(8.0)  # pitch of the foot from which on the heel lands 
 _FLOOR = 0.05  # share of the samples in which a point of the foot is lower than when it stands [-] (assumed)
 _LANDED = 0.01  # height above that from which on the lowest point goes straight down to it [m] (assumed: more
 # than what a filter of 6 Hz rounds off)
-_SWINGING = (
-    1.0  # speed of the heel ahead of the pelvis from which on the foot still swings [m/s] (assumed: it
-)
-# swings by at 3 m/s or more, and lands at about nothing)
+# Speed of the heel ahead of the pelvis from which on the foot still swings [m/s] (assumed: it swings by at
+# 3 m/s or more, and lands at about nothing)
+_SWINGING = 1.0
 _ABOUT = 0.15  # how far from the farthest heel the landing of the lowest point is looked for [s] (assumed)
 
 _POSTURE_SMOOTH = 6.0  # low-pass for comparing postures [Hz]
@@ -61,15 +60,16 @@ class FootEvents:
 
 def find_events(motion: LegMotion) -> FootEvents:
     """Heel strikes and toe-offs of a leg, on the floor or on a treadmill."""
-    heel = motion.ankle_x if motion.heel is None else motion.heel[:, 0]
-    toe = motion.ankle_x if motion.toe is None else motion.toe[:, 0]
-    origin = _hip(motion) if motion.pelvis_x is None else motion.pelvis_x
+    heel, toe = motion.heel[:, 0], motion.toe[:, 0]
+    origin = motion.pelvis_x
+    if (
+        origin is None
+    ):  # the hip, over an adult's segments: when it is farthest hardly depends on their length
+        thigh = motion.shank_angle - motion.knee_angle
+        origin = motion.ankle_x + _SEGMENT * (np.sin(motion.shank_angle) + np.sin(thigh))
     ahead, behind = low_pass(motion.time, np.column_stack([heel - origin, origin - toe]), _SMOOTH).T
     strikes = _farthest(motion.time, ahead)
-    method = "Zeni 2008"
-    if motion.heel is None or motion.pelvis_x is None:
-        points = "ankle" if motion.heel is None else "heel", "hip" if motion.pelvis_x is None else "pelvis"
-        method += f" with the {points[0]} against the {points[1]}"
+    method = "Zeni 2008" + " with the heel against the hip" * (motion.pelvis_x is None)
     swings = np.gradient(ahead, motion.time) > _SWINGING
     landed = [_landing(motion, swings, strike) for strike in strikes]
     if any(time is not None for time in landed):
@@ -80,13 +80,6 @@ def find_events(motion: LegMotion) -> FootEvents:
         method=method,
         reach=float(np.ptp(ahead)),
     )
-
-
-def _hip(motion: LegMotion) -> np.ndarray:
-    """The hip's forward way, over a shank and a thigh of an adult's length; when it is farthest hardly
-    depends on that length."""
-    thigh = motion.shank_angle - motion.knee_angle
-    return np.asarray(motion.ankle_x + _SEGMENT * (np.sin(motion.shank_angle) + np.sin(thigh)))
 
 
 def _farthest(time: np.ndarray, distance: np.ndarray) -> list[float]:
@@ -110,8 +103,6 @@ def _vertex(three: np.ndarray) -> float:
 
 def _landing(motion: LegMotion, swings: np.ndarray, strike: float) -> float | None:
     """When the lowest point of a foot lands that does not land on its heel; None if it does."""
-    if motion.heel is None or motion.toe is None:
-        return None
     heel, toe = (p[:, 1] - np.quantile(p[:, 1], _FLOOR) for p in (motion.heel, motion.toe))
     length = float(np.median(np.linalg.norm(motion.toe - motion.heel, axis=1)))
     rise = float(np.interp(strike, motion.time, toe - heel))
@@ -146,10 +137,9 @@ def posture_return(motion: LegMotion, start: float) -> float | None:
     distance = _distance_to(motion, start)
     later = (motion.time >= start + STRIDE[0]) & (motion.time <= start + STRIDE[1])
     lows = _lows(distance, later)
-    if not len(lows) and later[-1] and distance[-2] > distance[-1] < 0.5 * _STRANGER:
-        return float(motion.time[-1])  # the recording was cut at the heel strike
     if not len(lows):
-        return None
+        cut = later[-1] and distance[-2] > distance[-1] < 0.5 * _STRANGER  # at the heel strike
+        return float(motion.time[-1]) if cut else None
     k = int(lows[np.argmax(distance[lows] < 2.0 * distance[lows].min() + 0.05)])
     return _refined(motion.time, distance, k)
 

@@ -27,12 +27,7 @@ _READ_AS = {".mot": "table", ".sto": "table", ".trc": "trc", ".c3d": "c3d", ".cs
 _OTHERWISE = (
     f"{_SUFFIXES}; exports of Vicon Nexus, Qualisys or D-Flow; else C3D, TRC and MOT, or a CSV with units"
 )
-_WITH_COLUMNS = {
-    "csv": read_csv_trial,
-    "vicon": read_vicon,
-    "qualisys": read_qualisys,
-    "d-flow": read_d_flow,
-}
+_WITH_COLUMNS = {"csv": read_csv_trial, "vicon": read_vicon, "qualisys": read_qualisys, "d-flow": read_d_flow}
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +75,12 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
     problems += more
     plates, unused, more = _plates(contents, standing)
     problems += more
-    models = [content.file for content in contents if content.model]
-    problems += [
-        InputError("is a second model", file=file, allowed="the model of one person") for file in models[1:]
-    ]
+    models, one = [content.file for content in contents if content.model], "the model of one person"
+    problems += [InputError("is a second model", file=file, allowed=one) for file in models[1:]]
     if problems:
         problems[0].others = (*problems[0].others, *problems[1:])
         raise problems[0]
+    told = {c: (*c.notices, *(notice for plate in c.plates for notice in plate.notices)) for c in contents}
     return WalkingTrial(
         files=tuple(files),
         plates=plates,
@@ -97,7 +91,7 @@ def read_trial(files: Sequence[pathlib.Path]) -> WalkingTrial:
         model=models[0] if models else None,
         standing=standing.markers if standing else None,
         stated=next((c.stated for c in contents if c is not standing and c.stated), Stated()),
-        notices=(*_notices(contents), *unused),
+        notices=(*(notice.after(f"{c.file.name}: ") for c, own in told.items() for notice in own), *unused),
     )
 
 
@@ -216,15 +210,6 @@ def _plates(
         else:
             taken += content.plates
     return tuple(taken), unused, problems
-
-
-def _notices(contents: Sequence[_Content]) -> tuple[Notice, ...]:
-    """Those of all files and their plates, each after its file's name."""
-    return tuple(
-        notice.after(f"{content.file.name}: ")
-        for content in contents
-        for notice in (*content.notices, *(notice for plate in content.plates for notice in plate.notices))
-    )
 
 
 def _kind_of(file: pathlib.Path) -> str:

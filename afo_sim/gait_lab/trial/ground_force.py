@@ -33,7 +33,6 @@ class PlateContact:
     start: float  # [s], to a part of a sample
     end: float
     whole: bool  # neither end is the recording's
-    own: bool  # of the leg that is looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +47,6 @@ class GroundForce(Noted):
     plates: dict[str, tuple[np.ndarray, np.ndarray]]  # name: time, upward force as read, for the picture
     foreign: tuple[PlateContact, ...] = ()
     notices: tuple[Notice, ...] = ()
-    side: str = "right"
 
 
 def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[PlateContact]:
@@ -59,7 +57,7 @@ def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[Plate
         start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
         end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])
         if force[first:stop].max() > _SURE and (end - start >= _SHORTEST or not whole):
-            found.append(PlateContact(plate, start, end, whole, own=True))
+            found.append(PlateContact(plate, start, end, whole))
     return found
 
 
@@ -82,7 +80,11 @@ def foot_force(
     choices: Choices,
 ) -> GroundForce:
     """The ground's force on one foot."""
-    chosen = _chosen(plates, choices)
+    names = [plate.name for plate in plates]
+    for name in choices.plates:
+        if name not in names:
+            raise unknown(name, names, field="plate", problem="there is no such plate")
+    chosen = [plate for plate in plates if not choices.plates or plate.name in choices.plates]
     loads = [_plate_load(plate, motion, legs, frame) for plate in chosen]
     contacts = [contact for load in loads for contact, own in load.contacts if own]
     foreign = [contact for load in loads for contact, own in load.contacts if not own]
@@ -106,7 +108,6 @@ def foot_force(
         plates={load.plate.name: (load.plate.time, load.force[:, 1]) for load in loads},
         foreign=tuple(foreign),
         notices=tuple(notices),
-        side=motion.side,
     )
 
 
@@ -145,14 +146,6 @@ def _plate_load(
     moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
     contacts = _assigned(plate, force[:, 1], place[:, 0], motion, legs, frame)
     return _PlateLoad(plate, force, moment, contacts, turned)
-
-
-def _chosen(plates: Sequence[Plate], choices: Choices) -> Sequence[Plate]:
-    names = [plate.name for plate in plates]
-    for name in choices.plates:
-        if name not in names:
-            raise unknown(name, names, field="plate", problem="there is no such plate")
-    return [plate for plate in plates if not choices.plates or plate.name in choices.plates]
 
 
 def _crossing(time: np.ndarray, force: np.ndarray, k: int) -> float:
@@ -239,7 +232,11 @@ def stands_there(
     pressed = _level(place, frame, wide)
     found = {}
     for name, leg in legs.items():
-        ends = [_at(time, leg.time, _level(leg.points[role].path, frame, wide)) for role in ("heel", "toe")]
+        ways = [_level(leg.points[role].path, frame, wide) for role in ("heel", "toe")]
+        # NaN before and after a way and beside its gaps
+        ends = [
+            np.column_stack([np.interp(time, leg.time, c, np.nan, np.nan) for c in way.T]) for way in ways
+        ]
         away = _distance(pressed, *ends)
         if np.isfinite(away).mean() > 0.5:
             found[name] = float(np.nanmean(away))
@@ -258,11 +255,6 @@ def _width(leg: LegPoints, frame: WalkingFrame) -> float:
 def _level(points: np.ndarray, frame: WalkingFrame, wide: bool) -> np.ndarray:
     """(n, 3) in the laboratory → forward and across (n, 2); 0 across where that is not known."""
     return np.column_stack([frame.plane(points)[:, 0], frame.across(points) * wide])
-
-
-def _at(time: np.ndarray, known: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """A way (n, 2) at other times, NaN before and after it and beside its gaps."""
-    return np.column_stack([np.interp(time, known, column, np.nan, np.nan) for column in way.T])
 
 
 def _distance(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -1,15 +1,15 @@
 """Landmarks of both legs over time, and the ways in which they give the points of a leg."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from afo_sim.gait_lab.readers.markers import Markers
 from afo_sim.gait_lab.trial import joint_centres
-from afo_sim.gait_lab.trial.choices import SIDES
+from afo_sim.gait_lab.trial.choices import SIDES, axis_vector, nearest_axis
 from afo_sim.gait_lab.trial.clusters import completed
-from afo_sim.gait_lab.trial.leg_points import LegPoint
+from afo_sim.gait_lab.trial.leg_points import LegPoint, mean_place
 from afo_sim.gait_lab.trial.roles import Roles
 
 _STATIC = "a standing trial with medial markers, or the person's scaled model"
@@ -49,43 +49,27 @@ class Landmarks:
     def ways(self, side: str, role: str) -> list[LegPoint | None]:
         """Ways to a point of a leg, the best first; None where a landmark is missing."""
         if role == "hip":
-            return [
-                self._given(side, "hip"),
-                self._harrington(side),
-                self._hara(side),
-                self._trochanter(side),
-            ]
+            given = self._midpoint(side, "hip", ("hip_centre",))
+            return [given, self._harrington(side), self._hara(side), self._trochanter(side)]
         return [self._midpoint(side, role, group) for group in _WAYS[role]]
 
     def pelvis(self) -> np.ndarray | None:
         """Mean of the pelvis' markers [m] (n, 3); None if it has none."""
-        paths = dict(self.pelvis_markers())
+        marks = [(side, mark) for side in SIDES for mark in _PELVIS if mark in self.paths[side]]
+        paths = {self.names[side][mark]: self.paths[side][mark] for side, mark in marks}  # the sacrum once
         return np.mean(list(paths.values()), axis=0) if paths else None
-
-    def pelvis_markers(self) -> Iterator[tuple[str, np.ndarray]]:
-        """Names and paths of the pelvis' landmarks."""
-        for side in SIDES:
-            for landmark in _PELVIS:
-                if landmark in self.paths[side]:
-                    yield " and ".join(self.names[side][landmark]), self.paths[side][landmark]
 
     def vertical(self) -> np.ndarray | None:
         """The laboratory's axis nearest to the shanks' direction upward, a unit vector (3,)."""
         if self.up is not None:
-            axis = np.eye(3)["xyz".index(self.up[-1])]
-            return -axis if self.up.startswith("-") else axis
+            return axis_vector(self.up)
         shanks = [
             knee.path - ankle.path
             for side in SIDES
             if (knee := first(self.ways(side, "knee"))) and (ankle := self._lowest(side))
         ]
-        known = [shank[np.isfinite(shank).all(axis=1)] for shank in shanks]
-        if not sum(map(len, known)):
-            return None
-        mean = np.concatenate(known).mean(axis=0)
-        axis = np.zeros(3)
-        axis[np.argmax(np.abs(mean))] = np.sign(mean[np.argmax(np.abs(mean))])
-        return axis
+        mean = mean_place(np.concatenate([np.zeros((0, 3)), *shanks]))
+        return axis_vector(nearest_axis(mean)) if np.isfinite(mean).all() else None
 
     def _lowest(self, side: str) -> LegPoint | None:
         """Something at the height of the ankle."""
@@ -131,13 +115,10 @@ class Landmarks:
             way=f"{ahead:.1f} mm forward, {above:.1f} up",
         )
 
-    def _given(self, side: str, role: str) -> LegPoint | None:
-        point = self._plain(side, (f"{role}_centre",))
-        return point and replace(point, way="a centre given in the file")
-
     def _harrington(self, side: str) -> LegPoint | None:
         right, left = (self.paths[each].get("asis") for each in SIDES)
-        back = self._back()
+        spines = [self.paths[each]["psis"] for each in SIDES if "psis" in self.paths[each]]
+        back = np.mean(spines, axis=0) if len(spines) == 2 else self.paths["right"].get("sacrum")
         if right is None or left is None or back is None:
             return None
         frame = joint_centres.pelvis_frame(right, left, back, self._below())
@@ -180,12 +161,6 @@ class Landmarks:
             error=joint_centres.TROCHANTER_ERROR,
             better="markers on the pelvis, or the person's scaled model",
         )
-
-    def _back(self) -> np.ndarray | None:
-        spines = [self.paths[side]["psis"] for side in SIDES if "psis" in self.paths[side]]
-        if len(spines) == 2:
-            return np.asarray(np.mean(spines, axis=0))
-        return self.paths["right"].get("sacrum")
 
     def _below(self) -> np.ndarray:
         """Something of the legs, for the sign of up."""

@@ -23,10 +23,10 @@ class LegMotion:
     ankle_angle: np.ndarray  # dorsiflexion positive, its zero where the line heel–toe lies level [rad]
     ankle_x: np.ndarray  # forward [m]
     ankle_z: np.ndarray  # above the floor [m]
+    heel: np.ndarray  # forward and above the floor [m] (n, 2)
+    toe: np.ndarray  # likewise
     hidden: tuple[tuple[str, float, float], ...] = ()  # what was not seen, from when to when [s]
     side: str = "right"
-    heel: np.ndarray | None = None  # forward and above the floor [m] (n, 2)
-    toe: np.ndarray | None = None  # likewise
     pelvis_x: np.ndarray | None = None  # forward [m]
     marked: tuple[float, ...] = ()  # heel strikes that the laboratory marked [s]
 

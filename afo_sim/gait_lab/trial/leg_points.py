@@ -57,6 +57,12 @@ class LegPoints(Noted):
     notices: tuple[Notice, ...] = ()
 
 
+def mean_place(path: np.ndarray) -> np.ndarray:
+    """Mean of the seen part of a path (n, 3); NaN if nothing is seen."""
+    seen = path[np.isfinite(path).all(axis=1)]
+    return np.asarray(seen.mean(axis=0)) if len(seen) else np.full(3, np.nan)
+
+
 def leg_length(points: LegPoints) -> float:
     """Hip to knee to ankle, the trial's median [m]; NaN if they are never seen together."""
     paths = {role: points.points[role].path for role in ("hip", "knee", "ankle")}

@@ -12,7 +12,7 @@ from afo_sim.gait_lab.readers.signals import stretches
 from afo_sim.gait_lab.trial.choices import ROLES, SIDES, Choices
 from afo_sim.gait_lab.trial.clusters import FEWEST, Cluster, Clusters, find_clusters
 from afo_sim.gait_lab.trial.landmarks import NEEDED, Landmarks, find_landmarks, first
-from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
+from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints, mean_place
 from afo_sim.gait_lab.trial.roles import Roles, find_roles, mapped_roles, missing_roles, named_points
 
 _QUIET = 0.05  # speed below which a marker stands still; sway is slower by half (assumed) [m/s]
@@ -57,7 +57,8 @@ def legs_from_markers(
         missing = [role for role in ROLES if role not in carried.points]
         if missing and side == choices.side:
             needed = {role: NEEDED[role] for role in missing}
-            raise missing_roles(markers, side, needed, _known(roles), choices.map)
+            known = {name for names in roles.sides.values() for group in names.values() for name in group}
+            raise missing_roles(markers, side, needed, known, choices.map)
         if missing:
             text = "the {subject} leg is left out: no marker of its {roles} is known"
             left_out.append(note("leg-left-out", text, subject=side, roles=", ".join(missing)))
@@ -74,10 +75,6 @@ def _roles(markers: Markers, choices: Choices, other: Markers | None) -> Roles:
     if choices.map is None:
         return find_roles(markers)
     return mapped_roles(choices.map, markers, other.positions if other else ())
-
-
-def _known(roles: Roles) -> set[str]:
-    return {name for side in roles.sides.values() for names in side.values() for name in names}
 
 
 def _ways(
@@ -152,19 +149,14 @@ def _leg(
     if still and vertical is not None:
         heel, toe, ankle = (_place(still, side, role, chosen) for role in ("heel", "toe", "ankle"))
         if heel is not None and toe is not None:
-            sole = _sole_pitch(heel, toe, vertical)
+            rise = float((toe - heel) @ vertical)
+            sole = float(np.arctan2(rise, np.linalg.norm(toe - heel - rise * vertical)))
             text = "standing, the line from heel to toe is pitched {pitch:+.1f} deg, toe up positive"
             notices += (note("sole-pitch", text, subject=side, pitch=float(np.degrees(sole))),)
-        height = _flat_ankle_height(ankle, vertical) if ankle is not None else None
-    return LegPoints(
-        side,
-        markers.time,
-        chosen.points,
-        landmarks.pelvis(),
-        sole=sole,
-        ankle_height=height,
-        notices=notices,
-    )
+        if ankle is not None and _HEIGHTS[0] <= ankle @ vertical <= _HEIGHTS[1]:
+            height = float(ankle @ vertical)
+    flat = {"sole": sole, "ankle_height": height}
+    return LegPoints(side, markers.time, chosen.points, landmarks.pelvis(), **flat, notices=notices)
 
 
 def _place(still: Landmarks, side: str, role: str, chosen: _Chosen) -> np.ndarray | None:
@@ -193,42 +185,22 @@ def standing_posture(markers: Markers) -> Markers:
         return quiet_posture(markers, slice(0, len(time)))
     found = quiet_part(markers)
     if found is None:
-        slowest = _slowest(_speeds(markers, None))
-        raise InputError(
-            f"nobody stands still for {_LONG:g} s in it; at best the markers move at {slowest:.2f} m/s",
-            file=markers.file,
-            field="static",
-            allowed="a trial of a person who stands",
-        )
+        speeds = _speeds(markers, None)
+        speeds = speeds[np.isfinite(speeds).any(axis=1)]
+        slowest = float(np.min(np.nanmean(speeds, axis=1), initial=np.inf))
+        problem = f"nobody stands still for {_LONG:g} s in it; at best the markers move at {slowest:.2f} m/s"
+        allowed = "a trial of a person who stands"
+        raise InputError(problem, file=markers.file, field="static", allowed=allowed)
     return quiet_posture(markers, found)
 
 
 def quiet_posture(markers: Markers, quiet: slice) -> Markers:
     """The mean posture of some frames, as markers of one frame."""
-    positions = {name: _mean_place(path[quiet])[None] for name, path in markers.positions.items()}
+    positions = {name: mean_place(path[quiet])[None] for name, path in markers.positions.items()}
     start, end = markers.time[quiet][[0, -1]]
     text = "standing from {start:.2f} to {end:.2f} s of {file}"
     found = note("standing-posture", text, start=float(start), end=float(end), file=markers.file.name)
     return Markers(markers.file, markers.time[quiet][:1], positions, (found,))
-
-
-def _mean_place(path: np.ndarray) -> np.ndarray:
-    """Mean of the seen part of a path (n, 3); NaN if nothing is seen."""
-    seen = path[np.isfinite(path).all(axis=1)]
-    return np.asarray(seen.mean(axis=0)) if len(seen) else np.full(3, np.nan)
-
-
-def _sole_pitch(heel: np.ndarray, toe: np.ndarray, vertical: np.ndarray) -> float:
-    """Pitch of the line from heel to toe where the foot stands flat, toe up positive [rad]."""
-    foot = toe - heel
-    rise = float(foot @ vertical)
-    return float(np.arctan2(rise, np.linalg.norm(foot - rise * vertical)))
-
-
-def _flat_ankle_height(ankle: np.ndarray, vertical: np.ndarray) -> float | None:
-    """The ankle centre's height above the laboratory's zero; None if that is no ankle's height [m]."""
-    height = float(ankle @ vertical)
-    return height if _HEIGHTS[0] <= height <= _HEIGHTS[1] else None
 
 
 def _speeds(markers: Markers, names: Collection[str] | None) -> np.ndarray:
@@ -242,12 +214,6 @@ def _speeds(markers: Markers, names: Collection[str] | None) -> np.ndarray:
     way = np.linalg.norm(paths[2 * step :] - paths[: -2 * step], axis=2)
     inner = way / (time[2 * step :] - time[: -2 * step])[:, None]
     return np.pad(inner, ((step, step), (0, 0)), mode="edge")
-
-
-def _slowest(speeds: np.ndarray) -> float:
-    seen = np.isfinite(speeds)
-    mean = np.where(seen, speeds, 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
-    return float(np.min(mean[seen.any(axis=1)], initial=np.inf))
 
 
 def _choose(ways: Mapping[str, list[LegPoint | None]], side: str, clusters: Clusters) -> _Chosen:
@@ -286,10 +252,10 @@ def _carry_centres(chosen: _Chosen, side: str, still: Landmarks, clusters: Clust
             if cluster is None:
                 notices.append(_not_carried(role, side, clusters))
             else:
-                carried = cluster.carry(way.path[0])
+                carried, off = cluster.carry(way.path[0])
                 points[role] = replace(way, path=carried, carriers=tuple(cluster.names), bridged=None)
                 ranks[role] = rank
-                notices += _misfit(cluster)
+                notices += _misfit(cluster, off)
         same = ways[ranks[role]] if 0 <= ranks.get(role, -1) < len(ways) else None
         upper = (role, same.path[0]) if same and _seen(same) else None
     return replace(chosen, points=points, ranks=ranks, notices=tuple(notices))
@@ -323,9 +289,8 @@ def _not_carried(role: str, side: str, clusters: Clusters) -> Notice:
     return note("standing-centre-unused", text, subject=f"{side} {role}", **data)
 
 
-def _misfit(cluster: Cluster) -> list[Notice]:
+def _misfit(cluster: Cluster, off: float) -> list[Notice]:
     """A warning where the markers of a segment lie otherwise than they did in standing."""
-    off = cluster.misfit()
     if off <= _MISFIT:
         return []
     text = "{subject} lie {off_mm:.0f} mm off where they were in standing: the same person, the same markers?"

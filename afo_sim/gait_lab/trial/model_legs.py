@@ -100,11 +100,7 @@ def _placed_leg(model: OpenSimModel, leg: ModelLeg, table: OpenSimTable, degrees
         sole=leg.foot.pitch,
         ankle_height=leg.foot.ankle_height,
         outline=leg.foot.outline,
-        notices=(
-            *_placing(leg, coordinates, values),
-            *_still(table, parts[0], values),
-            *_beyond(coordinates, values),
-        ),
+        notices=(*_placing(leg, table, parts, values), *_beyond(coordinates, values)),
     )
 
 
@@ -113,33 +109,25 @@ def _require_angles(table: OpenSimTable, leg: ModelLeg) -> None:
         names = [c.name for c in joint.coordinates]
         if not any(name in table.columns for name in names):
             problem = f"has no column for the {leg.side} {joint.name} of the model"
-            allowed = " or ".join(names)
-            raise InputError(
-                problem, file=table.file, allowed=allowed, nearest=nearest_name(names[0], table.columns)
-            )
+            nearest = nearest_name(names[0], table.columns)
+            raise InputError(problem, file=table.file, allowed=" or ".join(names), nearest=nearest)
 
 
 def _placing(
-    leg: ModelLeg, coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]
-) -> tuple[Notice, ...]:
-    still = [c.name for c in coordinates if c.name not in values]
+    leg: ModelLeg, table: OpenSimTable, parts: Sequence[list[Coordinate]], values: Mapping[str, np.ndarray]
+) -> list[Notice]:
+    """What places the leg, and what has no column; a pelvis, the first of its parts, stands still there."""
+    still = [c.name for part in parts for c in part if c.name not in values]
     text = "{subject} leg placed by the model's joints; the toes stay straight on the foot"
-    notes = [note("placed-by-model", text, subject=leg.side)]
+    found = [note("placed-by-model", text, subject=leg.side)]
     if still:
         text = "without a column, and so at the model's default: {coordinates}"
-        notes.append(note("default-coordinates", text, coordinates=", ".join(still)))
-    return tuple(notes)
-
-
-def _still(
-    table: OpenSimTable, coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]
-) -> tuple[Notice, ...]:
-    """A pelvis that has no columns of its own stands still."""
-    lost = [c.name for c in coordinates if c.name not in values]
-    if not lost:
-        return ()
-    text = "{file} has no {coordinates}: the pelvis stands still in these"
-    return (Notice("pelvis-still", text, file=table.file.name, coordinates=", ".join(lost)),)
+        found.append(note("default-coordinates", text, coordinates=", ".join(still)))
+    pelvis = [c.name for c in parts[0] if c.name in still]
+    if pelvis:
+        text = "{file} has no {coordinates}: the pelvis stands still in these"
+        found.append(Notice("pelvis-still", text, file=table.file.name, coordinates=", ".join(pelvis)))
+    return found
 
 
 def _beyond(coordinates: Sequence[Coordinate], values: Mapping[str, np.ndarray]) -> tuple[Notice, ...]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +16,8 @@ from afo_sim.gait_lab.trial.model_leg import ModelLeg, foot_markers, knee_on_thi
 
 MISFIT = 0.020  # residual above which the model's marker places do not fit the trial [m] (assumed)
 
-UNSEEN = (
-    0.010  # error of a joint centre that no residual shows: scaling, skin that moves as one [m] (assumed)
-)
+# Error of a joint centre that no residual shows: scaling, skin that moves as one [m] (assumed)
+UNSEEN = 0.010
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,15 +75,8 @@ class Segment:
             "the model's {subject} misses the trial's markers by {rms_mm:.0f} mm RMS, most of all "
             "{worst} by {worst_mm:.0f} mm: another person's model, or a marker moved or swapped?"
         )
-        doubt = Notice(
-            "segment-misfit",
-            text,
-            subject=self.name,
-            rms_mm=rms_mm,
-            worst=worst,
-            worst_mm=1e3 * off[worst],
-        )
-        return laid, doubt
+        data: dict[str, Any] = {"rms_mm": rms_mm, "worst": worst, "worst_mm": 1e3 * off[worst]}
+        return laid, Notice("segment-misfit", text, subject=self.name, **data)
 
 
 def _lay(

@@ -1,6 +1,6 @@
 """Plausibility of a stride that was cut from a trial: markers, clocks and curves that are odd."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,9 +33,7 @@ _ADULT_SHANK = 0.4  # knee to ankle; a shorter one makes the lower limit lower i
 _PEAK = (0.6, 2.2)  # plantarflexor moment of weak push-off, and of runners [N·m/kg]; assumed
 _MARGIN = 0.03  # of the centre of pressure beyond the sole's outline; assumed [m]
 _TOES = 0.12  # beyond the metatarsal heads: 38 % of a foot of 24 cm lie ahead of the fifth; derived [m]
-_ONE_POINT = (
-    0.02  # distance of ankle and heel below which they are one; an adult's is 7 to 10 cm; assumed [m]
-)
+_ONE_POINT = 0.02  # of ankle and heel, below which they are one; an adult's is 7 to 10 cm; assumed [m]
 _WHOLE_FOOT = 0.25  # heel to toe of an adult; what is shorter ends at the metatarsal heads; assumed [m]
 _TRAVEL = 0.01  # least way of the centre of pressure in a stance; a toe walker's is some cm; assumed [m]
 _NO_MOMENT = 0.05  # plantarflexor peak that no stance is without; assumed [N·m/kg]
@@ -63,7 +61,7 @@ _NEAR = 0.25  # that two events can be apart and still be the same [s] (assumed)
 
 def doubts(
     cycle: GaitCycle,
-    points: LegPoints | None,
+    points: LegPoints,
     motion: LegMotion,
     ground: GroundForce | None,
     zero: float,
@@ -73,15 +71,19 @@ def doubts(
     compensated = signs(cycle, cycle.body_height or _ADULT) if cycle.walker == "patient" else ()
     found = [*walker_doubts(cycle), *compensated, *closing_doubts(cycle), *_zero(zero), *_flat(cycle)]
     found += [*_ankle_height(cycle, points), *_knee(cycle)]
-    outline = _outline(points, motion)
-    found += [] if outline is None else _pressure(cycle, *outline)
+    found += _pressure(cycle, *_outline(points, motion))
     found += [*_forward_force(cycle), *_moment_peak(cycle)]
     _require_ankle(cycle, points)
     if reference is not None:
         found += _against_reference(cycle, reference)
-    found += _clocks(points, motion, ground)
-    if points is not None:
-        found += _lengths(points) + _proportion(points) + _leaps(points)
+    found += _steps_of_time("the motion", points.time, _MOTION_RATE)
+    for name, (time, _) in ({} if ground is None else ground.plates).items():
+        found += _steps_of_time(f"plate {name}", time, _FORCE_RATE)
+    lengths = {
+        name: np.linalg.norm(points.points[upper].path - points.points[lower].path, axis=1)
+        for name, (upper, lower) in _SEGMENTS.items()
+    }
+    found += _lengths(points, lengths) + _proportion(points, lengths) + _leaps(points)
     return tuple(found)
 
 
@@ -138,9 +140,9 @@ def _flat(cycle: GaitCycle) -> list[Notice]:
     return [Notice("foot-never-flat", text, **data)]
 
 
-def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[Notice]:
+def _ankle_height(cycle: GaitCycle, points: LegPoints) -> list[Notice]:
     low, high = _ANKLE_HEIGHT[0] * _shank(points) / _ADULT_SHANK, _ANKLE_HEIGHT[1]
-    stated = None if points is None else points.ankle_height  # of a model or a standing trial
+    stated = points.ankle_height  # of a model or a standing trial
     if stated is not None:
         low, high = stated - HEIGHT_ERROR, stated + HEIGHT_ERROR
     height = float(cycle.ankle_z[cycle.foot_flat()].min())  # a heel that leaves early raises the mean
@@ -154,17 +156,16 @@ def _ankle_height(cycle: GaitCycle, points: LegPoints | None) -> list[Notice]:
     return [Notice("ankle-height", text, **data)]
 
 
-def _require_ankle(cycle: GaitCycle, points: LegPoints | None) -> None:
+def _require_ankle(cycle: GaitCycle, points: LegPoints) -> None:
     """Refuse an ankle that is the heel, or that is both too low and has too great a moment."""
-    if points is not None:
-        way = points.points["ankle"].path - points.points["heel"].path
-        seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
-        if len(seen) and np.median(seen) < _ONE_POINT:
-            raise InputError(
-                f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: is one marker taken for both?",
-                field="marker.ankle",
-                allowed=f"an ankle {1e3 * _ONE_POINT:.0f} mm or more from the heel's marker",
-            )
+    way = points.points["ankle"].path - points.points["heel"].path
+    seen = np.linalg.norm(way[np.all(np.isfinite(way), axis=1)], axis=1)
+    if len(seen) and np.median(seen) < _ONE_POINT:
+        raise InputError(
+            f"the ankle lies {1e3 * np.median(seen):.0f} mm from the heel: is one marker taken for both?",
+            field="marker.ankle",
+            allowed=f"an ankle {1e3 * _ONE_POINT:.0f} mm or more from the heel's marker",
+        )
     low = _ANKLE_HEIGHT[0] * _shank(points) / _ADULT_SHANK
     height = float(cycle.ankle_z[cycle.foot_flat()].min())
     peak = float(np.nan_to_num(-cycle.ankle_moment).max())
@@ -177,10 +178,8 @@ def _require_ankle(cycle: GaitCycle, points: LegPoints | None) -> None:
         )
 
 
-def _shank(points: LegPoints | None) -> float:
+def _shank(points: LegPoints) -> float:
     """Length of the shank, an adult's at most [m]."""
-    if points is None:
-        return _ADULT_SHANK
     line = points.points["knee"].path - points.points["ankle"].path
     seen = line[np.all(np.isfinite(line), axis=1)]
     return min(_ADULT_SHANK, float(np.median(np.linalg.norm(seen, axis=1)))) if len(seen) else _ADULT_SHANK
@@ -188,26 +187,21 @@ def _shank(points: LegPoints | None) -> float:
 
 def _knee(cycle: GaitCycle) -> list[Notice]:
     knee = np.degrees(cycle.knee_angle)
-    text, most = "the knee bends backward by up to {most:.0f} deg", -float(knee.min())
-    if np.median(knee) < 0.0:
-        text += ", and for most of the stride: its sign, or the knee's place?"
-        return [Notice("knee-backward", text, most=most)]
-    return (
-        [Notice("knee-backward", text + ": the knee's place?", most=most)] if most > _HYPEREXTENSION else []
-    )
+    most, mostly = -float(knee.min()), np.median(knee) < 0.0
+    doubt = ", and for most of the stride: its sign, or the knee's place" if mostly else ": the knee's place"
+    text = f"the knee bends backward by up to {{most:.0f}} deg{doubt}?"
+    return [Notice("knee-backward", text, most=most)] if mostly or most > _HYPEREXTENSION else []
 
 
-def _outline(points: LegPoints | None, motion: LegMotion) -> tuple[float, float] | None:
+def _outline(points: LegPoints, motion: LegMotion) -> tuple[float, float]:
     """Where the centre of pressure can be ahead of the ankle with the foot flat: last and first [m]."""
-    heel, toe = motion.heel, motion.toe
-    if points is not None and {"heel", "toe"} <= set(points.outline):
+    if {"heel", "toe"} <= set(points.outline):
         behind, ahead = points.outline["heel"], points.outline["toe"]
-    elif heel is not None and toe is not None:
+    else:
+        heel, toe = motion.heel, motion.toe
         raised = np.maximum(heel[:, 1] - heel[:, 1].min(), toe[:, 1] - toe[:, 1].min())
         flat = raised <= np.quantile(raised, 0.25)
         behind, ahead = (float(np.median((end[:, 0] - motion.ankle_x)[flat])) for end in (heel, toe))
-    else:
-        return None
     whole = _WHOLE_FOOT * _shank(points) / _ADULT_SHANK
     return behind - _MARGIN, ahead + (_MARGIN if ahead - behind >= whole else _TOES)
 
@@ -298,34 +292,26 @@ def _against_reference(cycle: GaitCycle, reference: np.ndarray) -> list[Notice]:
     return [Notice("moment-off-reference", text, **data)]
 
 
-def _clocks(points: LegPoints | None, motion: LegMotion, ground: GroundForce | None) -> list[Notice]:
-    found = _steps_of_time("the motion", motion.time if points is None else points.time, _MOTION_RATE)
-    for name, (time, _) in ({} if ground is None else ground.plates).items():
-        found += _steps_of_time(f"plate {name}", time, _FORCE_RATE)
-    return found
-
-
-def _proportion(points: LegPoints) -> list[Notice]:
+def _proportion(points: LegPoints, lengths: Mapping[str, np.ndarray]) -> list[Notice]:
     """A sentence where thigh and shank cannot be one person's: a hip or knee at another place."""
-    means = {}
-    for name, (upper, lower) in _SEGMENTS.items():
-        length = np.linalg.norm(points.points[upper].path - points.points[lower].path, axis=1)
-        means[name] = float(np.nanmedian(length)) if np.isfinite(length).any() else np.nan
-    ratio = means["thigh"] / means["shank"]
-    if not np.isfinite(ratio) or _THIGH_TO_SHANK[0] <= ratio <= _THIGH_TO_SHANK[1]:
+    thigh, shank = (lengths[name][np.isfinite(lengths[name])] for name in ("thigh", "shank"))
+    if not len(thigh) or not len(shank):
+        return []
+    means = float(np.median(thigh)), float(np.median(shank))
+    if _THIGH_TO_SHANK[0] <= means[0] / means[1] <= _THIGH_TO_SHANK[1]:
         return []
     text = (
         "the {subject} thigh is {thigh_cm:.0f} cm long and the shank "
         "{shank_cm:.0f} cm: is the hip's or the knee's marker at another place?"
     )
-    lengths: dict[str, Any] = {f"{name}_cm": 100.0 * means[name] for name in ("thigh", "shank")}
-    return [Notice("leg-proportion", text, subject=points.side, **lengths)]
+    thigh_cm, shank_cm = (100.0 * mean for mean in means)
+    return [Notice("leg-proportion", text, subject=points.side, thigh_cm=thigh_cm, shank_cm=shank_cm)]
 
 
-def _lengths(points: LegPoints) -> list[Notice]:
+def _lengths(points: LegPoints, lengths: Mapping[str, np.ndarray]) -> list[Notice]:
     found = []
     for name, (upper, lower) in _SEGMENTS.items():
-        length = np.linalg.norm(points.points[upper].path - points.points[lower].path, axis=1)
+        length = lengths[name]
         known = np.isfinite(length)
         if known.sum() < 3:
             continue
@@ -335,9 +321,8 @@ def _lengths(points: LegPoints) -> list[Notice]:
             continue
         k, bad = int(np.argmax(np.abs(change))), np.abs(change) > _CHANGE
         first, last = points.time[bad][[0, -1]]
-        when = (
-            f"at {first:.2f} s" if bad.sum() == 1 else f"in {bad.sum()} frames of {first:.2f} to {last:.2f} s"
-        )
+        span = f"in {bad.sum()} frames of {first:.2f} to {last:.2f} s"
+        when = f"at {first:.2f} s" if bad.sum() == 1 else span
         text = (
             "the {subject}, {upper} to {lower}, changes its length of {length_cm:.1f} cm by "
             "{percent:+.0f} %, {when}: exchanged or sliding markers?"
@@ -394,10 +379,8 @@ def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[N
     """A warning if the plates show heel strikes and toe-offs later or earlier than the motion does."""
     events = find_events(motion)
     loaded = [stride for stride in strides if stride.loaded and stride.closed is None]
-    late = [_after(stride.start, events.strikes) for stride in loaded if stride.start_by == FORCE]
-    left = [_after(stride.toe_off, events.toe_offs) for stride in loaded]
-    strikes = [time - _EARLY for time in late if time is not None]
-    offs = [time for time in left if time is not None]
+    late = _after([stride.start for stride in loaded if stride.start_by == FORCE], events.strikes)
+    strikes, offs = [time - _EARLY for time in late], _after([s.toe_off for s in loaded], events.toe_offs)
     if not strikes or not offs:
         return []
     shift = 0.5 * float(np.median(strikes) + np.median(offs))
@@ -411,10 +394,7 @@ def clock_doubts(motion: LegMotion, strides: Sequence[RecordedStride]) -> list[N
     return [Notice("clocks-apart", text, apart_ms=1e3 * abs(shift), order=order)]
 
 
-def _after(time: float, events: Sequence[float]) -> float | None:
-    """How long after the nearest of some events something happened [s]; None if none is near."""
-    if not events:
-        return None
-    apart = time - np.asarray(events)
-    nearest = float(apart[np.argmin(np.abs(apart))])
-    return nearest if abs(nearest) < _NEAR else None
+def _after(times: Sequence[float], events: Sequence[float]) -> list[float]:
+    """How long after the nearest of some events something happened [s], where one is near."""
+    nearest = [min((time - event for event in events), key=abs, default=np.inf) for time in times]
+    return [apart for apart in nearest if abs(apart) < _NEAR]

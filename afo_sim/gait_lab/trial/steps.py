@@ -59,9 +59,8 @@ def find_steps(
             found = find_strides(motions[side], grounds.get(side), other)
             straight = [stride for stride in found if _straight(stride, frame)]
             if not straight:
-                raise InputError(
-                    "no whole stride lies in the walk's straight part: " + "; ".join(frame.warnings)
-                )
+                turns = "; ".join(frame.warnings)
+                raise InputError(f"no whole stride lies in the walk's straight part: {turns}")
             strides += [_over_ground(stride, frame.belt_speed) for stride in straight]
         except InputError as error:
             if side == choices.side or choices.both:

@@ -97,14 +97,15 @@ def _known(motion: LegMotion, ground: GroundForce | None) -> tuple[_Leg, list[st
     """The leg, and why contacts are no steps of it."""
     events = find_events(motion)
     contacts = steps(ground)
-    steppable = tuple(contact for contact in contacts if not _refused(contact))
+    steppable = tuple(contact for contact in contacts if contact.end - contact.start <= STRIDE[1])
     beside = {}
     for contact in steppable:
         if ground and begins(contact, ground) and _inside(motion, contact.start):
             reason = _beside_heel_strike(contact.start, motion, events)
             if reason:
                 beside[contact] = f"{place(contact)}: {reason}"
-    why = [f"{place(contact)}: {_refused(contact)}" for contact in contacts if _refused(contact)]
+    reason = "too long for a step; both feet on one plate, or wrong axes?"
+    why = [f"{place(contact)}: {reason}" for contact in contacts if contact not in steppable]
     return _Leg(motion, events, ground, steppable, beside), [*why, *beside.values()]
 
 
@@ -195,25 +196,27 @@ def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
 
 def _left_early(leg: _Leg, contact: PlateContact, off: float | None, end: float) -> str:
     """Why a contact that begins with a stride does not hold its whole stance; empty if it does."""
-    if leg.ground and not ends(contact, leg.ground):
-        return "the ground force is missing in part (the plate's recording ends before the toe-off)"
     early = 0.0 if off is None else off - contact.end
-    if contact.end > end or abs(early) > _SAME * (end - contact.start):
+    if leg.ground and not ends(contact, leg.ground):
+        seen = "the plate's recording ends before the toe-off"
+    elif contact.end > end or abs(early) > _SAME * (end - contact.start):
         seen = f"the foot leaves the plate {abs(early):.2f} s from its toe-off"
-        return f"the ground force is missing in part ({seen})"
-    return ""
+    else:
+        return ""
+    return f"the ground force is missing in part ({seen})"
 
 
 def _incomplete(contact: PlateContact, leg: _Leg) -> str:
     """Why a contact that is a step begins no stride."""
-    known = leg.motion.time[0], leg.motion.time[-1]
+    first, last = leg.motion.time[0], leg.motion.time[-1]
+    why = "the motion ends before the next heel strike"
     if leg.ground and not begins(contact, leg.ground):
-        return f"{place(contact)}: its beginning is not on the recording"
-    if leg.ground and not ends(contact, leg.ground):
-        return f"{place(contact)}: its end is not on the recording"
-    if not known[0] <= contact.start <= known[1]:
-        return f"{place(contact)}: the motion is known from {known[0]:.2f} to {known[1]:.2f} s"
-    return f"{place(contact)}: the motion ends before the next heel strike"
+        why = "its beginning is not on the recording"
+    elif leg.ground and not ends(contact, leg.ground):
+        why = "its end is not on the recording"
+    elif not first <= contact.start <= last:
+        why = f"the motion is known from {first:.2f} to {last:.2f} s"
+    return f"{place(contact)}: {why}"
 
 
 def steps(ground: GroundForce | None) -> list[PlateContact]:
@@ -223,7 +226,7 @@ def steps(ground: GroundForce | None) -> list[PlateContact]:
         if merged and contact.start < merged[-1].end:
             last = merged.pop()
             whole = last.whole and contact.whole
-            merged.append(PlateContact(last.plate, last.start, max(last.end, contact.end), whole, own=True))
+            merged.append(PlateContact(last.plate, last.start, max(last.end, contact.end), whole))
         else:
             merged.append(contact)
     return merged
@@ -232,13 +235,6 @@ def steps(ground: GroundForce | None) -> list[PlateContact]:
 def place(contact: PlateContact) -> str:
     """The contact in words."""
     return f"contact {contact.start:.2f} to {contact.end:.2f} s"
-
-
-def _refused(contact: PlateContact) -> str:
-    """Why a contact is no step, in words; empty if it is one."""
-    if contact.end - contact.start > STRIDE[1]:
-        return "too long for a step; both feet on one plate, or wrong axes?"
-    return ""
 
 
 def begins(contact: PlateContact, ground: GroundForce) -> bool:
@@ -269,8 +265,6 @@ def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> 
 
 def _sunk(motion: LegMotion, strike: float, start: float, time: float) -> float:
     """Share of the toe's fall after a heel strike that is over at `start` [-]; 0 if the foot lands flat."""
-    if motion.toe is None:
-        return 0.0
     height = motion.toe[:, 1]
     soon = (motion.time >= strike) & (motion.time <= strike + 0.3 * time)
     if not soon.any():
@@ -299,7 +293,7 @@ def _closed_stride(
     """Close the longest part of the motion that was seen to a stride, or say why not."""
     seen = _longest_seen(motion)
     length = float(seen.time[-1] - seen.time[0])
-    around = [*contacts, *(_steps_without_motion(ground, contacts) if ground else ())]
+    around = [*contacts, *_steps_without_motion(ground, contacts)] if ground else []
     starts = sorted(c.start for c in around if ground and begins(c, ground))
     period, how = period_by_force(starts, seen), FORCE
     if period is None:

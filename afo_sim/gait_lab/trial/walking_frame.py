@@ -10,16 +10,14 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.gait_lab.noted import Noted, note
 from afo_sim.gait_lab.readers.signals import low_pass, stretches
-from afo_sim.gait_lab.trial.choices import AXES, Choices
-from afo_sim.gait_lab.trial.leg_points import LegPoints, unit_doubt
+from afo_sim.gait_lab.trial.choices import AXES, Choices, axis_vector, nearest_axis
+from afo_sim.gait_lab.trial.leg_points import LegPoints, mean_place, unit_doubt
 from afo_sim.gait_lab.trial.travel import SMOOTH, Heading, body_path, heading, seen, stride_period
 
 _UPRIGHT = 30.0  # largest mean lean of the line from ankle to hip from up; assumed [deg]
 _CROUCHED = 60.0  # likewise of shank and thigh, which lean in a crouched walk; assumed [deg]
 _STANDING = 0.1  # speed that is no walking; slow patients walk at 0.2 m/s; assumed [m/s]
-_ON_BELT = (
-    0.3  # speed of the standing foot, as a share of walking speed, from which on it is a belt's; assumed
-)
+_ON_BELT = 0.3  # of the walking speed, from which on the standing foot's speed is a belt's; assumed [-]
 _OFF_AXIS = 20.0  # between the given forward axis and travel [deg]
 _ACROSS = 60.0  # likewise: beyond it less than half of each step is in the plane; derived [deg]
 _TURN = 15.0  # of the direction over a stride from which on a walk is curved [deg]
@@ -77,10 +75,8 @@ class WalkingFrame(Noted):
 
 def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     """The walker's frame: up by the upright legs, forward by the travel of the body."""
-    for leg in legs.values():
-        doubt = unit_doubt(leg)
-        if doubt:
-            raise InputError(doubt, field="Units")
+    for doubt in filter(None, map(unit_doubt, legs.values())):
+        raise InputError(doubt, field="Units")
     up = _up(legs, choices)
     level = [k for k in range(3) if up[k] == 0.0]
     period = stride_period(legs, up)
@@ -104,18 +100,11 @@ def find_frame(legs: Mapping[str, LegPoints], choices: Choices) -> WalkingFrame:
     belt_speed, belts = _belt_speed_of(feet, float(np.linalg.norm(under)) if belt else 0.0, choices)
     text = "walks along {forward}, up {up}, "
     text += "belt {belt_speed:.2f} m/s" if belt else "overground at {speed:.2f} m/s"
-    data = {"forward": _in_words(forward), "up": _nearest(up), "belt_speed": belt_speed, "speed": speed}
+    data = {"forward": _in_words(forward), "up": nearest_axis(up), "belt_speed": belt_speed, "speed": speed}
     walks = note("direction", text, subject="belt" if belt else "overground", **data)
     frame = WalkingFrame(forward, up, belt_speed, span=span)
     feet_ahead, sides = _require_feet_ahead(legs, frame), _exchanged_sides(legs, frame)
     return dataclasses.replace(frame, notices=(walks, *off_axis, *turns, *belts, *feet_ahead, *sides))
-
-
-def _axis_vector(name: str) -> np.ndarray:
-    """Unit vector of a signed axis such as "-y" (3,)."""
-    vector = np.zeros(3)
-    vector["xyz".index(name[-1])] = -1.0 if name.startswith("-") else 1.0
-    return vector
 
 
 def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
@@ -123,19 +112,19 @@ def _up(legs: Mapping[str, LegPoints], choices: Choices) -> np.ndarray:
     parts = {}
     for upper, lower in (("hip", "knee"), ("knee", "ankle")):
         each = [leg.points[upper].path - leg.points[lower].path for leg in legs.values()]
-        parts[upper, lower] = _mean(np.concatenate(each))
+        parts[upper, lower] = mean_place(np.concatenate(each))
         if np.isnan(parts[upper, lower]).any():
             raise InputError(f"{upper} and {lower} are never seen together")
     whole = sum(parts.values(), np.zeros(3))
-    name = choices.up or _nearest(whole)
-    up = _axis_vector(name)
+    name = choices.up or nearest_axis(whole)
+    up = axis_vector(name)
     for (upper, lower), part in {**parts, ("hip", "ankle"): whole}.items():
         lean = math.degrees(math.acos(np.clip(part @ up / np.linalg.norm(part), -1.0, 1.0)))
         limit = _UPRIGHT if (upper, lower) == ("hip", "ankle") else _CROUCHED
         if lean > limit:
             problem = f"the line from {lower} to {upper} leans {lean:.0f} deg from {name} on average"
             problem += f": {lower} and {upper} exchanged?" if lean > 90.0 else ""
-            nearest = "" if choices.up is None else f"; the legs stand along {_nearest(whole)}"
+            nearest = "" if choices.up is None else f"; the legs stand along {nearest_axis(whole)}"
             allowed = f"the axis upward, {', '.join(AXES)}, within {limit:.0f} deg{nearest}"
             raise InputError(problem, field="up", value=choices.up, allowed=allowed)
     return up
@@ -145,7 +134,7 @@ def _forward(travel: np.ndarray, choices: Choices) -> tuple[np.ndarray, list[Not
     """The direction of travel, or the axis that was chosen; warnings."""
     if choices.forward is None:
         return travel, []
-    forward = _axis_vector(choices.forward)
+    forward = axis_vector(choices.forward)
     off = math.degrees(math.acos(np.clip(forward @ travel, -1.0, 1.0)))
     if off > _ACROSS:
         problem = f"the walk goes along {_in_words(travel)}, {off:.0f} deg away"
@@ -184,23 +173,19 @@ def _require_feet_ahead(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> l
     """Refuse toes behind their heels; a warning on feet that are turned far out."""
     warnings = []
     for side, leg in legs.items():
-        foot = _mean(frame.within(leg, leg.points["toe"].path - leg.points["heel"].path))
+        foot = mean_place(frame.within(leg, leg.points["toe"].path - leg.points["heel"].path))
         ahead, aside = float(foot @ frame.forward), float(frame.across(foot))
         if ahead < 0.0:
             travel = _in_words(frame.forward)
-            way = f"the {side} toe is behind the heel in the direction of travel, {travel}"
+            problem = f"the {side} toe is behind the heel in the direction of travel, {travel}"
             if leg.by_angles:
-                raise InputError(
-                    f"by these joint angles {way}: the person walks backward, or the model is another "
-                    "person's, or the angles' unit is another",
-                    field="angles",
-                    allowed="joint angles of a walk forward, in their own unit, and that person's model",
-                )
-            raise InputError(
-                f"{way}: heel and toe are exchanged, or the person walks backward",
-                field="marker.heel",
-                allowed="a toe ahead of its heel in a walk forward",
-            )
+                problem = f"by these joint angles {problem}: the person walks backward, or the model is "
+                problem += "another person's, or the angles' unit is another"
+                allowed = "joint angles of a walk forward, in their own unit, and that person's model"
+                raise InputError(problem, field="angles", allowed=allowed)
+            problem += ": heel and toe are exchanged, or the person walks backward"
+            allowed = "a toe ahead of its heel in a walk forward"
+            raise InputError(problem, field="marker.heel", allowed=allowed)
         out = math.degrees(math.atan2(abs(aside), ahead))
         if out > _TURNED_OUT:
             text = (
@@ -217,7 +202,7 @@ def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list
         return []
     for role in ("hip", "knee", "ankle"):
         apart = legs["right"].points[role].path - legs["left"].points[role].path
-        right = float(frame.across(_mean(frame.within(legs["right"], apart))))
+        right = float(frame.across(mean_place(frame.within(legs["right"], apart))))
         if abs(right) > _APART:
             break
     if not right < -_APART:
@@ -230,24 +215,12 @@ def _exchanged_sides(legs: Mapping[str, LegPoints], frame: WalkingFrame) -> list
     return [Notice("sides-exchanged", text, subject=role, apart_cm=-100.0 * right)]
 
 
-def _mean(points: np.ndarray) -> np.ndarray:
-    """Mean of the samples (n, 3) that were seen; NaN if there are none."""
-    known = points[np.all(np.isfinite(points), axis=1)]
-    return known.mean(axis=0) if len(known) else np.full(3, np.nan)
-
-
-def _nearest(vector: np.ndarray) -> str:
-    """The signed axis that is nearest to a vector."""
-    k = int(np.argmax(np.abs(vector)))
-    return ("-" if vector[k] < 0.0 else "") + "xyz"[k]
-
-
 def _in_words(vector: np.ndarray) -> str:
     """A level direction as the nearest axis and the angle from there towards another axis."""
-    axis = _nearest(vector)
-    rest = vector - (vector @ _axis_vector(axis)) * _axis_vector(axis)
+    axis = nearest_axis(vector)
+    rest = vector - (vector @ axis_vector(axis)) * axis_vector(axis)
     turned = math.degrees(math.asin(min(1.0, float(np.linalg.norm(rest)))))
-    return axis if turned < 0.5 else f"{axis} turned by {turned:.0f} deg towards {_nearest(rest)}"
+    return axis if turned < 0.5 else f"{axis} turned by {turned:.0f} deg towards {nearest_axis(rest)}"
 
 
 def _standing_foot(leg: LegPoints, up: np.ndarray, level: list[int], period: float | None) -> _StandingFoot:
