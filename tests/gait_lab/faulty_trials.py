@@ -36,21 +36,36 @@ class Faulty:
     remark: bool = False  # a remark is enough
 
 
-def _markers(laboratory: Laboratory = PLAIN, name: str = SET) -> dict[str, np.ndarray]:
-    return laboratory.markers(name)
+Points = dict[str, np.ndarray]
+Write = Callable[[pathlib.Path], list[pathlib.Path]]
 
 
 def _trial(
     folder: pathlib.Path,
-    points: dict[str, np.ndarray] | None = None,
+    points: Points | None = None,
     plates: list[Recorded] | None = None,
     laboratory: Laboratory = PLAIN,
     unit: str = "mm",
 ) -> list[pathlib.Path]:
-    points = _markers(laboratory) if points is None else points
+    points = laboratory.markers(SET) if points is None else points
     plates = laboratory.plates("feet") if plates is None else plates
     files = [write_trc(folder / "walk.trc", laboratory.time, points, unit)]
     return [*files, write_forces(folder / "grf.mot", plates)] if plates else files
+
+
+def _marked(change: Callable[[Points], Points | None]) -> Write:
+    """The trial with its markers changed, in place or not."""
+
+    def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        points = {n: p.copy() for n, p in PLAIN.markers(SET).items()}
+        return _trial(folder, change(points) or points)
+
+    return write
+
+
+def _pressed(change: Callable[[Recorded], Recorded], kind: str = "feet") -> Write:
+    """The trial with its plates changed."""
+    return lambda folder: _trial(folder, plates=[change(plate) for plate in PLAIN.plates(kind)])
 
 
 def _edit(file: pathlib.Path, *changes: tuple[str, str]) -> None:
@@ -61,45 +76,44 @@ def _edit(file: pathlib.Path, *changes: tuple[str, str]) -> None:
     file.write_text(text)
 
 
-def _noise(millimetres: float) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+def _rewritten(number: int, change: Callable[[int, list[str]], list[str]], **trial: Any) -> Write:
+    """The trial with the cells of one file's lines changed."""
+
     def write(folder: pathlib.Path) -> list[pathlib.Path]:
+        files = _trial(folder, **trial)
+        lines = files[number].read_text().splitlines()
+        cells = ("\t".join(change(k, line.split("\t"))) for k, line in enumerate(lines))
+        files[number].write_text("\n".join(cells) + "\n")
+        return files
+
+    return write
+
+
+def _noise(millimetres: float) -> Write:
+    def shaken(points: Points) -> Points:
         rng = np.random.default_rng(5)
-        points = {n: p + rng.normal(0.0, 1e-3 * millimetres, p.shape) for n, p in _markers().items()}
-        return _trial(folder, points)
+        return {n: p + rng.normal(0.0, 1e-3 * millimetres, p.shape) for n, p in points.items()}
 
-    return write
+    return _marked(shaken)
 
 
-def _gap(names: tuple[str, ...], start: float, end: float) -> Callable[[pathlib.Path], list[pathlib.Path]]:
-    def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        points = {n: p.copy() for n, p in _markers().items()}
-        for name in names:
+def _gap(start: float, end: float) -> Write:
+    def lost(points: Points) -> None:
+        for name in ("RLMAL", "RMMAL"):
             points[name][(PLAIN.time >= start) & (PLAIN.time < end)] = np.nan
-        return _trial(folder, points)
 
-    return write
-
-
-def _renamed(**names: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
-    def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        return _trial(folder, {names.get(n, n): p for n, p in _markers().items()})
-
-    return write
+    return _marked(lost)
 
 
-def _left_right(folder: pathlib.Path) -> list[pathlib.Path]:
-    other = {"R": "L", "L": "R"}
-    return _trial(folder, {other[n[0]] + n[1:]: p for n, p in _markers().items()})
+def _renamed(**names: str) -> Write:
+    return _marked(lambda points: {names.get(n, n): p for n, p in points.items()})
 
 
-def _without(*names: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
-    def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        return _trial(folder, {n: p for n, p in _markers().items() if n not in names})
-
-    return write
+def _without(*names: str) -> Write:
+    return _marked(lambda points: {n: p for n, p in points.items() if n not in names})
 
 
-def _unit(written: str, said: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+def _unit(written: str, said: str) -> Write:
     def write(folder: pathlib.Path) -> list[pathlib.Path]:
         files = _trial(folder, unit=written)
         _edit(files[0], (f"\t{written}\t", f"\t{said}\t"))
@@ -108,15 +122,11 @@ def _unit(written: str, said: str) -> Callable[[pathlib.Path], list[pathlib.Path
     return write
 
 
-def _cut(share: float) -> tuple[Laboratory, Callable[[pathlib.Path], list[pathlib.Path]]]:
+def _cut(share: float) -> tuple[Laboratory, Write]:
     walker = Walker()
     began = round(walker.heel_strike("right", 1) - 0.1, 2)
     laboratory = Laboratory(walker, began=began, seconds=round(share * walker.stride_time, 2))
-
-    def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        return _trial(folder, _markers(laboratory), PLAIN.plates("feet"), laboratory)
-
-    return laboratory, write
+    return laboratory, lambda folder: _trial(folder, plates=PLAIN.plates("feet"), laboratory=laboratory)
 
 
 def _broken_row(folder: pathlib.Path) -> list[pathlib.Path]:
@@ -126,7 +136,7 @@ def _broken_row(folder: pathlib.Path) -> list[pathlib.Path]:
     return files
 
 
-def _rows(number: int) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+def _rows(number: int) -> Write:
     def write(folder: pathlib.Path) -> list[pathlib.Path]:
         files = _trial(folder)
         _edit(files[0], (f"\t{len(PLAIN.time)}\t", f"\t{number}\t"))
@@ -136,21 +146,20 @@ def _rows(number: int) -> Callable[[pathlib.Path], list[pathlib.Path]]:
     return write
 
 
-def _angles(written: bool, said: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+def _angles(written: bool, said: str) -> Write:
     def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        angles = write_angles(folder / "ik.mot", PLAIN.time, PLAIN.angles(), degrees=written)
-        _edit(angles, (f"inDegrees={'yes' if written else 'no'}", said))
-        model = write_osim(folder / "scaled.osim", PLAIN.walker, SET)
-        return [angles, model, write_forces(folder / "grf.mot", PLAIN.plates("feet"))]
+        files = _model(1.0, "angles", degrees=written)(folder)
+        _edit(files[0], (f"inDegrees={'yes' if written else 'no'}", said))
+        return files
 
     return write
 
 
-def _duplicate(same: bool) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+def _duplicate(same: bool) -> Write:
     """The ankle's label twice: the same points again, or those of another marker."""
 
     def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        points = _markers()
+        points = PLAIN.markers(SET)
         points["TWICE"] = points["RLMAL"] if same else points["RLMAL"] + np.array([0.3, 0.2, 0.0])
         files = _trial(folder, points)
         _edit(files[0], ("TWICE", "RLMAL"))
@@ -159,59 +168,42 @@ def _duplicate(same: bool) -> Callable[[pathlib.Path], list[pathlib.Path]]:
     return write
 
 
-def _baseline(newton: float) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+def _baseline(newton: float) -> Write:
     """Plates that were not zeroed: a constant force acts at the middle of each."""
 
-    def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        plates = []
-        for plate in PLAIN.plates("steps"):
-            force = plate.force + np.array([0.0, newton, 0.0])
-            middle = plate.corners.mean(axis=0)
-            up = np.where(np.abs(force[:, 1:2]) < 0.5, 0.5, force[:, 1:2])
-            place = (plate.force[:, 1:2] * plate.place + newton * middle) / up
-            plates.append(dataclasses.replace(plate, force=force, place=place))
-        return _trial(folder, plates=plates)
+    def offset(plate: Recorded) -> Recorded:
+        force = plate.force + np.array([0.0, newton, 0.0])
+        up = np.where(np.abs(force[:, 1:2]) < 0.5, 0.5, force[:, 1:2])
+        place = (plate.force[:, 1:2] * plate.place + newton * plate.corners.mean(axis=0)) / up
+        return dataclasses.replace(plate, force=force, place=place)
 
-    return write
+    return _pressed(offset, "steps")
 
 
 QUICK = Laboratory(rate=150.0, plate_rate=750.0)
 
 
-def _clock(text: Callable[[int], str]) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+def _clock(text: Callable[[int], str]) -> Write:
     """150 Hz under a time column of three decimals."""
-
-    def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        files = _trial(folder, laboratory=QUICK)
-        lines = files[0].read_text().splitlines()
-        for k, line in enumerate(lines[6:]):
-            cells = line.split("\t")
-            cells[1] = text(k)
-            lines[6 + k] = "\t".join(cells)
-        files[0].write_text("\n".join(lines) + "\n")
-        return files
-
-    return write
+    return _rewritten(0, lambda k, c: c if k < 6 else [c[0], text(k - 6), *c[2:]], laboratory=QUICK)
 
 
-def _lost_as_zero(folder: pathlib.Path) -> list[pathlib.Path]:
-    points = {n: p.copy() for n, p in _markers().items()}
+def _nan(number: int, lead: int, rows: tuple[int, ...]) -> Write:
+    return _rewritten(number, lambda k, c: [*c[:lead], *["NaN"] * (len(c) - lead)] if k in rows else c)
+
+
+def _lost_as_zero(points: Points) -> None:
     points["RLMAL"][95:103] = 0.0
-    return _trial(folder, points)
 
 
-def _spike(folder: pathlib.Path) -> list[pathlib.Path]:
-    points = {n: p.copy() for n, p in _markers().items()}
+def _spike(points: Points) -> None:
     points["RLMAL"][100] += np.array([0.2, 0.1, 0.0])
-    return _trial(folder, points)
 
 
-def _exchanged_for_a_while(folder: pathlib.Path) -> list[pathlib.Path]:
+def _exchanged_for_a_while(points: Points) -> None:
     """For 0.1 s the ankle's and the knee's lateral markers have each other's label."""
-    points = {n: p.copy() for n, p in _markers().items()}
-    for a, b in (("RLMAL", "RLFC"),):
-        points[a][100:110], points[b][100:110] = points[b][100:110].copy(), points[a][100:110].copy()
-    return _trial(folder, points)
+    ankle, knee = points["RLMAL"], points["RLFC"]
+    ankle[100:110], knee[100:110] = knee[100:110].copy(), ankle[100:110].copy()
 
 
 def _backward(folder: pathlib.Path) -> list[pathlib.Path]:
@@ -220,53 +212,15 @@ def _backward(folder: pathlib.Path) -> list[pathlib.Path]:
         dataclasses.replace(plate, force=plate.force[::-1], place=plate.place[::-1])
         for plate in PLAIN.plates("feet")
     ]
-    return _trial(folder, {n: p[::-1] for n, p in _markers().items()}, plates)
+    return _trial(folder, {n: p[::-1] for n, p in PLAIN.markers(SET).items()}, plates)
 
 
-def _other_axes(folder: pathlib.Path) -> list[pathlib.Path]:
-    """Markers with y up, plates with z up."""
-    return _trial(folder, plates=Laboratory(forward="x", up="z").plates("feet"))
-
-
-def _turned_round(folder: pathlib.Path) -> list[pathlib.Path]:
-    """The foot's force on the ground."""
-    plates = [dataclasses.replace(plate, force=-plate.force) for plate in PLAIN.plates("feet")]
-    return _trial(folder, plates=plates)
-
-
-def _nan_rows(folder: pathlib.Path) -> list[pathlib.Path]:
-    files = _trial(folder)
-    lines = files[0].read_text().splitlines()
-    for k in (80, 81, 150, 230):
-        cells = lines[k].split("\t")
-        lines[k] = "\t".join([*cells[:2], *["NaN"] * (len(cells) - 2)])
-    files[0].write_text("\n".join(lines) + "\n")
-    return files
-
-
-def _nan_forces(folder: pathlib.Path) -> list[pathlib.Path]:
-    files = _trial(folder)
-    lines = files[1].read_text().splitlines()
-    for k in (450, 451, 850):
-        cells = lines[k].split("\t")
-        lines[k] = "\t".join([cells[0], *["NaN"] * (len(cells) - 1)])
-    files[1].write_text("\n".join(lines) + "\n")
-    return files
-
-
-def _at(laboratory: Laboratory, name: str = SET) -> Callable[[pathlib.Path], list[pathlib.Path]]:
-    def write(folder: pathlib.Path) -> list[pathlib.Path]:
-        return _trial(folder, _markers(laboratory, name), laboratory=laboratory)
-
-    return write
-
-
-def _model(scale: float, form: str) -> Callable[[pathlib.Path], list[pathlib.Path]]:
+def _model(scale: float, form: str, degrees: bool = True) -> Write:
     def write(folder: pathlib.Path) -> list[pathlib.Path]:
         model = write_osim(folder / "scaled.osim", PLAIN.walker, SET, scale=scale)
         if form == "markers":
             return [*_trial(folder), model]
-        angles = write_angles(folder / "ik.mot", PLAIN.time, PLAIN.angles())
+        angles = write_angles(folder / "ik.mot", PLAIN.time, PLAIN.angles(), degrees=degrees)
         return [angles, model, write_forces(folder / "grf.mot", PLAIN.plates("feet"))]
 
     return write
@@ -299,6 +253,12 @@ def _circle(radius: float) -> Callable[[pathlib.Path], list[pathlib.Path]]:
 SPEED = Walker().speed
 MASS = Walker().mass
 BELT = Laboratory(belt=SPEED)
+
+
+def _on_belt(folder: pathlib.Path) -> list[pathlib.Path]:
+    return _trial(folder, laboratory=BELT)
+
+
 MIRRORED = Laboratory(mirrored=True)
 WHOLE, WHOLE_WRITE = _cut(0.97)
 SHORT, SHORT_WRITE = _cut(0.85)
@@ -307,12 +267,12 @@ FAULTS: dict[str, Faulty] = {
     "noise of 1 mm": Faulty(_noise(1.0), "", loose=noise_bounds(1.0)),
     "noise of 3 mm": Faulty(_noise(3.0), "", loose=noise_bounds(3.0)),
     "noise of 5 mm": Faulty(_noise(5.0), "", loose=noise_bounds(5.0)),
-    "gap of 50 ms in the ankle's markers": Faulty(_gap(("RLMAL", "RMMAL"), 0.90, 0.95), ""),
+    "gap of 50 ms in the ankle's markers": Faulty(_gap(0.90, 0.95), ""),
     "gap of 0.4 s in one stride's ankle": Faulty(
-        _gap(("RLMAL", "RMMAL"), 0.90, 1.30), r"RLMAL|ankle", remark=True
+        _gap(0.90, 1.30), r"RLMAL|ankle", remark=True
     ),
     "ankle unseen for 1.9 s": Faulty(
-        _gap(("RLMAL", "RMMAL"), 0.90, 2.80), r"RLMAL|ankle", r"RLMAL|ankle", remark=True
+        _gap(0.90, 2.80), r"RLMAL|ankle", r"RLMAL|ankle", remark=True
     ),
     "mass given 30 % low": Faulty(
         _trial, r"\b67(\.\d)? kg", r"mass", choices={"mass": 0.7 * MASS}, right=False
@@ -323,7 +283,10 @@ FAULTS: dict[str, Faulty] = {
     "heel and toe exchanged": Faulty(
         _renamed(RCAL="RMT2", RMT2="RCAL", RMT1="RMT5"), r"heel.*toe|toe.*heel", r"heel.*toe|toe.*heel"
     ),
-    "left and right exchanged": Faulty(_left_right, r"right and left are exchanged", side="left"),
+    "left and right exchanged": Faulty(
+        _marked(lambda points: {"RL"[n[0] == "R"] + n[1:]: p for n, p in points.items()}),
+        r"right and left are exchanged", side="left",
+    ),
     "knee and ankle exchanged": Faulty(
         _renamed(RLFC="RLMAL", RLMAL="RLFC", RMFC="RMMAL", RMMAL="RMFC"),
         r"exchanged|swapped",
@@ -351,21 +314,29 @@ FAULTS: dict[str, Faulty] = {
     "time of 150 Hz counted in steps of 7 ms": Faulty(
         _clock(lambda k: f"{0.007 * k:.3f}"), r"150", r"150", right=False, laboratory=QUICK
     ),
-    "a lost marker written as 0 0 0": Faulty(_lost_as_zero, ""),
-    "a marker that leaps 22 cm for one frame": Faulty(_spike, r"ankle leaps"),
-    "two labels exchanged for 0.1 s": Faulty(_exchanged_for_a_while, r"ankle.*exchanged"),
+    "a lost marker written as 0 0 0": Faulty(_marked(_lost_as_zero), ""),
+    "a marker that leaps 22 cm for one frame": Faulty(_marked(_spike), r"ankle leaps"),
+    "two labels exchanged for 0.1 s": Faulty(_marked(_exchanged_for_a_while), r"ankle.*exchanged"),
     "walk backward": Faulty(_backward, r"backward", r"backward", right=False),
-    "markers with y up, plates with z up": Faulty(_other_axes, r"axes|up", r"axes|up"),
-    "the foot's force on the ground": Faulty(_turned_round, r"turned round", remark=True),
-    "rows of NaN among the markers": Faulty(_nan_rows, ""),
-    "rows of NaN among the forces": Faulty(_nan_forces, r"finite|NaN|number|missing", r"finite|NaN|number"),
-    "left-handed axes": Faulty(_at(MIRRORED), r"left-handed|mirror", laboratory=MIRRORED),
+    "markers with y up, plates with z up": Faulty(
+        lambda folder: _trial(folder, plates=Laboratory(up="z").plates("feet")), r"axes|up", r"axes|up"
+    ),
+    "the foot's force on the ground": Faulty(
+        _pressed(lambda plate: dataclasses.replace(plate, force=-plate.force)), r"turned round", remark=True
+    ),
+    "rows of NaN among the markers": Faulty(_nan(0, 2, (80, 81, 150, 230)), ""),
+    "rows of NaN among the forces": Faulty(
+        _nan(1, 1, (450, 451, 850)), r"finite|NaN|number|missing", r"finite|NaN|number"
+    ),
+    "left-handed axes": Faulty(
+        lambda folder: _trial(folder, laboratory=MIRRORED), r"left-handed|mirror", laboratory=MIRRORED
+    ),
     "belt speed given 15 % low": Faulty(
-        _at(BELT), r"0\.9[5-9]|1\.0|15 ?%|18 ?%", choices={"belt_speed": 0.85 * SPEED}, right=False,
+        _on_belt, r"0\.9[5-9]|1\.0|15 ?%|18 ?%", choices={"belt_speed": 0.85 * SPEED}, right=False,
         laboratory=BELT,
     ),
     "belt speed given 15 % high": Faulty(
-        _at(BELT), r"0\.9[5-9]|1\.0|15 ?%|13 ?%", choices={"belt_speed": 1.15 * SPEED}, right=False,
+        _on_belt, r"0\.9[5-9]|1\.0|15 ?%|13 ?%", choices={"belt_speed": 1.15 * SPEED}, right=False,
         laboratory=BELT,
     ),
     "no heel marker": Faulty(_without("RCAL"), r"heel", r"heel"),

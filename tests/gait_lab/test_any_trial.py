@@ -15,7 +15,14 @@ from gait_lab.known_walker import Walker
 from gait_lab.laboratory import Laboratory
 from gait_lab.marker_sets import SETS, STANDING
 from gait_lab.osim_writer import write_osim
-from gait_lab.trial_files import write_angles, write_csv_forces, write_csv_markers, write_forces, write_trc
+from gait_lab.trial_files import (
+    write_angles,
+    write_csv_forces,
+    write_csv_markers,
+    write_forces,
+    write_trc,
+    write_trial,
+)
 from walking import write_table
 
 from afo_sim.common import InputError
@@ -62,17 +69,16 @@ def record(folder: pathlib.Path, case: Case) -> tuple[list[pathlib.Path], Labora
         kind = "feet"  # a treadmill has its plates under the belts
     plates = laboratory.plates(kind)
     more: dict[str, Any] = {}
+    time, unit = laboratory.time, case["unit"]
     name, _, option = case["file"].partition(" ")
     if name == "c3d":
-        files = [write_c3d(folder / "walk.c3d", laboratory.time, markers, plates, int(option), case["unit"])]
+        files = [write_c3d(folder / "walk.c3d", time, markers, plates, int(option), unit)]
     elif name == "csv":
-        files = [
-            write_csv_markers(folder / "walk.csv", laboratory.time, markers, case["unit"]),
-            write_csv_forces(folder / "plates.csv", plates, case["unit"]),
-        ]
+        files = [write_csv_markers(folder / "walk.csv", time, markers, unit)]
+        files.append(write_csv_forces(folder / "plates.csv", plates, unit))
     else:
         files = [
-            write_trc(folder / "walk.trc", laboratory.time, markers, case["unit"]),
+            write_trc(folder / "walk.trc", time, markers, unit),
             write_forces(folder / "grf.mot", plates),
         ]
         if option:
@@ -139,19 +145,21 @@ SLICE = sorted(np.random.default_rng(7).choice(len(OTHERS), size(4, len(OTHERS))
 OPEN_ZERO = 1.0 / np.sqrt(3.0)
 
 
-def _param(case: Case) -> Any:
-    return pytest.param(case, id=_name(case))
-
-
-def _name(case: Case) -> str:
+def _param(case: Case, slow: bool = False) -> Any:
     forward, up, turn, _ = case["frame"]
     words = [str(value) for name, value in case.items() if name != "frame" and value not in ("", False)]
-    return ", ".join([*words, f"{forward} {up} {turn:g}"])
+    name = ", ".join([*words, f"{forward} {up} {turn:g}"])
+    return pytest.param(case, id=name, marks=[pytest.mark.slow] if slow else [])
 
 
-def assert_recovered(folder: pathlib.Path, case: Case) -> Imported:
+@pytest.mark.parametrize(
+    "case", [_param(case) for case in QUICK] + [_param(OTHERS[k], slow=True) for k in SLICE]
+)
+def test_each_way_of_recording_and_pairs_of_them_come_back(tmp_path: pathlib.Path, case: Case) -> None:
     """What a person does first: the files, the side, nothing else."""
-    files, laboratory, more = record(folder, case)
+    if case["file"].startswith("c3d"):
+        pytest.importorskip("ezc3d")
+    files, laboratory, more = record(tmp_path, case)
     done = import_gait(files, Choices(side=case["side"], **more))
     unused = any("markers alone are" in warning for warning in done.warnings)  # a model without their thigh
     alone = case["markers"] in LATERAL_ONLY and ("model" not in case["file"] or unused)
@@ -161,22 +169,6 @@ def assert_recovered(folder: pathlib.Path, case: Case) -> Imported:
         assert done.frame.belt_speed == pytest.approx(laboratory.belt, rel=0.02)
     if case["plates"] != "single" or "model" in case["file"]:
         assert done.cycle.body_mass == pytest.approx(laboratory.walker.mass, rel=0.03)
-    return done
-
-
-@pytest.mark.parametrize("case", [_param(case) for case in QUICK])
-def test_each_way_of_recording_comes_back(tmp_path: pathlib.Path, case: Case) -> None:
-    if case["file"].startswith("c3d"):
-        pytest.importorskip("ezc3d")
-    assert_recovered(tmp_path, case)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", [_param(OTHERS[k]) for k in SLICE])
-def test_each_pair_of_ways_comes_back(tmp_path: pathlib.Path, case: Case) -> None:
-    if case["file"].startswith("c3d"):
-        pytest.importorskip("ezc3d")
-    assert_recovered(tmp_path, case)
 
 
 @pytest.mark.parametrize("side", ["right", "left"])
@@ -213,6 +205,7 @@ def test_inverse_dynamics_is_the_moment_or_its_reference(tmp_path: pathlib.Path,
     ]
     done = import_gait(files, Choices(side=side))
     assert not beyond(differences(done, laboratory, side, foot=True)), done.warnings
+    assert done.cycle.notes["ankle_moment"] == "as in id.sto"
     (chosen,) = done.chosen
     stride = done.strides[chosen]
     time = stride.start + done.cycle.phase * (stride.end - stride.start)
@@ -248,10 +241,7 @@ def test_a_trial_of_0_96_of_a_period_is_closed(tmp_path: pathlib.Path, side: str
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_one_plate_strike_a_side_ends_by_the_motion(tmp_path: pathlib.Path, side: str) -> None:
     laboratory = Laboratory()
-    files = [
-        write_trc(tmp_path / "walk.trc", laboratory.time, laboratory.markers("opensim c3d")),
-        write_forces(tmp_path / "grf.mot", laboratory.plates("single")),
-    ]
+    files = write_trial(tmp_path, laboratory, "opensim c3d", "single")
     done = import_gait(files, Choices(side=side))
     assert not beyond(differences(done, laboratory, side)), done.warnings
     (chosen,) = done.chosen
@@ -264,24 +254,9 @@ def test_one_plate_strike_a_side_ends_by_the_motion(tmp_path: pathlib.Path, side
         assert np.abs(strikes - stride.end).min() < 0.045
 
 
-@pytest.mark.parametrize("plates", ["feet", "steps"])
-def test_body_mass_is_what_the_plates_carry(tmp_path: pathlib.Path, plates: str) -> None:
-    for mass in (48.0, 110.0):
-        laboratory = Laboratory(dataclasses.replace(Walker(), mass=mass))
-        files = [
-            write_trc(tmp_path / "walk.trc", laboratory.time, laboratory.markers("cast")),
-            write_forces(tmp_path / "grf.mot", laboratory.plates(plates)),
-        ]
-        done = import_gait(files, Choices())
-        assert done.mass.mass == pytest.approx(mass, rel=0.03)
-
-
 def test_the_mean_of_all_strides_is_the_stride(tmp_path: pathlib.Path) -> None:
     laboratory = Laboratory(seconds=5.0)
-    files = [
-        write_trc(tmp_path / "walk.trc", laboratory.time, laboratory.markers("cast")),
-        write_forces(tmp_path / "grf.mot", laboratory.plates("feet")),
-    ]
+    files = write_trial(tmp_path, laboratory, "cast")
     done = import_gait(files, Choices(mean=True))
     assert len(done.chosen) == 3
     assert done.band is not None
@@ -294,10 +269,7 @@ def test_the_mean_of_all_strides_is_the_stride(tmp_path: pathlib.Path) -> None:
 def test_a_clean_trial_is_not_doubted(tmp_path: pathlib.Path, name: str) -> None:
     """A warning for each good trial is one that nobody reads."""
     laboratory = Laboratory()
-    files = [
-        write_trc(tmp_path / "walk.trc", laboratory.time, laboratory.markers(name)),
-        write_forces(tmp_path / "grf.mot", laboratory.plates("steps")),
-    ]
+    files = write_trial(tmp_path, laboratory, name, "steps")
     assert import_gait(files, Choices()).warnings == ()
 
 
@@ -311,10 +283,7 @@ def test_plates_of_a_part_of_the_trial_are_enough(tmp_path: pathlib.Path, sample
         dataclasses.replace(p, time=p.time[samples], force=p.force[samples], place=p.place[samples])
         for p in laboratory.plates("feet")
     ]
-    files = [
-        write_trc(tmp_path / "walk.trc", laboratory.time, laboratory.markers("cast")),
-        write_forces(tmp_path / "grf.mot", plates),
-    ]
+    files = write_trial(tmp_path, laboratory, "cast", plates)
     done = import_gait(files, Choices())
     assert not beyond(differences(done, laboratory, "right")), done.warnings
 
@@ -323,10 +292,7 @@ def test_a_heel_strike_just_before_the_first_frame(tmp_path: pathlib.Path) -> No
     walker = Walker()
     laboratory = Laboratory(walker, began=1.0, seconds=1.6)
     assert 0.0 < laboratory.began - walker.heel_strike("left", 0) < 0.01
-    files = [
-        write_trc(tmp_path / "walk.trc", laboratory.time, laboratory.markers("cast")),
-        write_forces(tmp_path / "grf.mot", Laboratory(walker, seconds=3.6).plates("feet")),
-    ]
+    files = write_trial(tmp_path, laboratory, "cast", Laboratory(walker, seconds=3.6).plates("feet"))
     done = import_gait(files, Choices(side="left"))
     assert not beyond(differences(done, laboratory, "left")), done.warnings
 
@@ -381,8 +347,7 @@ RECORDED = Laboratory()
 
 def imported(folder: pathlib.Path, without: tuple[str, ...] = (), **choices: Any) -> Imported:
     points = {n: p for n, p in RECORDED.markers(SET).items() if not n.startswith(without)}
-    markers = write_trc(folder / "walk.trc", RECORDED.time, points)
-    return import_gait([markers, write_forces(folder / "grf.mot", RECORDED.plates())], Choices(**choices))
+    return import_gait(write_trial(folder, RECORDED, SET, points=points), Choices(**choices))
 
 
 def test_markers_make_no_use_of_lengths(tmp_path: pathlib.Path) -> None:
@@ -415,12 +380,9 @@ def test_one_stride_is_no_mean() -> None:
 def test_the_default_cut_off_is_near_the_moments_least_error(
     tmp_path: pathlib.Path, millimetres: float
 ) -> None:
-    rng, walker = np.random.default_rng(5), RECORDED.walker
-    points = {
-        n: p + rng.normal(0.0, 1e-3 * millimetres, p.shape) for n, p in RECORDED.markers("cast").items()
-    }
-    markers = write_trc(tmp_path / "walk.trc", RECORDED.time, points)
-    files = [markers, write_forces(tmp_path / "grf.mot", RECORDED.plates())]
+    rng, walker, noise = np.random.default_rng(5), RECORDED.walker, 1e-3 * millimetres
+    points = {n: p + rng.normal(0.0, noise, p.shape) for n, p in RECORDED.markers("cast").items()}
+    files = write_trial(tmp_path, RECORDED, "cast", points=points)
     errors = {}
     for cutoff in (4.0, 6.0, 8.0, Choices().cutoff, 15.0, 20.0):
         cycle = (done := import_gait(files, Choices(cutoff=cutoff))).cycle

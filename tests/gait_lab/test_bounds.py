@@ -42,11 +42,20 @@ def test_a_table_for_which_memory_has_no_room(file, monkeypatch, bound: str, wor
         read_trial([file])
 
 
-def test_a_time_that_is_none_of_a_trial(file) -> None:
-    changed, count = re.subn(r"(?m)^(1\t)?0[.0]*(?=[\t,])", r"\g<1>-1e308", file.read_text(), count=1)
+@pytest.mark.parametrize(
+    ("first", "words"),
+    [
+        ("-1e308", r"(?i)time( \[s\])? = -1e\+308: is not a magnitude"),
+        ("nan", "has no finite time"),
+        ("9", "(?i)time: time does not increase after 9 s"),
+        ("-9", "(?i)time: time leaps from -9 to"),
+    ],
+)
+def test_a_time_that_is_none_of_a_trial(file, first: str, words: str) -> None:
+    changed, count = re.subn(r"(?m)^(1\t)?0[.0]*(?=[\t,])", rf"\g<1>{first}", file.read_text(), count=1)
     assert count == 1
     file.write_text(changed)
-    with pytest.raises(InputError, match=r"(?i)time( \[s\])? = -1e\+308: is not a magnitude"):
+    with pytest.raises(InputError, match=words):
         read_trial([file])
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from analytic_walker import AnalyticWalker
 from gait_lab.laboratory import Laboratory, Recorded
-from gait_lab.trial_files import write_forces, write_trc
+from gait_lab.trial_files import write_forces, write_trc, write_trial
 from recorded_leg import leg, plate
 from walking import known_walk, write_table
 
@@ -26,8 +26,7 @@ FEET = PLAIN.plates("feet")
 def trial(folder: pathlib.Path, plates: Sequence[Recorded] = FEET, empty: Sequence[str] = ()) -> list[Any]:
     """Markers, of which some have no number, and plates of the known walker."""
     points = {n: p * np.nan if n in empty else p for n, p in PLAIN.markers("opensim c3d").items()}
-    markers = write_trc(folder / "walk.trc", PLAIN.time, points)
-    return [markers, write_forces(folder / "grf.mot", plates)]
+    return write_trial(folder, PLAIN, "opensim c3d", plates, points)
 
 
 def gait_of(folder: pathlib.Path, duty: float, speed: float) -> list[pathlib.Path]:

@@ -63,6 +63,8 @@ def test_an_answer_of_the_reading_process_is_not_trusted(
 QUICK = (
     "noise of 3 mm",
     "gap of 50 ms in the ankle's markers",
+    "gap of 0.4 s in one stride's ankle",
+    "ankle unseen for 1.9 s",
     "mass given 30 % high",
     "heel and toe exchanged",
     "left and right exchanged",

@@ -9,7 +9,7 @@ import pytest
 from gait_lab.gait_truth import beyond, differences
 from gait_lab.laboratory import Laboratory
 from gait_lab.patients import Patient, laboratory
-from gait_lab.trial_files import write_forces, write_trc
+from gait_lab.trial_files import write_trc, write_trial
 
 from afo_sim.gait_lab import Choices, Imported, import_gait
 
@@ -19,8 +19,7 @@ SET = "opensim c3d"
 def imported(folder: pathlib.Path, recorded: Laboratory, sides: str = "rl", **choices: Any) -> Imported:
     """The import of a trial; `sides` are those whose plate is there."""
     plates = [plate for plate in recorded.plates() if plate.name in sides]
-    markers = write_trc(folder / "walk.trc", recorded.time, recorded.markers(SET))
-    return import_gait([markers, write_forces(folder / "grf.mot", plates)], Choices(**choices))
+    return import_gait(write_trial(folder, recorded, SET, plates), Choices(**choices))
 
 
 @pytest.mark.parametrize("share, slower", [(0.7, 1.3), (0.6, 1.6), (0.5, 2.6)])
@@ -110,15 +109,12 @@ def test_crutch_on_a_plate_of_its_own_is_no_foot(tmp_path: pathlib.Path) -> None
         force=np.outer(pressed, [0.0, 1.0, 0.0]),
         place=foot.place + np.array([0.15, 0.0, 0.3]),
     )
-    markers = write_trc(tmp_path / "walk.trc", recorded.time, recorded.markers(SET))
-    forces = write_forces(tmp_path / "grf.mot", [foot, other, crutch])
-    done = import_gait([markers, forces], Choices())
+    done = import_gait(write_trial(tmp_path, recorded, SET, [foot, other, crutch]), Choices())
     assert beyond(differences(done, recorded, "right")) == {}
 
 
 def test_one_leg_alone_has_its_own_plate_at_short_steps(tmp_path: pathlib.Path) -> None:
     recorded = laboratory(Patient(share=0.6, slower=1.6))
     points = {n: p for n, p in recorded.markers(SET).items() if n[0] == "R" or n in ("LASI", "LPSI")}
-    markers = write_trc(tmp_path / "walk.trc", recorded.time, points)
-    done = import_gait([markers, write_forces(tmp_path / "grf.mot", recorded.plates())], Choices())
+    done = import_gait(write_trial(tmp_path, recorded, SET, points=points), Choices())
     assert beyond(differences(done, recorded, "right")) == {}

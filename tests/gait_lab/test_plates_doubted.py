@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gait_lab.gait_truth import beyond, differences
 from gait_lab.laboratory import Laboratory, Recorded
-from gait_lab.trial_files import write_forces, write_trc
+from gait_lab.trial_files import write_trial
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab import Choices, import_gait
@@ -18,9 +18,8 @@ PLAIN = Laboratory()
 
 
 def warnings(folder: pathlib.Path, fault: Fault) -> tuple[str, ...]:
-    markers = write_trc(folder / "walk.trc", PLAIN.time, PLAIN.markers("opensim c3d"))
-    forces = write_forces(folder / "grf.mot", [fault(plate) for plate in PLAIN.plates()])
-    return import_gait([markers, forces], Choices()).warnings
+    files = write_trial(folder, PLAIN, "opensim c3d", [fault(plate) for plate in PLAIN.plates()])
+    return import_gait(files, Choices()).warnings
 
 
 @pytest.mark.parametrize("ahead, where", [(-0.10, "behind the heel"), (0.10, "ahead of the toes")])
@@ -34,20 +33,15 @@ def test_plates_without_a_force_forward(tmp_path: pathlib.Path) -> None:
     assert any("no part forward" in each for each in told)
 
 
-def test_plates_that_agree_are_not_doubted(tmp_path: pathlib.Path) -> None:
-    assert warnings(tmp_path, lambda plate: plate) == ()
-
-
 @pytest.mark.parametrize("blank", [np.nan, 0.0])
 def test_places_that_are_blank_below_50_newtons(tmp_path: pathlib.Path, blank: float) -> None:
     """In a laboratory whose origin is 5 m away, a place at the origin would have a lever of 5 m."""
     recorded = Laboratory(origin=(5.0, 0.0, 0.0))
-    markers = write_trc(tmp_path / "walk.trc", recorded.time, recorded.markers("opensim c3d"))
     plates = [
         dataclasses.replace(plate, place=np.where(plate.force[:, 1:2] < 50.0, blank, plate.place))
         for plate in recorded.plates()
     ]
-    done = import_gait([markers, write_forces(tmp_path / "grf.mot", plates)], Choices())
+    done = import_gait(write_trial(tmp_path, recorded, "opensim c3d", plates), Choices())
     assert beyond(differences(done, recorded, "right")) == {}
 
 
@@ -55,8 +49,7 @@ def test_places_that_are_blank_below_50_newtons(tmp_path: pathlib.Path, blank: f
 def test_a_floor_that_is_not_at_zero(tmp_path: pathlib.Path, height: float) -> None:
     """A treadmill's deck: heights and moments are about the plates' surface."""
     recorded = Laboratory(origin=(0.0, height, 0.0))
-    markers = write_trc(tmp_path / "walk.trc", recorded.time, recorded.markers("opensim c3d"))
-    done = import_gait([markers, write_forces(tmp_path / "grf.mot", recorded.plates())], Choices())
+    done = import_gait(write_trial(tmp_path, recorded, "opensim c3d"), Choices())
     assert beyond(differences(done, recorded, "right")) == {}
     assert any(f"{1e3 * height:+.0f} mm above the laboratory's zero" in each for each in done.remarks)
 
@@ -82,10 +75,7 @@ def shared(laboratory: Laboratory, stances: tuple[int, ...]) -> list[Recorded]:
 
 
 def files(folder: pathlib.Path, laboratory: Laboratory, stances: tuple[int, ...]) -> list[pathlib.Path]:
-    return [
-        write_trc(folder / "walk.trc", laboratory.time, laboratory.markers("cast")),
-        write_forces(folder / "grf.mot", shared(laboratory, stances)),
-    ]
+    return write_trial(folder, laboratory, "cast", shared(laboratory, stances))
 
 
 @pytest.mark.slow
@@ -104,6 +94,6 @@ def test_without_another_it_is_refused(tmp_path: pathlib.Path) -> None:
         import_gait(files(tmp_path, Laboratory(), (-1, 0, 1, 2)), Choices())
 
 
-def test_clean_steps_are_not_doubted(tmp_path: pathlib.Path) -> None:
+def test_plates_and_steps_that_agree_are_not_doubted(tmp_path: pathlib.Path) -> None:
     done = import_gait(files(tmp_path, Laboratory(), ()), Choices())
-    assert all(stride.loaded for stride in done.strides)
+    assert all(stride.loaded for stride in done.strides) and done.warnings == ()

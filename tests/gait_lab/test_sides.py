@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gait_lab.known_walker import SOLE
 from gait_lab.patients import LameWalker, laboratory
-from gait_lab.trial_files import write_forces, write_trc
+from gait_lab.trial_files import write_forces, write_trial
 
 from afo_sim.common import InputError
 from afo_sim.gait import TwoSides, asymmetry
@@ -20,9 +20,7 @@ LAME = LameWalker(right_load=0.9)
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> list[pathlib.Path]:
-    folder, recorded = tmp_path_factory.mktemp("lame"), laboratory(LAME)
-    markers = write_trc(folder / "walk.trc", recorded.time, recorded.markers(SET))
-    return [markers, write_forces(folder / "grf.mot", recorded.plates())]
+    return write_trial(tmp_path_factory.mktemp("lame"), laboratory(LAME), SET)
 
 
 def test_each_side_is_the_stride_of_its_side_alone(

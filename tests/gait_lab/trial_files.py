@@ -4,32 +4,23 @@ import pathlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from gait_lab.laboratory import Recorded
-from walking import write_table
+from gait_lab.laboratory import Laboratory, Recorded
+from walking import METRE, write_table
+from walking import write_points as write_trc
 
-METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0}  # the unit's number in a metre
 
-
-def write_trc(
-    path: pathlib.Path, time: np.ndarray, points: Mapping[str, np.ndarray], unit: str = "mm"
-) -> pathlib.Path:
-    """A .trc; a point without numbers is left empty."""
-    rate, names = 1.0 / (time[1] - time[0]), list(points)
-    lines = [
-        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
-        f"{rate:.6g}\t{rate:.6g}\t{len(time)}\t{len(names)}\t{unit}\t{rate:.6g}\t1\t{len(time)}",
-        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
-        "\t\t" + "\t".join(f"{axis}{k}" for k in range(1, len(names) + 1) for axis in "XYZ"),
-        "",
-    ]
-    table = METRE[unit] * np.column_stack([points[name] for name in names])
-    digits = {"mm": 4, "cm": 5, "m": 7}[unit]
-    for k, row in enumerate(table):
-        cells = ("" if np.isnan(value) else f"{value:.{digits}f}" for value in row)
-        lines.append(f"{k + 1}\t{time[k]:.6f}\t" + "\t".join(cells))
-    path.write_text("\n".join(lines) + "\n")
-    return path
+def write_trial(
+    folder: pathlib.Path,
+    laboratory: Laboratory,
+    name: str,
+    plates: str | Sequence[Recorded] = "feet",
+    points: Mapping[str, np.ndarray] | None = None,
+) -> list[pathlib.Path]:
+    """Markers of a set, or some points, as .trc, and the plates of a kind, or some plates, as .mot."""
+    points = laboratory.markers(name) if points is None else points
+    plates = laboratory.plates(plates) if isinstance(plates, str) else plates
+    markers = write_trc(folder / "walk.trc", laboratory.time, points)
+    return [markers, write_forces(folder / "grf.mot", plates)]
 
 
 def write_angles(

@@ -2,6 +2,7 @@
 
 import dataclasses
 import pathlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -133,45 +134,32 @@ def write_forces(path: pathlib.Path, walk: Walk, time: np.ndarray, *, sign: floa
 NAMES = {"hip": "RHJC", "knee": "RKJC", "ankle": "RAJC", "heel": "R.Heel", "toe": "R.Toe.Lat"}
 
 
-def marker_points(walk: Walk, time: np.ndarray, forward: str, up: str) -> dict[str, np.ndarray]:
-    """Markers by name in a laboratory's axes, each (n, 3) [m]."""
-    found = {}
-    for role, name in NAMES.items():
-        plane = walk.points(time)[role]
-        space = np.full((len(time), 3), 0.12)
-        for axis, column in ((forward, 0), (up, 1)):
-            sign = -1.0 if axis.startswith("-") else 1.0
-            space[:, "xyz".index(axis[-1])] = sign * plane[:, column]
-        found[name] = space
-    return found
+def write_trc(path: pathlib.Path, walk: Walk, time: np.ndarray) -> pathlib.Path:
+    """The leg's markers, x forward and y up."""
+    points, out = walk.points(time), np.full(len(time), 0.12)
+    return write_points(path, time, {n: np.column_stack([points[r], out]) for r, n in NAMES.items()})
 
 
-def write_trc(
-    path: pathlib.Path,
-    walk: Walk,
-    time: np.ndarray,
-    *,
-    forward: str = "x",
-    up: str = "y",
-    gap: tuple[float, float] | None = None,
+METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0}  # the unit's number in a metre
+
+
+def write_points(
+    path: pathlib.Path, time: np.ndarray, points: Mapping[str, np.ndarray], unit: str = "mm"
 ) -> pathlib.Path:
-    """Markers in millimetres; `gap` [s] is when the ankle's was not seen."""
-    points = marker_points(walk, time, forward, up)
-    rate = 1.0 / (time[1] - time[0])
-    names = list(points)
+    """A .trc of markers (n, 3) [m]; a point without numbers is left empty."""
+    rate, names = 1.0 / (time[1] - time[0]), list(points)
     lines = [
         f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
         "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
-        f"{rate:g}\t{rate:g}\t{len(time)}\t{len(names)}\tmm\t{rate:g}\t1\t{len(time)}",
+        f"{rate:.6g}\t{rate:.6g}\t{len(time)}\t{len(names)}\t{unit}\t{rate:.6g}\t1\t{len(time)}",
         "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
         "\t\t" + "\t".join(f"{axis}{k}" for k in range(1, len(names) + 1) for axis in "XYZ"),
         "",
     ]
-    for k, moment in enumerate(time):
-        cells = [str(k + 1), f"{moment:.6f}"]
-        for name in names:
-            lost = gap is not None and name == NAMES["ankle"] and gap[0] <= moment <= gap[1]
-            cells += [""] * 3 if lost else [f"{1e3 * value:.5f}" for value in points[name][k]]
-        lines.append("\t".join(cells))
+    table = METRE[unit] * np.column_stack([points[name] for name in names])
+    digits = {"mm": 4, "cm": 5, "m": 7}[unit]
+    for k, row in enumerate(table):
+        cells = ("" if np.isnan(value) else f"{value:.{digits}f}" for value in row)
+        lines.append(f"{k + 1}\t{time[k]:.6f}\t" + "\t".join(cells))
     path.write_text("\n".join(lines) + "\n")
     return path
