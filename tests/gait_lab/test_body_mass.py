@@ -39,8 +39,7 @@ def walk(
         pressed = force > 20.0 + offset
         edges = TIME[np.flatnonzero(np.diff(pressed.astype(int)))]
         contacts = tuple(
-            PlateContact(plate=side, start=float(a), end=float(b), whole=True)
-            for a, b in zip(edges[::2], edges[1::2], strict=True)
+            PlateContact(side, float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)
         )
         # what was filtered is zero outside contacts, and holds the offset inside
         filtered = np.where(pressed, force, 0.0)
@@ -127,7 +126,7 @@ def test_two_plates_carry_one_step() -> None:
     half = 0.5 * right.plates["right"][1]  # type: ignore[attr-defined]
     right.plates = {"a": (TIME, half), "b": (TIME, half)}  # type: ignore[attr-defined]
     right.contacts = tuple(  # type: ignore[attr-defined]
-        PlateContact(plate=name, start=c.start, end=c.end, whole=True)
+        PlateContact(name, c.start, c.end)
         for c in right.contacts  # type: ignore[attr-defined]
         for name in "ab"
     )

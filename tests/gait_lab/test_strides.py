@@ -59,7 +59,7 @@ def test_another_foots_contact_is_no_heel_strike(walk: Walk) -> None:
     motion = leg(walk, TIME)
     own = plate(walk, FAST, motion)
     half = 0.5 * walk.cycle.stride_time
-    moved = tuple(PlateContact("1", c.start + half, c.end + half, True) for c in own.contacts[:2])
+    moved = tuple(PlateContact("1", c.start + half, c.end + half) for c in own.contacts[:2])
     found = find_strides(motion, dataclasses.replace(own, contacts=moved))
     assert len(found) == 3
     assert not any(stride.loaded for stride in found)
@@ -101,7 +101,7 @@ def test_what_is_no_walk_is_refused(walk: Walk) -> None:
 
 def test_both_feet_on_a_plate_are_told(walk: Walk) -> None:
     motion = leg(walk, np.arange(0.0, 1.0, 0.01))
-    contact = PlateContact("1", 0.1, 4.5, whole=True)
+    contact = PlateContact("1", 0.1, 4.5)
     force = np.zeros_like(FAST)
     ground = GroundForce(FAST, force, force, force, (contact,), {"1": (FAST, force)})
     with pytest.raises(InputError, match="too long for a step") as caught:

@@ -33,7 +33,7 @@ def plate(
     for contact in contacts:
         kept[(time >= contact.start + late) & (time <= contact.end)] = 1.0
     contacts = [
-        PlateContact("1", c.start + late, c.end, c.whole)
+        PlateContact("1", c.start + late, c.end, c.begins, c.ends)
         for c in contacts
         if c.end > seen.time[0] and c.start < seen.time[-1]
     ]

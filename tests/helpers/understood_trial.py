@@ -125,9 +125,7 @@ def _ground(name: str, walk: Walk, walks: dict[str, Walk], duration: float) -> G
     edges = np.flatnonzero(np.diff(np.r_[False, on, False].astype(int)))
     number = str(1 + list(walks).index(name))
     contacts = tuple(
-        PlateContact(
-            number, time[first], time[stop - 1], whole=bool(first > 0 and stop < len(time)), own=True
-        )
+        PlateContact(number, time[first], time[stop - 1], begins=bool(first > 0), ends=bool(stop < len(time)))
         for first, stop in zip(edges[::2], edges[1::2], strict=True)
     )
     return GroundForce(time, forward, upward, place * upward, contacts, plates)

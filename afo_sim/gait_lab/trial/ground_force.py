@@ -32,7 +32,13 @@ class PlateContact:
     plate: str
     start: float  # [s], to a part of a sample
     end: float
-    whole: bool  # neither end is the recording's
+    begins: bool = True  # with a heel strike, not with the recording
+    ends: bool = True  # with a toe-off, likewise
+
+    @property
+    def whole(self) -> bool:
+        """Whether neither end is the recording's."""
+        return self.begins and self.ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,11 +59,14 @@ def find_contacts(plate: str, time: np.ndarray, force: np.ndarray) -> list[Plate
     """Contacts in a plate's upward force [N]: above 20 N, reaching 50 N, for 0.1 s unless cut short."""
     found = []
     for first, stop in stretches(force > EDGE):
-        whole = bool((first > 0 or force[first] < _SURE) and (stop < len(time) or force[stop - 1] < _SURE))
+        begins, ends = first > 0, stop < len(time)
+        if (begins or force[first] < _SURE) and (ends or force[stop - 1] < _SURE):
+            begins = ends = True  # the recording's end is hardly before the contact's
         start = _crossing(time, force, first - 1) if first > 0 else float(time[0])
         end = _crossing(time, force, stop - 1) if stop < len(time) else float(time[-1])
-        if force[first:stop].max() > _SURE and (end - start >= _SHORTEST or not whole):
-            found.append(PlateContact(plate, start, end, whole))
+        contact = PlateContact(plate, start, end, begins, ends)
+        if force[first:stop].max() > _SURE and (end - start >= _SHORTEST or not contact.whole):
+            found.append(contact)
     return found
 
 

@@ -61,7 +61,6 @@ class _Leg:
 
     motion: LegMotion
     events: FootEvents
-    ground: GroundForce | None
     contacts: tuple[PlateContact, ...]  # that are steps
     beside: dict[PlateContact, str]  # those that begin with no heel strike of this foot, and why
 
@@ -100,13 +99,13 @@ def _known(motion: LegMotion, ground: GroundForce | None) -> tuple[_Leg, list[st
     steppable = tuple(contact for contact in contacts if contact.end - contact.start <= STRIDE[1])
     beside = {}
     for contact in steppable:
-        if ground and begins(contact, ground) and _inside(motion, contact.start):
+        if contact.begins and _inside(motion, contact.start):
             reason = _beside_heel_strike(contact.start, motion, events)
             if reason:
                 beside[contact] = f"{place(contact)}: {reason}"
     reason = "too long for a step; both feet on one plate, or wrong axes?"
     why = [f"{place(contact)}: {reason}" for contact in contacts if contact not in steppable]
-    return _Leg(motion, events, ground, steppable, beside), [*why, *beside.values()]
+    return _Leg(motion, events, steppable, beside), [*why, *beside.values()]
 
 
 def _inside(motion: LegMotion, moment: float) -> bool:
@@ -120,10 +119,7 @@ def _strikes(leg: _Leg) -> list[_Strike]:
     by_force = [
         _Strike(contact.start, FORCE, contact)
         for contact in leg.contacts
-        if leg.ground
-        and begins(contact, leg.ground)
-        and contact not in leg.beside
-        and _inside(leg.motion, contact.start)
+        if contact.begins and contact not in leg.beside and _inside(leg.motion, contact.start)
     ]
     moments = list(leg.events.strikes)
     if by_force and (returned := posture_return(leg.motion, by_force[-1].time)):
@@ -175,7 +171,7 @@ def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
     off = leg.events.toe_off_after(first.time)
     missing = "the ground force is missing"
     if first.contact is not None:
-        missing = _left_early(leg, first.contact, off, second.time)
+        missing = _left_early(first.contact, off, second.time)
         off = off if missing else first.contact.end
     if off is None or off >= second.time:
         off = first.time + STANCE * time
@@ -194,10 +190,10 @@ def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
     )
 
 
-def _left_early(leg: _Leg, contact: PlateContact, off: float | None, end: float) -> str:
+def _left_early(contact: PlateContact, off: float | None, end: float) -> str:
     """Why a contact that begins with a stride does not hold its whole stance; empty if it does."""
     early = 0.0 if off is None else off - contact.end
-    if leg.ground and not ends(contact, leg.ground):
+    if not contact.ends:
         seen = "the plate's recording ends before the toe-off"
     elif contact.end > end or abs(early) > _SAME * (end - contact.start):
         seen = f"the foot leaves the plate {abs(early):.2f} s from its toe-off"
@@ -210,9 +206,9 @@ def _incomplete(contact: PlateContact, leg: _Leg) -> str:
     """Why a contact that is a step begins no stride."""
     first, last = leg.motion.time[0], leg.motion.time[-1]
     why = "the motion ends before the next heel strike"
-    if leg.ground and not begins(contact, leg.ground):
+    if not contact.begins:
         why = "its beginning is not on the recording"
-    elif leg.ground and not ends(contact, leg.ground):
+    elif not contact.ends:
         why = "its end is not on the recording"
     elif not first <= contact.start <= last:
         why = f"the motion is known from {first:.2f} to {last:.2f} s"
@@ -224,9 +220,8 @@ def steps(ground: GroundForce | None) -> list[PlateContact]:
     merged: list[PlateContact] = []
     for contact in sorted(ground.contacts, key=lambda c: c.start) if ground else ():
         if merged and contact.start < merged[-1].end:
-            last = merged.pop()
-            whole = last.whole and contact.whole
-            merged.append(PlateContact(last.plate, last.start, max(last.end, contact.end), whole))
+            last = max(merged[-1], contact, key=lambda c: c.end)
+            merged[-1] = dataclasses.replace(merged[-1], end=last.end, ends=last.ends)
         else:
             merged.append(contact)
     return merged
@@ -235,16 +230,6 @@ def steps(ground: GroundForce | None) -> list[PlateContact]:
 def place(contact: PlateContact) -> str:
     """The contact in words."""
     return f"contact {contact.start:.2f} to {contact.end:.2f} s"
-
-
-def begins(contact: PlateContact, ground: GroundForce) -> bool:
-    """Whether its beginning is a heel strike, and not the recording's beginning."""
-    return contact.whole or contact.start > ground.plates[contact.plate][0][0]
-
-
-def ends(contact: PlateContact, ground: GroundForce) -> bool:
-    """Whether its end is a toe-off, and not the recording's end."""
-    return contact.whole or contact.end < ground.plates[contact.plate][0][-1]
 
 
 def _beside_heel_strike(start: float, motion: LegMotion, events: FootEvents) -> str:
@@ -294,7 +279,7 @@ def _closed_stride(
     seen = _longest_seen(motion)
     length = float(seen.time[-1] - seen.time[0])
     around = [*contacts, *_steps_without_motion(ground, contacts)] if ground else []
-    starts = sorted(c.start for c in around if ground and begins(c, ground))
+    starts = sorted(contact.start for contact in around if contact.begins)
     period, how = period_by_force(starts, seen), FORCE
     if period is None:
         found, how = period_by_motion(seen, other), "the leg's motion"
@@ -363,8 +348,7 @@ def _closed(
     unrolled = _unrolled(motion, window, period, length)
     events = find_events(unrolled)
     strike, by = _strike(unrolled, events, starts, window, period)
-    off = [c.end for c in contacts if ground and ends(c, ground)]
-    toe_off = _toe_off(events, off, strike, period)
+    toe_off = _toe_off(events, [c.end for c in contacts if c.ends], strike, period)
     loaded = _covered(contacts, strike, toe_off, window, period)
     if loaded and ground and ground.time[0] <= window[0] and ground.time[-1] >= window[1]:
         for name in ("force_x", "force_z"):
