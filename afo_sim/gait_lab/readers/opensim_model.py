@@ -118,7 +118,7 @@ class OpenSimModel(Noted):
 
     def pose(self, start: str, end: str, values: Mapping[str, np.ndarray]) -> Pose:
         """The body `end` in the body `start` over time; values as `Joint.pose` takes them."""
-        found = Pose(np.eye(3)[None], np.zeros((1, 3)))
+        found = _FIXED
         for joint, outward in self.path(start, end):
             try:
                 step = joint.pose(values)
@@ -170,17 +170,12 @@ def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
         markers[name] = (holder, place.point(vector(marker, "location"))[0])
     text = "markers of the model without a known body: {markers}"
     notices = (note("model-markers-lost", text, markers=", ".join(lost)),) if lost else ()
-    spheres = tuple(_spheres(model, frames))
-    return OpenSimModel(path, model.get("name", ""), bodies, tuple(joints), markers, spheres, notices)
-
-
-def _spheres(model: ElementTree.Element, frames: _Frames) -> list[Sphere]:
-    found = []
+    spheres = []
     for sphere in model.iterfind("ContactGeometrySet/objects/ContactSphere"):
         body, place = frames.base(sphere, "frame", "body_name")
         radius = _number(sphere, "radius")
-        found.append(Sphere(body, place.point(vector(sphere, "location"))[0], radius))
-    return found
+        spheres.append(Sphere(body, place.point(vector(sphere, "location"))[0], radius))
+    return OpenSimModel(path, model.get("name", ""), bodies, tuple(joints), markers, tuple(spheres), notices)
 
 
 def _number(element: ElementTree.Element, name: str) -> float:
@@ -218,10 +213,8 @@ def _socket(element: Element, name: str) -> str | None:
 
 def _joint(element: Element, parent: str, child: str, in_parent: Pose, in_child: Pose) -> Joint:
     kind, name, refused = element.tag, element.get("name", ""), ""
-    listed = [
-        *element.iterfind("coordinates/Coordinate"),
-        *element.iterfind("CoordinateSet/objects/Coordinate"),
-    ]
+    layouts = ("coordinates/Coordinate", "CoordinateSet/objects/Coordinate")
+    listed = [coordinate for layout in layouts for coordinate in element.iterfind(layout)]
     names = [c.get("name", "") for c in listed]
     rotations: tuple[MotionAxis, ...] = ()
     translations: tuple[MotionAxis, ...] = ()

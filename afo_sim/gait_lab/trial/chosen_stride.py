@@ -1,6 +1,7 @@
 """The stride of a trial that becomes the gait cycle: one, or the mean of several."""
 
 import dataclasses
+import warnings
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
@@ -142,7 +143,10 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
     of = dict.fromkeys(KINEMATICS, cycles) | dict.fromkeys(_KINETICS, loaded or cycles)
     values = {name: np.array([getattr(cycle, name) for cycle in each]) for name, each in of.items()}
     values["ankle_x"] = values["ankle_x"] - values["ankle_x"][:, :1]
-    means: dict[str, Any] = {name: _mean(rows) for name, rows in values.items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # NaN where none, or a single one, is known
+        means: dict[str, Any] = {name: np.nanmean(rows, axis=0) for name, rows in values.items()}
+        band = {name: np.nanstd(rows, axis=0, ddof=1) for name, rows in values.items()}
     means["cop_x"] = _mean_place(values["cop_x"], values["grf_z"])
     times = np.array([cycle.stride_time for cycle in cycles])
     speeds = np.array([cycle.walking_speed for cycle in cycles])
@@ -157,14 +161,7 @@ def mean_cycle(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, dict[str, np.nda
         notes=_notes(cycles, len(loaded)),
         **means,
     )
-    return mean, {name: _deviation(rows) for name, rows in values.items()}
-
-
-def _mean(rows: np.ndarray) -> np.ndarray:
-    """Mean of what is known; NaN where nothing is (n,)."""
-    known = np.isfinite(rows)
-    total = np.where(known, rows, 0.0).sum(axis=0)
-    return np.asarray(np.where(known.any(axis=0), total / np.maximum(known.sum(axis=0), 1), np.nan))
+    return mean, band
 
 
 def _mean_place(place: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -175,14 +172,6 @@ def _mean_place(place: np.ndarray, force: np.ndarray) -> np.ndarray:
     enough = (2.0 * total >= np.abs(force).sum(axis=0)) & (total > 0.0)
     moment = (weight * np.where(known, place, 0.0)).sum(axis=0)
     return np.asarray(np.where(enough, moment / np.where(enough, total, 1.0), np.nan))
-
-
-def _deviation(rows: np.ndarray) -> np.ndarray:
-    """Standard deviation of what is known; NaN for fewer than two (n,)."""
-    known = np.isfinite(rows)
-    count = known.sum(axis=0)
-    squares = np.where(known, rows - _mean(rows), 0.0) ** 2
-    return np.asarray(np.where(count > 1, np.sqrt(squares.sum(axis=0) / np.maximum(count - 1, 1)), np.nan))
 
 
 def _notes(cycles: Sequence[GaitCycle], loaded: int) -> dict[str, str]:

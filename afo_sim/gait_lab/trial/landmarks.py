@@ -1,5 +1,6 @@
 """Landmarks of both legs over time, and the ways in which they give the points of a leg."""
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -171,10 +172,9 @@ class Landmarks:
             if landmark.startswith(("knee", "ankle", "heel", "metatarsal", "toe"))
         ]
         some = next(iter(self.paths["right"].values()), next(iter(self.paths["left"].values())))
-        stack = np.stack(legs) if legs else np.full((1, *some.shape), np.nan)
-        seen = np.isfinite(stack)
-        mean = np.where(seen, stack, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
-        return np.where(seen.any(axis=0), mean, np.nan)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # NaN where nothing is seen
+            return np.asarray(np.nanmean(legs or [np.full_like(some, np.nan)], axis=0))
 
 
 def find_landmarks(markers: Markers, roles: Roles, up: str | None) -> Landmarks:

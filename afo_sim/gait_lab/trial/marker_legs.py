@@ -155,8 +155,7 @@ def _leg(
             notices += (note("sole-pitch", text, subject=side, pitch=float(np.degrees(sole))),)
         if ankle is not None and _HEIGHTS[0] <= ankle @ vertical <= _HEIGHTS[1]:
             height = float(ankle @ vertical)
-    flat = {"sole": sole, "ankle_height": height}
-    return LegPoints(side, markers.time, chosen.points, landmarks.pelvis(), **flat, notices=notices)
+    return LegPoints(side, markers.time, chosen.points, landmarks.pelvis(), sole, height, notices=notices)
 
 
 def _place(still: Landmarks, side: str, role: str, chosen: _Chosen) -> np.ndarray | None:

@@ -64,7 +64,9 @@ def find_roles(markers: Markers) -> Roles:
             text = "{markers} on the second metatarsal head, as in that set"
             notices.append(note("toe-on-metatarsal", text, markers=" and ".join(named)))
     used = dict.fromkeys(name for names in found.values() for name in names.values())
-    notices += [_duplicate(markers, name, twin) for name in used for twin in _twins(name, markers.positions)]
+    for name in used:
+        twins = (other for other in markers.positions if re.fullmatch(re.escape(name) + r"\.\d+", other))
+        notices += [_duplicate(markers, name, twin) for twin in twins]
     sides = {side: {landmark: (name,) for landmark, name in found[side].items()} for side in SIDES}
     return Roles(sides, tuple(notices))
 
@@ -106,12 +108,9 @@ def missing_roles(
 ) -> InputError:
     """One refusal for all points of a leg that have no marker."""
     if map_file is not None:
-        return InputError(
-            f"names no marker for the {side} {', '.join(missing)}",
-            file=map_file,
-            field=side,
-            allowed="; ".join(f"{role}: {' or '.join(marks)}" for role, marks in missing.items()),
-        )
+        problem = f"names no marker for the {side} {', '.join(missing)}"
+        allowed = "; ".join(f"{role}: {' or '.join(marks)}" for role, marks in missing.items())
+        return InputError(problem, file=map_file, field=side, allowed=allowed)
     free = [name for name in markers.positions if name not in known]
     parts, empty, never = [], [], readings(list(markers.unseen))
     meant = {name: {_meaning(known, ways) for known in (GENERAL, *SETS)} for name, ways in never.items()}
@@ -141,9 +140,9 @@ def plain(name: str) -> str:
 
 def readings(names: Sequence[str]) -> dict[str, list[_Reading]]:
     """Ways to read each of a file's names, the likeliest first; computed signals are left out."""
-    markers = [name for name in names if not _COMPUTED.search(plain(name))]
-    start = _common_start([_bare(name) for name in markers])
-    return {name: list(_readings(_bare(name).removeprefix(start))) for name in markers}
+    bare = {name: name.strip().split(":")[-1] for name in names if not _COMPUTED.search(plain(name))}
+    start = _common_start(list(bare.values()))
+    return {name: list(_readings(each.removeprefix(start))) for name, each in bare.items()}
 
 
 def _readings(bare: str) -> Iterator[_Reading]:
@@ -163,18 +162,13 @@ def _readings(bare: str) -> Iterator[_Reading]:
         yield {"r": "right", "l": "left"}[(end[1] or end[2]).lower()], whole[:-1]
 
 
-def _bare(name: str) -> str:
-    return name.strip().split(":")[-1]
-
-
-def _common_start(names: Sequence[str]) -> str:
+def _common_start(names: list[str]) -> str:
     """What all names begin with, to a separator; never a side's letter or word."""
     if len(names) <= 3:
         return ""
     first, last = min(names), max(names)  # what these two share, all share
-    same = next(
-        (k for k, pair in enumerate(zip(first, last, strict=False)) if len(set(pair)) > 1), len(first)
-    )
+    pairs = enumerate(zip(first, last, strict=False))
+    same = next((k for k, (one, other) in pairs if one != other), len(first))
     found = re.match(r".*[_.\- ]", first[:same])
     return found[0] if found and plain(found[0]) not in ("r", "l", *SIDES) else ""
 
@@ -212,12 +206,8 @@ def _meaning(known: MarkerSet, ways: Sequence[_Reading]) -> _Reading | None:
     return None
 
 
-def _twins(name: str, names: Iterable[str]) -> list[str]:
-    """Further columns of the same label: "RHEE.2"."""
-    return [other for other in names if re.fullmatch(re.escape(name) + r"\.\d+", other)]
-
-
 def _duplicate(markers: Markers, name: str, twin: str) -> Notice:
+    """A warning on a further column of a label: "RHEE.2"."""
     apart = np.linalg.norm(markers.positions[name] - markers.positions[twin], axis=1)
     if not np.isfinite(apart).any():
         text = "the label {subject} occurs twice, never seen at both places at once; the first is taken"
