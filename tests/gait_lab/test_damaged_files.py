@@ -70,7 +70,6 @@ QUICK = (
     "left and right exchanged",
     "knee and ankle exchanged",
     "millimetres said to be metres",
-    "recording of 0.97 of a period",
     "radians under a header of degrees",
     "a label twice, other points",
     "no force plates",

@@ -1,11 +1,11 @@
 """Multi-body inverse kinematics: known coordinates come back; OpenSim's own, where the recordings are."""
 
-import os
 import pathlib
 
 import numpy as np
 import pytest
 from osim_text import LAYOUTS, version_4, walker, write
+from real_trials import MOCO, SUBJECT01, where_recorded
 
 from afo_sim.gait_lab import Choices, Markers
 from afo_sim.gait_lab.readers.opensim_joint import Pose
@@ -18,9 +18,6 @@ from afo_sim.gait_lab.trial.model_legs import legs_from_model_markers
 TIME = np.linspace(0.0, 1.0, 41)
 ENDS = ("toes_r", "toes_l")
 LAST = 1e-5  # the search ends with a step below this [rad] or [m]
-BESIDE = pathlib.Path(__file__).parents[2].parent / "shared" / "data" / "gait_trials"
-TRIALS = pathlib.Path(os.environ.get("AFO_SIM_TRIALS", BESIDE))
-shared = pytest.mark.skipif(not TRIALS.is_dir(), reason="the public walking trials are not on this computer")
 
 
 def walk() -> dict[str, np.ndarray]:
@@ -183,9 +180,9 @@ TREADMILL = {
 # of squared distances that the tool reports in a row [m²]; its search ends up to 1.2 % above the least
 
 
-@shared
+@where_recorded
 def test_coordinates_are_those_of_opensims_own_inverse_kinematics():
-    folder = TRIALS / "moco_3d_walking"
+    folder = MOCO
     made = read_opensim_model(folder / "subject_walk_scaled.osim")
     positions = read_trc(folder / "markers_walk.trc").positions
     seen = {name: path for name, path in positions.items() if name in made.markers}
@@ -198,9 +195,9 @@ def test_coordinates_are_those_of_opensims_own_inverse_kinematics():
         np.testing.assert_allclose(got, list(expected.values()), atol=0.1)
 
 
-@shared
+@where_recorded
 def test_the_squared_error_is_at_most_that_of_opensims_own():
-    folder = TRIALS / "subject01_walk1"
+    folder = SUBJECT01
     made = read_opensim_model(folder / "subject01.osim")
     columns = read_opensim_table(folder / "subject01_walk1_ik.mot").columns
     seen = {

@@ -1,6 +1,5 @@
 """Legs of a model: a plane chain that the test sums up itself, and the shared recordings where they are."""
 
-import os
 import pathlib
 
 import numpy as np
@@ -17,6 +16,7 @@ from osim_text import (
     walker,
     write,
 )
+from real_trials import FOLDER, MOCO, SUBJECT01, where_recorded
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab import Choices, Markers
@@ -27,9 +27,6 @@ from afo_sim.gait_lab.trial.leg_points import LegPoints
 from afo_sim.gait_lab.trial.model_legs import legs_from_angles, legs_from_model_markers
 
 TIME = np.linspace(0.0, 1.0, 41)
-BESIDE = pathlib.Path(__file__).parents[2].parent / "shared" / "data" / "gait_trials"
-TRIALS = pathlib.Path(os.environ.get("AFO_SIM_TRIALS", BESIDE))
-shared = pytest.mark.skipif(not TRIALS.is_dir(), reason="the public walking trials are not on this computer")
 RECORDINGS = {  # folder: model, joint angles, whether in degrees
     "moco_3d_walking": ("subject_walk_scaled.osim", "coordinates.sto", False),
     "subject01_walk1": ("subject01.osim", "subject01_walk1_ik.mot", True),
@@ -259,13 +256,13 @@ def ankle_angle(leg: LegPoints) -> np.ndarray:
     return np.degrees(np.arctan2(foot[:, 1], foot[:, 0]) - np.arctan2(shank[:, 1], shank[:, 0]))
 
 
-@shared
+@where_recorded
 @pytest.mark.parametrize("recording", RECORDINGS)
 def test_the_foot_turns_against_the_shank_as_the_recordings_coordinate_says(recording):
     """The ankle's axis is oblique, so that the plane angle follows the coordinate within 1 deg only."""
     osim, angles, degrees = RECORDINGS[recording]
-    made = read_opensim_model(TRIALS / recording / osim)
-    coordinates = read_opensim_table(TRIALS / recording / angles)
+    made = read_opensim_model(FOLDER / recording / osim)
+    coordinates = read_opensim_table(FOLDER / recording / angles)
     for side, leg in legs_from_angles(made, coordinates, degrees).items():
         stated = coordinates.columns[f"ankle_angle_{side[0]}"] * (1.0 if degrees else 180.0 / np.pi)
         assert np.std(ankle_angle(leg) - stated) < 1.0
@@ -274,13 +271,13 @@ def test_the_foot_turns_against_the_shank_as_the_recordings_coordinate_says(reco
         assert not leg.warnings
 
 
-@shared
+@where_recorded
 @pytest.mark.parametrize(("recording", "row"), OPENSIM)
 def test_bodies_stand_where_opensim_has_them(recording, row):
     """Body origins in ground within 0.1 mm."""
     osim, angles, degrees = RECORDINGS[recording]
-    made = read_opensim_model(TRIALS / recording / osim)
-    columns = read_opensim_table(TRIALS / recording / angles).columns
+    made = read_opensim_model(FOLDER / recording / osim)
+    columns = read_opensim_table(FOLDER / recording / angles).columns
     coordinates = [c for joint in made.joints for c in joint.coordinates if c.name in columns]
     values = {
         c.name: columns[c.name][[row]] * (np.pi / 180.0 if degrees and c.rotational else 1.0)
@@ -290,12 +287,12 @@ def test_bodies_stand_where_opensim_has_them(recording, row):
         np.testing.assert_allclose(made.pose("ground", body, values).position[0], place, atol=1e-4)
 
 
-@shared
+@where_recorded
 def test_subject01s_markers_agree_with_its_inverse_kinematics():
     """Its file of joint angles holds the recorded markers, too; knee and ankle have none in the trial."""
     osim, angles, degrees = RECORDINGS["subject01_walk1"]
-    made = read_opensim_model(TRIALS / "subject01_walk1" / osim)
-    coordinates = read_opensim_table(TRIALS / "subject01_walk1" / angles)
+    made = read_opensim_model(SUBJECT01 / osim)
+    coordinates = read_opensim_table(SUBJECT01 / angles)
     columns = coordinates.columns
     positions = {
         name: np.column_stack([columns[f"{name}_t{axis}"] for axis in "xyz"])
@@ -311,10 +308,10 @@ def test_subject01s_markers_agree_with_its_inverse_kinematics():
             assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 2.0 * point.error, role
 
 
-@shared
+@where_recorded
 def test_markers_agree_with_the_recordings_inverse_kinematics():
     """Within 3 deg RMS of the ankle angle after the offset, though that fit misses markers by 20 to 45 mm."""
-    folder = TRIALS / "moco_3d_walking"
+    folder = MOCO
     made = read_opensim_model(folder / "subject_walk_scaled.osim")
     coordinates, markers = (
         read_opensim_table(folder / "coordinates.sto"),

@@ -5,18 +5,22 @@ import pathlib
 
 import numpy as np
 import pytest
-from real_trials import C3D, FOLDER, SUBJECT01, TRIALS, C3DTrial, Curve, Trial, c3d_trial, heel_strikes
+from real_trials import (
+    C3D,
+    SUBJECT01,
+    TRIALS,
+    C3DTrial,
+    Curve,
+    Trial,
+    c3d_trial,
+    heel_strikes,
+    where_recorded,
+)
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab import Choices, Imported, import_gait
 
-pytestmark = [
-    pytest.mark.skipif(
-        not FOLDER.is_dir(),
-        reason=f"the public walking trials are not at {FOLDER}; AFO_SIM_TRIALS names their folder",
-    ),
-    pytest.mark.slow,
-]
+pytestmark = [where_recorded, pytest.mark.slow]
 SIDES = ("right", "left")
 C3D_FILES = ("walking5.c3d", "test_walking.c3d")
 WEIGHT = 65.5  # of the C3D files' walker: the right foot's impulse over half a stride, 65 to 66 kg [kg]

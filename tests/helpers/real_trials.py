@@ -11,12 +11,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 
 REPOSITORY = pathlib.Path(__file__).parents[2]
 FOLDER = pathlib.Path(os.environ.get("AFO_SIM_TRIALS", REPOSITORY.parent / "shared" / "data" / "gait_trials"))
 COMPUTED = REPOSITORY / "tests" / "gait_lab" / "opensim_reference"
 MOCO, SUBJECT01, C3D = FOLDER / "moco_3d_walking", FOLDER / "subject01_walk1", FOLDER / "c3d"
 STEP = 20.0  # upward force of a foot on the floor [N]
+where_recorded = pytest.mark.skipif(
+    not FOLDER.is_dir(),
+    reason=f"the public walking trials are not at {FOLDER}; AFO_SIM_TRIALS names their folder",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,65 +131,31 @@ _SCALED = MOCO / "subject_walk_scaled.osim"
 TRIALS = {
     "overground, model and joint angles": Trial(
         (MOCO / "coordinates.sto", MOCO / "grf_walk.mot"),
-        _SCALED,
-        85.27,
-        _ID,
-        _IK,
-        _WALK,
-        (0.5, 1.75),
-        0.06,
-        3.0,
+        _SCALED, 85.27, _ID, _IK, _WALK, (0.5, 1.75), 0.06, 3.0,
     ),
     # The body of coordinates.sto lies up to 3 cm below the markers, which moves the ankle's moment: OpenSim's
     # own from these markers is up to 0.08 N·m/kg away from id_walk.sto. So it is the reference here.
     "overground, model and markers": Trial(
         (MOCO / "markers_walk.trc", MOCO / "grf_walk.mot"),
-        _SCALED,
-        85.27,
-        (_OWN, "ankle_moment_*"),
-        _IK,
-        _WALK,
-        (0.15, 2.2),
-        0.06,
-        3.0,
+        _SCALED, 85.27, (_OWN, "ankle_moment_*"), _IK, _WALK, (0.15, 2.2), 0.06, 3.0,
     ),
     # The model's ankle joint lies 12 mm behind and 25 mm below the midpoint of its own malleoli, which is
     # where markers put the ankle. So the moment of id_walk.sto is moved there by statics.
     "overground, markers alone": Trial(
         (MOCO / "markers_walk.trc", MOCO / "grf_walk.mot"),
-        None,
-        85.27,
-        _ID,
-        _IK,
-        _WALK,
-        (0.5, 1.75),
-        0.10,
-        5.0,
-        malleoli=(0.0122, 0.0247),
+        None, 85.27, _ID, _IK, _WALK, (0.5, 1.75), 0.10, 5.0, malleoli=(0.0122, 0.0247),
     ),
     "overground, all there is": Trial(
         (MOCO / "coordinates.sto", MOCO / "markers_walk.trc", MOCO / "grf_walk.mot", MOCO / "id_walk.sto"),
-        _SCALED,
-        85.27,
-        _ID,
-        _IK,
-        _WALK,
-        (0.5, 1.75),
-        0.06,
-        3.0,
+        _SCALED, 85.27, _ID, _IK, _WALK, (0.5, 1.75), 0.06, 3.0,
     ),
     "treadmill, model and joint angles": Trial(
         (SUBJECT01 / "subject01_walk1_ik.mot", SUBJECT01 / "subject01_walk1_grf.mot"),
         SUBJECT01 / "subject01.osim",
-        72.6,
-        (COMPUTED / "subject01_walk1.csv", "ankle_moment_*"),
-        (SUBJECT01 / "subject01_walk1_ik.mot", "ankle_angle_?", 1.0),
-        _BELT,
-        (0.45, 1.55),
-        0.06,
-        3.0,
+        72.6, (COMPUTED / "subject01_walk1.csv", "ankle_moment_*"),
+        (SUBJECT01 / "subject01_walk1_ik.mot", "ankle_angle_?", 1.0), _BELT, (0.45, 1.55), 0.06, 3.0,
     ),
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
