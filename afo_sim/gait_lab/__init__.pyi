@@ -5,11 +5,11 @@ from .trial.choices import read_options as read_options
 from .trial.chosen_stride import mean_cycle as mean_cycle
 from .trial.files import WalkingTrial as WalkingTrial
 from .trial.files import read_trial as read_trial
-from .trial.importing import Imported as Imported
+from .trial.imported import Check as Check
+from .trial.imported import Imported as Imported
 from .trial.importing import cut_cycle as cut_cycle
 from .trial.importing import import_gait as import_gait
 from .trial.importing import import_sides as import_sides
-from .trial.quality import Check as Check
 from .trial.roles import write_role_map as write_role_map
 from .trial.understood import direction as direction
 from .trial.understood import taken_words as taken_words

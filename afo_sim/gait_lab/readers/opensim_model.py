@@ -172,9 +172,9 @@ def _model(path: pathlib.Path, model: ElementTree.Element) -> OpenSimModel:
     notices = (note("model-markers-lost", text, markers=", ".join(lost)),) if lost else ()
     spheres = []
     for sphere in model.iterfind("ContactGeometrySet/objects/ContactSphere"):
-        body, place = frames.base(sphere, "frame", "body_name")
+        holder, place = frames.base(sphere, "frame", "body_name")
         radius = _number(sphere, "radius")
-        spheres.append(Sphere(body, place.point(vector(sphere, "location"))[0], radius))
+        spheres.append(Sphere(holder, place.point(vector(sphere, "location"))[0], radius))
     return OpenSimModel(path, model.get("name", ""), bodies, tuple(joints), markers, tuple(spheres), notices)
 
 

@@ -53,10 +53,6 @@ class FootEvents:
         times = [*np.diff(self.strikes), *np.diff(self.toe_offs)]
         return float(np.median(times)) if times else _USUAL
 
-    def toe_off_after(self, strike: float) -> float | None:
-        """The first toe-off after a heel strike [s]."""
-        return next((t for t in self.toe_offs if t > strike + 0.1), None)
-
 
 def find_events(motion: LegMotion) -> FootEvents:
     """Heel strikes and toe-offs of a leg, on the floor or on a treadmill."""

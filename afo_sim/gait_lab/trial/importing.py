@@ -2,28 +2,29 @@
 
 import pathlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from afo_sim.common import InputError, Notice, with_code
 from afo_sim.gait import STRIKE, GaitCycle
-from afo_sim.gait_lab.noted import Noted, note
+from afo_sim.gait_lab.noted import note
 from afo_sim.gait_lab.readers.opensim_model import read_opensim_model
 from afo_sim.gait_lab.trial.body_mass import BodyMass, find_mass
 from afo_sim.gait_lab.trial.choices import SIDES, Choices
 from afo_sim.gait_lab.trial.chosen_stride import mean_cycle, require_loaded, take_stride
 from afo_sim.gait_lab.trial.cutting import Cutter, reference_of
 from afo_sim.gait_lab.trial.files import WalkingTrial, read_trial
-from afo_sim.gait_lab.trial.ground_force import GroundForce, with_floor
-from afo_sim.gait_lab.trial.leg_motion import LegMotion, from_points
+from afo_sim.gait_lab.trial.ground_force import with_floor
+from afo_sim.gait_lab.trial.imported import Imported
+from afo_sim.gait_lab.trial.leg_motion import from_points
 from afo_sim.gait_lab.trial.leg_points import LegPoints, leg_length
 from afo_sim.gait_lab.trial.legs import find_legs
 from afo_sim.gait_lab.trial.plausibility import clock_doubts, doubts
-from afo_sim.gait_lab.trial.quality import Check, examine, words
+from afo_sim.gait_lab.trial.quality import examine, words
 from afo_sim.gait_lab.trial.recorded_stride import RecordedStride
 from afo_sim.gait_lab.trial.steps import find_steps, open_ends
-from afo_sim.gait_lab.trial.walking_frame import WalkingFrame, find_frame
+from afo_sim.gait_lab.trial.walking_frame import find_frame
 
 # Between a given mass and the plates'; half a foot beside a plate makes 17 % (assumed) [-]
 _MASS_LIMIT = 0.25
@@ -32,32 +33,6 @@ _USUAL = "walker-usual"  # a patient's stride that looks like a healthy walker's
 _POUND = 0.2248  # pounds-force in a newton
 _LIGHTEST = 9.0  # body mass over squared height that nobody walks with; 13 of thin children; assumed [kg/m²]
 _LEG = 0.491  # hip centre to ankle centre over body height (Winter 2009)
-
-
-@dataclass(frozen=True, eq=False)
-class Imported(Noted):
-    """A gait cycle with what it was cut from."""
-
-    cycle: GaitCycle
-    chosen: tuple[int, ...]  # which strides the cycle is; several: their mean
-    strides: tuple[RecordedStride, ...]  # all that were found, the right leg's first
-    cycles: tuple[GaitCycle, ...]  # one for each stride; forces are NaN where no plate lay
-    band: Mapping[str, np.ndarray] | None  # standard deviation over the strides of `chosen`'s sides, by field
-    legs: Mapping[str, LegPoints]
-    motions: Mapping[str, LegMotion]
-    grounds: Mapping[str, GroundForce]
-    frame: WalkingFrame
-    mass: BodyMass
-    zero: float  # taken out of the ankle angle [rad]
-    reference: np.ndarray | None  # internal ankle moment of a given inverse-dynamics file at the cycle's
-    # phases, dorsiflexion positive [N·m/kg] (n,)
-    trial: WalkingTrial
-    notices: tuple[Notice, ...]
-    checks: tuple[Check, ...] = ()  # for faults of the laboratory
-
-    def number(self, index: int) -> int:
-        """A stride's number among its side's, from 1."""
-        return sum(s.side == self.strides[index].side for s in self.strides[: index + 1])
 
 
 def import_gait(files: Sequence[str | pathlib.Path], choices: Choices) -> Imported:

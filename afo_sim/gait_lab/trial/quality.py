@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,11 +10,9 @@ from afo_sim.common import GRAVITY, InputError, Notice
 from afo_sim.gait_lab.readers.signals import low_pass, stretches
 from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
+from afo_sim.gait_lab.trial.imported import Check, Imported
 from afo_sim.gait_lab.trial.marker_legs import standing_posture
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
-
-if TYPE_CHECKING:
-    from afo_sim.gait_lab.trial.importing import Imported
 
 _SHORT_FOOT = 0.25  # heel to toe point; below it the toe point lies on the metatarsal heads (assumed) [m]
 _HEEL_FIRST = 0.14  # rise of the toe point over the heel's, of their distance: 8 deg [-]
@@ -45,22 +43,6 @@ _ROLLS = 0.35  # speed of the pressure along the foot in stance (assumed) [m/s]
 _BMI = (13.0, 50.0)  # body mass over squared height, thin children to the heaviest [kg/m²]
 
 
-@dataclass(frozen=True)
-class Check:
-    """One fault that was looked for, for a table: what was found, and what is allowed."""
-
-    fault: str
-    found: str = ""
-    limit: str = ""
-    needs: str = ""  # what it takes to be checked, where that is not there
-    notice: Notice | None = None  # where it is doubted
-
-    @property
-    def verdict(self) -> str:
-        """passed, DOUBTED, or not checked with what is needed."""
-        return f"not checked: needs {self.needs}" if self.needs else "DOUBTED" if self.notice else "passed"
-
-
 @dataclass(frozen=True, eq=False)
 class _Steps:
     """What a foot's whole contacts show, the mean over them; NaN where they do not."""
@@ -72,7 +54,7 @@ class _Steps:
     moved: float  # heel's stop and toe point's start after the force's beginning and end [s]
 
 
-def examine(done: "Imported") -> tuple[Check, ...]:
+def examine(done: Imported) -> tuple[Check, ...]:
     """Look for a laboratory's faults in an imported trial."""
     steps = {side: _steps(done, side) for side in done.grounds}
     return (
@@ -94,7 +76,7 @@ def words(checks: tuple[Check, ...]) -> str:
     return "; ".join(f"{kind}: {', '.join(faults)}" for kind, faults in groups.items() if faults)
 
 
-def _steps(done: "Imported", side: str) -> _Steps | None:
+def _steps(done: Imported, side: str) -> _Steps | None:
     """What the whole contacts of a foot show; None of a foot without markers of heel and metatarsal heads."""
     leg, frame, time = done.legs[side], done.frame, done.legs[side].time
     if leg.by_angles:
@@ -207,7 +189,7 @@ def _late(steps: Mapping[str, _Steps | None]) -> Check:
     return _check(fault, comes, most, wrong, "force-late", text, order=order, **sizes)
 
 
-def _clipped(done: "Imported") -> Iterator[Check]:
+def _clipped(done: Imported) -> Iterator[Check]:
     used = {c.plate for ground in done.grounds.values() for c in ground.contacts}
     plates = {name: each for ground in done.grounds.values() for name, each in ground.plates.items()}
     for name in sorted(used):
@@ -225,7 +207,7 @@ def _clipped(done: "Imported") -> Iterator[Check]:
         yield _check(f"clipped (plate {name})", *said, wrong, "plate-clipped", text, name, **data)
 
 
-def _scaled(done: "Imported") -> Iterator[Check]:
+def _scaled(done: Imported) -> Iterator[Check]:
     """m = F̄ / (g + Δv/Δt) of each plate in single support, v the pelvis' upward speed."""
     found: dict[str, list[float]] = {}
     for side, ground in done.grounds.items():
@@ -263,7 +245,7 @@ def _scaled(done: "Imported") -> Iterator[Check]:
     yield _check("plates alike", *said, one, "plates-unlike", text, low, **data)
 
 
-def _carried(done: "Imported", side: str, ground: GroundForce) -> Iterator[tuple[str, float]]:
+def _carried(done: Imported, side: str, ground: GroundForce) -> Iterator[tuple[str, float]]:
     """Each plate that carries a foot alone, with the mass by it [kg]."""
     leg, other = done.legs[side], done.motions.get("left" if side == "right" else "right")
     if other is None or leg.pelvis is None or not np.isfinite(leg.pelvis).all():
@@ -282,7 +264,7 @@ def _carried(done: "Imported", side: str, ground: GroundForce) -> Iterator[tuple
         yield on[0], float(ground.force_z[inside].mean()) / (GRAVITY + (last - first) / (end - start))
 
 
-def _standing(done: "Imported") -> Iterator[Check]:
+def _standing(done: Imported) -> Iterator[Check]:
     """Sizes of what moves as one, standing against walking; and the person's right where the right is."""
     still, walk = done.trial.standing, done.trial.markers
     if still is None or walk is None:
@@ -324,7 +306,7 @@ def _standing(done: "Imported") -> Iterator[Check]:
     yield _check("standing mirrored", hand, "same hand", mirrored, "standing-mirrored", text)
 
 
-def _handed(done: "Imported", positions: Mapping[str, np.ndarray]) -> float:
+def _handed(done: Imported, positions: Mapping[str, np.ndarray]) -> float:
     """Sign of forward × up · right of a body by the markers of the legs' points; 0 if not known."""
     ends: dict[tuple[str, str], np.ndarray] = {}
     for side, leg in done.legs.items():
@@ -341,7 +323,7 @@ def _handed(done: "Imported", positions: Mapping[str, np.ndarray]) -> float:
     return float(np.sign(np.nanmedian(np.sum(np.cross(forward, up) * right, axis=1))))
 
 
-def _bmi(done: "Imported") -> Check:
+def _bmi(done: Imported) -> Check:
     fault, height, mass, (low, high) = "mass against height", done.cycle.body_height, done.mass.mass, _BMI
     if height is None:
         return Check(fault, needs="a stated height")

@@ -57,10 +57,6 @@ class RecordedStride:
         """Its duration [s]."""
         return self.end - self.start
 
-    def window(self, share: tuple[float, float]) -> tuple[float, float]:
-        """From when to when a part of the stride lasts [s]."""
-        return self.start + share[0] * self.time, self.start + share[1] * self.time
-
 
 def _heel_strike(by: str) -> str:
     return by if by in (FORCE, POSTURE, MARKED, BEGINNING) else f"heel strike by {by}"

@@ -168,7 +168,7 @@ def _whole(leg: _Leg, strikes: Sequence[_Strike], why: list[str]) -> list[Record
 
 def _stride(leg: _Leg, first: _Strike, second: _Strike) -> RecordedStride:
     time = second.time - first.time
-    off = leg.events.toe_off_after(first.time)
+    off = next((time for time in leg.events.toe_offs if time > first.time + 0.1), None)
     missing = "the ground force is missing"
     if first.contact is not None:
         missing = _left_early(first.contact, off, second.time)

@@ -3,19 +3,16 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from afo_sim.common import GRAVITY, with_code
 from afo_sim.gait import LATE_SWING, STANCE_FORCE, GaitCycle
 from afo_sim.gait_lab.trial.cutting import FROM_GROUND_FORCE, stated_over
+from afo_sim.gait_lab.trial.imported import Imported
 from afo_sim.gait_lab.trial.leg_points import LegPoint, LegPoints
 from afo_sim.gait_lab.trial.recorded_stride import Closing, RecordedStride
 from afo_sim.gait_lab.trial.walking_frame import WalkingFrame
-
-if TYPE_CHECKING:
-    from afo_sim.gait_lab.trial.importing import Imported
 
 _ANKLE_ERROR = 0.01  # of an ankle centre whose error nobody states, fore and aft; assumed [m]
 _MASSLESS = 0.014  # moment of the foot's weight and inertia in walking, see GaitCycle.ground_moment [N·m/kg]
@@ -28,7 +25,7 @@ _OTHERS = ("leg-unused", "stride-left-out")  # notes on what was not taken, and 
 _WORTH = ("ankle", "knee", "hip", "heel", "toe")  # points, by what a better one does for the ankle's moment
 
 
-def verdict(imported: "Imported") -> str:
+def verdict(imported: Imported) -> str:
     """What was taken, and the numbers that a person looks for first, in one sentence."""
     plantar, dorsi = _moment_peaks(imported)
     cycle = imported.cycle
@@ -38,7 +35,7 @@ def verdict(imported: "Imported") -> str:
     )
 
 
-def taken_words(imported: "Imported") -> str:
+def taken_words(imported: Imported) -> str:
     """Which stride was taken and when it was recorded, or of which strides the mean is."""
     chosen = _chosen_strides(imported)
     sides = list(dict.fromkeys(stride.side for stride in chosen))
@@ -53,7 +50,7 @@ def taken_words(imported: "Imported") -> str:
     return f"{words}, {_recorded_words(stride.closed)}"
 
 
-def _chosen_strides(imported: "Imported") -> list[RecordedStride]:
+def _chosen_strides(imported: Imported) -> list[RecordedStride]:
     """The strides that the cycle is, or is the mean of."""
     return [imported.strides[index] for index in imported.chosen]
 
@@ -71,7 +68,7 @@ def _counted(strides: Sequence[RecordedStride]) -> str:
     return f"{words} stride{'s' * (max(counts.values()) > 1)}"
 
 
-def ten_lines(imported: "Imported") -> list[tuple[str, str]]:
+def ten_lines(imported: Imported) -> list[tuple[str, str]]:
     """What was found, taken and estimated, and what would make it better."""
     return [
         ("found", _found(imported)),
@@ -87,7 +84,7 @@ def ten_lines(imported: "Imported") -> list[tuple[str, str]]:
     ]
 
 
-def _found(imported: "Imported") -> str:
+def _found(imported: Imported) -> str:
     """The files by what they hold, the legs, the time, and how the legs were had from them."""
     trial = imported.trial
     kinds = {
@@ -122,7 +119,7 @@ def direction(frame: WalkingFrame) -> str:
     return "; ".join(said)
 
 
-def _strides(imported: "Imported") -> str:
+def _strides(imported: Imported) -> str:
     """How many strides of each side were on plates for the whole stance, and on which."""
     found: list[str] = []
     more: list[str] = []
@@ -142,7 +139,7 @@ def _strides(imported: "Imported") -> str:
     return "; ".join([*said, f"without load taken off: {each}"] if each else said)
 
 
-def _taken(imported: "Imported") -> str:
+def _taken(imported: Imported) -> str:
     """When the taken strides began and ended, by what evidence."""
     chosen = _chosen_strides(imported)
     shown = dict.fromkeys(by for stride in chosen for by in (stride.start_by, stride.end_by) if by)
@@ -172,7 +169,7 @@ def _taken(imported: "Imported") -> str:
     return f"{words}; ends meet within {' and '.join(apart)}" if apart else words
 
 
-def _mass(imported: "Imported") -> str:
+def _mass(imported: Imported) -> str:
     mass = imported.mass
     if mass.how == "by the plates":
         return "; ".join(mass.remarks) or f"{mass.mass:.1f} kg, by the plates"
@@ -185,7 +182,7 @@ def _mass(imported: "Imported") -> str:
     return f"{said}, {_signed(100.0 * (mass.mass / mass.estimated - 1.0), 1)} % off: {carried}"
 
 
-def _height(imported: "Imported") -> str:
+def _height(imported: Imported) -> str:
     """The body's height, which a person or the laboratory's file states."""
     height = imported.cycle.body_height
     if height is None:
@@ -193,7 +190,7 @@ def _height(imported: "Imported") -> str:
     return f"height {height:.2f} m" + " of the file" * (height == imported.trial.stated.height)
 
 
-def _ankle(imported: "Imported") -> str:
+def _ankle(imported: Imported) -> str:
     height = 1e3 * imported.cycle.ankle_height
     zero = math.degrees(imported.zero)
     moved = "as in the file" if zero == 0.0 else f"moved by {_signed(-zero, 1)} deg"
@@ -210,7 +207,7 @@ def _ankle(imported: "Imported") -> str:
     return f"{said}; the laboratory's own angle {apart}"
 
 
-def _stated_events(imported: "Imported") -> str:
+def _stated_events(imported: Imported) -> str:
     """How much earlier or later than the taken strides' events the laboratory marked its own."""
     apart: dict[str, list[float]] = {"heel strike": [], "toe-off": []}
     for stride in _chosen_strides(imported):
@@ -222,7 +219,7 @@ def _stated_events(imported: "Imported") -> str:
     return f"; the laboratory's events: {', '.join(each)} from these" if each else ""
 
 
-def _moment(imported: "Imported") -> str:
+def _moment(imported: Imported) -> str:
     """Both peaks with their phases, where they come from, and how far the two sources are apart."""
     cycle = imported.cycle
     names = ("plantarflexor", "dorsiflexor")
@@ -248,7 +245,7 @@ def _moment_is_given(cycle: GaitCycle) -> bool:
     return cycle.notes.get("ankle_moment", FROM_GROUND_FORCE) != FROM_GROUND_FORCE
 
 
-def _estimated(imported: "Imported") -> str:
+def _estimated(imported: Imported) -> str:
     """What was not measured, and what its error does to moment or angle."""
     points = imported.legs[imported.cycle.side].points
     error = _ankle_error(imported)
@@ -266,7 +263,7 @@ def _estimated(imported: "Imported") -> str:
     return "; ".join(said)
 
 
-def _better(imported: "Imported") -> str:
+def _better(imported: Imported) -> str:
     """The first two of what is lacking, in the order of what it does to the ankle's moment."""
     points = imported.legs[imported.cycle.side].points
     chosen = _chosen_strides(imported)
@@ -344,7 +341,7 @@ class MomentPeak:
         return f"{self.text()}{unit}" + f" ({own})" * bool(own)
 
 
-def _moment_peaks(imported: "Imported") -> tuple[MomentPeak, MomentPeak]:
+def _moment_peaks(imported: Imported) -> tuple[MomentPeak, MomentPeak]:
     """The plantarflexor's and the dorsiflexor's peak of the taken stride."""
     cycle = imported.cycle
     stance = (cycle.grf_z > STANCE_FORCE) & (cycle.phase < LATE_SWING)
@@ -364,7 +361,7 @@ def _moment_peaks(imported: "Imported") -> tuple[MomentPeak, MomentPeak]:
     return found[0], found[1]
 
 
-def _ankle_error(imported: "Imported") -> float | None:
+def _ankle_error(imported: Imported) -> float | None:
     """The ankle centre's error, the larger of two averaged legs' [m]; None where it is not known."""
     sides = {imported.strides[index].side for index in imported.chosen}
     errors = [imported.legs[side].points["ankle"].error for side in sides if side in imported.legs]
