@@ -81,6 +81,7 @@ def test_one_leg_is_taken_for_half() -> None:
     found = find_mass(*walk(("left",), count=1), None, None)
     assert found.mass == pytest.approx(MASS, rel=0.002)
     assert found.remarks == ("the plates carry 70.0 kg (±5 %) over 1 left stride, both legs taken as alike",)
+    assert [told.code for told in found.warnings] == ["mass-of-one-leg"]
     lame = find_mass(*walk(("left",), share=0.55), None, None)
     assert lame.mass == pytest.approx(0.9 * MASS, rel=0.002)
 

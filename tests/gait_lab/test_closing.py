@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from campaign import size
 from recorded_leg import ANGLES, leg, plate, toe_off
-from walking import Walk, known_walk
+from walking import Walk
 
 from afo_sim.common import GRAVITY, InputError
 from afo_sim.gait_lab.trial.events import period_by_force
@@ -17,11 +17,6 @@ from afo_sim.gait_lab.trial.strides import _toe_off, find_strides
 
 FAST = np.arange(0.0, 6.0, 0.001)
 PHASE = np.linspace(0.0, 1.0, 201)
-
-
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return known_walk()
 
 
 def cut(walk: Walk, start: float, share: float, step: float = 0.005) -> np.ndarray:

@@ -5,18 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 from recorded_leg import leg, toe_off
-from walking import Walk, known_walk
+from walking import Walk
 
 from afo_sim.gait_lab.readers.signals import low_pass
 from afo_sim.gait_lab.trial.events import find_events
 from afo_sim.gait_lab.trial.leg_motion import LegMotion
 
 TIME = np.arange(0.0, 4.3, 0.01)
-
-
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return known_walk()
 
 
 @pytest.mark.parametrize("belt", [0.0, 0.98])

@@ -92,12 +92,6 @@ def test_one_plate_under_a_lame_leg_refuses_no_mass(tmp_path: pathlib.Path, load
     assert any("by the plates it is" in warning for warning in done.warnings)
 
 
-def test_mass_by_one_leg_is_doubted(tmp_path: pathlib.Path) -> None:
-    done = imported(tmp_path, laboratory(Patient()), sides="r")
-    assert done.cycle.body_mass == pytest.approx(Patient().mass, rel=0.02)
-    assert any("is twice what one leg carries" in warning for warning in done.warnings)
-
-
 def test_crutch_on_a_plate_of_its_own_is_no_foot(tmp_path: pathlib.Path) -> None:
     """A crutch 30 cm beside the foot and 15 cm ahead of it, with 120 N, in half of the stride."""
     recorded = laboratory(Patient())

@@ -10,7 +10,6 @@ from walking import (
     SHANK,
     THIGH,
     Walk,
-    known_walk,
     write_angles,
     write_forces,
     write_table,
@@ -28,11 +27,6 @@ from afo_sim.gait_lab.trial.recorded_stride import _extended
 SLOW, FAST = np.arange(0.0, 3.2, 0.01), np.arange(0.0, 3.2, 0.001)  # 100 Hz and 1 kHz
 MASS = 67.2
 PLAIN = Choices(mass=MASS, cutoff=0.0)  # a known walk has no noise to take away
-
-
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return known_walk()
 
 
 def recovered(done: Imported, walk: Walk) -> dict[str, float]:

@@ -23,6 +23,7 @@ from afo_sim.gait_lab import Choices, Imported, import_gait
 pytestmark = [where_recorded, pytest.mark.slow]
 SIDES = ("right", "left")
 C3D_FILES = ("walking5.c3d", "test_walking.c3d")
+C3d = tuple[C3DTrial, tuple[pathlib.Path, ...]]
 WEIGHT = 65.5  # of the C3D files' walker: the right foot's impulse over half a stride, 65 to 66 kg [kg]
 
 
@@ -141,14 +142,12 @@ def test_inverse_dynamics_without_ground_forces_are_told_and_not_taken(side: str
 
 
 @pytest.fixture(params=C3D_FILES)
-def c3d(request: pytest.FixtureRequest) -> tuple[C3DTrial, tuple[pathlib.Path, ...]]:
+def c3d(request: pytest.FixtureRequest) -> C3d:
     pytest.importorskip("ezc3d")
     return c3d_trial(request.param), (C3D / request.param,)
 
 
-def test_c3d_strides_of_both_feet_begin_with_the_heel(
-    c3d: tuple[C3DTrial, tuple[pathlib.Path, ...]],
-) -> None:
+def test_c3d_strides_of_both_feet_begin_with_the_heel(c3d: C3d) -> None:
     """Left, the heel lands beside its plate: the force begins 100 ms after the heel strike."""
     trial, files = c3d
     found = first_try(files, "right", None)
@@ -162,7 +161,7 @@ def test_c3d_strides_of_both_feet_begin_with_the_heel(
             assert stride.loaded == (side == "right")
 
 
-def test_c3d_walks_along_minus_x(c3d: tuple[C3DTrial, tuple[pathlib.Path, ...]]) -> None:
+def test_c3d_walks_along_minus_x(c3d: C3d) -> None:
     trial, files = c3d
     found = first_try(files, "right", None)
     assert np.degrees(np.arccos(found.frame.forward @ trial.forward())) < 3.0
@@ -170,16 +169,12 @@ def test_c3d_walks_along_minus_x(c3d: tuple[C3DTrial, tuple[pathlib.Path, ...]])
     assert found.frame.belt_speed == pytest.approx(0.0, abs=0.02)
 
 
-def test_c3d_body_mass_comes_from_the_foot_that_is_wholly_on_its_plate(
-    c3d: tuple[C3DTrial, tuple[pathlib.Path, ...]],
-) -> None:
+def test_c3d_body_mass_comes_from_the_foot_that_is_wholly_on_its_plate(c3d: C3d) -> None:
     """The left foot's impulse alone would say 48 kg."""
     assert first_try(c3d[1], "right", None).mass.mass == pytest.approx(WEIGHT, rel=0.04)
 
 
-def test_c3d_right_ankle_moment_balances_the_ground(
-    c3d: tuple[C3DTrial, tuple[pathlib.Path, ...]],
-) -> None:
+def test_c3d_right_ankle_moment_balances_the_ground(c3d: C3d) -> None:
     trial, files = c3d
     found = first_try(files, "right", None)
     known, expected = in_stance(found, trial.upward("right"), trial.moment("right"))
@@ -187,8 +182,6 @@ def test_c3d_right_ankle_moment_balances_the_ground(
     assert rms(moment - expected) <= 0.06 * WEIGHT
 
 
-def test_c3d_left_foot_is_told_to_be_partly_beside_its_plate(
-    c3d: tuple[C3DTrial, tuple[pathlib.Path, ...]],
-) -> None:
+def test_c3d_left_foot_is_told_to_be_partly_beside_its_plate(c3d: C3d) -> None:
     with pytest.raises(InputError, match="beside the plate"):
         first_try(c3d[1], "left", None)

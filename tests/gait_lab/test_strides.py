@@ -5,18 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 from recorded_leg import leg, plate, toe_off
-from walking import Walk, known_walk
+from walking import Walk
 
 from afo_sim.common import InputError
 from afo_sim.gait_lab.trial.ground_force import GroundForce, PlateContact
 from afo_sim.gait_lab.trial.strides import find_strides
 
 TIME, FAST = np.arange(0.0, 4.3, 0.01), np.arange(0.0, 4.3, 0.001)
-
-
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return known_walk()
 
 
 def test_force_gives_all_strides(walk: Walk) -> None:
