@@ -41,9 +41,8 @@ def read_opensim_table(path: pathlib.Path) -> OpenSimTable:
     lines, ended = read_lines(path)
     end = next((k for k, line in enumerate(lines) if line.strip(" \t;,").lower() == "endheader"), None)
     if end is None:
-        raise InputError(
-            "has no header that ends in 'endheader'", file=path, allowed="an OpenSim .mot or .sto"
-        )
+        problem = "has no header that ends in 'endheader'"
+        raise InputError(problem, file=path, allowed="an OpenSim .mot or .sto")
     header = _header(lines[:end])
     body = [line for line in lines[end + 1 :] if line.strip(" \t;,")]
     if len(body) < 3:
@@ -96,11 +95,8 @@ def _refuse_vectors(
         return
     word = "quaternions" if kind.startswith("quaternion") or commas == 3 else "vectors"
     of = ", ".join(names[1:5]) + (", …" if len(names) > 5 else "")
-    raise InputError(
-        f"holds {word} of {of}, several numbers to a cell",
-        file=path,
-        allowed="joint angles, exported from inverse kinematics (export joint angles)",
-    )
+    allowed = "joint angles, exported from inverse kinematics (export joint angles)"
+    raise InputError(f"holds {word} of {of}, several numbers to a cell", file=path, allowed=allowed)
 
 
 def _table(

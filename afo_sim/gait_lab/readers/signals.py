@@ -89,9 +89,8 @@ def check_clock(file: pathlib.Path, time: np.ndarray, field: str = "time") -> No
     if len(steps) == 0:
         raise InputError("has a single row", file=file, field=field, allowed="at least two")
     if np.any(steps <= 0.0):
-        raise InputError(
-            f"time does not increase after {time[np.argmax(steps <= 0.0)]:g} s", file=file, field=field
-        )
+        seen = f"time does not increase after {time[np.argmax(steps <= 0.0)]:g} s"
+        raise InputError(seen, file=file, field=field)
     middle, mean = float(np.median(steps)), float(steps.mean())
     longest = max(_LONGEST_GAP, 3.0 * middle)
     if steps.max() > longest:

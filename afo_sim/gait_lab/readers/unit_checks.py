@@ -75,9 +75,8 @@ def metres_of(path: pathlib.Path, field: str, unit: str, points: np.ndarray) -> 
     try:
         stated = parse_quantity(f"1 {unit}", "m") if unit else None
     except ValueError:
-        raise InputError(
-            "is not a valid length", file=path, field=field, value=unit, allowed="m, mm, cm"
-        ) from None
+        problem = "is not a valid length"
+        raise InputError(problem, file=path, field=field, value=unit, allowed="m, mm, cm") from None
     factor, notices = metres(points, stated, unit)
     if factor is None:
         raise InputError("is not stated", file=path, field=field, allowed="m, mm, cm")

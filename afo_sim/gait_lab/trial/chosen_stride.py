@@ -94,12 +94,8 @@ def require_loaded(strides: Sequence[RecordedStride], choices: Choices) -> tuple
     lacking = [side for side in SIDES if choices.both and side not in {strides[k].side for k in found}]
     if found and lacking:
         seen = "; ".join(s.by for s in strides if s.side == lacking[0]) or "its leg has no whole stride"
-        raise InputError(
-            f"no plate carried a whole stance of the {lacking[0]} foot: {seen}",
-            field="side",
-            value="both",
-            allowed=strides[found[0]].side,
-        )
+        problem = f"no plate carried a whole stance of the {lacking[0]} foot: {seen}"
+        raise InputError(problem, field="side", value="both", allowed=strides[found[0]].side)
     if not found:
         other = next((s.side for s in strides if s.loaded), "")
         others = f"{other}, whose stance is;" if other else "the other side,"

@@ -193,14 +193,12 @@ def _moment_of(table: OpenSimTable, stride: RecordedStride, phase: np.ndarray) -
     """Internal ankle moment over a stride's phase, dorsiflexion positive [N·m], of inverse dynamics."""
     name = f"ankle_angle_{stride.side[0]}_moment"
     if name not in table.columns:
-        raise InputError(
-            "this column is missing", file=table.file, field=name, allowed=", ".join(table.columns)
-        )
+        allowed = ", ".join(table.columns)
+        raise InputError("this column is missing", file=table.file, field=name, allowed=allowed)
     values, gaps = fill_gaps(table.time, table.columns[name])
     if gaps:
-        raise InputError(
-            f"has no number from {gaps[0][0]:g} to {gaps[0][1]:g} s", file=table.file, field=name
-        )
+        problem = f"has no number from {gaps[0][0]:g} to {gaps[0][1]:g} s"
+        raise InputError(problem, file=table.file, field=name)
     time, even = evenly(table.time, values)
     return sample(time, even[:, None], stride, phase, [False])[:, 0]
 

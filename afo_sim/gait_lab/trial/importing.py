@@ -224,12 +224,8 @@ def _require_mass(mass: BodyMass) -> None:
     if mass.how != "given":
         problem = f"the mass {mass.how}, {mass.mass:.1f} kg, is {carried}"
         raise InputError(problem, field="mass", allowed=f"the walker's own by `mass`, {within}")
-    raise InputError(
-        f"is {carried}",
-        field="mass",
-        value=f"{mass.mass:g} kg",
-        allowed=f"the walker's own, {within}; left out it is taken from the plates",
-    )
+    allowed = f"the walker's own, {within}; left out it is taken from the plates"
+    raise InputError(f"is {carried}", field="mass", value=f"{mass.mass:g} kg", allowed=allowed)
 
 
 def _pounds(mass: BodyMass, leg: LegPoints, choices: Choices) -> list[Notice]:

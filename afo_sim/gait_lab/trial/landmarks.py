@@ -13,7 +13,8 @@ from afo_sim.gait_lab.trial.clusters import completed
 from afo_sim.gait_lab.trial.leg_points import LegPoint, mean_place
 from afo_sim.gait_lab.trial.roles import Roles
 
-_STATIC = "a standing trial with medial markers, or the person's scaled model"
+_MODEL = "the person's scaled model"
+_STATIC = f"a standing trial with medial markers, or {_MODEL}"
 
 # The ways to each point, the best first: landmarks whose midpoint counts.
 _WAYS = {
@@ -50,8 +51,10 @@ class Landmarks:
     def ways(self, side: str, role: str) -> list[LegPoint | None]:
         """Ways to a point of a leg, the best first; None where a landmark is missing."""
         if role == "hip":
-            given = self._midpoint(side, "hip", ("hip_centre",))
-            return [given, self._harrington(side), self._hara(side), self._trochanter(side)]
+            given, trochanter = (
+                self._midpoint(side, "hip", (mark,)) for mark in ("hip_centre", "trochanter")
+            )
+            return [given, self._harrington(side), self._hara(side), trochanter]
         return [self._midpoint(side, role, group) for group in _WAYS[role]]
 
     def pelvis(self) -> np.ndarray | None:
@@ -95,6 +98,9 @@ class Landmarks:
             return point
         if group[0].endswith("centre"):
             return replace(point, way="a centre given in the file")
+        if role == "hip":
+            way, better = "the greater trochanter for the centre", f"markers on the pelvis, or {_MODEL}"
+            return replace(point, way=way, error=joint_centres.TROCHANTER_ERROR, better=better)
         if len(group) == 2:
             return replace(point, error=joint_centres.MIDPOINT_ERROR)
         if group[0].endswith("medial"):
@@ -129,7 +135,7 @@ class Landmarks:
             frame.place(joint_centres.hip_by_harrington(width, depth, side)),
             "Harrington 2007",
             joint_centres.HARRINGTON_ERROR,
-            "the person's scaled model",
+            _MODEL,
             way=f"pelvis {1e3 * width:.0f} × {1e3 * depth:.0f} mm",
         )
 
@@ -150,17 +156,8 @@ class Landmarks:
             frame.place(joint_centres.hip_by_hara(length, side)),
             f"Hara 2016 from a leg {1e2 * length:.0f} cm long",
             joint_centres.hara_error_without_back(length),
-            "markers at the back of the pelvis, or the person's scaled model",
+            f"markers at the back of the pelvis, or {_MODEL}",
             way="the pelvis' tilt assumed",
-        )
-
-    def _trochanter(self, side: str) -> LegPoint | None:
-        point = self._plain(side, ("trochanter",))
-        return point and replace(
-            point,
-            way="the greater trochanter for the centre",
-            error=joint_centres.TROCHANTER_ERROR,
-            better="markers on the pelvis, or the person's scaled model",
         )
 
     def _below(self) -> np.ndarray:

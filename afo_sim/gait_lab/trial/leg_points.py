@@ -28,9 +28,7 @@ class LegPoint:
     error: float | None = None  # standard error of its place in the sagittal plane, where one is known [m]
     better: str = ""  # what would place it better, in words
     bridged: np.ndarray | None = None  # frames in which its segment's markers stand in for it (n,)
-    way: str = (
-        ""  # how the source gives the point, in words, where it is not the point itself: "lateral alone"
-    )
+    way: str = ""  # how the source gives the point, where it is not the point itself: "lateral alone"
     carriers: tuple[str, ...] = ()  # markers that carry it from a standing posture into the walk
 
     @property

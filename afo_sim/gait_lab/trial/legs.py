@@ -190,12 +190,9 @@ def _angles(
     names = _names(side)
     missing = [name for name in names if name not in table.columns]
     if missing:
-        raise InputError(
-            "these coordinates are missing" if len(missing) > 1 else "this coordinate is missing",
-            file=table.file,
-            field=", ".join(missing),
-            allowed=", ".join(table.columns),
-        )
+        problem = "these coordinates are missing" if len(missing) > 1 else "this coordinate is missing"
+        allowed = ", ".join(table.columns)
+        raise InputError(problem, file=table.file, field=", ".join(missing), allowed=allowed)
     degrees, unit = angle_unit(table, [names[2]], choices.degrees)
     tilt, hip, knee, ankle = (table.columns[n] * (np.pi / 180.0 if degrees else 1.0) for n in names)
     word = "degrees" if degrees else "radians"
@@ -279,18 +276,10 @@ def _ankle(
     assert choices.thigh is not None and choices.shank is not None
     forward, up = choices.hip or _HIP
     thigh = tilt + hip
-    x = (
-        forward * np.cos(tilt)
-        - up * np.sin(tilt)
-        + choices.thigh * np.sin(thigh)
-        - choices.shank * np.sin(shank)
-    )
-    y = (
-        forward * np.sin(tilt)
-        + up * np.cos(tilt)
-        - choices.thigh * np.cos(thigh)
-        - choices.shank * np.cos(shank)
-    )
+    x = forward * np.cos(tilt) - up * np.sin(tilt)
+    x = x + choices.thigh * np.sin(thigh) - choices.shank * np.sin(shank)
+    y = forward * np.sin(tilt) + up * np.cos(tilt)
+    y = y - choices.thigh * np.cos(thigh) - choices.shank * np.cos(shank)
     pelvis = _pelvis(table)
     assert pelvis is not None
     path = pelvis + x[:, None] * heading + y[:, None] * np.array([0.0, 1.0, 0.0])
