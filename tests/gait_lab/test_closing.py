@@ -123,17 +123,6 @@ def test_a_period_by_motion_is_right_as_strides_repeat(walk: Walk, start: float,
     assert early < 0.05
 
 
-def test_toe_off_to_toe_off_is_a_stride(walk: Walk) -> None:
-    time = np.arange(toe_off(walk, 0), toe_off(walk, 1), 0.01)
-    motion = leg(walk, time)
-    (stride,) = find_strides(motion, plate(walk, FAST, motion))
-    assert stride.loaded
-    assert stride.start == pytest.approx(walk.heel_strike(1), abs=1e-3)
-    angle, way = errors(walk, stride, motion)
-    assert angle < 0.3
-    assert abs(way) < 0.01
-
-
 def test_more_than_a_period_takes_a_period_of_it(walk: Walk) -> None:
     motion = leg(walk, cut(walk, 0.1, 1.5))
     (stride,) = find_strides(motion, plate(walk, FAST, motion))

@@ -73,11 +73,6 @@ def test_names_do_not_matter(folder: pathlib.Path, tmp_path: pathlib.Path) -> No
     assert len(trial.plates) == 2
 
 
-def test_no_plates_are_no_plates(folder: pathlib.Path) -> None:
-    assert read_trial(paths(folder, "walk.trc")).plates == ()
-    assert read_trial(paths(folder, "grf.mot")).markers is None
-
-
 def test_one_standing_file_alone_is_the_trial(folder: pathlib.Path) -> None:
     trial = read_trial(paths(folder, "standing.trc"))
     assert trial.standing is None and trial.markers is not None
