@@ -6,7 +6,6 @@ from .cutting import SHANK as SHANK
 from .cutting import cut as cut
 from .cutting import from_ankle as from_ankle
 from .exporting import export_leg as export_leg
-from .extent import moved as moved
 from .extent import surface as surface
 from .finding import Found as Found
 from .finding import find as find
@@ -21,4 +20,5 @@ from .reading import read_tree as read_tree
 from .tree import Part as Part
 from .tree import Shape as Shape
 from .tree import Tree as Tree
+from .tree import moved as moved
 from .urdf_out import write_urdf as write_urdf

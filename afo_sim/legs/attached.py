@@ -104,10 +104,9 @@ class Attached:
         mujoco.mj_resetData(self.model, data)
         if qpos is not None:
             posture = np.asarray(qpos, dtype=float)
-            if posture.shape != data.qpos.shape or not np.isfinite(posture).all():
-                problem = (
-                    f"has the shape {posture.shape}" if posture.shape != data.qpos.shape else "holds NaN"
-                )
+            fits = posture.shape == data.qpos.shape
+            if not fits or not np.isfinite(posture).all():
+                problem = "holds NaN" if fits else f"has the shape {posture.shape}"
                 raise InputError(problem, field="qpos", allowed=f"{self.model.nq} finite numbers")
             data.qpos[:] = posture
         self.fill(data)
@@ -200,32 +199,24 @@ class Attached:
 
     def cuff_force(self, data: mujoco.MjData) -> dict[Segment, float]:
         """Pull of all muscles on what is worn on each segment, summed along their paths [N]."""
-        pull = sum(self.force(data).values())
-        found: dict[Segment, float] = dict.fromkeys(self.bodies, pull)
-        for segment in found:
-            if segment in self.ids.anchors:
-                network, number = self.ids.anchors[segment]
-                found[segment] = float(native.read_anchor(self.model, data.userdata, network, number).force)
-        return found
+        pull, anchors = sum(self.force(data).values()), self._anchors(data)
+        return {each: float(anchors[each].force) if each in anchors else pull for each in self.bodies}
 
     def displacement(self, data: mujoco.MjData) -> dict[Segment, float]:
         """Displacement of cuff and plate under that pull [m]; 0 where they are rigid."""
-        found: dict[Segment, float] = dict.fromkeys(self.bodies, 0.0)
-        for segment in found:
-            if segment in self.ids.anchors:
-                network, number = self.ids.anchors[segment]
-                anchor = native.read_anchor(self.model, data.userdata, network, number)
-                found[segment] = float(anchor.displacement)
-        return found
+        anchors = self._anchors(data)
+        return {each: float(anchors[each].displacement) if each in anchors else 0.0 for each in self.bodies}
 
     gives = displacement  # the name of former versions
 
     def _air(self, data: mujoco.MjData) -> dict[str, native.Air]:
-        found = {}
-        for name, chamber in self.chambers.items():
-            air = native.read_air(self.model, data.act, data.userdata, chamber)
-            found[name] = native.Air(*map(float, air))
-        return found
+        read = {k: native.read_air(self.model, data.act, data.userdata, c) for k, c in self.chambers.items()}
+        return {name: native.Air(*map(float, air)) for name, air in read.items()}
+
+    def _anchors(self, data: mujoco.MjData) -> dict[Segment, native.Yielding]:
+        """Cuff and plate, where they are not rigid."""
+        places = self.ids.anchors.items()
+        return {each: native.read_anchor(self.model, data.userdata, *place) for each, place in places}
 
     def _own(self, data: mujoco.MjData, muscle: int) -> native.Own:
         return native.read_own(self.model, data.userdata, muscle)

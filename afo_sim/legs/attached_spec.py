@@ -16,7 +16,7 @@ from afo_sim.legs.attached import Attached
 from afo_sim.legs.finding import Found
 from afo_sim.legs.mjcf import mujoco_says, place_files_whole
 from afo_sim.legs.reading import read_spec
-from afo_sim.legs.tree import Tree
+from afo_sim.legs.tree import Tree, quaternion_of
 from afo_sim.legs.urdf_files import Packages
 from afo_sim.model import rigid_part
 
@@ -134,7 +134,6 @@ def ankle_frames(
     for segment, name in bodies.items():
         body = model.body(name).id
         turn = data.xmat[body].reshape(3, 3)
-        quaternion = np.empty(4)
-        mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(turn.T @ found.axes).reshape(9))
-        places[segment] = AnkleFrame(name, turn.T @ (found.centre - data.xpos[body]), quaternion)
+        position = turn.T @ (found.centre - data.xpos[body])
+        places[segment] = AnkleFrame(name, position, quaternion_of(turn.T @ found.axes))
     return places

@@ -51,20 +51,9 @@ ANGLE_COUNT = 41  # of the range of motion at which a muscle's path is looked at
 POSTURES = 5  # of it at which the inertia that muscles move is looked at
 SQUARE_TILT = np.radians(3.0)  # from which on a hinge's axis that is not square to the shank is reported
 BIT = mujoco.mjtDisableBit
-ELEMENTS = (
-    "bodies",
-    "joints",
-    "geoms",
-    "sites",
-    "tendons",
-    "actuators",
-    "meshes",
-    "materials",
-    "textures",
-    "sensors",
-    "cameras",
-    "lights",
-)
+USER = (mujoco.mjtDyn.mjDYN_USER, mujoco.mjtGain.mjGAIN_USER, mujoco.mjtBias.mjBIAS_USER)
+NAMED = ("bodies", "joints", "geoms", "sites", "tendons", "actuators", "meshes", "materials", "textures")
+NAMED += ("sensors", "cameras", "lights")
 
 
 def attach(
@@ -151,7 +140,7 @@ def attach(
     if _named(spec, tree, bodies, found):
         bare = compiled(spec, file)
     changed = set_options(spec, step)
-    joints = _crossed(tree, found, carrier)
+    joints = tuple(joint.name for part in tree.way(found.shank, carrier) for joint in part.joints)
     # where another joint turns the foot too, parallel paths are not equally long
     inverts = joints != (found.ankle,)
     circuit = circuit_of(device, found.ankle, inverts=inverts, supply=endless(pressure))
@@ -203,23 +192,11 @@ def completed(legs: Sequence[Attached]) -> list[Attached]:
     return list(by_prefix.values())
 
 
-def _crossed(tree: Tree, found: Found, carrier: str) -> tuple[str, ...]:
-    """Names of the joints between the shank and the body that carries the plate."""
-    joints: list[str] = []
-    part = tree.parts[carrier]
-    while part.name != found.shank:
-        joints = [joint.name for joint in part.joints] + joints
-        if part.parent is None:
-            break
-        part = tree.parts[part.parent]
-    return tuple(joints)
-
-
 def _named(spec: mujoco.MjSpec, tree: Tree, bodies: Mapping[Segment, str], found: Found) -> bool:
     """Give bodies and ankle that have no name the one that they are known by; whether any had none."""
-    names, added = list(tree.parts), False
     part, joint = tree.joints()[found.ankle]
-    owners = {name: next(b for b in spec.bodies if b.id == names.index(name) + 1) for name in tree.parts}
+    owners = dict(zip(tree.parts, sorted(spec.bodies, key=lambda body: body.id)[1:], strict=True))
+    added = False
     for name in bodies.values():
         if not owners[name].name:
             owners[name].name, added = name, True
@@ -272,36 +249,27 @@ def _check_spec(
             problem = "runs over a pulley on the joint's axis, which a leg does not have"
             field = f"orthosis.muscle.{name}.pulley"
             raise InputError(problem, file=orthosis.name or None, field=field, allowed="origin and insertion")
-    for kind in ELEMENTS:
+    for kind in NAMED:
         for element in getattr(spec, kind):
             if element.name.startswith(prefix):
                 problem = f"begins names that are in the model, as of the {kind} {element.name!r}"
                 raise InputError(problem, file=file, field="prefix", value=prefix, allowed="another prefix")
     ours = before.own_controls.stop if before is not None else len(spec.actuators)
     for actuator in list(spec.actuators)[:ours]:
-        _check_foreign(actuator, file)
+        kinds = actuator.dyntype, actuator.gaintype, actuator.biastype
+        if any(kind == user for kind, user in zip(kinds, USER, strict=True)):
+            problem = (
+                f"the actuator {actuator.name!r} asks for callbacks of another program, and MuJoCo takes one "
+                "program's alone"
+            )
+            allowed = "a model without such actuators; what attach gave is passed on itself, not its spec"
+            raise InputError(problem, file=file, field="actuator", allowed=allowed)
     if spec.option.disableflags & BIT.mjDSBL_ACTUATION:
         problem = "switches all actuators off: the muscles would be limp"
         raise InputError(problem, file=file, field='flag actuation="disable"', allowed="actuation on")
     if spec.option.disableactuator & 1:
         problem = "switches the actuators of group 0 off: the muscles would be limp"
         raise InputError(problem, file=file, field="actuatorgroupdisable", allowed="groups 1 to 30")
-
-
-def _check_foreign(actuator: mujoco.MjsActuator, file: pathlib.Path | None) -> None:
-    """Refuse an actuator of the model's that another program's callbacks would move."""
-    user = (
-        actuator.dyntype == mujoco.mjtDyn.mjDYN_USER
-        or actuator.gaintype == mujoco.mjtGain.mjGAIN_USER
-        or actuator.biastype == mujoco.mjtBias.mjBIAS_USER
-    )
-    if user:
-        problem = (
-            f"the actuator {actuator.name!r} asks for callbacks of another program, and MuJoCo takes one "
-            "program's alone"
-        )
-        allowed = "a model without such actuators; what attach gave is passed on itself, not its spec"
-        raise InputError(problem, file=file, field="actuator", allowed=allowed)
 
 
 def masses(model: mujoco.MjModel, prefix: str) -> dict[str, float]:
@@ -327,11 +295,9 @@ def _check_added(attached: Attached, bare: mujoco.MjModel) -> None:
     for name, mass in [*stated.items(), ("the model", was)]:
         found = given.get(name, whole)
         if not abs(found - mass) <= 1e-9 * max(1.0, mass):
-            raise InputError(
-                f"the model's <compiler> makes {found:.4g} kg of {name!r}, which has {mass:.4g} kg",
-                field="model",
-                allowed="a model without settotalmass, boundmass, inertiagrouprange",
-            )
+            problem = f"the model's <compiler> makes {found:.4g} kg of {name!r}, which has {mass:.4g} kg"
+            allowed = "a model without settotalmass, boundmass, inertiagrouprange"
+            raise InputError(problem, field="model", allowed=allowed)
 
 
 def _check_muscles(attached: Attached) -> list[Notice]:
@@ -373,9 +339,8 @@ def _check_step(attached: Attached) -> list[Notice]:
     if falling.any():
         ids, number = list(attached.muscles.values()), 0.0
         for angle in np.linspace(*attached.orthosis.range_of_motion, POSTURES):
-            inverse = np.sqrt(falling) * _inverse_masses(
-                model, ids, found.ankle, found.zero + found.sign * angle
-            )
+            coordinate = found.zero + found.sign * angle
+            inverse = np.sqrt(falling) * _inverse_masses(model, ids, found.ankle, coordinate)
             number = max(number, step * float(np.linalg.eigvalsh(inverse * np.sqrt(falling)[:, None])[-1]))
         check_friction(number, step)
     return warned

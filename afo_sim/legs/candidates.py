@@ -1,14 +1,15 @@
 """Which parts and which hinge of a tree can be a shank, a foot and the ankle, by names and structure."""
 
+import dataclasses
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.common import InputError, nearest_name
 from afo_sim.description import Side
-from afo_sim.legs.extent import moved, outline
+from afo_sim.legs.extent import outline
 from afo_sim.legs.tree import Joint, Part, Tree, listed
 
 SHANK_WORDS = re.compile(
@@ -55,23 +56,11 @@ def candidates(tree: Tree, shank: str | None, foot: str | None, ankle: str | Non
     shanks = [shank] if shank is not None else named_shanks(tree)
     said = "given" if shank is not None else "by its name"
     legs = [leg for name in shanks if (leg := _below(tree, name, said))]
-    found = [leg for leg in legs if not any(o != leg and way(tree, leg.shank, o.shank) for o in legs)]
+    found = [leg for leg in legs if not any(tree.way(leg.shank, other.shank) for other in legs)]
     if shank is not None and not found:
         problem = f"no hinge hangs below the body {shank!r}"
         raise InputError(problem, field="foot", allowed=listed(_names(tree.below(shank)[1:])))
     return found or _by_joints(tree) or _without_a_hinge(tree, shanks) or _by_chains(tree)
-
-
-def way(tree: Tree, shank: str, foot: str) -> list[Part]:
-    """Parts from below the shank down to the foot; empty where it does not hang there."""
-    found, name = [], foot
-    while name != shank:
-        part = tree.parts[name]
-        found.append(part)
-        if part.parent is None:
-            return []
-        name = part.parent
-    return found[::-1]
 
 
 def _names(parts: list[Part]) -> list[str]:
@@ -81,9 +70,9 @@ def _names(parts: list[Part]) -> list[str]:
 def _check_order(tree: Tree, shank: str, foot: str) -> None:
     if shank == foot:
         raise InputError("is also given as the foot", field="shank", value=shank, allowed="another body")
-    if way(tree, shank, foot):
+    if tree.way(shank, foot):
         return
-    if way(tree, foot, shank):
+    if tree.way(foot, shank):
         problem = f"is attached to {foot!r}: shank and foot are swapped"
         raise InputError(problem, field="shank", value=shank, allowed=f"shank {foot!r} and foot {shank!r}")
     below = listed(_names(tree.below(shank)[1:]))
@@ -93,12 +82,11 @@ def _check_order(tree: Tree, shank: str, foot: str) -> None:
 def _about(tree: Tree, shank: str | None, foot: str | None, ankle: str) -> Candidate:
     """The leg about an ankle that is given."""
     joints = tree.joints()
+    hinges = [name for name, _ in _hinges(tree.parts.values())]
     if ankle not in joints:
-        hinges = [name for name, (_, joint) in joints.items() if joint.kind == "hinge"]
         raise _no_such("joint", "ankle", ankle, hinges, tree.file)
     part, joint = joints[ankle]
     if joint.kind != "hinge":
-        hinges = [name for name, (_, other) in joints.items() if other.kind == "hinge"]
         problem = f"is a {joint.kind} joint, and an ankle is a hinge"
         raise InputError(problem, field="ankle", value=ankle, allowed=listed(hinges))
     if part.parent is None and shank is None:
@@ -109,10 +97,9 @@ def _about(tree: Tree, shank: str | None, foot: str | None, ankle: str) -> Candi
     how = {"shank": "given" if shank else f"the body above {part.name!r}", "ankle": "given"}
     if foot is not None:
         _check_order(tree, upper, foot)
-    carries = [p.name for p in way(tree, upper, part.name)]
-    if not carries or (foot is not None and part.name not in _names(way(tree, upper, foot))):
+    if not tree.way(upper, part.name) or (foot is not None and part not in tree.way(upper, foot)):
         between = f"{upper!r} and {foot or part.name!r}"
-        allowed = listed([name for name, _ in _hinges(way(tree, upper, foot or part.name))])
+        allowed = listed([name for name, _ in _hinges(tree.way(upper, foot or part.name))])
         raise InputError(f"does not lie between {between}", field="ankle", value=ankle, allowed=allowed)
     how["foot"] = "given" if foot == part.name else f"the body that {ankle!r} moves"
     return Candidate(upper, part.name, ankle, how)
@@ -120,7 +107,7 @@ def _about(tree: Tree, shank: str | None, foot: str | None, ankle: str) -> Candi
 
 def _between(tree: Tree, shank: str, foot: str, how: dict[str, str]) -> Candidate:
     """The leg of two parts that hang together: its ankle is a hinge between them."""
-    chain = way(tree, shank, foot)
+    chain = tree.way(shank, foot)
     hinges = _hinges(chain)
     if not hinges:
         others = [f"{joint.name} ({joint.kind})" for part in chain for joint in part.joints]
@@ -133,7 +120,7 @@ def _between(tree: Tree, shank: str, foot: str, how: dict[str, str]) -> Candidat
     return Candidate(shank, carrier, ankle, how | {"foot": said, "ankle": why})
 
 
-def _hinges(chain: list[Part]) -> list[tuple[str, Joint]]:
+def _hinges(chain: Iterable[Part]) -> list[tuple[str, Joint]]:
     return [(joint.name, joint) for part in chain for joint in part.joints if joint.kind == "hinge"]
 
 
@@ -142,12 +129,7 @@ def _ankle_of(tree: Tree, shank: str, chain: list[Part], hinges: list[tuple[str,
     if len(hinges) == 1:
         return hinges[0][0], "the only hinge between shank and foot"
     lateral = _lateral(tree, shank, chain)
-    lies = {
-        joint.name: abs(float(tree.world_pose(part.name)[:3, :3] @ joint.axis @ lateral))
-        for part in chain
-        for joint in part.joints
-        if joint.kind == "hinge"
-    }
+    lies = {name: abs(float(tree.line(name)[0] @ lateral)) for name, _ in hinges}
     pool = [name for name, _ in hinges if not has(BEYOND_WORDS, name)] or list(lies)
     pool = [name for name in pool if has(ANKLE_WORDS, name) and lies[name] >= LATERAL_COSINE] or pool
     best = max(pool, key=lies.__getitem__)
@@ -174,7 +156,7 @@ def _lateral(tree: Tree, shank: str, chain: list[Part]) -> np.ndarray:
 
 def _above(tree: Tree, foot: str) -> Candidate:
     """The leg of a foot: the ankle is the hinge that it hangs on, or one above it."""
-    part = next((part for part in upward(tree, foot) if _hinges([part])), None)
+    part = next((part for part in tree.upward(foot) if _hinges([part])), None)
     if part is None or part.parent is None:
         feet = listed([name for name in tree.parts if has(FOOT_WORDS, name)])
         raise InputError("is attached to no hinge", field="foot", value=foot, allowed=feet)
@@ -186,7 +168,7 @@ def _above(tree: Tree, foot: str) -> Candidate:
 def _shank_over(tree: Tree, part: Part) -> str:
     """The nearest body above that is called a shank; else the one next above."""
     assert part.parent is not None
-    for above in upward(tree, part.parent):
+    for above in tree.upward(part.parent):
         if has(THIGH_WORDS, above.name):
             break
         if has(SHANK_WORDS, above.name) and not has(FOOT_WORDS, above.name):
@@ -213,14 +195,14 @@ def _below(tree: Tree, shank: str, said: str) -> Candidate | None:
     below = tree.below(shank)[1:]
     feet = [part for part in below if has(FOOT_WORDS, part.name) and not has(BEYOND_WORDS, part.name)]
     feet = feet or [part for part in below if has(FOOT_WORDS, part.name)]
-    reached = [part for part in feet if _hinges(way(tree, shank, part.name))]
+    reached = [part for part in feet if _hinges(tree.way(shank, part.name))]
     if reached:
-        deepest = max(reached, key=lambda part: len(way(tree, shank, part.name)))
-        rolled = [part for part in below if has(FOOT_WORDS, part.name) and way(tree, deepest.name, part.name)]
+        deepest = max(reached, key=lambda part: len(tree.way(shank, part.name)))
+        rolled = [part for part in below if has(FOOT_WORDS, part.name) and tree.way(deepest.name, part.name)]
         how = {"shank": said, "foot": "by its name"}
         return _between(tree, shank, rolled[-1].name if rolled else deepest.name, how)
     hinged = [part for part in below if _hinges([part])]
-    first = [part for part in hinged if not _hinges(way(tree, shank, part.name)[:-1])]
+    first = [part for part in hinged if not _hinges(tree.way(shank, part.name)[:-1])]
     if len(first) == 1:
         how = {"shank": said, "foot": "the one body on a hinge below the shank"}
         return _between(tree, shank, first[0].name, how)
@@ -238,13 +220,11 @@ def _by_joints(tree: Tree) -> list[Candidate]:
     said = "by its name" if named else "the only hinge"
     only = [name for name, part in hinges.items() if not has(SHANK_WORDS, part.name)]  # which would be a knee
     names = named or (only if len(hinges) == 1 else [])
-    feet = {hinges[name].name: name for name in names}
     found = []
-    for foot in feet:
-        shank = _shank_over(tree, tree.parts[foot])
+    for foot in dict.fromkeys(hinges[name].name for name in names):
         how = {"shank": f"the body above {foot!r}", "foot": "the body that the ankle moves"}
-        leg = _between(tree, shank, foot, how)
-        found.append(Candidate(leg.shank, leg.foot, leg.ankle, leg.how | {"ankle": said}))
+        leg = _between(tree, _shank_over(tree, tree.parts[foot]), foot, how)
+        found.append(dataclasses.replace(leg, how=leg.how | {"ankle": said}))
     unlike = {(leg.shank, leg.foot): leg for leg in found}  # pitch and roll of one ankle lead to one leg
     feet_found = {leg.foot for leg in found}
     return [leg for leg in unlike.values() if leg.shank not in feet_found]
@@ -256,20 +236,13 @@ def _by_chains(tree: Tree) -> list[Candidate]:
     for name in tree.parts:
         if "leg" not in name.lower() or _hinges(tree.below(name)[1:]) or not _hinges([tree.parts[name]]):
             continue
-        chain = [part for part in upward(tree, name) if _hinges([part])]
-        places = [moved(tree.world_pose(p.name), _hinges([p])[0][1].position[None])[0] for p in chain]
+        chain = [part for part in tree.upward(name) if _hinges([part])]
+        places = [tree.line(_hinges([part])[0][0])[1] for part in chain]
         far = [k for k, place in enumerate(places) if np.linalg.norm(place - places[0]) > TOGETHER]
         if len(chain) >= LONG_CHAIN and far:
             how = {"shank": "the link above the last hinges of the leg", "foot": "the last link of the leg"}
             found.append(_between(tree, chain[far[0]].name, name, how))
     return found if len(found) == 2 else []
-
-
-def upward(tree: Tree, name: str | None) -> Iterator[Part]:
-    """A part and all that it hangs on."""
-    while name is not None:
-        yield tree.parts[name]
-        name = tree.parts[name].parent
 
 
 def _no_such(kind: str, field: str, name: str, names: list[str], file: object) -> InputError:

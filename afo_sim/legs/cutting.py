@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError
-from afo_sim.legs.extent import lower_edge, moved, outline
+from afo_sim.legs.extent import lower_edge, outline
 from afo_sim.legs.finding import KNEE, STEEPEST, Found, knee_of
 from afo_sim.legs.massless import LEAST_INERTIA
-from afo_sim.legs.tree import Joint, Part, Tree, free_name, listed, shift, turned_about
+from afo_sim.legs.tree import Joint, Part, Tree, free_name, listed, moved, pose_of, turned_about
 from afo_sim.model import OLD_TOE, POINTS
 
 SHANK, FOOT, ANKLE = "shank", "foot", "ankle"
@@ -38,9 +38,18 @@ def cut(
     """The leg alone, in its own axes with the origin of shank and foot at the ankle."""
     check_masses(tree, found)
     tree = _seen(tree)
-    ankle = _ankle(tree, found, range)
-    into = _inverse(_frame(found.axes, found.centre))
-    turn = turned_about(*_line(tree, found.ankle), found.zero - tree.joints()[found.ankle][1].zero)
+    hinge = tree.joints()[found.ankle][1]
+    ankle = dataclasses.replace(  # about (0, −1, 0): its angle is sign × (the file's coordinate − zero)
+        hinge,
+        name=ANKLE,
+        axis=RIGHTWARD,
+        position=np.zeros(3),
+        range=_stops(hinge, found.sign, found.zero, range, tree.file),
+        spring_reference=found.sign * (hinge.spring_reference - found.zero),
+        zero=0.0,
+    )
+    into = _inverse(pose_of(found.centre, found.axes))
+    turn = turned_about(*tree.line(found.ankle), found.zero - hinge.zero)
     of_foot = {part.name for part in tree.below(found.foot)}
     names = _names(tree, found)
 
@@ -48,7 +57,7 @@ def cut(
         return _moved_part(tree.parts[old], into @ tree.world_pose(old), *more)
 
     parts = {
-        SHANK: placed(found.shank, into, SHANK, None, shift(np.array([0.0, 0.0, HEIGHT]))),
+        SHANK: placed(found.shank, into, SHANK, None, pose_of(np.array([0.0, 0.0, HEIGHT]))),
         FOOT: placed(found.foot, into @ turn, FOOT, SHANK, np.eye(4), (ankle,)),
     }
     for part in tree.below(found.shank):
@@ -65,7 +74,7 @@ def cut(
     parts = _with_points({name: _renamed(part) for name, part in parts.items()})
     knee = knee_of(tree, found.shank, found.foot)
     if knee is not None:
-        points = parts[SHANK].points | {KNEE: moved(into, knee[0][None])[0]}
+        points = parts[SHANK].points | {KNEE: moved(into, knee[0])}
         parts[SHANK] = dataclasses.replace(parts[SHANK], points=points)
     leg = Tree(tree.file, parts, notes=tree.notes)
     return leg if toes is None else _with_toes(tree, found, leg, names, into @ turn, toes)
@@ -91,22 +100,9 @@ def left_behind(tree: Tree, found: Found) -> dict[str, tuple[str, ...]]:
     return {kind: names for kind, names in found_here.items() if names}
 
 
-def _frame(axes: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = axes, origin
-    return pose
-
-
 def _inverse(pose: np.ndarray) -> np.ndarray:
     turn = pose[:3, :3].T
-    return _frame(turn, -turn @ pose[:3, 3])
-
-
-def _line(tree: Tree, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Axis of a hinge in the world, and a place on it [m]."""
-    part, joint = tree.joints()[name]
-    pose = tree.world_pose(part.name)
-    return pose[:3, :3] @ joint.axis, moved(pose, joint.position[None])[0]
+    return pose_of(-turn @ pose[:3, 3], turn)
 
 
 def _names(tree: Tree, found: Found) -> dict[str, str]:
@@ -142,7 +138,7 @@ def _with_points(parts: dict[str, Part]) -> dict[str, Part]:
         if hung or part.mass > 0.0 or part.shapes or name in (SHANK, FOOT) or part.parent is None:
             continue
         above = found[part.parent]
-        points = {point: moved(now.pose, at[None])[0] for point, at in now.points.items()}
+        points = {point: moved(now.pose, at) for point, at in now.points.items()}
         own = free_name(_own_name(name.removeprefix("file_").removesuffix("_point")), taken)
         taken.add(own)
         points[own] = now.pose[:3, 3]
@@ -166,60 +162,44 @@ def _moved_part(
         parent=parent,
         pose=pose,
         mass=part.mass,
-        centre=moved(by, part.centre[None])[0],
+        centre=moved(by, part.centre),
         inertia=0.5 * (inertia + inertia.T),
         joints=joints,
         shapes=tuple(dataclasses.replace(shape, pose=by @ shape.pose) for shape in part.shapes),
-        points={point: moved(by, at[None])[0] for point, at in part.points.items()},
-    )
-
-
-def _ankle(tree: Tree, found: Found, given: tuple[float, float] | None) -> Joint:
-    """The hinge about (0, −1, 0): its angle is sign × (the file's coordinate − zero)."""
-    joint = tree.joints()[found.ankle][1]
-    return dataclasses.replace(
-        joint,
-        name=ANKLE,
-        axis=RIGHTWARD,
-        position=np.zeros(3),
-        range=_stops(joint, found.sign, found.zero, given, found.ankle, tree.file),
-        spring_reference=found.sign * (joint.spring_reference - found.zero),
-        zero=0.0,
+        points={point: moved(by, at) for point, at in part.points.items()},
     )
 
 
 def _stops(
-    joint: Joint, sign: float, zero: float, given: tuple[float, float] | None, name: str, file: object
+    joint: Joint, sign: float, zero: float, given: tuple[float, float] | None, file: object
 ) -> tuple[float, float]:
     """Stops at the new angles; the order turns round with the sign."""
     if given is not None:
         if not -np.pi <= given[0] < given[1] <= np.pi:
-            text = f"{np.degrees(given[0]):g} to {np.degrees(given[1]):g} deg"
-            raise InputError(
-                "is not a valid range", field="range", value=text, allowed="from low to high, within a turn"
-            )
+            text, allowed = "{:g} to {:g} deg".format(*np.degrees(given)), "from low to high, within a turn"
+            raise InputError("is not a valid range", field="range", value=text, allowed=allowed)
         return given
     low, high = joint.range or (-np.inf, np.inf)
     if not (np.isfinite([low, high]).all() and low < high):
-        problem = f"the hinge {name!r} of {file or 'the model'} has no stops, and an ankle needs them"
+        problem = f"the hinge {joint.name!r} of {file or 'the model'} has no stops, and an ankle needs them"
         raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
     ends = sorted((sign * (low - zero), sign * (high - zero)))
     text = f"{np.degrees(ends[0]):.4g} to {np.degrees(ends[1]):.4g} deg"
     if high - low < NARROWEST or high - low > 2.0 * np.pi:
-        problem = f"the hinge {name!r} moves from {text}, which is not an ankle's range: degrees or radians?"
+        problem = (
+            f"the hinge {joint.name!r} moves from {text}, which is not an ankle's range: degrees or radians?"
+        )
         raise InputError(problem, field="range", allowed='such as `range="-50 deg" "30 deg"`')
     if not ends[0] <= 0.0 <= ends[1]:
-        problem = f"the hinge {name!r} moves from {text}, and the zero lies outside"
-        raise InputError(
-            problem, field="zero", allowed="the file's coordinate in the neutral posture, or `range`"
-        )
+        problem = f"the hinge {joint.name!r} moves from {text}, and the zero lies outside"
+        allowed = "the file's coordinate in the neutral posture, or `range`"
+        raise InputError(problem, field="zero", allowed=allowed)
     return float(ends[0]), float(ends[1])
 
 
 def check_masses(tree: Tree, found: Found) -> None:
     """Refuse a leg that nothing can be computed of; other parts are not judged."""
-    foot = tree.below(found.foot)
-    shank = [part for part in tree.below(found.shank) if part not in foot]
+    shank, foot = tree.split(found.shank, found.foot)
     for field, parts in (("shank", shank), ("foot", foot)):
         for part in parts:
             _check_inertia(part, field, tree.file)
@@ -227,7 +207,7 @@ def check_masses(tree: Tree, found: Found) -> None:
             value = getattr(found, field)
             problem = f"has no mass in {tree.file or 'the model'}, nor has anything fixed to it"
             raise InputError(problem, field=field, value=value, allowed="more than 0 kg")
-    if not any(_principal(part.inertia)[0] > 0.0 for part in foot):
+    if not any(np.linalg.eigvalsh(part.inertia)[0] > 0.0 for part in foot):
         raise InputError("has no inertia", field="foot", value=found.foot, allowed="more than 0 kg m2")
 
 
@@ -236,7 +216,7 @@ def _check_inertia(part: Part, field: str, file: object) -> None:
     if not np.isfinite(numbers).all():
         problem = f"a mass or inertia in {file or 'the model'} is not a number"
         raise InputError(problem, field=field, value=part.name, allowed="numbers")
-    least, middle, most = _principal(part.inertia)
+    least, middle, most = np.linalg.eigvalsh(part.inertia)
     slack = 1e-9 * abs(most) + LEAST_INERTIA
     if part.mass < 0.0 or least < -slack or least + middle < most * (1.0 - ROUNDED) - slack:
         moments = ", ".join(f"{moment:.3g}" for moment in (least, middle, most))
@@ -250,31 +230,24 @@ def _check_inertia(part: Part, field: str, file: object) -> None:
         )
 
 
-def _principal(inertia: np.ndarray) -> np.ndarray:
-    """Principal moments of inertia, ascending [kg·m²] (3,)."""
-    return np.asarray(np.linalg.eigvalsh(inertia))
-
-
 def _with_toes(
     tree: Tree, found: Found, leg: Tree, names: dict[str, str], into: np.ndarray, hinge: str
 ) -> Tree:
     """The leg with the toes on their hinge, taken as transverse, extension positive."""
-    joints = tree.joints()
-    below = {p.name for p in tree.below(found.foot)}
-    hinges = [n for n, (part, joint) in joints.items() if part.name in below and joint.kind == "hinge"]
-    hinges = [name for name in hinges if joints[name][0].name != found.foot]
+    below = tree.below(found.foot)[1:]
+    hinges = [joint.name for part in below for joint in part.joints if joint.kind == "hinge"]
     if hinge not in hinges:
         problem = "is not a hinge below the foot"
         raise InputError(problem, field="toes", value=hinge, allowed=listed(hinges, 24))
-    part, joint = joints[hinge]
-    axis, centre = _line(tree, hinge)
-    axis, centre = into[:3, :3] @ axis, moved(into, centre[None])[0]
+    part, joint = tree.joints()[hinge]
+    axis, centre = tree.line(hinge)
+    axis, centre = into[:3, :3] @ axis, moved(into, centre)
     if np.arcsin(np.clip(np.hypot(axis[0], axis[2]), 0.0, 1.0)) > STEEPEST:
         problem = "its axis is more than 35 deg from the ankle's: no hinge of the toes"
         raise InputError(problem, field="toes", value=hinge)
     sign = float(np.sign(-axis[1]))
     try:
-        stops = _stops(joint, sign, joint.zero, None, hinge, tree.file)
+        stops = _stops(joint, sign, joint.zero, None, tree.file)
     except InputError:
         problem = f"has no stops in {tree.file or 'the model'}"
         raise InputError(problem, field="toes", value=hinge, allowed="a hinge with a range") from None
@@ -287,12 +260,12 @@ def _with_toes(
         spring_reference=sign * (joint.spring_reference - joint.zero),
         zero=0.0,
     )
-    inner = _inverse(shift(centre)) @ into
+    inner = _inverse(pose_of(centre)) @ into
     old = names[part.name]
     if old not in leg.parts:
         raise InputError("moves nothing that has mass or shape", field="toes", value=hinge)
     placed = inner @ tree.world_pose(part.name)
-    segment = _renamed(_moved_part(part, placed, TOES, FOOT, shift(centre), (toe,)))
+    segment = _renamed(_moved_part(part, placed, TOES, FOOT, pose_of(centre), (toe,)))
     found_parts: dict[str, Part] = {}
     for name, each in leg.parts.items():
         if name == old:
@@ -309,7 +282,7 @@ def _with_toes(
 def with_sole(leg: Tree) -> tuple[Tree, str]:
     """A leg with the sole's points on foot and toes, and where they come from, in words."""
     own = {  # from the ankle [m]
-        name: moved(from_ankle(leg, part), at[None])[0]
+        name: moved(from_ankle(leg, part), at)
         for part in leg.below(FOOT)
         for name, at in part.points.items()
         if name in (*POINTS, OLD_TOE)

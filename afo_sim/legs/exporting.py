@@ -82,8 +82,9 @@ def _leg_tree(scenario: Scenario, *, worn: bool = True) -> Tree:
 
 def _scenario(source: str, orthosis: str | None) -> tuple[Scenario, bool]:
     """The scenario of a leg or of a scenario, and whether its orthosis is worn."""
-    sets = {} if orthosis is None else {"orthosis": orthosis}
-    if _is_leg(source):
+    sets, path = {} if orthosis is None else {"orthosis": orthosis}, pathlib.Path(source)
+    is_leg = source in assets.names("leg") or (path / "leg.toml").is_file()
+    if is_leg or (path.is_file() and path.suffix == ".toml" and "file" in assets.read_toml(path)):
         return load("scenario", "seated", {"leg": source} | sets), orthosis is not None
     try:
         return load("scenario", source, sets), True
@@ -91,27 +92,14 @@ def _scenario(source: str, orthosis: str | None) -> tuple[Scenario, bool]:
         if error.field != "scenario" or error.value != source:
             raise
     known = sorted({*assets.names("leg"), *assets.names("scenario")})
-    raise InputError(
-        "there is no such leg or scenario",
-        field="source",
-        value=source,
-        allowed=f"a path, or one of: {', '.join(known)}",
-        nearest=nearest_name(source, known),
-    )
-
-
-def _is_leg(source: str) -> bool:
-    path = pathlib.Path(source)
-    if source in assets.names("leg") or (path / "leg.toml").is_file():
-        return True
-    return path.is_file() and path.suffix == ".toml" and "file" in assets.read_toml(path)
+    allowed, near = f"a path, or one of: {', '.join(known)}", nearest_name(source, known)
+    problem = "there is no such leg or scenario"
+    raise InputError(problem, field="source", value=source, allowed=allowed, nearest=near)
 
 
 def _rows(tree: Tree, scenario: Scenario, worn: bool) -> list[tuple[str, str]]:
-    foot = {part.name for part in tree.below(scenario.leg.foot)}
     rows = []
-    for name, inside in (("shank", False), ("foot", True)):
-        parts = [part for part in tree.parts.values() if (part.name in foot) == inside]
+    for name, parts in zip(("shank", "foot"), tree.split(scenario.leg.shank, scenario.leg.foot), strict=True):
         mass = Segment.of(tree, parts, scenario.leg.shank).mass
         rows.append((f"mass of the {name}{' with the orthosis' if worn else ''}", f"{mass:.4g} kg"))
     hinges = [name for name, (_, joint) in tree.joints().items() if joint.kind == "hinge"]

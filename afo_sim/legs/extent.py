@@ -4,29 +4,26 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from afo_sim.legs.tree import Part, Shape, Tree
+from afo_sim.legs.tree import Part, Shape, Tree, moved
 
 AROUND, ALONG = 64, 33  # points on a circle, and from pole to pole
 
 
 def surface(shape: Shape) -> np.ndarray:
     """Points on a shape's surface, in the part's axes [m] (n, 3): corners, or dense on what is round."""
-    return moved(shape.pose, _own_surface(shape))
-
-
-def _own_surface(shape: Shape) -> np.ndarray:
     size = shape.size
     if shape.kind == "mesh":
-        return shape.vertices
-    if shape.kind == "box":
-        signs = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T
-        return np.asarray(signs * size[:3])
-    if shape.kind == "cylinder":
-        return np.concatenate([_circle(size[0]) + np.array([0.0, 0.0, end * size[1]]) for end in (-1.0, 1.0)])
-    if shape.kind == "capsule":
+        own = shape.vertices
+    elif shape.kind == "box":
+        own = np.array(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0])).reshape(3, -1).T * size[:3]
+    elif shape.kind == "cylinder":
+        own = np.concatenate([_circle(size[0]) + np.array([0.0, 0.0, end * size[1]]) for end in (-1.0, 1.0)])
+    elif shape.kind == "capsule":
         ball = _ball() * size[0]
-        return ball + np.where(ball[:, 2:] < 0.0, -1.0, 1.0) * [0.0, 0.0, size[1]]
-    return _ball() * (size[0] if shape.kind == "sphere" else size[:3])
+        own = ball + np.where(ball[:, 2:] < 0.0, -1.0, 1.0) * [0.0, 0.0, size[1]]
+    else:
+        own = _ball() * (size[0] if shape.kind == "sphere" else size[:3])
+    return moved(shape.pose, own)
 
 
 def _circle(radius: float) -> np.ndarray:
@@ -38,11 +35,6 @@ def _ball() -> np.ndarray:
     height = np.linspace(-0.5 * np.pi, 0.5 * np.pi, ALONG)
     rings = [_circle(np.cos(angle)) + np.array([0.0, 0.0, np.sin(angle)]) for angle in height]
     return np.concatenate(rings)
-
-
-def moved(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Points (n, 3) from the axes of a pose (4, 4) into those in which it is stated [m]."""
-    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
 
 
 def outline(tree: Tree, parts: Iterable[Part], *, points: bool = True) -> np.ndarray:

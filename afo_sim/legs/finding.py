@@ -8,9 +8,9 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 from afo_sim.description import Side
 from afo_sim.legs.ankles import check_foot, check_name
-from afo_sim.legs.candidates import Candidate, candidates, named_shanks, side_of, upward
-from afo_sim.legs.extent import moved, outline, sole_slope
-from afo_sim.legs.tree import Part, Tree, listed, turned_about
+from afo_sim.legs.candidates import Candidate, candidates, named_shanks, side_of
+from afo_sim.legs.extent import outline, sole_slope
+from afo_sim.legs.tree import Joint, Part, Tree, listed, moved, turned_about
 
 STEEPEST = np.radians(35.0)  # of an ankle's axis; oblique ones of OpenSim's models have 10 to 20 deg
 NOTED_TILT = np.radians(5.0)  # of an axis from which on a note says so
@@ -96,8 +96,16 @@ def find(
         allowed = f"{named}, or name the shank of the {side} one"
         raise InputError(problem, field="side", value=side, allowed=allowed)
     check_name(legs[0], tree.file)
-    found = _measured(tree, legs[0], side, _zero(tree, legs[0].ankle, zero), given)
-    _check_lengths(tree, found)
+    zero_angle = zero_of(tree, tree.joints()[legs[0].ankle][1], zero)
+    found = _measured(tree, legs[0], side, zero_angle, given)
+    for field, name, length in (
+        ("shank", found.shank, found.shank_length),
+        ("foot", found.foot, found.foot_length),
+    ):
+        if length is not None and length > LONGEST_SEGMENT:
+            problem = f"is {length:.4g} m long: the file's lengths look like millimetres or centimetres"
+            allowed = f'at most {LONGEST_SEGMENT:g} m; of meshes, scale="0.001 0.001 0.001" in the file'
+            raise InputError(problem, file=tree.file, field=field, value=name, allowed=allowed)
     sole = found.sole if zero is None else None
     check_foot(tree, legs[0], found.centre, found.axes, sole, found.sign)
     return found
@@ -118,33 +126,20 @@ def _direction(given: Direction) -> np.ndarray:
     return np.asarray(found / np.linalg.norm(found))
 
 
-def _zero(tree: Tree, ankle: str, given: float | None) -> float:
-    """The coordinate of the ankle's angle zero [rad]: the given one, else 0, if the ankle reaches it."""
+def zero_of(tree: Tree, hinge: Joint, given: float | None) -> float:
+    """The coordinate of the angle zero [rad]: the given one, else 0, if the hinge reaches it."""
+    low, high = hinge.range or (-np.inf, np.inf)
     if given is not None:
         return given
-    joint = tree.joints()[ankle][1]
-    low, high = joint.range or (-np.inf, np.inf)
     if low <= 0.0 <= high:
         return 0.0
     problem = (
-        f"the hinge {ankle!r} does not reach its coordinate 0, which would be the ankle's angle zero: "
-        f"it goes from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg, and stands at "
-        f"{np.degrees(joint.zero):.4g} deg"
+        f"the hinge {hinge.name!r} does not reach its coordinate 0, which would be the angle zero: it goes "
+        f"from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg, and stands at "
+        f"{np.degrees(hinge.zero):.4g} deg"
     )
-    allowed = "its coordinate in deg where the sole is square to the shank; 0 deg where that is meant"
+    allowed = "its coordinate in deg in the neutral posture, such as the sole square to the shank"
     raise InputError(problem, file=tree.file, field="zero", allowed=allowed)
-
-
-def _check_lengths(tree: Tree, found: Found) -> None:
-    """Refuse a leg whose lengths are no metres."""
-    for field, name, length in (
-        ("shank", found.shank, found.shank_length),
-        ("foot", found.foot, found.foot_length),
-    ):
-        if length is not None and length > LONGEST_SEGMENT:
-            problem = f"is {length:.4g} m long: the file's lengths look like millimetres or centimetres"
-            allowed = f'at most {LONGEST_SEGMENT:g} m; of meshes, scale="0.001 0.001 0.001" in the file'
-            raise InputError(problem, file=tree.file, field=field, value=name, allowed=allowed)
 
 
 def _why_none(tree: Tree) -> str:
@@ -186,25 +181,21 @@ def _measured(
     tree: Tree, leg: Candidate, side: Side | None, zero: float, forward: np.ndarray | None
 ) -> Found:
     """Axes, lengths and side of a leg."""
-    part, joint = tree.joints()[leg.ankle]
-    pose = tree.world_pose(part.name)
-    centre, axis = pose[:3, :3] @ joint.position + pose[:3, 3], pose[:3, :3] @ joint.axis
+    joint = tree.joints()[leg.ankle][1]
+    axis, centre = tree.line(leg.ankle)
     turn = turned_about(axis, centre, zero - joint.zero)
     foot = tree.below(leg.foot)
     surface = outline(tree, foot, points=False)
     points = moved(turn, surface if len(surface) > 1 else outline(tree, foot))
     along, length, how_up = _along_shank(tree, leg, centre, axis)
-    tilt = float(np.arcsin(np.clip(abs(axis @ along), 0.0, 1.0)))
+    up, tilt = upright(axis, along)
     if tilt > STEEPEST:
         lean = f"{np.degrees(tilt):.0f} deg from the perpendicular to the shank"
         problem = f"its axis {_shown(joint.axis)} leans by {lean}"
-        raise InputError(
-            problem, field="ankle", value=leg.ankle, allowed="a hinge across the shank, up to 35 deg"
-        )
-    up = along - (along @ axis) * axis
-    up /= np.linalg.norm(up)
+        allowed = "a hinge across the shank, up to 35 deg"
+        raise InputError(problem, field="ankle", value=leg.ankle, allowed=allowed)
     weight = centre_of(tree, foot)
-    weight = None if weight is None else moved(turn, weight[None])[0]
+    weight = None if weight is None else moved(turn, weight)
     bends = _knee_bends(tree, leg.shank, centre)
     ahead, how_forward, notes = _forward(np.cross(axis, up), centre, points, weight, bends, forward)
     sign = float(np.sign(np.cross(axis, ahead) @ up))
@@ -216,21 +207,15 @@ def _measured(
     if side is not None:
         if found_side not in (None, side):
             words = "it seems to be the {seen} leg ({how}), and {given} is given"
-            notes.append(
-                Notice(
-                    "side-contradicted", words, subject=leg.shank, seen=found_side, how=how_side, given=side
-                )
-            )
+            data = {"seen": found_side, "how": how_side, "given": side}
+            notes.append(Notice("side-contradicted", words, subject=leg.shank, **data))
         found_side, how_side = side, "given"
     if found_side is None:
         found_side, how_side = "right", "assumed"
         notes.append(Notice("side-assumed", "nothing shows the side: right is assumed", subject=leg.shank))
     if tilt > NOTED_TILT:
         notes.append(_oblique(leg.ankle, tilt, float(along @ left)))
-    if len(local) > 1:
-        notes += _wide(leg.ankle, float(np.ptp(local[:, 1])), float(np.ptp(local[:, 0])))
-    if weight is not None:
-        notes += _aside(leg.ankle, float((weight - centre) @ left))
+    notes += _doubts(leg.ankle, local, 0.0 if weight is None else float((weight - centre) @ left))
     return Found(
         shank=leg.shank,
         foot=leg.foot,
@@ -250,6 +235,12 @@ def _measured(
     )
 
 
+def upright(axis: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, float]:
+    """Of a segment's direction what is square to a hinge's axis (3,), and how far that axis leans [rad]."""
+    up = along - (along @ axis) * axis
+    return up / (np.linalg.norm(up) or 1.0), float(np.arcsin(np.clip(abs(axis @ along), 0.0, 1.0)))
+
+
 def welded(tree: Tree, shank: str, ankle: str) -> tuple[str, ...]:
     """Names of the joints below a shank that are not the ankle, or one without a name by its body."""
     below = tree.below(shank)[1:]
@@ -265,8 +256,7 @@ def _along_shank(
         along = knee[0] - centre
         length = float(np.linalg.norm(along))
         return along / length, length, f"from the ankle to {knee[1]}"
-    foot = tree.below(leg.foot)
-    stiff = [part for part in tree.below(leg.shank) if part not in foot]
+    stiff, _ = tree.split(leg.shank, leg.foot)
     weight = centre_of(tree, stiff)
     if weight is not None:
         along = weight - centre
@@ -302,13 +292,10 @@ def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
     joint = _joint_above(tree, shank)
     if joint is not None:
         return joint
-    of_foot = {part.name for part in tree.below(foot)}
-    for part in tree.below(shank):
-        if part.name in of_foot:
-            continue
+    for part in tree.split(shank, foot)[0]:
         pose = tree.world_pose(part.name)
         if KNEE in part.points:
-            return moved(pose, part.points[KNEE][None])[0], f"the point {KNEE!r}"
+            return moved(pose, part.points[KNEE]), f"the point {KNEE!r}"
         if part.name in (KNEE, f"{KNEE}_point") and part.mass == 0.0 and not part.shapes:
             return pose[:3, 3], f"the point {KNEE!r}"
     return None
@@ -316,16 +303,11 @@ def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
 
 def _joint_above(tree: Tree, shank: str) -> tuple[np.ndarray, str] | None:
     """Place of the joint that the shank hangs on [m], in the world, and its name."""
-    part: Part | None = tree.parts[shank]
-    while part is not None and not part.joints:
-        part = tree.parts[part.parent] if part.parent is not None else None
+    part = next((part for part in tree.upward(shank) if part.joints), None)
     if part is None or (part.parent is None and any(j.kind in ("slide", "free") for j in part.joints)):
         return None
     turning = [joint for joint in part.joints if joint.kind in ("hinge", "ball")]
-    if not turning:
-        return None
-    place = moved(tree.world_pose(part.name), turning[0].position[None])[0]
-    return place, f"the joint {turning[0].name!r}"
+    return (tree.line(turning[0].name)[1], f"the joint {turning[0].name!r}") if turning else None
 
 
 def centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
@@ -333,7 +315,7 @@ def centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
     mass = sum(part.mass for part in parts)
     if not mass > 0.0:
         return None
-    moments = [part.mass * moved(tree.world_pose(part.name), part.centre[None])[0] for part in parts]
+    moments = [part.mass * moved(tree.world_pose(part.name), part.centre) for part in parts]
     return np.asarray(np.sum(moments, axis=0) / mass)
 
 
@@ -357,12 +339,8 @@ def _forward(
         words = "the foot reaches {front:.0f} mm the given way and {back:.0f} the other: where are its toes?"
         shorter, longer = 1000.0 * min(front, back), 1000.0 * max(front, back)
         turned = abs(farther) > 0.1 and farther * (given @ ahead) < 0.0
-        notes = (
-            [Notice("forward-contradicted", words, subject="foot", front=shorter, back=longer)]
-            if turned
-            else []
-        )
-        return np.sign(given @ ahead) * ahead, "given", notes
+        note = Notice("forward-contradicted", words, subject="foot", front=shorter, back=longer)
+        return np.sign(given @ ahead) * ahead, "given", [note] if turned else []
     heavier = 0.0 if weight is None else float((weight - centre) @ ahead)
     spans = f"{1000 * front:.0f} mm to one side of the ankle's axis and {1000 * back:.0f} mm to the other"
     if abs(farther) > 0.1:
@@ -385,13 +363,13 @@ def _forward(
 
 def _knee_bends(tree: Tree, shank: str, ankle: np.ndarray) -> np.ndarray:
     """Where the hinge above a shank whose stops allow one way moves the ankle (3,); else zeros."""
-    part = next((part for part in upward(tree, shank) if part.joints), tree.parts[shank])
+    part = next((part for part in tree.upward(shank) if part.joints), tree.parts[shank])
     if [joint.kind for joint in part.joints] != ["hinge"] or part.parent is None:
         return np.zeros(3)
-    knee, pose = part.joints[0], tree.world_pose(part.name)
+    knee = part.joints[0]
     low, high = np.subtract(knee.range or (-1.0, 1.0), knee.zero)
-    arm = ankle - moved(pose, knee.position[None])[0]
-    swing = np.sign(low + high) * np.cross(pose[:3, :3] @ knee.axis, arm)
+    axis, place = tree.line(knee.name)
+    swing = np.sign(low + high) * np.cross(axis, ankle - place)
     one_way = abs(low + high) > 0.5 * (high - low)
     return np.asarray(swing / np.linalg.norm(swing)) if one_way and swing.any() else np.zeros(3)
 
@@ -418,8 +396,7 @@ def _side(
     middle = centre_of(tree, list(tree.parts.values()))
     if middle is None:
         return None, ""
-    part, joint = tree.joints()[leg.ankle]  # a body's own origin may be anywhere
-    ankle = moved(tree.world_pose(part.name), joint.position[None])[0]
+    ankle = tree.line(leg.ankle)[1]  # a body's own origin may be anywhere
     aside = float((ankle - middle) @ axes[:, 1])
     if abs(aside) < ASIDE:
         return None, ""
@@ -427,30 +404,22 @@ def _side(
     return where, f"it stands {1000 * abs(aside):.0f} mm to the {where} of the body's centre of mass"
 
 
-def _wide(ankle: str, width: float, length: float) -> Iterator[Notice]:
-    """Where a foot is wider along the ankle's axis than it is long across it [m]."""
+def _doubts(ankle: str, foot: np.ndarray, aside: float) -> Iterator[Notice]:
+    """Where a foot's points (n, 3) are wider than long, or the ankle lies beside its centre of mass [m]."""
+    length, width, _ = np.ptp(foot, axis=0).tolist() if len(foot) > 1 else (0.0, 0.0, 0.0)
     if width > 1.2 * length:
-        yield Notice(
-            "foot-wide",
+        words = (
             f"the foot's shapes are {1000 * width:.0f} mm wide along the axis of {{subject!r}} and "
-            f"{1000 * length:.0f} mm long across it: is it the roll, or is the zero another?",
-            subject=ankle,
-            width=width,
-            length=length,
+            f"{1000 * length:.0f} mm long across it: is it the roll, or is the zero another?"
         )
-
-
-def _aside(ankle: str, aside: float) -> Iterator[Notice]:
-    """Where the ankle lies beside the foot's centre of mass, which is so far to its left [m]."""
+        yield Notice("foot-wide", words, subject=ankle, width=width, length=length)
     if abs(aside) > ASIDE:
         way = "right" if aside > 0 else "left"
-        yield Notice(
-            "ankle-aside",
+        words = (
             f"the joint {{subject!r}} sits {1000 * abs(aside):.0f} mm to the {way} of the foot's centre of "
-            "mass: what is placed from the ankle is placed from there",
-            subject=ankle,
-            aside=aside,
+            "mass: what is placed from the ankle is placed from there"
         )
+        yield Notice("ankle-aside", words, subject=ankle, aside=aside)
 
 
 def _oblique(ankle: str, tilt: float, aside: float) -> Notice:

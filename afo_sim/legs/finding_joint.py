@@ -9,9 +9,8 @@ from afo_sim.common import InputError, Notice, unknown
 from afo_sim.description import JOINTS, JointName, Orthosis, Side, a_joint
 from afo_sim.legs.attached import number_of
 from afo_sim.legs.candidates import side_of
-from afo_sim.legs.extent import moved
-from afo_sim.legs.finding import ASIDE, STEEPEST, Direction, Found, centre_of, find, turned_about
-from afo_sim.legs.tree import Joint, Part, Tree, listed
+from afo_sim.legs.finding import ASIDE, STEEPEST, Direction, Found, centre_of, find, upright, zero_of
+from afo_sim.legs.tree import Joint, Part, Tree, listed, moved, turned_about
 
 NAMED: Mapping[JointName, re.Pattern[str]] = {
     "ankle": re.compile(r"ankle|talocrural|_ak[xyz]$", re.IGNORECASE),
@@ -49,12 +48,14 @@ def find_worn(
     if forward is not None:
         problem = "is of an ankle's foot; the axes of another joint follow from its hinge"
         raise InputError(problem, field="forward", value=forward, allowed="nothing")
+    if zero is not None:
+        zero = number_of(zero, "zero", "rad", (-2.0 * np.pi, 2.0 * np.pi), "a number [rad], within a turn")
     part, hinge = _hinge(tree, device.joint, joint, side)
     above = _above(tree, part, hinge, proximal)
-    if distal is not None and distal not in [each.name for each in tree.below(part.name)]:
-        known = [each.name for each in tree.below(part.name)]
+    known = [each.name for each in tree.below(part.name)]
+    if distal is not None and distal not in known:
         raise unknown(distal, known, field="distal", problem=f"does not hang on {part.name!r}")
-    return _measured(tree, device, part, hinge, above, side, _zero(tree, hinge, zero), sign)
+    return _measured(tree, device, part, hinge, above, side, zero_of(tree, hinge, zero), sign)
 
 
 def _hinge(tree: Tree, kind: JointName, joint: str | None, side: Side | None) -> tuple[Part, Joint]:
@@ -79,28 +80,13 @@ def _hinge(tree: Tree, kind: JointName, joint: str | None, side: Side | None) ->
 
 def _above(tree: Tree, part: Part, hinge: Joint, proximal: str | None) -> str:
     """The body above a hinge: its parent, or the named one over it."""
-    chain, name = list[str](), part.parent
-    while name is not None:
-        chain.append(name)
-        name = tree.parts[name].parent
+    chain = [each.name for each in tree.upward(part.parent)]
     if not chain:
         problem = f"moves {part.name!r} against the world: there is no body above it"
         raise InputError(problem, file=tree.file, field="joint", value=hinge.name)
     if proximal is not None and proximal not in chain:
         raise unknown(proximal, chain, field="proximal", problem=f"is not above the hinge {hinge.name!r}")
     return proximal or chain[0]
-
-
-def _zero(tree: Tree, hinge: Joint, given: float | None) -> float:
-    """The coordinate of angle zero [rad]: the given one, else 0, if the hinge reaches it."""
-    low, high = hinge.range or (-np.inf, np.inf)
-    if given is not None:
-        return number_of(given, "zero", "rad", (-2.0 * np.pi, 2.0 * np.pi), "a number [rad], within a turn")
-    if not low <= 0.0 <= high:
-        problem = f"the hinge {hinge.name!r} does not reach its coordinate 0, which would be angle zero"
-        allowed = f"a coordinate from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg"
-        raise InputError(problem, file=tree.file, field="zero", allowed=allowed)
-    return 0.0
 
 
 def _sign(tree: Tree, kind: JointName, hinge: Joint, zero: float, given: float | None) -> tuple[float, str]:
@@ -130,18 +116,14 @@ def _measured(
     given: float | None,
 ) -> Found:
     """Axes, sign and side; the left axis is the hinge's, up goes along the distal segment at angle zero."""
-    pose = tree.world_pose(part.name)
-    centre, axis = pose[:3, :3] @ hinge.position + pose[:3, 3], pose[:3, :3] @ hinge.axis
+    axis, centre = tree.line(hinge.name)
     towards, how_up = _below(tree, part, centre, axis)
-    along = centre - moved(turned_about(axis, centre, zero - hinge.zero), towards[None])[0]
-    along /= np.linalg.norm(along)
-    tilt = float(np.arcsin(np.clip(abs(axis @ along), 0.0, 1.0)))
+    along = centre - moved(turned_about(axis, centre, zero - hinge.zero), towards)
+    up, tilt = upright(axis, along / np.linalg.norm(along))
     if tilt > STEEPEST:
         problem = f"its axis leans by {np.degrees(tilt):.0f} deg from the perpendicular to {part.name!r}"
         allowed = "a hinge across its segments, up to 35 deg"
         raise InputError(problem, field="joint", value=hinge.name, allowed=allowed)
-    up = along - (along @ axis) * axis
-    up /= np.linalg.norm(up)
     sign, how_sign = _sign(tree, device.joint, hinge, zero, given)
     left = -device.words.turn * sign * axis
     seen, how_side, notes = _side(tree, part, hinge, above, (centre, left), side)
@@ -167,10 +149,7 @@ def _below(tree: Tree, part: Part, centre: np.ndarray, axis: np.ndarray) -> tupl
     """The next joint below, off the hinge's axis, in the world [m] (3,); else the centre of mass below."""
     below = tree.below(part.name)
     places: list[tuple[np.ndarray | None, str]] = [
-        (
-            moved(tree.world_pose(each.name), joint.position[None])[0],
-            f"from the joint {joint.name!r} up to it",
-        )
+        (tree.line(joint.name)[1], f"from the joint {joint.name!r} up to it")
         for each in below[1:]
         for joint in each.joints
         if joint.kind in ("hinge", "ball")

@@ -4,7 +4,7 @@ import dataclasses
 import os
 import pathlib
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from afo_sim.common import InputError, Notice, Shown, check_writable, together, write_sealed, write_text
@@ -121,33 +121,25 @@ def import_leg(
     tree = read_body(file, packages)
     found = find(tree, shank=shank, foot=foot, ankle=ankle, side=side, zero=zero, forward=forward)
     leg, sole = with_sole(cut(tree, found, range=range, toes=toes))
+    numbers = LegNumbers.of(leg)
+    notes = [*tree.notes, *found.notes, *tissue_notes(leg)]
+    notes += [SOLE_NOTE] if sole.startswith("derived") else []
+    notes += (*person_notes(numbers, found, body_mass, body_height), *doubtful_notes(leg, numbers))
     imported = Imported(
         name=name or (folder.resolve().name if folder is not None else _plain(file.stem)),
         leg=leg,
         found=found,
-        numbers=LegNumbers.of(leg),
+        numbers=numbers,
         sole=sole,
         left_behind=left_behind(tree, found),
         toes=toes,
-        notes=tuple(_notes(tree, found, leg, sole, body_mass, body_height)),
+        notes=tuple(notes),
     )
     if folder is None:
         return imported
     text = leg_toml(imported.name, leg, found, file.name, body_mass, body_height)
     _write(imported, folder, text, file.name, picture)
     return dataclasses.replace(imported, folder=folder)
-
-
-def _notes(
-    tree: Tree, found: Found, leg: Tree, sole: str, body_mass: float | None, body_height: float | None
-) -> Iterator[str]:
-    """Notices on the file, on the leg that was found in it, and on its numbers."""
-    numbers = LegNumbers.of(leg)
-    yield from (*tree.notes, *found.notes, *tissue_notes(leg))
-    if sole.startswith("derived"):
-        yield SOLE_NOTE
-    yield from person_notes(numbers, found, body_mass, body_height)
-    yield from doubtful_notes(leg, numbers)
 
 
 def default_folder(file: pathlib.Path, name: str | None, side: str | None) -> pathlib.Path:
@@ -175,21 +167,16 @@ def _check_folder(folder: pathlib.Path, file: pathlib.Path, force: bool) -> None
 
 
 def _write(imported: Imported, folder: pathlib.Path, text: str, source: str, picture: Picture | None) -> None:
-    """Write the folder's files together, once the leg in them has loaded and compiled."""
+    """Write the folder's files together, once the leg in them is one that the simulator takes."""
+    from afo_sim.model.build import build  # its compiled muscles take a second
+
     before = [path.relative_to(folder).as_posix() for path in (folder / MESHES).glob("*") if path.is_file()]
     with together(folder, (*OWN, *before)) as scratch:
         comment = f"Cut out of {source} by afo-sim; x forward, y left, z up from the ankle joint."
         write_leg_file(imported.leg, scratch / "leg.xml", imported.name, comment)
         write_sealed(scratch / "leg.toml", text, "leg", scratch)
-        _check_runs(scratch)
+        build(load("scenario", "seated", {"leg": str(scratch)}))
         readme = leg_readme(imported.name, imported.rows, imported.notes, source, picture is not None)
         write_text(scratch / "README.md", readme)
         if picture is not None:
             picture(imported, scratch / "leg.png")
-
-
-def _check_runs(folder: pathlib.Path) -> None:
-    """Refuse a leg that the simulator would refuse."""
-    from afo_sim.model.build import build  # its compiled muscles take a second
-
-    build(load("scenario", "seated", {"leg": str(folder)}))

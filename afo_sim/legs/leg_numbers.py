@@ -7,8 +7,8 @@ import numpy as np
 
 from afo_sim.common import Notice
 from afo_sim.legs.cutting import ANKLE, FOOT, SHANK
-from afo_sim.legs.extent import moved, outline
-from afo_sim.legs.tree import Part, Tree
+from afo_sim.legs.extent import outline
+from afo_sim.legs.tree import Part, Tree, moved
 
 # Share of a segment's reach that its radius of gyration has at least; feet and shanks have 0.3 to 0.6.
 LEAST_GYRATION = 0.1
@@ -31,7 +31,7 @@ class Segment:
         ankle = leg.parts[root].pose[:3, 3]
         for part in parts:
             pose = leg.world_pose(part.name)
-            at = moved(pose, part.centre[None])[0] - ankle
+            at = moved(pose, part.centre) - ankle
             mass += part.mass
             moment += part.mass * at
             inertia += pose[:3, :3] @ part.inertia @ pose[:3, :3].T
@@ -51,21 +51,16 @@ class LegNumbers:
     @classmethod
     def of(cls, leg: Tree) -> Self:
         """Of a leg as `cut` gives it."""
-        foot = leg.below(FOOT)
-        names = {part.name for part in foot}
-        shank = [part for part in leg.below(SHANK) if part.name not in names]
-        segment = Segment.of(leg, foot)
+        shank, foot = (Segment.of(leg, parts) for parts in leg.split(SHANK, FOOT))
         stops = leg.joints()[ANKLE][1].range
         assert stops is not None
-        return cls(Segment.of(leg, shank), segment, float(segment.inertia[1, 1]), stops)
+        return cls(shank, foot, float(foot.inertia[1, 1]), stops)
 
 
 def doubtful_notes(leg: Tree, numbers: LegNumbers) -> list[Notice]:
     """Remarks on inertias that do not go with the shapes, and on stops that lie close together."""
     found = []
-    foot = leg.below(FOOT)
-    names = {part.name for part in foot}
-    shank = [part for part in leg.below(SHANK) if part.name not in names]
+    shank, foot = leg.split(SHANK, FOOT)
     ankle = leg.parts[SHANK].pose[:3, 3]
     for name, parts, segment in (("shank", shank, numbers.shank), ("foot", foot, numbers.foot)):
         points = outline(leg, parts, points=False) - ankle

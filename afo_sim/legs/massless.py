@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from afo_sim.legs.tree import Joint, Part, Tree, reading_note
+from afo_sim.legs.tree import Joint, Part, Tree, moved, reading_note
 
 # Of a part on a joint [kg], [kg·m²]: MuJoCo takes less than 1e-15 for none, and these move nothing else.
 LEAST_MASS, LEAST_INERTIA = 1e-12, 1e-14
@@ -40,13 +40,12 @@ def _with_inertia(part: Part, still: list[str]) -> Part:
     return dataclasses.replace(part, joints=joints, mass=max(part.mass, LEAST_MASS), inertia=inertia)
 
 
-def _inertia_about(tree: Tree, poses: dict[str, np.ndarray], moved: Part, joint: Joint) -> float:
+def _inertia_about(tree: Tree, poses: dict[str, np.ndarray], carried: Part, joint: Joint) -> float:
     """Inertia of a joint's part, and of all that hangs on it, about a hinge [kg·m²]; of a slide its mass."""
-    frame = poses[moved.name]
-    axis, place, total = frame[:3, :3] @ joint.axis, frame[:3, :3] @ joint.position + frame[:3, 3], 0.0
-    for part in tree.below(moved.name):
+    (axis, place), total = tree.line(joint.name), 0.0
+    for part in tree.below(carried.name):
         pose = poses[part.name]
-        across = np.cross(axis, pose[:3, :3] @ part.centre + pose[:3, 3] - place)
+        across = np.cross(axis, moved(pose, part.centre) - place)
         own = pose[:3, :3].T @ axis
         total += (
             part.mass if joint.kind == "slide" else own @ part.inertia @ own + part.mass * across @ across

@@ -172,7 +172,7 @@ def tree_of(model: mujoco.MjModel) -> Tree:
         found[name] = Part(
             name=name,
             parent=parts.get(int(model.body_parentid[body])),
-            pose=pose_of(model.body_pos[body], model.body_quat[body]),
+            pose=pose_of(model.body_pos[body], turn_of(model.body_quat[body])),
             mass=float(model.body_mass[body]),
             centre=model.body_ipos[body].copy(),
             inertia=(inertia + inertia.T) / 2,
@@ -188,28 +188,25 @@ def _joints(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Join
     given = [model.joint(joint).name for joint in range(model.njnt)]
     found: dict[int, list[Joint]] = {body: [] for body in parts}
     for joint, name in enumerate(own_names(given, [f"{owner}_joint" for owner in owners])):
-        found[int(model.jnt_bodyid[joint])].append(_joint(model, joint, name))
+        kind = JOINT_KINDS[int(model.jnt_type[joint])]
+        freedom, place = int(model.jnt_dofadr[joint]), int(model.jnt_qposadr[joint])
+        scalar = kind in ("hinge", "slide")  # a ball's and a free joint's coordinate is a quaternion
+        lower, upper = model.jnt_range[joint].tolist()
+        made = Joint(
+            name=name,
+            kind=kind,
+            axis=model.jnt_axis[joint].copy(),
+            position=model.jnt_pos[joint].copy(),
+            range=(lower, upper) if model.jnt_limited[joint] else None,
+            damping=float(model.dof_damping[freedom]),
+            friction=float(model.dof_frictionloss[freedom]),
+            armature=float(model.dof_armature[freedom]),
+            stiffness=float(model.jnt_stiffness[joint]),
+            spring_reference=float(model.qpos_spring[place]) if scalar else 0.0,
+            zero=float(model.qpos0[place]) if scalar else 0.0,
+        )
+        found[int(model.jnt_bodyid[joint])].append(made)
     return found
-
-
-def _joint(model: mujoco.MjModel, joint: int, name: str) -> Joint:
-    kind = JOINT_KINDS[int(model.jnt_type[joint])]
-    freedom, place = int(model.jnt_dofadr[joint]), int(model.jnt_qposadr[joint])
-    scalar = kind in ("hinge", "slide")  # a ball's and a free joint's coordinate is a quaternion
-    lower, upper = model.jnt_range[joint]
-    return Joint(
-        name=name,
-        kind=kind,
-        axis=model.jnt_axis[joint].copy(),
-        position=model.jnt_pos[joint].copy(),
-        range=(float(lower), float(upper)) if model.jnt_limited[joint] else None,
-        damping=float(model.dof_damping[freedom]),
-        friction=float(model.dof_frictionloss[freedom]),
-        armature=float(model.dof_armature[freedom]),
-        stiffness=float(model.jnt_stiffness[joint]),
-        spring_reference=float(model.qpos_spring[place]) if scalar else 0.0,
-        zero=float(model.qpos0[place]) if scalar else 0.0,
-    )
 
 
 def _shapes(model: mujoco.MjModel, parts: dict[int, str]) -> dict[int, list[Shape]]:
@@ -228,17 +225,11 @@ def _shape(
     model: mujoco.MjModel, geom: int, name: str, meshes: dict[int, tuple[np.ndarray, np.ndarray]]
 ) -> Shape:
     kind = SHAPE_KINDS[int(model.geom_type[geom])]
-    pose = pose_of(model.geom_pos[geom], model.geom_quat[geom])
     material, own = int(model.geom_matid[geom]), model.geom_rgba[geom]
     shown = model.mat_rgba[material] if material >= 0 and np.allclose(own, DEFAULT_RGBA) else own
+    pose = pose_of(model.geom_pos[geom], turn_of(model.geom_quat[geom]))
     red, green, blue, opacity = (float(part) for part in shown)
-    plain = Shape(
-        name=name,
-        kind=kind,
-        pose=pose,
-        size=model.geom_size[geom].copy(),
-        rgba=(red, green, blue, opacity),
-    )
+    plain = Shape(name, kind, pose, model.geom_size[geom].copy(), rgba=(red, green, blue, opacity))
     if kind != "mesh":
         return plain
     mesh = int(model.geom_dataid[geom])

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from afo_sim.common import write_bytes, write_text
-from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, quaternion_of
 
 MESHES = "meshes"  # folder beside the file
 MOST_FACES = 200_000  # of an STL file that MuJoCo reads
@@ -132,14 +132,7 @@ def _numbers(values: Iterable[float]) -> str:
 def _place(pose: np.ndarray) -> dict[str, str]:
     found = {"pos": _numbers(pose[:3, 3])}
     if not np.array_equal(pose[:3, :3], np.eye(3)):
-        found["quat"] = _numbers(_quaternion(pose[:3, :3]))
-    return found
-
-
-def _quaternion(turn: np.ndarray) -> np.ndarray:
-    """w, x, y, z of a rotation (3, 3)."""
-    found = np.empty(4)
-    mujoco.mju_mat2Quat(found, np.ascontiguousarray(turn, dtype=float).ravel())
+        found["quat"] = _numbers(quaternion_of(pose[:3, :3]))
     return found
 
 
@@ -150,7 +143,7 @@ def _inertial(part: Part) -> dict[str, str]:
         return found | {"diaginertia": _numbers(_possible(np.diag(part.inertia)))}
     moments, axes = np.linalg.eigh(part.inertia)
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])  # right-handed
-    return found | {"quat": _numbers(_quaternion(axes)), "diaginertia": _numbers(_possible(moments))}
+    return found | {"quat": _numbers(quaternion_of(axes)), "diaginertia": _numbers(_possible(moments))}
 
 
 def _possible(moments: np.ndarray) -> np.ndarray:
@@ -163,12 +156,8 @@ def _possible(moments: np.ndarray) -> np.ndarray:
 
 
 def _joint(joint: Joint) -> dict[str, str]:
-    found = {
-        "name": _clean(joint.name),
-        "type": joint.kind,
-        "axis": _numbers(joint.axis),
-        "pos": _numbers(joint.position),
-    }
+    found = {"name": _clean(joint.name), "type": joint.kind}
+    found |= {"axis": _numbers(joint.axis), "pos": _numbers(joint.position)}
     if joint.range is not None:
         found["range"] = _numbers(joint.range)
     if joint.zero:

@@ -1,7 +1,7 @@
 """A tree of rigid parts and joints, whatever file it came from, with poses and names; SI, plain numbers."""
 
 import pathlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -109,6 +109,29 @@ class Tree:
                 found.add(part.name)
         return [part for part in self.parts.values() if part.name in found]
 
+    def upward(self, name: str | None) -> Iterator[Part]:
+        """A part and all that it hangs on."""
+        while name is not None:
+            yield self.parts[name]
+            name = self.parts[name].parent
+
+    def way(self, above: str, name: str) -> list[Part]:
+        """Parts from below one down to another; empty where it does not hang there."""
+        chain = list(self.upward(name))[::-1]
+        names = [part.name for part in chain]
+        return chain[names.index(above) + 1 :] if above in names else []
+
+    def split(self, shank: str, foot: str) -> tuple[list[Part], list[Part]]:
+        """What hangs on a shank without the foot, and the foot with all that hangs on it."""
+        of_foot = self.below(foot)
+        return [part for part in self.below(shank) if part not in of_foot], of_foot
+
+    def line(self, joint: str) -> tuple[np.ndarray, np.ndarray]:
+        """Axis of a joint in the world (3,), and its place [m] (3,)."""
+        part, found = self.joints()[joint]
+        pose = self.world_pose(part.name)
+        return pose[:3, :3] @ found.axis, moved(pose, found.position)
+
     def world_pose(self, name: str) -> np.ndarray:
         """Pose of a part in the world (4, 4)."""
         part = self.parts[name]
@@ -119,12 +142,17 @@ class Tree:
         return {joint.name: (part, joint) for part in self.parts.values() for joint in part.joints}
 
 
-def pose_of(position: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
-    """A pose (4, 4)."""
+def pose_of(position: np.ndarray, turn: np.ndarray | None = None) -> np.ndarray:
+    """A pose (4, 4) of a rotation (3, 3), or without a turn."""
     found = np.eye(4)
-    found[:3, :3] = turn_of(quaternion)
+    found[:3, :3] = found[:3, :3] if turn is None else turn
     found[:3, 3] = position
     return found
+
+
+def moved(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points (n, 3), or one (3,), from the axes of a pose (4, 4) into those in which it is stated [m]."""
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
 
 
 def turn_of(quaternion: np.ndarray) -> np.ndarray:
@@ -134,10 +162,10 @@ def turn_of(quaternion: np.ndarray) -> np.ndarray:
     return turn.reshape(3, 3)
 
 
-def shift(position: np.ndarray) -> np.ndarray:
-    """A pose without a turn (4, 4)."""
-    found = np.eye(4)
-    found[:3, 3] = position
+def quaternion_of(turn: np.ndarray) -> np.ndarray:
+    """A quaternion w, x, y, z (4,) of a rotation (3, 3)."""
+    found = np.empty(4)
+    mujoco.mju_mat2Quat(found, np.ascontiguousarray(turn, dtype=float).ravel())
     return found
 
 
@@ -145,10 +173,8 @@ def turned_about(axis: np.ndarray, centre: np.ndarray, angle: float) -> np.ndarr
     """Pose of a turn [rad] about an axis of length one through a centre [m] (4, 4)."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    pose = np.eye(4)
-    pose[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    pose[:3, 3] = centre - pose[:3, :3] @ centre
-    return pose
+    turn = np.eye(3) + (np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)
+    return pose_of(centre - turn @ centre, turn)
 
 
 def own_names(given: Iterable[str], fallback: Iterable[str]) -> list[str]:

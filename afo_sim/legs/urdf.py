@@ -93,15 +93,13 @@ def _parsed(root: Any, file: pathlib.Path) -> Any:
 def _joint_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
     """What makes a robot's joints impossible, with the way to mend it."""
     for joint in robot.joints:
-        place, limit = f"joint {joint.name!r}", joint.limit
+        place, (lower, upper) = f"joint {joint.name!r}", _stops(joint)
         if joint.type not in ("fixed", "floating") and not joint.axis.any():
             problem = 'its axis has no length; give for example <axis xyz="0 -1 0"/>'
             yield InputError(problem, file=file, field=place)
-        if limit is not None and joint.type in ("revolute", "prismatic"):
-            lower, upper = limit.lower or 0.0, limit.upper or 0.0
-            if lower > upper:
-                problem = f"its range runs from {lower:g} to {upper:g}: exchange lower and upper"
-                yield InputError(problem, file=file, field=place)
+        if lower > upper and joint.type in ("revolute", "prismatic"):
+            problem = f"its range runs from {lower:g} to {upper:g}: exchange lower and upper"
+            yield InputError(problem, file=file, field=place)
         for name, value in _dynamics(joint).items():
             if value < 0:
                 problem = f"its {name} of {value:g} is negative: it would drive the joint"
@@ -115,11 +113,9 @@ def _tree_problems(robot: Any, file: pathlib.Path) -> Iterator[InputError]:
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in above:
-                place = f"joint {joint.name!r} <{end} link>"
-                near = nearest_name(name, links)
-                yield InputError(
-                    "is not a link of the file", file=file, field=place, value=name, nearest=near
-                )
+                place, near = f"joint {joint.name!r} <{end} link>", nearest_name(name, links)
+                problem = "is not a link of the file"
+                yield InputError(problem, file=file, field=place, value=name, nearest=near)
         if joint.child in above:
             above[joint.child].append(joint)
     for name, joints in above.items():
@@ -212,18 +208,12 @@ class _Reading:
         if joint.type == "planar":
             self.seen["joints-planar"].append(joint.name)
             return _planar(joint.name, axis, same, {other.name for other in self.robot.joints})
-        kind: Any = "slide" if joint.type == "prismatic" else "hinge"
-        return (Joint(name=joint.name, kind=kind, axis=axis, range=self._range(joint), **same),)
-
-    def _range(self, joint: Any) -> tuple[float, float] | None:
-        if joint.type == "continuous":
-            return None
-        lower = (joint.limit and joint.limit.lower) or 0.0
-        upper = (joint.limit and joint.limit.upper) or 0.0
-        if lower == upper:  # CAD exporters leave zeros where no range was set
+        lower, upper = _stops(joint)
+        stopped = lower != upper and joint.type != "continuous"
+        if lower == upper and joint.type != "continuous":  # CAD exporters leave zeros where no range was set
             self.seen["joints-endless"].append(joint.name)
-            return None
-        return float(lower), float(upper)
+        kind: Any = "slide" if joint.type == "prismatic" else "hinge"
+        return (Joint(joint.name, kind, axis, range=(lower, upper) if stopped else None, **same),)
 
     def _shapes(self, link: Any, below: list[Any]) -> Iterator[Shape]:
         """What is to be seen; of a link that shows nothing, or for contact, what it collides with."""
@@ -296,6 +286,12 @@ def _planar(name: str, axis: np.ndarray, same: dict[str, Any], taken: set[str]) 
 
 def _origin(matrix: np.ndarray | None) -> np.ndarray:
     return np.eye(4) if matrix is None else np.array(matrix, dtype=float)
+
+
+def _stops(joint: Any) -> tuple[float, float]:
+    """Stops [rad, m], 0 where there are none."""
+    given = joint.limit
+    return (0.0, 0.0) if given is None else (float(given.lower or 0.0), float(given.upper or 0.0))
 
 
 def _dynamics(joint: Any) -> dict[str, float]:

@@ -13,7 +13,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from afo_sim.common import InputError, check_regular, nearest_name, plausible, read_bytes
+from afo_sim.common import InputError, check_regular, plausible, read_bytes, unknown
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 # {element: {attribute: how many numbers stand there}}, http://wiki.ros.org/urdf/XML
@@ -56,11 +56,8 @@ def robot_element(file: pathlib.Path) -> Any:
     """The <robot> of a file, as lxml's element without comments."""
     root = _root_element(file)
     if root.tag != "robot":
-        raise InputError(
-            f"is not a URDF file: its root element is <{root.tag}>",
-            file=file,
-            allowed="<robot> as the root element",
-        )
+        problem = f"is not a URDF file: its root element is <{root.tag}>"
+        raise InputError(problem, file=file, allowed="<robot> as the root element")
     unexpanded = any("${" in value for element in root.iter() for value in element.attrib.values())
     if unexpanded or any("xacro" in str(element.tag) for element in root.iter()):
         raise InputError("holds xacro macros", file=file, allowed=XACRO)
@@ -120,9 +117,8 @@ def text_problems(root: Any, file: pathlib.Path) -> Iterator[InputError]:
             if not name:
                 yield InputError("has no name", file=file, field=f"<{kind}> in line {element.sourceline}")
             elif name in names:
-                yield InputError(
-                    f"stands twice: give one of the {kind}s another name", file=file, field=f"{kind} {name!r}"
-                )
+                problem = f"stands twice: give one of the {kind}s another name"
+                yield InputError(problem, file=file, field=f"{kind} {name!r}")
             names.add(name)
             place = f"{kind} {name!r}"
             if kind == "joint":
@@ -139,14 +135,8 @@ def _joint_problems(joint: Any, file: pathlib.Path, place: str) -> Iterator[Inpu
             yield InputError(f'has no <{end} link="…"/>', file=file, field=place)
     kind = joint.get("type")
     if kind not in JOINT_TYPES:
-        yield InputError(
-            "is not a valid type of joint" if kind else "has no type",
-            file=file,
-            field=place,
-            value=kind,
-            allowed=", ".join(JOINT_TYPES),
-            nearest=nearest_name(kind, JOINT_TYPES) if kind else None,
-        )
+        problem = "is not a valid type of joint" if kind else "has no type"
+        yield unknown(kind, JOINT_TYPES, file=file, field=place, problem=problem)
     mimic = joint.find("mimic")
     if mimic is not None and not mimic.get("joint"):
         yield InputError('has a <mimic> without joint="…"', file=file, field=place)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError, Notice, missing_extra, together, write_bytes
-from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, reading_note, shift
+from afo_sim.legs.tree import Joint, Part, Shape, Tree, check_finite, free_name, listed, pose_of, reading_note
 from afo_sim.legs.urdf_files import quiet
 
 try:
@@ -108,7 +108,7 @@ class Shapes:
                 self.otherwise.setdefault(CAPSULES, []).append(shape.name)
                 ball = urdf.Geometry(sphere=urdf.Sphere(size[0]))
                 for end, height in (("top", size[1]), ("bottom", -size[1])):
-                    found.append((f"{shape.name}_{end}", shift(np.array([0.0, 0.0, height])), ball))
+                    found.append((f"{shape.name}_{end}", pose_of(np.array([0.0, 0.0, height])), ball))
             return found
         return [(shape.name, np.eye(4), urdf.Geometry(mesh=urdf.Mesh(filename=self._mesh_file(shape))))]
 
@@ -197,10 +197,10 @@ class _Robot:
         )
 
     def _link(self, part: Part) -> Any:
-        frame = shift(-self.frames[part.name])
+        frame = pose_of(-self.frames[part.name])
         massless = not part.mass and not part.inertia.any()
         inertial = urdf.Inertial(
-            origin=frame @ shift(part.centre), mass=float(part.mass), inertia=part.inertia
+            origin=frame @ pose_of(part.centre), mass=float(part.mass), inertia=part.inertia
         )
         visuals, collisions = self.shapes.of(part, frame)
         return urdf.Link(
@@ -214,7 +214,7 @@ class _Robot:
         for name, place in part.points.items():
             link = self._new_link(f"{name}_point")
             self.links.append(urdf.Link(name=link))
-            origin = shift(place - self.frames[part.name])
+            origin = pose_of(place - self.frames[part.name])
             joint = free_name(f"{link}_fixed", self._taken_joints())
             self.joints.append(
                 urdf.Joint(name=joint, type="fixed", parent=part.name, child=link, origin=origin)
@@ -261,13 +261,13 @@ def _steps(part: Part, above: np.ndarray) -> Iterator[tuple[Joint | None, np.nda
     """Each joint of a part with its origin in the link above, and its place in the part's axes.
 
     MuJoCo turns a part about its first joint first: T M₁ M₂ …, so that the first is the outermost link. The
-    first origin is shift(−above) T shift(p₁), each later one shift(pₖ − pₖ₋₁).
+    first origin is pose_of(−above) T pose_of(p₁), each later one pose_of(pₖ − pₖ₋₁).
     """
-    before = shift(-above) @ part.pose
+    before = pose_of(-above) @ part.pose
     last = np.zeros(3)
     for joint in part.joints or (None,):
         place = joint.position if joint is not None and joint.kind == "hinge" else np.zeros(3)
-        yield joint, before @ shift(place - last), place
+        yield joint, before @ pose_of(place - last), place
         before, last = np.eye(4), place
 
 
