@@ -79,6 +79,11 @@ class Walk:
     names: tuple[str, ...]
 
 
+def apart(phase: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """Estimated less true phase, from −½ to ½ of the cycle (n,)."""
+    return (phase - true + 0.5) % 1.0 - 0.5
+
+
 def stairs(phase: np.ndarray) -> np.ndarray:
     """What climbing adds to the shank's angle [deg]: leant forward in stance, more bent in the swing."""
     return 8.0 + 6.0 * np.cos(2.0 * np.pi * (phase - 0.8)) + 4.0 * np.cos(4.0 * np.pi * (phase - 0.75))
@@ -164,7 +169,7 @@ class Judged:
 
 def judged(walk: Walk, phase: np.ndarray, ready: np.ndarray) -> Judged:
     """Judge an estimate at every sample of a walk."""
-    error = np.abs((phase - walk.phase + 0.5) % 1.0 - 0.5)
+    error = np.abs(apart(phase, walk.phase))
     known = np.isfinite(walk.phase)
     lying = known & ready & (error > 0.1)
     numbers = range(len(walk.names))

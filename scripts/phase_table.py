@@ -55,7 +55,7 @@ class Estimated:
     @property
     def error(self) -> np.ndarray:
         """Estimated less true phase, of the cycle (n,)."""
-        return (self.phase - self.walked + 0.5) % 1.0 - 0.5
+        return phase_events.apart(self.phase, self.walked)
 
 
 def walkers() -> dict[str, Mapping[str, str]]:
@@ -63,6 +63,21 @@ def walkers() -> dict[str, Mapping[str, str]]:
     names = (name for name in assets.gait_names() if name != "norm_adult")  # which has no shank
     found: dict[str, Mapping[str, str]] = {name: {} for name in names}
     return found | {"bovi2011_natural, steppage": STEPPAGE}
+
+
+def followed(
+    angles: np.ndarray,
+    struck: np.ndarray | None = None,
+    *,
+    period: float = PERIOD,
+    estimate: PhaseEstimate | None = None,
+) -> np.ndarray:
+    """Phase, whether it is ready, whether he stands, and stride time [s], after each sample (4, n)."""
+    estimate, found = estimate or PhaseEstimate(), np.empty((4, len(angles)))
+    for k, angle in enumerate(angles):
+        estimate.update(float(angle), period, struck is not None and bool(struck[k]))
+        found[:, k] = estimate.phase, estimate.ready, estimate.stopped, estimate.stride_time
+    return found
 
 
 def estimated(
@@ -99,15 +114,12 @@ def estimated(
     shank = shank + noise * np.random.default_rng(1000 + seed).standard_normal(len(time))
     loaded = cycle.ground(sampled)[1] > STANCE_FORCE
     struck = np.append(False, loaded[1:] & ~loaded[:-1]) & (walked < switch)
-    estimate, found, stopped = PhaseEstimate(lead), np.empty(len(time)), np.zeros(len(time), dtype=bool)
-    for k, angle in enumerate(shank):
-        estimate.update(float(angle), period, bool(struck[k]))
-        found[k], stopped[k] = estimate.phase, estimate.stopped
+    phase, _, stopped, _ = followed(shank, struck, period=period, estimate=PhaseEstimate(lead))
     counts = walked >= (CALIBRATED if switch == CALIBRATED else LEARNT)
     if stands:  # and two strides from where the walker goes on
         onward = walked[np.searchsorted(time, STOPS * cycle.stride_time + stands)]
         counts &= (walked < STOPS) | (walked >= onward + LEARNT)
-    return Estimated(time, walked, found, shank, stopped, counts)
+    return Estimated(time, walked, phase, shank, stopped > 0.0, counts)
 
 
 @functools.cache
@@ -160,11 +172,8 @@ def through_events(
 ) -> tuple[phase_events.Walk, phase_events.Judged]:
     """Walk through events, and judge the estimate."""
     walk = phase_events.walk(curve(walker), _cycle(walker).stride_time, names, seed)
-    estimate, phase, ready = PhaseEstimate(), np.empty(len(walk.angle)), np.zeros(len(walk.angle), dtype=bool)
-    for k, angle in enumerate(walk.angle):
-        estimate.update(float(angle), 1.0 / phase_events.RATE, bool(walk.struck[k]) and switch)
-        phase[k], ready[k] = estimate.phase, estimate.ready
-    return walk, phase_events.judged(walk, phase, ready)
+    phase, ready, *_ = followed(walk.angle, walk.struck if switch else None, period=1.0 / phase_events.RATE)
+    return walk, phase_events.judged(walk, phase, ready > 0.0)
 
 
 def _of_seed(walker: str, switch: bool, seed: int) -> tuple[tuple[str, ...], phase_events.Judged]:
@@ -216,20 +225,15 @@ def written_c(text: str) -> str:
     constants |= dict(zip(("WAKING_RATE", "WAKING_PHASE"), estimate.WAKING, strict=True))
     lines = [f"#define {name} R({value!r})" for name, value in sorted(constants.items())]
     lines += [f"#define {name} {getattr(estimate, name)}" for name in ("HARMONICS", "LOOKS", "EXTREMES")]
-    rows = [
-        "    {"
-        + ", ".join(f"R({value:.9g})" for value in (t.stride_time, t.lowest, t.highest, t.low, t.high))
-        + ",\n      {"
-        + ", ".join(f"R({value:.9g})" for value in t.series)
-        + "}},"
-        for t in estimate.templates()
-    ]
-    rows = [
-        f"#define TEMPLATES {len(rows)}",
-        "static const template_t templates[TEMPLATES] = {",
-        *rows,
-        "};",
-    ]
+    rows = []
+    for t in estimate.templates():
+        scalars, series = (
+            ", ".join(f"R({value:.9g})" for value in values)
+            for values in ((t.stride_time, t.lowest, t.highest, t.low, t.high), t.series)
+        )
+        rows.append(f"    {{{scalars},\n      {{{series}}}}},")
+    head = f"#define TEMPLATES {len(rows)}", "static const template_t templates[TEMPLATES] = {"
+    rows = [*head, *rows, "};"]
     for mark, block in (("constants", lines), ("templates", rows)):
         begin = text.index("\n", text.index(f"/* begin {mark}")) + 1
         end = text.index(f"/* end {mark} */")

@@ -16,19 +16,19 @@ import argparse
 import itertools
 import pathlib
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
-from small_png import save
+from small_png import draw, save
 
 import afo_sim
 from afo_sim.common import STANDARD_DENSITY
 from afo_sim.description import Muscle
 from afo_sim.lab.ledger import VERDICTS, LedgerRow, ledger
-from afo_sim.show import BLUE, GREY, RED, RUN_STYLES, RUNS, RunView, panels, report_figures, write_figure
+from afo_sim.show import BLUE, GREY, RED, RUN_STYLES, RUNS, RunView, panels, report_figures
 from afo_sim.show.rerun import screenshot, write_comparison
 from afo_sim.show.run_view import alone
 from afo_sim.show.video import Painter
@@ -54,19 +54,7 @@ HIGHEST = 1.6  # of a panel, over the limit of force
 TIMES = (1.0, 3.5, 6.0)  # of the seated scenarios [s]
 SIZE = (960, 540)  # of each picture in a row [pixel]
 SCENARIOS = ("seated", "seated-antagonist", "arm", "arm-s1")
-VALVES = (
-    ("dorsiflexor inlet", 2),
-    ("dorsiflexor outlet", 3),
-    ("plantarflexor inlet", 4),
-    ("plantarflexor outlet", 5),
-)
-
-
-def keep(place: pathlib.Path, drawn: Callable[[pathlib.Path], None]) -> None:
-    """Draw a picture and keep it with few colours."""
-    with tempfile.TemporaryDirectory() as folder:
-        drawn(pathlib.Path(folder) / "drawn.png")
-        save(Image.open(pathlib.Path(folder) / "drawn.png"), place)
+VALVES = [f"{group} {side}" for group in ("dorsiflexor", "plantarflexor") for side in ("inlet", "outlet")]
 
 
 def wanted(time: float) -> float:
@@ -85,32 +73,27 @@ def followed(kind: str) -> afo_sim.Recording:
     return run
 
 
-def draw(runs: dict[str, afo_sim.Recording], path: pathlib.Path) -> None:
+def fill_drives(runs: dict[str, afo_sim.Recording], figure: Any) -> None:
     """Pressures above, the two coils of each kind below."""
-
-    def fill(figure: Any) -> None:
-        axes = figure.subplots(1 + len(runs), sharex=True, height_ratios=[3.0] + [1.0] * len(runs))
-        first = next(iter(runs.values()))
-        axes[0].step(
-            first["time"], 1e-5 * first["chamber/dorsiflexor/target"], color=GREY, lw=0.9, label="asked for"
-        )
-        for number, (kind, run) in enumerate(runs.items()):
-            look = {"color": RUNS[number], "ls": RUN_STYLES[number]}
-            axes[0].plot(run["time"], 1e-5 * run["chamber/dorsiflexor/pressure"], label=kind, **look)
-            below = axes[1 + number]
-            for side, sign in (("inlet", 1.0), ("outlet", -1.0)):
-                coil = sign * run[f"valve/dorsiflexor_{side}/coil"]
-                below.fill_between(run["time"], coil, step="post", color=RUNS[number], lw=0.0)
-            counts = [run[f"valve/dorsiflexor_{side}/switches"][-1] for side in ("inlet", "outlet")]
-            below.set_title(f"{kind}: switched {counts[0]:.0f} and {counts[1]:.0f} times", loc="left", pad=2)
-            below.set_ylim(-1.1, 1.1)
-            below.set_yticks([-1.0, 1.0], ["outlet", "inlet"])
-            below.axhline(0.0, color=GREY, lw=0.4)
-        axes[0].set_ylabel("pressure [bar, gauge]")
-        axes[0].legend(ncols=4, loc="lower right")
-        axes[-1].set_xlabel("time [s]")
-
-    write_figure(path, (6.6, 5.4), fill)
+    axes = figure.subplots(1 + len(runs), sharex=True, height_ratios=[3.0] + [1.0] * len(runs))
+    first = next(iter(runs.values()))
+    target = 1e-5 * first["chamber/dorsiflexor/target"]
+    axes[0].step(first["time"], target, color=GREY, lw=0.9, label="asked for")
+    for number, (kind, run) in enumerate(runs.items()):
+        look = {"color": RUNS[number], "ls": RUN_STYLES[number]}
+        axes[0].plot(run["time"], 1e-5 * run["chamber/dorsiflexor/pressure"], label=kind, **look)
+        below = axes[1 + number]
+        for side, sign in (("inlet", 1.0), ("outlet", -1.0)):
+            coil = sign * run[f"valve/dorsiflexor_{side}/coil"]
+            below.fill_between(run["time"], coil, step="post", color=RUNS[number], lw=0.0)
+        counts = [run[f"valve/dorsiflexor_{side}/switches"][-1] for side in ("inlet", "outlet")]
+        below.set_title(f"{kind}: switched {counts[0]:.0f} and {counts[1]:.0f} times", loc="left", pad=2)
+        below.set_ylim(-1.1, 1.1)
+        below.set_yticks([-1.0, 1.0], ["outlet", "inlet"])
+        below.axhline(0.0, color=GREY, lw=0.4)
+    axes[0].set_ylabel("pressure [bar, gauge]")
+    axes[0].legend(ncols=4, loc="lower right")
+    axes[-1].set_xlabel("time [s]")
 
 
 def rows(runs: dict[str, afo_sim.Recording]) -> Iterator[str]:
@@ -136,7 +119,7 @@ def rows(runs: dict[str, afo_sim.Recording]) -> Iterator[str]:
 def drives() -> None:
     """Run, draw, and write the table into the page."""
     runs = {kind: followed(kind) for kind in DRIVES}
-    keep(PICTURES / "drives.png", lambda path: draw(runs, path))
+    draw(PICTURES / "drives.png", (6.6, 5.4), lambda figure: fill_drives(runs, figure))
     table = "\n".join(rows(runs))
     print(table)
     for kind, run in runs.items():
@@ -151,13 +134,8 @@ def panel(axis: Any, muscle: Muscle, grade: str) -> None:
     kappa = np.linspace(-0.01, 0.30, 311)
     percent, length = 100.0 * kappa, f"{100.0 * muscle.nominal_length:g} cm"
     axis.plot(percent, muscle.force(limits.pressure, contraction=kappa), color=BLUE, label=f"{top}, {length}")
-    axis.plot(
-        percent,
-        muscle.force(LOW, contraction=kappa),
-        color=RED,
-        ls=RUN_STYLES[1],
-        label=f"{LOW * 1e-5:g} bar, {length}",
-    )
+    low, label = muscle.force(LOW, contraction=kappa), f"{LOW * 1e-5:g} bar, {length}"
+    axis.plot(percent, low, color=RED, ls=RUN_STYLES[1], label=label)
     if muscle.lengths is not None and muscle.lengths.force is not None:
         short = muscle.with_values(total_length=SHORT).force(limits.pressure, contraction=kappa)
         axis.plot(percent, short, color=BLUE, ls=RUN_STYLES[3], label=f"{top}, {100.0 * SHORT:g} cm")
@@ -184,7 +162,7 @@ def fill_muscles(figure: Any) -> None:
 
 def muscles() -> None:
     """Draw the fluidic muscles."""
-    keep(MODELS / "muscles/pictures/fluidic.png", lambda path: write_figure(path, (9.5, 3.4), fill_muscles))
+    draw(MODELS / "muscles/pictures/fluidic.png", (9.5, 3.4), fill_muscles)
 
 
 def taken(folder: pathlib.Path, at: float, size: tuple[int, int]) -> Image.Image:
@@ -332,19 +310,11 @@ def walks() -> None:
     assert bare is not None
     beside = dict(zip(FILM.values(), (bare, worn), strict=True))
     film({title: WalkingFigure.of(view) for title, view in beside.items()}, ROOT / "docs/drop_foot.gif")
-    keep(PICTURES / "film.png", lambda path: still(beside).save(path))
-    keep(
-        PICTURES / "report.png", lambda path: write_figure(path, (7.4, 6.8), lambda f: fill_report(views, f))
-    )
-    keep(
-        PICTURES / "metrics-clearance.png",
-        lambda path: write_figure(path, (7.0, 4.0), lambda f: fill_clearance(worn, f)),
-    )
+    save(still(beside), PICTURES / "film.png")
+    draw(PICTURES / "report.png", (7.4, 6.8), lambda figure: fill_report(views, figure))
+    draw(PICTURES / "metrics-clearance.png", (7.0, 4.0), lambda figure: fill_clearance(worn, figure))
     landings = {"drop foot": bare, "with the orthosis": worn}
-    keep(
-        PICTURES / "metrics-contact.png",
-        lambda path: write_figure(path, (7.0, 2.9), lambda f: fill_landing(landings, f)),
-    )
+    draw(PICTURES / "metrics-contact.png", (7.0, 2.9), lambda figure: fill_landing(landings, figure))
 
 
 def box(axes: Any, x: float, y: float, width: float, height: float, text: str, colour: str = "white") -> None:
@@ -374,13 +344,13 @@ def valve(axes: Any, y: float, name: str, pin: int) -> None:
     wire(axes, (7.9, y - 0.5), (8.6, y - 0.5), (8.6, y), colour="tab:red")
 
 
-def draw_wiring(path: pathlib.Path) -> None:
-    """A board, the driver of each coil, and what else stands at its pins."""
+def wiring() -> None:
+    """Draw a board, the driver of each coil, and what else stands at its pins."""
     figure, axes = plt.subplots(figsize=(10, 6.2))
     box(axes, 0.2, 0.1, 2.0, 6.5, "", "#f4f4f4")
     axes.text(0.3, 6.35, "board", fontsize=10, weight="bold")
-    for k, (name, pin) in enumerate(VALVES):
-        valve(axes, 5.9 - 1.1 * k, name, pin)
+    for k, name in enumerate(VALVES):
+        valve(axes, 5.9 - 1.1 * k, name, 2 + k)
     wire(axes, (9.2, 2.6), (9.2, 6.4), colour="tab:red")
     axes.text(9.2, 6.5, "+ of the coils' supply", ha="right", fontsize=8, color="tab:red")
     for height, label, text in (
@@ -392,17 +362,11 @@ def draw_wiring(path: pathlib.Path) -> None:
         box(axes, 4.7, height - 0.2, 3.5, 0.4, text)
     axes.text(2.15, 0.35, "GND", ha="right", va="center", fontsize=8)
     wire(axes, (2.2, 0.35), (4.7, 0.35))
-    axes.text(
-        4.8, 0.35, "ground of the supply, sources, switches and sensors: one point", va="center", fontsize=8
-    )
+    ground = "ground of the supply, sources, switches and sensors: one point"
+    axes.text(4.8, 0.35, ground, va="center", fontsize=8)
     axes.set(xlim=(0, 9.6), ylim=(0, 6.8))
     axes.axis("off")
-    figure.savefig(path, dpi=110, bbox_inches="tight")
-
-
-def wiring() -> None:
-    """Draw the board's wiring."""
-    draw_wiring(ROOT / "docs/electronics.png")
+    figure.savefig(ROOT / "docs/electronics.png", dpi=110, bbox_inches="tight")
 
 
 VERDICT_LOOKS = dict(zip(VERDICTS, ((BLUE, "o"), (RED, "X"), (GREY, "s")), strict=True))
@@ -439,9 +403,7 @@ def draw_ledger(rows: list[LedgerRow], figure: Any) -> None:
 def draw_ledgers() -> None:
     """Draw the ledger's rows that are both predicted and measured."""
     rows = [row for row in ledger() if row.band and row.measured]
-    keep(
-        ROOT / "docs/ledger.png", lambda path: write_figure(path, (8.6, 7.4), lambda f: draw_ledger(rows, f))
-    )
+    draw(ROOT / "docs/ledger.png", (8.6, 7.4), lambda figure: draw_ledger(rows, figure))
 
 
 PARTS = {"drives": drives, "ledger": draw_ledgers, "muscles": muscles, "runs": runs, "walks": walks}

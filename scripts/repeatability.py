@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from PIL import Image
-from small_png import save
+import small_png
 
 import afo_sim as afo
 from afo_sim.description import load
-from afo_sim.show import GREY, RUNS, write_figure
+from afo_sim.show import GREY, RUNS
 from afo_sim.simulation import sensor_columns
 
 PRESSURES = tuple(range(1, 7))  # of the supply, gauge [bar]
@@ -92,21 +91,16 @@ def draw(fillings: list[Filling], path: pathlib.Path) -> None:
             truth = [1e3 * filling.length for filling in fillings]
             axes.plot(bars, truth, color=GREY, label="the muscle")
             for filling in fillings:
-                axes.plot(
-                    1e-5 * filling.read["pressure"],
-                    1e3 * filling.read[name],
-                    ".",
-                    color=RUNS[0],
-                    label="a reading in each repeat" if filling is fillings[0] else None,
-                )
+                pressures, lengths = 1e-5 * filling.read["pressure"], 1e3 * filling.read[name]
+                label = "a reading in each repeat" if filling is fillings[0] else None
+                axes.plot(pressures, lengths, ".", color=RUNS[0], label=label)
             axes.set_title(f"infrared sensor {where}")
             axes.set_xlim(0.7, 6.3)
             axes.set_xlabel("pressure [bar gauge]")
         figure.axes[0].set_ylabel("muscle length [mm]")
         figure.axes[0].legend()
 
-    write_figure(path, (8.0, 3.6), panels)
-    save(Image.open(path), path)
+    small_png.draw(path, (8.0, 3.6), panels)
 
 
 def main() -> None:

@@ -1,12 +1,22 @@
 """A picture as a PNG of few colours, small enough to be kept beside the text."""
 
 import pathlib
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
+from afo_sim.show import write_figure
+
 EXACT, COLOURS = 32, 96  # colours that are kept as they are, and all
 LARGEST = 150_000  # [bytes]
+
+
+def draw(path: pathlib.Path, size: tuple[float, float], fill: Callable[[Any], None]) -> None:
+    """Draw a figure of a size [inch], and keep it with few colours."""
+    write_figure(path, size, fill)
+    save(Image.open(path), path)
 
 
 def save(picture: Image.Image, path: pathlib.Path) -> None:

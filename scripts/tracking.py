@@ -17,11 +17,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from PIL import Image
-from small_png import save
+import small_png
 
 import afo_sim
-from afo_sim.show import GREY, RUN_STYLES, RUNS, write_figure
+from afo_sim.show import GREY, RUN_STYLES, RUNS
 from afo_sim.simulation import Recording
 
 CONDUCTANCE = 0.055  # of S1's valves, C of ISO 6358 [dm³/(s·bar)]
@@ -180,8 +179,7 @@ def draw(runs: dict[float, Recording], path: pathlib.Path) -> None:
         pressure.set_xlabel("time [s]")
         pressure.legend(loc="upper left", ncols=2, columnspacing=1.0)
 
-    write_figure(path, (6.4, 4.4), fill)
-    save(Image.open(path), path)
+    small_png.draw(path, (6.4, 4.4), fill)
 
 
 def named(factor: float) -> str:

@@ -34,9 +34,8 @@ def coils(
         try:
             inlet, outlet = (float(coil) for coil in command)  # type: ignore[union-attr]
         except (TypeError, ValueError):
-            raise InputError(
-                "is not a valid command", field=chamber, value=command, allowed=allowed
-            ) from None
+            problem = "is not a valid command"
+            raise InputError(problem, field=chamber, value=command, allowed=allowed) from None
         if not (0.0 <= inlet <= 1.0 and 0.0 <= outlet <= 1.0):
             raise InputError("is outside a coil's range", field=chamber, value=command, allowed=allowed)
         if chamber in one_coil and min(inlet, outlet) > 0.0:
@@ -48,18 +47,15 @@ def coils(
 def _one_coil(chamber: str, command: object) -> InputError:
     """A 3/2 valve can neither hold the air nor be open both ways."""
     problem = "is nothing that a 3/2 valve can do: it fills with current, and vents without"
-    return InputError(
-        problem, field=chamber, value=command, allowed="inlet, outlet, or two coils, one of them 0"
-    )
+    allowed = "inlet, outlet, or two coils, one of them 0"
+    return InputError(problem, field=chamber, value=command, allowed=allowed)
 
 
 def checked_pressure(pressure: float) -> float:
     """A supply's gauge pressure [Pa]; InputError unless it is a number that is not negative."""
-    if not isinstance(pressure, numbers.Real) or not 0.0 <= pressure <= 2e6:
-        allowed = "a number from 0 to 2e6 Pa, gauge"
-        raise InputError(
-            "is not a valid supply pressure", field="supply_pressure", value=pressure, allowed=allowed
-        )
+    if not isinstance(pressure, numbers.Real) or not 0.0 <= pressure <= HIGHEST:
+        problem, allowed = "is not a valid supply pressure", "a number from 0 to 2e6 Pa, gauge"
+        raise InputError(problem, field="supply_pressure", value=pressure, allowed=allowed)
     if 0.0 < pressure < LEAST_NUMBER:
         problem = "is a number of Pa: was it meant in bar?"
         raise InputError(problem, field="supply_pressure", value=pressure, allowed="4e5, which is 4 bar")

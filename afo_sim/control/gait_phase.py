@@ -39,21 +39,18 @@ class FootSwitch:
         closed = value >= (OPENS * self.threshold if self.closed else self.threshold)
         striking = closed and not self.closed and (not self.struck or self.since >= BOUNCE)
         if striking:
-            self._strike()
+            if self.durations and self.since > LOST * self.stride_time:
+                self.durations.clear()  # he stood: neither that stride nor those before it tell the next
+            elif self.struck:
+                self.durations.append(self.since)
+            self.since, self.struck = 0.0, True
         self.closed = closed
         return striking
-
-    def _strike(self) -> None:
-        if self.durations and self.since > LOST * self.stride_time:
-            self.durations.clear()  # the walker stood: neither that stride nor those before it tell the next
-        elif self.struck:
-            self.durations.append(self.since)
-        self.since, self.struck = 0.0, True
 
     @property
     def stride_time(self) -> float:
         """Mean duration of the last strides [s]; NaN before the first whole one."""
-        return sum(self.durations) / len(self.durations) if self.durations else float("nan")
+        return sum(self.durations) / len(self.durations) if self.durations else math.nan
 
     @property
     def ready(self) -> bool:
@@ -95,17 +92,13 @@ class GaitPhaseController:
             if estimator is not None:
                 estimator.reset()
 
-    def _look(self, seen: Observation) -> None:
-        """Take the samples."""
+    def __call__(self, seen: Observation) -> Mapping[str, Command]:
+        """The commands at the estimated phase."""
         struck = False
         if self.switch is not None:
             struck = self.switch.update(seen[self.description.load], seen.period)
         if self.oscillator is not None:
             self.oscillator.update(seen[self.description.angle], seen.period, struck)
-
-    def __call__(self, seen: Observation) -> Mapping[str, Command]:
-        """The commands at the estimated phase."""
-        self._look(seen)
         if not self.estimator.ready or self.stands:
             return dict.fromkeys(self.description.chambers, self.description.waiting)
         phase = self.estimator.phase % 1.0
@@ -114,11 +107,8 @@ class GaitPhaseController:
     def tell(self) -> dict[str, float]:
         """Estimated phase and stride time; NaN while they are not known."""
         estimator = self.estimator
-        known = estimator.ready
-        return {
-            "phase": estimator.phase if known else float("nan"),
-            "stride_time": estimator.stride_time if known else float("nan"),
-        }
+        known = (estimator.phase, estimator.stride_time) if estimator.ready else (math.nan, math.nan)
+        return dict(zip(("phase", "stride_time"), known, strict=True))
 
 
 def command_at(given: ChamberPhases, phase: float) -> Command:
@@ -131,11 +121,8 @@ def command_at(given: ChamberPhases, phase: float) -> Command:
 
 def _coil(intervals: tuple[tuple[float, float], ...], phase: float) -> float:
     """1 within an interval; one whose start is above its end goes on over heel strike."""
-    return float(
-        any(
-            start <= phase < end if start < end else phase >= start or phase < end for start, end in intervals
-        )
-    )
+    within = (a <= phase < b if a < b else phase >= a or phase < b for a, b in intervals)
+    return float(any(within))
 
 
 CONTROLLER = GaitPhaseController

@@ -14,6 +14,7 @@ when it does not.
 import functools
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -93,10 +94,8 @@ def template_of(stride_time: float, series: np.ndarray) -> Template:
     """The template of a series; its lowest angle comes after its highest."""
     shape = _waves() @ series
     lowest, highest = int(shape.argmin()), int(shape.argmax())
-    after = lowest if lowest > highest else lowest + EXTREMES
-    return Template(
-        stride_time, series, after / EXTREMES, highest / EXTREMES, float(shape[lowest]), float(shape[highest])
-    )
+    phases = (lowest if lowest > highest else lowest + EXTREMES) / EXTREMES, highest / EXTREMES
+    return Template(stride_time, series, *phases, float(shape[lowest]), float(shape[highest]))
 
 
 # The numbers below are assumed; they were tried on the shipped walkers (docs/phase.md).
@@ -368,11 +367,13 @@ def _apart(phase: float, other: float) -> float:
     return (phase - other + 0.5) % 1.0 - 0.5
 
 
-class _Swing:
+class _Swing(NamedTuple):
     """The shank from its highest angle to its lowest [rad], the time that took, and the time since [s]."""
 
-    def __init__(self, high: float, low: float, duration: float, ago: float) -> None:
-        self.high, self.low, self.duration, self.ago = high, low, duration, ago
+    high: float
+    low: float
+    duration: float
+    ago: float
 
 
 class _Swings:

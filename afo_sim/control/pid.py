@@ -54,9 +54,8 @@ class PidController:
         table, unit = f"controller.pid.{described.quantity}", QUANTITIES[described.quantity]
         self.asks = [RequiredInput(self.loop.column, table, "column", unit=unit)]
         if self.loop.reference.column is not None:
-            self.asks.append(
-                RequiredInput(self.loop.reference.column, f"{table}.reference", "column", unit=unit)
-            )
+            asked = self.loop.reference.column
+            self.asks.append(RequiredInput(asked, f"{table}.reference", "column", unit=unit))
         lag = described.derivative_filter
         self.law = Law(
             self.loop.proportional_band,
@@ -86,9 +85,8 @@ class PidController:
         pressures = self.described.pressures
         if pressures is None:
             return self.valves(output)
-        return apart(
-            self.described.raises, self.described.lowers, pressures.mean, output * pressures.half_range
-        )
+        pair = self.described.raises, self.described.lowers
+        return apart(*pair, pressures.mean, output * pressures.half_range)
 
     def tell(self) -> Told:
         """What was asked for, the error of an angle, and the output."""

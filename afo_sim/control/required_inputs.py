@@ -43,10 +43,9 @@ def _check_unit(asked: RequiredInput, unit: str) -> None:
     try:
         parse_quantity(_plain(asked.text) if unit == "" else asked.text, unit)
     except ValueError as error:
-        allowed = f"a value of {asked.column}" + (f" [{unit}]" if unit else ", a bare number")
-        raise InputError(
-            str(error), field=_key(asked, asked.key), value=asked.text, allowed=allowed
-        ) from None
+        field, bare = _key(asked, asked.key), f" [{unit}]" if unit else ", a bare number"
+        allowed = f"a value of {asked.column}{bare}"
+        raise InputError(str(error), field=field, value=asked.text, allowed=allowed) from None
 
 
 def _plain(text: str) -> str | float:

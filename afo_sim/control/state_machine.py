@@ -60,10 +60,7 @@ def machine_of(description: StateMachine, scenario: Scenario) -> Machine:
         states=tuple(names),
         start=names.index(description.start),
         commands=tuple(
-            {
-                chamber: (COILS[described] if isinstance(described, str) else described)
-                for chamber, described in state.chambers.items()
-            }
+            {name: COILS[each] if isinstance(each, str) else each for name, each in state.chambers.items()}
             for state in description.state.values()
         ),
         transitions=tuple(
@@ -85,16 +82,10 @@ class StateMachineController:
 
     def __init__(self, description: StateMachine, scenario: Scenario):
         self.machine = machine_of(description, scenario)
-        self.asks = [
-            RequiredInput(
-                described.column,
-                f"controller.state_machine.transition.{number}",
-                kind,
-                getattr(described, kind),
-            )
-            for number, described in enumerate(description.transition)
-            for kind in (("above",) if described.above is not None else ("below",))
-        ]
+        self.asks = []
+        for number, each in enumerate(description.transition):
+            kind, table = "below" if each.above is None else "above", "controller.state_machine.transition"
+            self.asks.append(RequiredInput(each.column, f"{table}.{number}", kind, getattr(each, kind)))
         self.reset()
 
     def reset(self) -> None:

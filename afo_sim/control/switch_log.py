@@ -3,10 +3,10 @@
 import math
 import os
 import pathlib
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 
 from afo_sim.common import InputError, Table, read_table, unknown
 from afo_sim.control.command import Command
@@ -44,18 +44,12 @@ class Log:
 
     def text(self) -> str:
         """As CSV: in the order of time, and at the end a row for each chamber, which tells that it lasted."""
-        rows = [
-            (s.time, k, name, s) for k, (name, switches) in enumerate(self.switches.items()) for s in switches
-        ]
-        rows += [
-            (self.end, k, name, switches[-1])
-            for k, (name, switches) in enumerate(self.switches.items())
-            if switches
-        ]
-        lines = [
-            f"{1e3 * time:.6f},{name},{s.coils[0]:d},{s.coils[1]:d}"
-            for time, _, name, s in sorted(rows, key=lambda row: row[:2])
-        ]
+        rows = []
+        for k, (name, switches) in enumerate(self.switches.items()):
+            rows += [(s.time, k, name, s.coils) for s in switches]
+            rows += [(self.end, k, name, s.coils) for s in switches[-1:]]
+        rows.sort(key=lambda row: row[:2])
+        lines = [f"{1e3 * time:.6f},{name},{on[0]:d},{on[1]:d}" for time, _, name, on in rows]
         return "\n".join([",".join(TITLES), *lines, ""])
 
 
@@ -124,12 +118,9 @@ def differences(log: Log, simulated: Log, within: float) -> list[Difference]:
 def _difference(
     name: str, logged: Sequence[Switch], simulated: Sequence[Switch], end: float, within: float
 ) -> Difference:
-    counts = (_count(logged, end), _count(simulated, end))
+    one_count, other_count = (sum(s.time < end for s in each[1:]) for each in (logged, simulated))
     largest, first = 0.0, ""
-    for number in range(max(len(logged), len(simulated))):
-        one, other = (
-            switches[number] if number < len(switches) else None for switches in (logged, simulated)
-        )
+    for number, (one, other) in enumerate(zip_longest(logged, simulated)):
         if min(switch.time for switch in (one, other) if switch is not None) >= end - within:
             break  # one of the two had ended
         if one is None or other is None or one.coils != other.coils:
@@ -138,11 +129,7 @@ def _difference(
         largest = max(largest, abs(one.time - other.time))
         if abs(one.time - other.time) > within and not first:
             first = _told(number, one, other)
-    return Difference(name, counts, first, largest)
-
-
-def _count(switches: Sequence[Switch], end: float) -> int:
-    return sum(switch.time < end for switch in switches[1:])
+    return Difference(name, (one_count, other_count), first, largest)
 
 
 def _told(number: int, one: Switch | None, other: Switch | None) -> str:
@@ -173,12 +160,10 @@ class RecordedController:
 
 def _mean(switches: Sequence[Switch], side: int, start: float, period: float) -> float:
     """Share of a period from `start` for which a coil has current [-]."""
-    total = 0.0
+    total, end = 0.0, start + period
     first = max(bisect_right(switches, start, key=lambda switch: switch.time) - 1, 0)
-    for k in range(first, len(switches)):
-        if switches[k].time >= start + period:
-            break
-        until = switches[k + 1].time if k + 1 < len(switches) else float("inf")
-        if switches[k].coils[side]:
-            total += max(min(until, start + period) - max(switches[k].time, start), 0.0)
+    last = bisect_left(switches, end, key=lambda switch: switch.time)
+    for one, after in zip_longest(switches[first:last], switches[first + 1 : last]):
+        if one.coils[side]:
+            total += max((end if after is None else after.time) - max(one.time, start), 0.0)
     return round(min(total / period, 1.0), 9)  # to a billionth, so that an event on a step's edge is one

@@ -21,11 +21,9 @@ class TimerController:
         self.description = description
         restart = description.restart
         self.threshold = 0.0 if restart is None else in_si(restart.above)
-        self.asks = (
-            []
-            if restart is None
-            else [RequiredInput(restart.column, "controller.timer.restart", "above", restart.above)]
-        )
+        self.asks = []
+        if restart is not None:
+            self.asks = [RequiredInput(restart.column, "controller.timer.restart", "above", restart.above)]
         self.reset()
 
     def reset(self) -> None:

@@ -38,7 +38,12 @@ def export(
     """Write a run as a file of another program; `Recording.export` describes the arguments."""
     path, kind = _target(pathlib.Path(out), to)
     patterns = (columns,) if isinstance(columns, str) else tuple(columns)
-    _check_options(kind, rate, patterns)
+    if rate is not None and not kind.rows:
+        problem = f"does not go with {kind.name}, which has no rows"
+        raise InputError(problem, field="rate", value=f"{rate:g} Hz")
+    if patterns and not kind.chosen:
+        problem = f"does not go with {kind.name}, whose content is its own"
+        raise InputError(problem, field="columns", value=", ".join(patterns))
     group = [path.name, *(path.stem + ending for ending in kind.beside)]
     if path.exists() and not force:
         raise _there(path, path)
@@ -47,14 +52,16 @@ def export(
         warnings.simplefilter("always")
         notes = kind.write(Order(recording, rate, patterns, report, path.parent), scratch / path.name)
         written = [name for name in group if (scratch / name).is_file()]
-        if not force:
-            _check_beside(path, scratch, group)
+        for name in group if not force else ():  # the same metrics may stand there, as of a .sto and a .csv
+            beside, new = path.with_name(name), scratch / name
+            same = beside.is_file() and new.is_file() and filecmp.cmp(beside, new, shallow=False)
+            if beside.exists() and not same:
+                raise _there(path, beside)
     if not recording.ok and kind.rows:
         notes = (f"the run stopped early, and its rows up to there are written: {recording.status}", *notes)
     notes = (*(str(warning.message) for warning in warned), *notes)
-    return Exported(
-        tuple(path.with_name(n) for n in written), kind.opens.format(name=path.name), kind.minds, notes
-    )
+    files = tuple(path.with_name(name) for name in written)
+    return Exported(files, kind.opens.format(name=path.name), kind.minds, notes)
 
 
 def format_of(to: str) -> Format:
@@ -71,13 +78,9 @@ def _target(path: pathlib.Path, to: str | None) -> tuple[pathlib.Path, Format]:
         raise InputError(problem, field="out", value=str(path), allowed=allowed)
     if to is None and path.suffix.removeprefix(".").lower() not in FORMATS:
         endings = [f".{name}" for name in FORMATS]
-        raise InputError(
-            "has no ending of a format",
-            field="out",
-            value=str(path),
-            allowed=f"{', '.join(endings)}; or `to`",
-            nearest=nearest_name(path.suffix, endings),
-        )
+        problem, allowed = "has no ending of a format", f"{', '.join(endings)}; or `to`"
+        near = nearest_name(path.suffix, endings)
+        raise InputError(problem, field="out", value=str(path), allowed=allowed, nearest=near)
     kind = format_of(path.suffix if to is None else to)
     if not path.suffix:
         path = path.with_name(f"{path.name}.{kind.name}")
@@ -85,29 +88,6 @@ def _target(path: pathlib.Path, to: str | None) -> tuple[pathlib.Path, Format]:
         problem = f"is not named as {kind.name} is"
         raise InputError(problem, field="out", value=str(path), allowed=f"a name ending in .{kind.name}")
     return path, kind
-
-
-def _check_options(kind: Format, rate: float | None, columns: tuple[str, ...]) -> None:
-    """Refuse options that the format has no use for."""
-    if rate is not None and not kind.rows:
-        raise InputError(
-            f"does not go with {kind.name}, which has no rows", field="rate", value=f"{rate:g} Hz"
-        )
-    if columns and not kind.chosen:
-        problem = f"does not go with {kind.name}, whose content is its own"
-        raise InputError(problem, field="columns", value=", ".join(columns))
-
-
-def _check_beside(path: pathlib.Path, scratch: pathlib.Path, group: list[str]) -> None:
-    """Refuse to write over, or remove, a file beside the one asked for; the same metrics may stand there."""
-    for name in group:
-        if path.with_name(name).exists() and not _same(path.with_name(name), scratch / name):
-            raise _there(path, path.with_name(name))
-
-
-def _same(file: pathlib.Path, other: pathlib.Path) -> bool:
-    """Whether two files hold the same, as the metrics beside a run's .sto and .csv do."""
-    return file.is_file() and other.is_file() and filecmp.cmp(file, other, shallow=False)
 
 
 def _there(path: pathlib.Path, file: pathlib.Path) -> InputError:

@@ -6,7 +6,6 @@ import math
 import pathlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -41,37 +40,9 @@ def _write_metrics(recording: Recording, path: pathlib.Path) -> None:
             writer.writerow([name, float(metric), metric.unit, words(name).label, *bands])
 
 
-def _write_mat(recording: Recording, rows: Rows, path: pathlib.Path, place: pathlib.Path) -> None:
-    """Write a run as the struct `run`."""
-    from scipy.io import savemat
-
-    field = legal_names(rows.columns)
-    run = {
-        "name": recording.scenario["name"],
-        "status": recording.status,
-        "time": rows.columns["time"],
-        "columns": {field[name]: values for name, values in rows.columns.items()},
-        "names": {field[name]: name for name in rows.columns},
-        "units": {field[name]: unit for name, unit in rows.units.items()},
-        "signs": {field[name]: sign for name, sign in rows.signs.items()},
-        "metrics": _metrics(recording.metrics),
-        "strides": _strides(recording.strides),
-        "warnings": np.array(recording.warnings, dtype=object),
-        "scenario": _json(as_stored(recording.scenario, place)),
-        "studies": _json(recording.studies),
-        "versions": _json(recording.versions),
-    }
-    savemat(path, {"run": run}, appendmat=False, long_field_names=True, do_compression=True, oned_as="column")
-
-
 def _json(value: object) -> str:
     """Plain data as JSON in ASCII: Octave's jsondecode takes no other letters from a .mat."""
     return json.dumps(json.loads(json_text(value)))
-
-
-def _metrics(metrics: dict[str, Metric]) -> dict[str, Any]:
-    legal = legal_names(metrics)
-    return {legal[name]: {"value": float(m), "unit": m.unit} for name, m in metrics.items()}
 
 
 def _strides(strides: dict[int, dict[str, Metric]]) -> dict[str, np.ndarray]:
@@ -149,8 +120,27 @@ def _csv(order: Order, path: pathlib.Path) -> tuple[str, ...]:
 
 
 def _mat(order: Order, path: pathlib.Path) -> tuple[str, ...]:
-    rows = order.rows()
-    _write_mat(order.recording, rows, path, order.place)
+    """Write a run as the struct `run`."""
+    from scipy.io import savemat
+
+    rows, recording = order.rows(), order.recording
+    field, legal = legal_names(rows.columns), legal_names(recording.metrics)
+    run = {
+        "name": recording.scenario["name"],
+        "status": recording.status,
+        "time": rows.columns["time"],
+        "columns": {field[name]: values for name, values in rows.columns.items()},
+        "names": {field[name]: name for name in rows.columns},
+        "units": {field[name]: unit for name, unit in rows.units.items()},
+        "signs": {field[name]: sign for name, sign in rows.signs.items()},
+        "metrics": {legal[k]: {"value": float(m), "unit": m.unit} for k, m in recording.metrics.items()},
+        "strides": _strides(recording.strides),
+        "warnings": np.array(recording.warnings, dtype=object),
+        "scenario": _json(as_stored(recording.scenario, order.place)),
+        "studies": _json(recording.studies),
+        "versions": _json(recording.versions),
+    }
+    savemat(path, {"run": run}, appendmat=False, long_field_names=True, do_compression=True, oned_as="column")
     return rows.notes
 
 

@@ -114,12 +114,9 @@ def side_of(recording: Recording) -> tuple[str, str]:
     """("right" or "left", a note): the simulated side where it was stated, else the recorded walker's."""
     leg = recording.scenario["leg"]
     if leg.get("directions", _ANKLE) != _ANKLE:
-        raise InputError(
-            "has no ankle, and OpenSim's coordinates are of a person",
-            field="leg",
-            value=leg.get("name"),
-            allowed="sto, csv, mat or mjb for a run of this",
-        )
+        problem = "has no ankle, and OpenSim's coordinates are of a person"
+        allowed = "sto, csv, mat or mjb for a run of this"
+        raise InputError(problem, field="leg", value=leg.get("name"), allowed=allowed)
     stated, own = recording.scenario.get("side"), leg.get("side", "right")
     if stated or own == "left" or not recording.scenario.get("gait"):
         return stated or own, ""

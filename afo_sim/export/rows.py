@@ -71,13 +71,9 @@ def _chosen(recording: Recording, patterns: Iterable[str]) -> list[str]:
     for pattern in wanted:
         fitting = fnmatch.filter(recording.columns, pattern)
         if not fitting:
-            raise InputError(
-                "fits no column of the run",
-                field="columns",
-                value=pattern,
-                allowed="a name, or a pattern such as 'ankle/*'",
-                nearest=nearest_name(pattern, recording.columns),
-            )
+            allowed, near = "a name, or a pattern such as 'ankle/*'", nearest_name(pattern, recording.columns)
+            problem = "fits no column of the run"
+            raise InputError(problem, field="columns", value=pattern, allowed=allowed, nearest=near)
         found |= set(fitting)
     return [name for name in recording.columns if name in found or not wanted]
 

@@ -116,7 +116,11 @@ class Attached:
 
         Units: pressures [Pa].
         """
-        gauge = {} if pressures is None else self._pressures_of_others(data)
+        gauge: dict[int, float] = {}
+        for leg in self.legs.values():
+            if pressures is not None and leg.prefix != self.prefix:  # whose air stays, if it has any
+                air, pressure = leg.air(data), leg.pressure(data)
+                gauge |= {leg.chambers[name]: pressure[name] for name, mass in air.items() if mass > 0.0}
         for name, value in (pressures or {}).items():
             if name not in self.chambers:
                 raise unknown(name, self.chambers, field="pressures", problem="is not a valid chamber")
@@ -127,15 +131,6 @@ class Attached:
                 for chamber in leg.chambers.values():
                     data.ctrl[chamber] = data.ctrl[chamber] or leg.supply  # 0 after mj_resetData
             mujoco.mj_forward(self.model, data)
-
-    def _pressures_of_others(self, data: mujoco.MjData) -> dict[int, float]:
-        """Gauge pressures of the other orthoses' chambers by actuator [Pa]; of those that hold air."""
-        others = [leg for prefix, leg in self.legs.items() if prefix != self.prefix]
-        found: dict[int, float] = {}
-        for leg in others:
-            air, pressure = leg.air(data), leg.pressure(data)
-            found |= {leg.chambers[name]: pressure[name] for name, mass in air.items() if mass > 0.0}
-        return found
 
     def set_valves(
         self, data: mujoco.MjData, commands: Mapping[str, Command] | None = None, /, **more: Command
@@ -225,9 +220,8 @@ class Attached:
 def pressure_of(value: str | float, field: str) -> float:
     """A gauge pressure given as text with a unit, or as [Pa]; from vacuum's to 20 bar."""
     if isinstance(value, int | float) and 0.0 < value < LEAST_NUMBER:
-        raise InputError(
-            "is a number of Pa: was it meant in bar?", field=field, value=value, allowed='"4 bar"'
-        )
+        problem = "is a number of Pa: was it meant in bar?"
+        raise InputError(problem, field=field, value=value, allowed='"4 bar"')
     return number_of(value, field, "Pa", (-AMBIENT_PRESSURE, 2e6), "-1 bar to 20 bar")
 
 

@@ -56,15 +56,12 @@ def write_attached(
     """Write a model with all its orthoses as MJCF, with what `attached` reads again to the bit."""
     path = pathlib.Path(path)
     if path.suffix != ".xml":
-        raise InputError(
-            "is not a valid name of an MJCF file", field="out", value=str(path), allowed="NAME.xml"
-        )
+        problem = "is not a valid name of an MJCF file"
+        raise InputError(problem, field="out", value=str(path), allowed="NAME.xml")
     names = [path.name, f"{path.stem}.toml", *([f"{path.stem}.mjb"] if mjb else [])]
     for name in names if not force else ():
-        if (path.parent / name).exists():
-            raise InputError(
-                "is there already", field="out", value=str(path.parent / name), allowed="--force"
-            )
+        if (there := path.parent / name).exists():
+            raise InputError("is there already", field="out", value=str(there), allowed="--force")
     with together(path.parent) as scratch:
         with _lock, _digits(DIGITS):
             text = str(attached.spec.to_xml())
@@ -165,18 +162,9 @@ def _legs(attached: Attached, path: pathlib.Path, scratch: pathlib.Path) -> list
                 device[kind] = f"{folder}/{device[kind]}"
         facts = {f.name: getattr(leg.found, f.name) for f in dataclasses.fields(Found)}
         found = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in facts.items()}
-        rows.append(
-            {
-                "prefix": leg.prefix,
-                "supply": leg.supply,
-                "userdata": leg.userdata,
-                "bodies": leg.bodies,
-                "joints": list(leg.joints),
-                "told": list(leg.notices),
-                "found": found,
-                "orthosis": device,
-            }
-        )
+        row = {"prefix": leg.prefix, "supply": leg.supply, "userdata": leg.userdata, "bodies": leg.bodies}
+        row |= {"joints": list(leg.joints), "told": list(leg.notices), "found": found, "orthosis": device}
+        rows.append(row)
     # without None, which TOML lacks, tuples as lists, and sources beside their values
     return [tomllib.loads(toml_text(row)) for row in rows]
 

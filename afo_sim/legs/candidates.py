@@ -90,9 +90,8 @@ def _about(tree: Tree, shank: str | None, foot: str | None, ankle: str) -> Candi
         problem = f"is a {joint.kind} joint, and an ankle is a hinge"
         raise InputError(problem, field="ankle", value=ankle, allowed=listed(hinges))
     if part.parent is None and shank is None:
-        raise InputError(
-            f"moves {part.name!r} against the world: there is no shank", field="ankle", value=ankle
-        )
+        problem = f"moves {part.name!r} against the world: there is no shank"
+        raise InputError(problem, field="ankle", value=ankle)
     upper = shank if shank is not None else _shank_over(tree, part)
     how = {"shank": "given" if shank else f"the body above {part.name!r}", "ankle": "given"}
     if foot is not None:

@@ -9,8 +9,17 @@ import numpy as np
 from afo_sim.common import InputError
 from afo_sim.legs.extent import lower_edge, outline
 from afo_sim.legs.finding import KNEE, STEEPEST, Found, knee_of
-from afo_sim.legs.massless import LEAST_INERTIA
-from afo_sim.legs.tree import Joint, Part, Tree, free_name, listed, moved, pose_of, turned_about
+from afo_sim.legs.tree import (
+    LEAST_INERTIA,
+    Joint,
+    Part,
+    Tree,
+    free_name,
+    listed,
+    moved,
+    pose_of,
+    turned_about,
+)
 from afo_sim.model import OLD_TOE, POINTS
 
 SHANK, FOOT, ANKLE = "shank", "foot", "ankle"
@@ -220,14 +229,12 @@ def _check_inertia(part: Part, field: str, file: object) -> None:
     slack = 1e-9 * abs(most) + LEAST_INERTIA
     if part.mass < 0.0 or least < -slack or least + middle < most * (1.0 - ROUNDED) - slack:
         moments = ", ".join(f"{moment:.3g}" for moment in (least, middle, most))
-        raise InputError(
+        problem = (
             f"no body has the mass {part.mass:g} kg with the principal moments of inertia {moments} kg m2 "
-            "about its centre of mass",
-            file=file,
-            field=field,
-            value=part.name,
-            allowed="positive ones, none above the sum of the others",
+            "about its centre of mass"
         )
+        allowed = "positive ones, none above the sum of the others"
+        raise InputError(problem, file=file, field=field, value=part.name, allowed=allowed)
 
 
 def _with_toes(

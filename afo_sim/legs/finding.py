@@ -75,9 +75,8 @@ def find(
 ) -> Found:
     """Find a leg in a tree; what is given by name is taken, the rest is sought."""
     if zero is not None and not (isinstance(zero, (int, float, np.number)) and abs(zero) <= 2.0 * np.pi):
-        raise InputError(
-            "is not a valid angle", field="zero", value=zero, allowed="a number [rad], within a turn"
-        )
+        allowed = "a number [rad], within a turn"
+        raise InputError("is not a valid angle", field="zero", value=zero, allowed=allowed)
     if side not in (None, "right", "left"):
         raise InputError("is not a valid choice", field="side", value=side, allowed="right or left")
     given = None if forward is None else _direction(forward)
@@ -85,11 +84,9 @@ def find(
     if len(legs) > 1:
         legs = _of_side(tree, legs, side, given)
     if not legs:
-        raise InputError(
-            f"no leg is found in {tree.file or 'the model'}: {_why_none(tree)}",
-            field="shank",
-            allowed=f"name shank and foot; its bodies are {listed(tree.parts, 40)}",
-        )
+        problem = f"no leg is found in {tree.file or 'the model'}: {_why_none(tree)}"
+        allowed = f"name shank and foot; its bodies are {listed(tree.parts, 40)}"
+        raise InputError(problem, field="shank", allowed=allowed)
     named = side_of(legs[0].shank, legs[0].foot, legs[0].ankle)
     if side is not None and shank is foot is ankle is None and named not in (None, side):
         problem = f"the one leg found, {legs[0].shank} and {legs[0].foot}, is the {named} one by its name"
@@ -138,7 +135,8 @@ def zero_of(tree: Tree, hinge: Joint, given: float | None) -> float:
         f"from {np.degrees(low):.4g} to {np.degrees(high):.4g} deg, and stands at "
         f"{np.degrees(hinge.zero):.4g} deg"
     )
-    allowed = "its coordinate in deg in the neutral posture, such as the sole square to the shank"
+    allowed = "its coordinate in deg in the neutral posture, the sole square to the shank; 0 deg where that "
+    allowed += "is meant"
     raise InputError(problem, file=tree.file, field="zero", allowed=allowed)
 
 
@@ -268,12 +266,8 @@ def _along_shank(
         _, _, main = np.linalg.svd(points - middle, full_matrices=False)
         aside = (middle - centre) @ main[0]
         return main[0] * (1.0 if aside >= 0.0 else -1.0), None, "along the shank's longest axis"
-    raise InputError(
-        "nothing shows which way the shank points: it has no joint above it, no mass and no shapes",
-        field="shank",
-        value=leg.shank,
-        allowed="a body with mass, shapes or a knee",
-    )
+    problem = "nothing shows which way the shank points: it has no joint above it, no mass and no shapes"
+    raise InputError(problem, field="shank", value=leg.shank, allowed="a body with mass, shapes or a knee")
 
 
 def _own_axis(turn: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, None, str]:
@@ -393,15 +387,17 @@ def _side(
             axes = _measured(tree, leg, "right", 0.0, forward).axes
         except InputError:
             return None, ""
+    stands, aside = standing(tree, leg.ankle, axes[:, 1])
+    if stands is None:
+        return None, ""
+    return stands, f"it stands {1000 * abs(aside):.0f} mm to the {stands} of the body's centre of mass"
+
+
+def standing(tree: Tree, joint: str, left: np.ndarray) -> tuple[Side | None, float]:
+    """Side of a joint beside the body's centre of mass, and how far left of it the joint lies [m]."""
     middle = centre_of(tree, list(tree.parts.values()))
-    if middle is None:
-        return None, ""
-    ankle = tree.line(leg.ankle)[1]  # a body's own origin may be anywhere
-    aside = float((ankle - middle) @ axes[:, 1])
-    if abs(aside) < ASIDE:
-        return None, ""
-    where: Side = "left" if aside > 0.0 else "right"
-    return where, f"it stands {1000 * abs(aside):.0f} mm to the {where} of the body's centre of mass"
+    aside = 0.0 if middle is None else float((tree.line(joint)[1] - middle) @ left)
+    return None if abs(aside) < ASIDE else "left" if aside > 0.0 else "right", aside
 
 
 def _doubts(ankle: str, foot: np.ndarray, aside: float) -> Iterator[Notice]:

@@ -9,7 +9,7 @@ from afo_sim.common import InputError, Notice, unknown
 from afo_sim.description import JOINTS, JointName, Orthosis, Side, a_joint
 from afo_sim.legs.attached import number_of
 from afo_sim.legs.candidates import side_of
-from afo_sim.legs.finding import ASIDE, STEEPEST, Direction, Found, centre_of, find, upright, zero_of
+from afo_sim.legs.finding import STEEPEST, Direction, Found, centre_of, find, standing, upright, zero_of
 from afo_sim.legs.tree import Joint, Part, Tree, listed, moved, turned_about
 
 NAMED: Mapping[JointName, re.Pattern[str]] = {
@@ -126,7 +126,7 @@ def _measured(
         raise InputError(problem, field="joint", value=hinge.name, allowed=allowed)
     sign, how_sign = _sign(tree, device.joint, hinge, zero, given)
     left = -device.words.turn * sign * axis
-    seen, how_side, notes = _side(tree, part, hinge, above, (centre, left), side)
+    seen, how_side, notes = _side(tree, part, hinge, above, left, side)
     return Found(
         shank=above,
         foot=part.name,
@@ -163,12 +163,10 @@ def _below(tree: Tree, part: Part, centre: np.ndarray, axis: np.ndarray) -> tupl
 
 
 def _side(
-    tree: Tree, part: Part, hinge: Joint, above: str, frame: tuple[np.ndarray, np.ndarray], given: Side | None
+    tree: Tree, part: Part, hinge: Joint, above: str, left: np.ndarray, given: Side | None
 ) -> tuple[Side, str, tuple[str, ...]]:
     """Side by names, else by the place beside the body's centre of mass, else right; notices."""
-    middle = centre_of(tree, list(tree.parts.values()))
-    aside = 0.0 if middle is None else float((frame[0] - middle) @ frame[1])
-    stands: Side | None = None if abs(aside) < ASIDE else "left" if aside > 0.0 else "right"
+    stands, _ = standing(tree, hinge.name, left)
     named = given or side_of(hinge.name, part.name, above)
     if named is None and stands is None:
         return "right", "assumed", (Notice("side-assumed", "nothing shows the side: right is assumed"),)

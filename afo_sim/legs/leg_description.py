@@ -73,11 +73,7 @@ def _axis(found: Found) -> list[Row]:
         ("ankle's axis in the file", _vector(before), turned),
         ("ankle's axis here", "(0, −1, 0)", "dorsiflexion positive"),
         ("its tilt", f"{np.degrees(found.tilt):.2f} deg", "against the perpendicular to the shank"),
-        (
-            "zero",
-            f"{np.degrees(found.zero):.4g} deg of the file's",
-            "where both have parallel axes",
-        ),
+        ("zero", f"{np.degrees(found.zero):.4g} deg of the file's", "where both have parallel axes"),
         (
             "sole at zero",
             "unknown" if found.sole is None else f"{np.degrees(found.sole):+.1f} deg",
@@ -177,18 +173,11 @@ def _person(given: float | None, default: float, unit: str) -> dict[str, Any]:
 
 def _passive(ankle: Joint, source: str) -> dict[str, Any]:
     if ankle.stiffness > 0.0:
-        why = (
-            f"{source} has a spring of {ankle.stiffness:g} N*m/rad in the ankle, which stays: tissue on top "
-        )
-        return {"scale": _number(0.0, "", "derived", why + "would count twice")}
-    return {
-        "scale": _number(1.0, "", "published", RIENER),
-        "offset": {
-            "value": "0 deg",
-            "kind": "assumed",
-            "source": "the zero of the ankle angle differs by 5 to 8 deg between laboratories",
-        },
-    }
+        why = f"{source} has a spring of {ankle.stiffness:g} N*m/rad in the ankle, which stays: tissue on "
+        return {"scale": _number(0.0, "", "derived", why + "top would count twice")}
+    differs = "the zero of the ankle angle differs by 5 to 8 deg between laboratories"
+    offset = {"value": "0 deg", "kind": "assumed", "source": differs}
+    return {"scale": _number(1.0, "", "published", RIENER), "offset": offset}
 
 
 def _toes(joint: Joint, source: str) -> dict[str, Any]:

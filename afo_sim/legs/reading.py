@@ -6,9 +6,8 @@ import pathlib
 import mujoco
 
 from afo_sim.common import InputError
-from afo_sim.legs.massless import movable
 from afo_sim.legs.mjcf import read_mjcf, spec_of_file
-from afo_sim.legs.mjcf_out import spec_of
+from afo_sim.legs.mjcf_out import movable, spec_of
 from afo_sim.legs.tree import Tree
 from afo_sim.legs.urdf import read_urdf
 from afo_sim.legs.urdf_files import XACRO, Packages, content_of, root_tag
@@ -62,9 +61,8 @@ def _is_mjcf(file: pathlib.Path) -> bool:
         raise _other(suffix, file)
     content_of(file)
     if suffix not in XML_SUFFIXES:
-        raise InputError(
-            "is of no kind that can be read", file=file, allowed=f"{READ}; {', '.join(XML_SUFFIXES)}"
-        )
+        allowed = f"{READ}; {', '.join(XML_SUFFIXES)}"
+        raise InputError("is of no kind that can be read", file=file, allowed=allowed)
     root = root_tag(file)
     if root in ("mujoco", "robot"):
         return root == "mujoco"

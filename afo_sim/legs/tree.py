@@ -11,6 +11,8 @@ import numpy as np
 from afo_sim.common import InputError, Notice
 
 JointKind = Literal["hinge", "slide", "ball", "free"]
+# Of a part on a joint [kg], [kg·m²]: MuJoCo takes less than 1e-15 for none, and these move nothing else.
+LEAST_MASS, LEAST_INERTIA = 1e-12, 1e-14
 ShapeKind = Literal["box", "sphere", "capsule", "cylinder", "ellipsoid", "mesh"]
 
 

@@ -11,8 +11,18 @@ from typing import Any
 import numpy as np
 
 from afo_sim.common import InputError, Notice, nearest_name
-from afo_sim.legs.massless import LEAST_INERTIA
-from afo_sim.legs.tree import Joint, Part, Shape, Tree, free_name, listed, own_names, reading_note, refuse
+from afo_sim.legs.tree import (
+    LEAST_INERTIA,
+    Joint,
+    Part,
+    Shape,
+    Tree,
+    free_name,
+    listed,
+    own_names,
+    reading_note,
+    refuse,
+)
 from afo_sim.legs.urdf_files import (
     Packages,
     find_mesh,

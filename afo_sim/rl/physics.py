@@ -89,9 +89,8 @@ class ScenarioPhysics(Forkable, dm.Physics):
         self._alive()
         given = np.array(control, dtype=float)
         if given.shape != (self.model.nu,):
-            raise InputError(
-                "has another shape", field="control", value=given.shape, allowed=f"({self.model.nu},)"
-            )
+            allowed = f"({self.model.nu},)"
+            raise InputError("has another shape", field="control", value=given.shape, allowed=allowed)
         self._control = given
         self._write(given)
 
@@ -104,10 +103,8 @@ class ScenarioPhysics(Forkable, dm.Physics):
         rows, index = self._schedule[step : step + count].copy(), self.built.index
         if not len(rows):
             end = len(self._schedule) * self.built.scenario.timestep
-            raise InputError(
-                f"the recorded walking ends at t = {end:.6g} s: reset(), or build a longer scenario",
-                field="duration",
-            )
+            problem = f"the recorded walking ends at t = {end:.6g} s: reset(), or build a longer scenario"
+            raise InputError(problem, field="duration")
         self._commander.apply(rows)
         if self._supply is not None:
             rows[:, list(index.chambers.values())] = self._supply
@@ -129,11 +126,9 @@ class ScenarioPhysics(Forkable, dm.Physics):
         mine[[*index.muscles.values(), *pads]] = False  # the callbacks' own
         if mine.any():
             name = self.model.id2name(int(np.flatnonzero(mine)[0]), "actuator")
-            raise InputError(
-                f"data.ctrl of {name!r} was written directly, and each step takes its inputs elsewhere",
-                field="data.ctrl",
-                allowed="set_valves, supply_pressure, or set_control for all inputs",
-            )
+            problem = f"data.ctrl of {name!r} was written directly, and each step takes its inputs elsewhere"
+            allowed = "set_valves, supply_pressure, or set_control for all inputs"
+            raise InputError(problem, field="data.ctrl", allowed=allowed)
 
     # steps
 

@@ -58,28 +58,17 @@ def check_alike(old: dict[str, Any], new: dict[str, Any], other_machine: bool) -
     """
     if old["benchmark"] != new["benchmark"]:
         raise NotComparable(f"one file is of {old['benchmark']!r}, the other of {new['benchmark']!r}")
-    apart = [
-        f"{key} {old['machine'].get(key)!r}, {new['machine'].get(key)!r}"
-        for key in SAME
-        if _differ(old, new, key)
-    ]
+    apart = _unlike(*({key: str(found["machine"].get(key)) for key in SAME} for found in (old, new)))
     if apart and not other_machine:
         raise NotComparable(f"other machines ({'; '.join(apart)}): give --other-machine if that is meant")
-    before, after = (found["machine"].get("versions", {}) for found in (old, new))
-    versions = [
-        f"{k} {before.get(k)}, {after.get(k)}" for k in before | after if before.get(k) != after.get(k)
-    ]
-    before, after = old["options"], new["options"]
-    options = [
-        f"{k} {before.get(k)}, {after.get(k)}"
-        for k in before | after
-        if k != "parts" and before.get(k) != after.get(k)
-    ]
-    return [*apart, *versions, *options]
+    versions = _unlike(*(found["machine"].get("versions", {}) for found in (old, new)))
+    return [*apart, *versions, *_unlike(*(found["options"] | {"parts": None} for found in (old, new)))]
 
 
-def _differ(old: dict[str, Any], new: dict[str, Any], key: str) -> bool:
-    return bool(old["machine"].get(key) != new["machine"].get(key))
+def _unlike(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
+    """What differs between two tables, in words."""
+    keys = [key for key in old | new if old.get(key) != new.get(key)]
+    return [f"{key} {old.get(key)}, {new.get(key)}" for key in keys]
 
 
 def changes(old: dict[str, Any], new: dict[str, Any]) -> list[Change]:
@@ -90,16 +79,11 @@ def changes(old: dict[str, Any], new: dict[str, Any]) -> list[Change]:
         was = before.get(figure["name"])
         if was is None or not figure["better"] or was["unit"] != figure["unit"]:
             continue
-        ratio = _ratio(was["best"], figure["best"])
-        slower = ratio - 1.0 if figure["better"] == "lower" else 1.0 / ratio - 1.0
-        if math.isfinite(slower):
-            found.append(Change(figure["name"], figure["unit"], was["best"], figure["best"], slower))
+        one, other = was["best"], figure["best"]
+        if one > 0.0 and other > 0.0:  # a difference within the noise may be negative
+            slower = (other / one if figure["better"] == "lower" else one / other) - 1.0
+            found.append(Change(figure["name"], figure["unit"], one, other, slower))
     return sorted(found, key=lambda change: -change.slower)
-
-
-def _ratio(old: float, new: float) -> float:
-    """Of two positive numbers; NaN where one is none, as a difference within the noise may be."""
-    return new / old if old > 0.0 and new > 0.0 else math.nan
 
 
 def tolerance(words: str) -> float:
@@ -114,13 +98,9 @@ def told(found: Sequence[Change], allowed: float) -> list[str]:
     """What became slower, what became faster, and how many figures did neither."""
     slower = [change for change in found if change.slower > allowed]
     faster = [change for change in reversed(found) if change.slower < -allowed]
-    lines = [
-        f"{word}: {change}" for word, some in (("slower", slower), ("faster", faster)) for change in some
-    ]
-    return [
-        *lines,
-        f"{len(slower)} slower, {len(faster)} faster, {len(found) - len(slower) - len(faster)} alike",
-    ]
+    alike = len(found) - len(slower) - len(faster)
+    lines = [*(f"slower: {change}" for change in slower), *(f"faster: {change}" for change in faster)]
+    return [*lines, f"{len(slower)} slower, {len(faster)} faster, {alike} alike"]
 
 
 def main(words: Sequence[str] | None = None) -> int:

@@ -9,6 +9,33 @@ import numpy as np
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 
+MACHINE: dict[str, Any] = {
+    "start": "swing",
+    "state": {
+        "swing": {"dorsiflexor": "inlet", "plantarflexor": "outlet"},
+        "contact": {"dorsiflexor": "shut"},
+        "stance": {"dorsiflexor": [0.0, 0.5]},
+    },
+    "transition": [
+        {"state": "swing", "to": "contact", "column": "foot/heel_load", "above": "0.05 kN"},
+        {"state": "contact", "to": "stance", "column": "state_time", "above": "30 ms"},
+        {
+            "state": "stance",
+            "to": "swing",
+            "column": "ankle/velocity",
+            "below": "-60 deg/s",
+            "after": "20 ms",
+        },
+    ],
+}
+
+
+def changed(number: int, **keys: Any) -> dict[str, Any]:
+    """The machine's transitions, one of them changed."""
+    moved = [dict(transition) for transition in MACHINE["transition"]]
+    moved[number] = {k: v for k, v in (moved[number] | keys).items() if v is not None}
+    return {"transition": moved}
+
 
 @dataclass(frozen=True)
 class Sample:

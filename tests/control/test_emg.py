@@ -74,23 +74,6 @@ def test_what_a_patient_has_left_is_what_it_follows() -> None:
     assert np.all((half["controller/activation"] >= 0.0) & (half["controller/activation"] <= 1.0))
 
 
-@pytest.mark.parametrize(
-    ("told", "field", "words"),
-    [
-        ({"full": "0 N*m"}, "full", "positive"),
-        ({"chamber": "dorsiflexr"}, "chamber", "dorsiflexor"),
-        ({"pressure": "2 bar"}, "chamber", "no drive"),
-        ({"vent_below": 0.7}, "vent_below", "fill_above"),
-        ({"side": "both"}, "side", "choice"),
-    ],
-)
-def test_a_wrong_description_is_refused(told: dict[str, Any], field: str, words: str) -> None:
-    with pytest.raises(InputError) as refused:
-        made({"emg": told})
-    assert field in str(refused.value)
-    assert words in str(refused.value)
-
-
 def test_a_threshold_in_another_unit_is_refused_before_the_first_step() -> None:
     with pytest.raises(InputError, match=r"emg\.full"):
         afo_sim.run(walker({"emg": {"full": "4 N"}}, duration="20 ms", reference=None))

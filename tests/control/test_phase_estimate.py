@@ -31,6 +31,7 @@ def _script() -> ModuleType:
 
 
 table = _script()
+apart = table.phase_events.apart
 SHIPPED = [name for name in table.walkers() if "," not in name]
 HARD = ("5 % varied", "a stop")  # an even walk is a part of the second
 
@@ -75,23 +76,18 @@ def test_who_walks_slowly_is_not_taken_to_stand(walker: str, stride_time: float)
     walked = np.arange(0.0, 12.0, 0.01 / stride_time)
     shank = table._cycle(walker).signal("shank_angle", walked)
     struck = np.append(False, np.diff(np.floor(walked)) > 0.0)
-    estimate, stopped, error = PhaseEstimate(), [], []
-    for angle, strikes, true in zip(shank, struck, walked, strict=True):
-        estimate.update(float(angle), 0.01, bool(strikes))
-        stopped.append(estimate.stopped)
-        error.append((estimate.phase - true + 0.5) % 1.0 - 0.5)
-    assert not any(stopped)
-    assert 100.0 * np.abs(error)[walked > 5.0].max() <= ALLOWED  # the first strides learn his shape
+    phase, _, stopped, _ = table.followed(shank, struck)
+    assert not stopped.any()
+    assert (
+        100.0 * np.abs(apart(phase, walked))[walked > 5.0].max() <= ALLOWED
+    )  # the first strides learn his shape
 
 
 def test_the_stride_time_follows_the_cadence() -> None:
     even = table.estimated("gatk_mean")
     assert np.ptp(even.walked) > 13.0
-    estimate = PhaseEstimate()
-    for angle in even.shank:
-        estimate.update(float(angle), 0.01)
     own = float(np.polyfit(even.walked, even.time, 1)[0])
-    assert estimate.stride_time == pytest.approx(own, rel=0.03)
+    assert table.followed(even.shank)[3, -1] == pytest.approx(own, rel=0.03)
 
 
 @pytest.mark.parametrize("period", [0.02, 0.005, 0.001])
@@ -116,11 +112,7 @@ def test_who_goes_on_with_another_part_of_the_stride_is_found_again() -> None:
     onward = np.searchsorted(trial.walked, 6.7)  # the same angles go on 1.4 strides later
     shank = np.concatenate([trial.shank[:jump], trial.shank[onward:]])
     walked = np.concatenate([trial.walked[:jump], trial.walked[onward:]])
-    estimate, told = PhaseEstimate(), []
-    for angle in shank:
-        estimate.update(float(angle), 0.01)
-        told.append(estimate.phase)
-    error = (np.array(told) - walked + 0.5) % 1.0 - 0.5
+    error = apart(table.followed(shank)[0], walked)
     assert 100.0 * np.abs(error[walked > 8.7]).max() <= ALLOWED
 
 
@@ -134,13 +126,9 @@ def test_nothing_is_known_before_the_first_swing_and_after_a_reset() -> None:
     runs = []
     for _ in range(2):
         estimate.reset()
-        told = []
-        for angle in trial.shank[:500]:
-            estimate.update(float(angle), 0.01)
-            told.append((estimate.phase, estimate.ready))
-        runs.append(told)
+        runs.append(table.followed(trial.shank[:500], estimate=estimate)[:2])
     assert np.array_equal(runs[0], runs[1], equal_nan=True)
-    ready = np.array([ready for _, ready in runs[0]])
+    ready = runs[0][1]
     assert 1.5 < trial.walked[int(np.argmax(ready))] < 2.0 and ready[-1]
 
 
@@ -213,14 +201,10 @@ def test_the_c_header_computes_the_same(
     rows = "".join(f"{a!r} {int(s)}\n" for a, s in zip(walk.angle.tolist(), walk.struck, strict=True))
     printed = subprocess.run([tmp_path / "main"], input=rows, capture_output=True, text=True, check=True)
     phase, ready = np.array([line.split() for line in printed.stdout.splitlines()], dtype=float).T
-    estimate, told = PhaseEstimate(), []
-    for angle, struck in zip(walk.angle, walk.struck, strict=True):
-        estimate.update(float(angle), 0.01, bool(struck))
-        told.append((estimate.phase, estimate.ready))
-    own, believed = np.array(told).T
+    own, believed, *_ = table.followed(walk.angle, walk.struck)
     assert np.array_equal(np.isnan(own), phase < 0.0)
     known = phase >= 0.0
-    assert np.abs((phase - own + 0.5)[known] % 1.0 - 0.5).max() < differs
+    assert np.abs(apart(phase, own)[known]).max() < differs
     assert np.count_nonzero(ready != believed) <= unlike and 0.5 < ready.mean() < 1.0
 
 
@@ -233,24 +217,17 @@ def test_the_c_header_has_the_constants_of_the_estimator() -> None:
 def test_the_phase_goes_on_while_samples_are_lost(share: float) -> None:
     trial = table.estimated("bovi2011_natural", noise=table.NOISE)
     lost = np.random.default_rng(2).random(len(trial.shank)) < share
-    estimate, error, stride_time = PhaseEstimate(), [], []
-    for angle, true in zip(np.where(lost, math.nan, trial.shank), trial.walked, strict=True):
-        estimate.update(float(angle), 0.01)
-        error.append((estimate.phase - true + 0.5) % 1.0 - 0.5)
-        stride_time.append(estimate.stride_time)
-    assert 100.0 * np.abs(error)[trial.counts].max() < 5.0
-    assert np.mean(np.array(stride_time)[trial.counts]) == pytest.approx(1.0929, rel=0.02)
+    phase, _, _, stride_time = table.followed(np.where(lost, math.nan, trial.shank))
+    assert 100.0 * np.abs(apart(phase, trial.walked))[trial.counts].max() < 5.0
+    assert np.mean(stride_time[trial.counts]) == pytest.approx(1.0929, rel=0.02)
 
 
 def test_a_gap_is_not_ready_until_the_angle_was_as_expected_again() -> None:
     trial = table.estimated("bovi2011_natural", noise=table.NOISE)
-    estimate, ready, gap = PhaseEstimate(), [], slice(900, 1400)
-    trial.shank[gap] = math.nan
-    for angle in trial.shank:
-        estimate.update(float(angle), 0.01)
-        ready.append(estimate.ready)
+    trial.shank[900:1400] = math.nan
+    phase, ready, *_ = table.followed(trial.shank)
     assert ready[904] and not any(ready[905:1450]) and ready[-1]
-    assert abs((estimate.phase - trial.walked[-1] + 0.5) % 1.0 - 0.5) < 0.05
+    assert abs(apart(phase, trial.walked)[-1]) < 0.05
 
 
 def test_the_template_is_the_published_curve_at_its_own_stride_time() -> None:

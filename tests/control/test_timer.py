@@ -59,21 +59,6 @@ def test_it_does_what_the_exact_timer_does_on_a_grid_of_ticks() -> None:
     assert looped["controller/phase"][125] == pytest.approx(0.6, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("sets", "field", "told"),
-    [
-        ({"dorsiflexr": {}}, "timer.dorsiflexr", "dorsiflexor"),
-        ({"dorsiflexor": {"inlet": [["40 ms", "60 ms"]]}}, "timer.dorsiflexor.inlet", "within the period"),
-        ({"restart": {"above": "heavy"}}, "timer.restart.above", "quantity"),
-    ],
-)
-def test_a_wrong_clock_is_refused(sets: dict[str, Any], field: str, told: str) -> None:
-    with pytest.raises(InputError) as refused:
-        made({"timer": CLOCK | sets})
-    assert field in str(refused.value)
-    assert told in str(refused.value)
-
-
 @pytest.mark.parametrize("command", [(1.05, 0.0), (0.0, 1.05), (-0.05, 0.0), (0.0, -0.05), (math.nan, 0.0)])
 def test_coils_beyond_their_range_are_refused(command: tuple[float, float]) -> None:
     ends = {"front": (0.0, 1.0), "back": (1.0, 0.0)}

@@ -1,19 +1,64 @@
 """The shipped leg told otherwise: in other axes, its ankle turned round and shifted, in a whole body."""
 
 import dataclasses
+from collections.abc import Callable, Iterable
+from typing import Any
 
+import mujoco
 import numpy as np
 
+import afo_sim as afo
+from afo_sim.common import GRAVITY
 from afo_sim.common import find as asset
-from afo_sim.legs import Part, Tree
+from afo_sim.legs import Attached, Part, Tree
 from afo_sim.legs.mjcf import read_mjcf
 from afo_sim.legs.tree import Joint
+from afo_sim.model.supply_and_timer import controls
+from afo_sim.simulation import Recording
 
 KNEE = 0.43  # [m] above the ankle
 
 
 def shipped() -> Tree:
     return read_mjcf(asset("leg", "adult_75kg").parent / "leg.xml")
+
+
+def seated() -> mujoco.MjSpec:
+    """The shipped leg without its toes' hinge, as a seated scenario has it."""
+    spec = mujoco.MjSpec.from_file(str(asset("leg", "adult_75kg").parent / "leg.xml"))
+    spec.delete(spec.joint("toe"))
+    spec.option.gravity = [0.0, 0.0, -GRAVITY]
+    return spec
+
+
+DAMPING = 0.5  # [N·m·s/rad] of the ankle in `beside_its_scenario`
+
+
+def beside_its_scenario(
+    orthosis: Any,
+    sets: dict[str, Any],
+    read: Callable[[Attached, mujoco.MjData], Iterable[float]],
+    worn: Callable[[Attached], Attached] = lambda leg: leg,
+) -> tuple[Recording, np.ndarray]:
+    """A run, and the same orthosis attached, stepped by its inputs: angle before, `read` after each step."""
+    sets = sets | {"leg.passive.scale": 0.0, "leg.damping": f"{DAMPING} N*m*s/rad"}
+    scenario = afo.load("scenario", "seated", sets)
+    run, built = afo.run(scenario), afo.build(scenario)
+    spec = seated()
+    spec.joint("ankle").damping = [0.5 * DAMPING, 0.0, 0.0]
+    names = {"shank": "shank", "foot": "foot", "ankle": "ankle", "side": "right"}
+    leg = worn(afo.attach(spec, orthosis, **names, timestep="2 ms"))
+    inputs = {**leg.valves, **leg.chambers}
+    theirs = {**built.index.valves, **built.index.chambers}
+    data, rows = leg.data(run["ankle/angle"][:1]), []
+    with leg.callbacks():
+        for row in controls(built):
+            data.ctrl[list(inputs.values())] = row[[theirs[name] for name in inputs]]
+            data.qfrc_applied[:] = -0.5 * DAMPING * data.qvel  # the half that the passive ankle takes
+            angle = leg.angle(data)
+            mujoco.mj_step(leg.model, data)
+            rows.append([angle, *read(leg, data)])
+    return run, np.array(rows).T
 
 
 def rotation(random: np.random.Generator) -> np.ndarray:

@@ -6,16 +6,13 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from documents import ROOT
+from turned_leg import beside_its_scenario
 
 import afo_sim as afo
-from afo_sim.common import GRAVITY
 from afo_sim.description import Orthosis
-from afo_sim.legs import write_attached
+from afo_sim.legs import Attached, write_attached
 from afo_sim.legs.attached_files import attached
-from afo_sim.model.supply_and_timer import controls
 
-LEG = ROOT / "models" / "legs" / "adult_75kg" / "leg.xml"
 NETWORK: dict[str, Any] = {
     f"chamber.{name}.{key}": value
     for name in ("dorsiflexor", "plantarflexor")
@@ -40,40 +37,20 @@ def device() -> Orthosis:
     return found
 
 
-def shipped_leg() -> mujoco.MjSpec:
-    """The shipped leg without its toes' hinge, as a seated scenario has it."""
-    spec = mujoco.MjSpec.from_file(str(LEG))
-    spec.delete(spec.joint("toe"))
-    spec.option.gravity = [0.0, 0.0, -GRAVITY]
-    return spec
-
-
 def test_a_network_on_a_leg_moves_as_in_its_scenario(tmp_path: pathlib.Path) -> None:
-    damping = 0.5
-    sets = {"leg.passive.scale": 0.0, "leg.damping": f"{damping} N*m*s/rad", "duration": "3 s"}
-    sets |= {f"orthosis.{key}": value for key, value in NETWORK.items()}
-    scenario = afo.load("scenario", "seated", sets)
-    run, built = afo.run(scenario), afo.build(scenario)
-    control = controls(built)
-    spec = shipped_leg()
-    spec.joint("ankle").damping = [0.5 * damping, 0.0, 0.0]
-    leg = afo.attach(spec, device(), shank="shank", foot="foot", ankle="ankle", side="right", timestep="2 ms")
-    write_attached(leg, tmp_path / "worn.xml")
-    leg = attached(tmp_path / "worn.xml")  # with all that the files keep
-    inputs = {**leg.valves, **leg.chambers}
-    theirs = {**built.index.valves, **built.index.chambers}
-    data = leg.data(run["ankle/angle"][:1])
-    angle, fed, pressed = [], [], []
-    with leg.callbacks():
-        for row in control:
-            data.ctrl[list(inputs.values())] = row[[theirs[name] for name in inputs]]
-            data.qfrc_applied[:] = -0.5 * damping * data.qvel  # the half that the passive ankle takes
-            angle.append(leg.angle(data))
-            mujoco.mj_step(leg.model, data)
-            fed.append(leg.flow(data)["feed"])
-            pressed.append(leg.volume_pressure(data)["manifold"])
+    def with_all_that_files_keep(leg: Attached) -> Attached:
+        write_attached(leg, tmp_path / "worn.xml")
+        return attached(tmp_path / "worn.xml")
+
+    sets = {"duration": "3 s"} | {f"orthosis.{key}": value for key, value in NETWORK.items()}
+    run, (found, fed, pressed) = beside_its_scenario(
+        device(),
+        sets,
+        lambda leg, data: (leg.flow(data)["feed"], leg.volume_pressure(data)["manifold"]),
+        with_all_that_files_keep,
+    )
     assert np.ptp(run["ankle/angle"]) > 0.2
-    assert np.allclose(angle, run["ankle/angle"], rtol=0.0, atol=1e-10)
+    assert np.allclose(found, run["ankle/angle"], rtol=0.0, atol=1e-10)
     assert np.ptp(fed) > 1e-4
     assert np.allclose(fed, run["restriction/feed/mass_flow"], rtol=0.0, atol=1e-10)
     assert np.allclose(pressed, run["volume/manifold/pressure"], rtol=1e-9)

@@ -9,25 +9,16 @@ import mujoco
 import numpy as np
 import pytest
 from documents import PAGES, ROOT
+from turned_leg import beside_its_scenario, seated
 
 import afo_sim as afo
 from afo_sim.common import GRAVITY, CallbackError, InputError
 from afo_sim.description import Orthosis, Side
 from afo_sim.legs import Attached, write_attached
 from afo_sim.legs.attaching import masses
-from afo_sim.model.supply_and_timer import controls
 
-LEG = ROOT / "models" / "legs" / "adult_75kg" / "leg.xml"
 MASS, CENTRE = (3.49, 0.929), ([0.0, 0.0, 0.2444], [0.0386054, 0.0, -0.0265339])
 INERTIA = (np.diag([0.0591, 0.0591, 0.0055]), np.diag([0.0018, 0.00423392, 0.00423392]))
-
-
-def shipped_leg() -> mujoco.MjSpec:
-    """The shipped leg without its toes' hinge, as a seated scenario has it."""
-    spec = mujoco.MjSpec.from_file(str(LEG))
-    spec.delete(spec.joint("toe"))
-    spec.option.gravity = [0.0, 0.0, -GRAVITY]
-    return spec
 
 
 def numbers(values: Any) -> str:
@@ -90,12 +81,30 @@ def turned(axis: np.ndarray, angle: float) -> np.ndarray:
     return turn.reshape(3, 3)
 
 
+def leg_with(*changes: tuple[str, str], head: str = "") -> Callable[[], mujoco.MjSpec]:
+    def make() -> mujoco.MjSpec:
+        text = leg_text(*[np.eye(3)] * 3, head=head)
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        return mujoco.MjSpec.from_string(text)
+
+    return make
+
+
+PLAIN = leg_with()
+
+
+def bent(leg: Attached, angle: float) -> np.ndarray:
+    """The posture with the ankle at an angle."""
+    posture = leg.model.qpos0.copy()
+    posture[leg.model.joint(leg.found.ankle).qposadr[0]] = leg.found.zero + leg.found.sign * angle
+    return posture
+
+
 def stepped(leg: Attached, count: int = 1500, angle: float = -0.2) -> np.ndarray:
     """Angle, forces, contractions and pressures of a leg that is filled and vented (count, n)."""
-    joint = leg.model.joint(leg.found.ankle)
-    posture = leg.model.qpos0.copy()
-    posture[joint.qposadr[0]] = leg.found.zero + leg.found.sign * angle
-    data, rows = leg.data(posture), []
+    data, rows = leg.data(bent(leg, angle)), []
     with leg.callbacks():
         for k in range(count):
             leg.set_valves(data, dorsiflexor="inlet" if k < count // 2 else "outlet", plantarflexor="outlet")
@@ -107,36 +116,23 @@ def stepped(leg: Attached, count: int = 1500, angle: float = -0.2) -> np.ndarray
 
 def test_shipped_leg_moves_as_in_its_scenario() -> None:
     """What differs is rounding: the anchors' frames are turned, and damping's force is added elsewhere."""
-    damping = 0.5
-    sets = {"leg.passive.scale": 0.0, "leg.damping": f"{damping} N*m*s/rad", "duration": "6 s"}
-    scenario = afo.load("scenario", "seated", sets)
-    run, built = afo.run(scenario), afo.build(scenario)
-    control = controls(built)
-    spec = shipped_leg()
-    spec.joint("ankle").damping = [0.5 * damping, 0.0, 0.0]
-    leg = afo.attach(spec, "s1", shank="shank", foot="foot", ankle="ankle", side="right", timestep="2 ms")
-    inputs = {**leg.valves, **leg.chambers}
-    theirs = {**built.index.valves, **built.index.chambers}
-    data = leg.data(run["ankle/angle"][:1])
-    angle, force, own = [], [], []
-    with leg.callbacks():
-        for row in control:
-            data.ctrl[list(inputs.values())] = row[[theirs[name] for name in inputs]]
-            data.qfrc_applied[:] = -0.5 * damping * data.qvel  # the half that the passive ankle takes
-            angle.append(leg.angle(data))
-            mujoco.mj_step(leg.model, data)
-            force.append(list(leg.force(data).values()))
-            own.append(list(leg.contraction(data).values()))
+    run, (angle, *rows) = beside_its_scenario(
+        "s1",
+        {"duration": "6 s"},
+        lambda leg, data: (*leg.force(data).values(), *leg.contraction(data).values()),
+    )
     assert np.ptp(run["ankle/angle"]) > 0.3
     assert np.allclose(angle, run["ankle/angle"], rtol=0.0, atol=1e-11)
-    for k, name in enumerate(leg.muscles):
-        assert np.allclose(np.array(force)[:, k], run[f"muscle/{name}/force"], rtol=0.0, atol=1e-8)
-        assert np.allclose(np.array(own)[:, k], run[f"muscle/{name}/contraction"], rtol=0.0, atol=1e-12)
+    names = [name.split("/")[1] for name in run.columns if re.fullmatch(r"muscle/[^/]*/force", name)]
+    assert len(rows) == 2 * len(names)
+    for name, force, own in zip(names, rows, rows[len(names) :], strict=False):
+        assert np.allclose(force, run[f"muscle/{name}/force"], rtol=0.0, atol=1e-8)
+        assert np.allclose(own, run[f"muscle/{name}/contraction"], rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(("sign", "zero"), [(1.0, 0.0), (-1.0, 0.0), (-1.0, 0.35), (1.0, -0.4)])
 def test_numbers_do_not_depend_on_axes(sign: float, zero: float) -> None:
-    straight = mujoco.MjSpec.from_string(leg_text(*[np.eye(3)] * 3))
+    straight = PLAIN()
     strange = mujoco.MjSpec.from_string(leg_text(turn_of(1), turn_of(2), turn_of(3), sign, zero))
     expected = stepped(afo.attach(straight, "s1", side="right"))
     leg = afo.attach(strange, "s1", side="right", zero=zero)
@@ -147,28 +143,19 @@ def test_numbers_do_not_depend_on_axes(sign: float, zero: float) -> None:
 
 def lopsided() -> Orthosis:
     """S1 with its dorsiflexors aside, so that left and right differ."""
-    return afo.load(
-        "orthosis",
-        "s1",
-        {
-            "muscle.dorsiflexor.origin.from_joint": ["6 cm", "2 cm", "30 cm"],
-            "muscle.dorsiflexor.insertion.from_joint": ["6.5 cm", "3 cm", "-1 cm"],
-        },
-    )
+    ends = {"origin": ["6 cm", "2 cm", "30 cm"], "insertion": ["6.5 cm", "3 cm", "-1 cm"]}
+    sets = {f"muscle.dorsiflexor.{end}.from_joint": at for end, at in ends.items()}
+    return afo.load("orthosis", "s1", sets)
 
 
 def test_on_a_left_leg_it_is_mirrored() -> None:
-    text = leg_text(*[np.eye(3)] * 3)
     sides: tuple[Side, Side] = ("right", "left")
-    right, left = (afo.attach(mujoco.MjSpec.from_string(text), lopsided(), side=side) for side in sides)
+    right, left = (afo.attach(PLAIN(), lopsided(), side=side) for side in sides)
     flip = np.array([1.0, -1.0, 1.0])
     centre = np.array([0.1, 0.2, 0.3])
     for name in right.muscles:
         for end in ("origin", "insertion"):
-            at = []
-            for leg in (right, left):
-                data = leg.data()
-                at.append(data.site(f"afo_{name}_{end}").xpos - centre)
+            at = [leg.data().site(f"afo_{name}_{end}").xpos - centre for leg in (right, left)]
             assert np.allclose(at[1], flip * at[0], atol=1e-12)
             assert abs(at[0][1]) > 0.004 or "plantar" in name
     assert np.allclose(stepped(left, 400)[:, 0], stepped(right, 400)[:, 0], rtol=0.0, atol=1e-9)
@@ -307,7 +294,7 @@ def test_virtual_work_on_every_crossed_joint(both: Attached) -> None:
 
 def leg_that_tilts() -> mujoco.MjSpec:
     """The shipped leg with a second hinge of the foot, about its long axis."""
-    spec = shipped_leg()
+    spec = seated()
     foot = spec.body("foot")
     foot.add_joint(name="ankle_x", axis=[1.0, 0.0, 0.0], range=[-0.9, 0.9], pos=foot.joints[0].pos)
     return spec
@@ -349,17 +336,12 @@ def test_parallel_muscles_differ_where_another_joint_tilts_the_foot(tmp_path: pa
 
 
 def test_two_models_stepped_in_turn() -> None:
-    legs = [
-        afo.attach(mujoco.MjSpec.from_string(leg_text(turn_of(k), np.eye(3), turn_of(k))), "s1", side="right")
-        for k in (4, 5)
-    ]
+    texts = [leg_text(turn_of(k), np.eye(3), turn_of(k)) for k in (4, 5)]
+    legs = [afo.attach(mujoco.MjSpec.from_string(text), "s1", side="right") for text in texts]
     alone = [stepped(leg, 300) for leg in legs]
     data = [leg.data() for leg in legs]
     for leg, d in zip(legs, data, strict=True):
-        place = int(leg.model.joint("ankle").qposadr[0])
-        posture = leg.model.qpos0.copy()
-        posture[place] = leg.found.zero + leg.found.sign * -0.2
-        leg.reset(d, posture)
+        leg.reset(d, bent(leg, -0.2))
     with legs[0].callbacks(), legs[1].callbacks():
         for k in range(300):
             for number, (leg, d) in enumerate(zip(legs, data, strict=True)):
@@ -380,8 +362,8 @@ HOSTILE = """
 
 def test_the_models_defaults_do_not_reach_the_orthosis() -> None:
     """Stiff tendons, gears and limits are the model's; its muscle, user data and keyframe stay."""
-    plain = afo.attach(mujoco.MjSpec.from_string(leg_text(*[np.eye(3)] * 3)), "s1", side="right")
-    spec = mujoco.MjSpec.from_string(leg_text(*[np.eye(3)] * 3, head=HOSTILE))
+    plain = afo.attach(PLAIN(), "s1", side="right")
+    spec = leg_with(head=HOSTILE)()
     leg = afo.attach(spec, "s1", side="right")
     assert len(spec.actuators) == 1 and spec.nuserdata == 3  # the user's own stays as it was
     model, bare = leg.model, spec.compile()
@@ -421,12 +403,10 @@ def test_the_models_defaults_do_not_reach_the_file(tmp_path: pathlib.Path) -> No
 
 
 def test_bodies_without_names_are_found_by_their_numbers() -> None:
-    text = leg_text(*[np.eye(3)] * 3)
-    for name in ("shank", "foot", "ankle"):
-        text = text.replace(f'name="{name}"', "")
-    named = afo.attach(mujoco.MjSpec.from_string(leg_text(*[np.eye(3)] * 3)), "s1", side="right")
+    nameless = leg_with(*((f'name="{name}"', "") for name in ("shank", "foot", "ankle")))
+    named = afo.attach(PLAIN(), "s1", side="right")
     with named.callbacks():  # a model may be attached to while others are stepped
-        leg = afo.attach(mujoco.MjSpec.from_string(text), "s1", shank="body_1", foot="body_2", side="right")
+        leg = afo.attach(nameless(), "s1", shank="body_1", foot="body_2", side="right")
     assert np.array_equal(stepped(leg, 200), stepped(named, 200))
 
 
@@ -493,7 +473,7 @@ def test_meshes_are_found_from_another_folder(tmp_path: pathlib.Path) -> None:
 
 
 def test_the_bare_file_is_limp_without_callbacks_and_refused_with_them(tmp_path: pathlib.Path) -> None:
-    leg = afo.attach(mujoco.MjSpec.from_string(leg_text(*[np.eye(3)] * 3)), "s1", side="right")
+    leg = afo.attach(PLAIN(), "s1", side="right")
     write_attached(leg, tmp_path / "leg.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "leg.xml"))
     data = mujoco.MjData(model)
@@ -506,7 +486,7 @@ def test_the_bare_file_is_limp_without_callbacks_and_refused_with_them(tmp_path:
 
 
 def test_a_state_without_air_is_refused() -> None:
-    leg = afo.attach(mujoco.MjSpec.from_string(leg_text(*[np.eye(3)] * 3)), "s1", side="right")
+    leg = afo.attach(PLAIN(), "s1", side="right")
     data = leg.data()
     mujoco.mj_resetData(leg.model, data)
     with leg.callbacks(), pytest.raises(mujoco.FatalError):
@@ -524,18 +504,6 @@ def test_page_runs_as_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert pressures[3] == max(pressures) > 1.5e5
 
 
-def leg_with(*changes: tuple[str, str], head: str = "") -> Callable[[], mujoco.MjSpec]:
-    def make() -> mujoco.MjSpec:
-        text = leg_text(*[np.eye(3)] * 3, head=head)
-        for old, new in changes:
-            assert old in text
-            text = text.replace(old, new)
-        return mujoco.MjSpec.from_string(text)
-
-    return make
-
-
-PLAIN = leg_with()
 USER = '<actuator><general name="theirs" joint="ankle" biastype="user"/></actuator>'
 REFUSED: dict[str, tuple[Callable[[], Any], dict[str, Any], str]] = {
     "no such body": (PLAIN, {"shank": "shink"}, "no such body.*shank"),

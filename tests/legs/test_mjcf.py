@@ -5,7 +5,7 @@ import pathlib
 import mujoco
 import numpy as np
 import pytest
-from leg_models import built, motion, random_mjcf
+from leg_models import assert_moves_alike, built, random_mjcf
 from urdf_texts import two
 
 from afo_sim.common import InputError
@@ -115,12 +115,7 @@ def test_a_tree_moves_like_its_model(seed: int) -> None:
     """Built again from the tree alone, inertia matrix, bias and passive forces are the model's."""
     model = mujoco.MjModel.from_xml_string(random_mjcf(seed, most_joints=3))
     tree = tree_of(model)
-    joints = list(tree.joints())
-    position, speed = np.random.default_rng(seed).normal(size=(2, len(joints)))
-    for ours, theirs in zip(
-        motion(built(tree), joints, position, speed), motion(model, joints, position, speed), strict=True
-    ):
-        assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9)
+    assert_moves_alike(built(tree), model, list(tree.joints()), seed)
 
 
 def test_a_mesh_stands_where_mujoco_put_it(tmp_path: pathlib.Path) -> None:
@@ -188,8 +183,6 @@ MESH_MASS = (
 @pytest.mark.parametrize(
     ("text", "word"),
     [
-        ("", "empty"),
-        ("<mujoco><worldbody>", "XML parse error"),
         ("<robots/>", "robots"),
         ('<mujoco><worldbody><body><joint type="hing"/></body></worldbody></mujoco>', "hing"),
         ('<mujoco><include file="other.xml"/></mujoco>', "other.xml"),

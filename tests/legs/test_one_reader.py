@@ -11,7 +11,7 @@ from urdf_texts import joint, link, robot
 import afo_sim as afo
 from afo_sim.common import InputError
 from afo_sim.legs import Part, Shape, Tree, find
-from afo_sim.legs.tree import Joint, shift
+from afo_sim.legs.tree import Joint, pose_of
 
 LIMIT = '<limit lower="-0.8" upper="0.4" effort="9" velocity="9"/><axis xyz="0 1 0"/>'
 IMPOSSIBLE = (
@@ -48,7 +48,7 @@ def box_foot(folder: pathlib.Path) -> None:
     import trimesh
 
     (folder / "lab").mkdir(parents=True)
-    box = trimesh.creation.box((0.25, 0.1, 0.04), transform=shift(np.array([0.06, 0.0, -0.06])))
+    box = trimesh.creation.box((0.25, 0.1, 0.04), transform=pose_of(np.array([0.06, 0.0, -0.06])))
     box.export(str(folder / "lab" / "foot.stl"))
 
 
@@ -106,7 +106,7 @@ def leg(foot: tuple[float, float], names: tuple[str, str] = ("foot", "ankle"), *
     """A shank above a box from `back` to `front` [m], 6 to 10 cm below its hinge."""
     back, front = foot
     half = np.array([0.5 * (front - back), 0.05, 0.02])
-    box = Shape("box", "box", shift(np.array([0.5 * (front + back), 0.0, -0.08])), half)
+    box = Shape("box", "box", pose_of(np.array([0.5 * (front + back), 0.0, -0.08])), half)
     hinge = Joint(names[1], "hinge", np.array([0.0, 1.0, 0.0]), np.zeros(3), (-0.8, 0.8))
     unit = 0.01 * np.eye(3)
     shank = Part("shank", None, np.eye(4), 3.0, np.array([0.0, 0.0, 0.2]), unit)
@@ -142,7 +142,7 @@ def test_a_knee_shows_forward_where_the_foot_does_not() -> None:
 
 
 WHEEL = Shape("wheel", "sphere", np.eye(4), np.array([0.1, 0.0, 0.0]))
-SHIN = Shape("shin", "box", shift(np.array([0.02, 0.0, -0.2])), np.array([0.07, 0.05, 0.2]))
+SHIN = Shape("shin", "box", pose_of(np.array([0.02, 0.0, -0.2])), np.array([0.07, 0.05, 0.2]))
 NO_ANKLES = {
     "an elbow": (leg((-0.05, 0.2), ("hand", "r_elbow_flex")), "'r_elbow_flex': is no human ankle: .*'elbow'"),
     "a hock": (leg((-0.05, 0.2), ("tarsus_R", "hinge")), "'tarsus_R': is no human ankle: .*'tarsus'"),
@@ -178,7 +178,7 @@ def test_legs_whose_links_are_numbered_are_found_by_their_chains() -> None:
     for side, y in (("left", 0.1), ("right", -0.1)):
         above = "base"
         for k, (axis, down) in enumerate(((2, 0), (0, 0), (1, 0), (1, 0.4), (1, 0.4), (0, 0)), 1):
-            name, pose = f"leg_{side}_{k}_link", shift(np.array([0.0, y if k == 1 else 0.0, -down]))
+            name, pose = f"leg_{side}_{k}_link", pose_of(np.array([0.0, y if k == 1 else 0.0, -down]))
             hinge = Joint(f"leg_{side}_{k}_joint", "hinge", np.eye(3)[axis], np.zeros(3), (-0.9, 0.9))
             shapes = leg((-0.05, 0.2)).parts["foot"].shapes if k == 6 else ()
             parts[name] = Part(name, above, pose, 1.0, np.zeros(3), 0.01 * np.eye(3), (hinge,), shapes)

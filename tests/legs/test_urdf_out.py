@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from leg_models import OPTIONS, built, motion, random_mjcf
+from leg_models import OPTIONS, assert_moves_alike, built, random_mjcf
 
 from afo_sim.common import InputError
 from afo_sim.legs import Part, Tree, tree_of, write_urdf
-from afo_sim.legs.massless import movable
+from afo_sim.legs.mjcf_out import movable
 from afo_sim.legs.urdf import read_urdf
 
 
@@ -24,12 +24,6 @@ def in_world(tree: Tree, part: Part) -> tuple[float, np.ndarray, np.ndarray]:
     """Mass, centre and inertia of a part in the world's axes, whatever its own axes are."""
     pose = tree.world_pose(part.name)
     return part.mass, pose[:3, :3] @ part.centre + pose[:3, 3], pose[:3, :3] @ part.inertia @ pose[:3, :3].T
-
-
-def rotation(rpy: tuple[float, float, float]) -> np.ndarray:
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_euler("xyz", rpy).as_matrix()
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -64,17 +58,13 @@ def test_mujoco_reads_the_same_dynamics(seed: int, tmp_path: pathlib.Path) -> No
     tree = tree_of(model)
     write_urdf(tree, tmp_path / "leg.urdf")
     imported = mujoco.MjModel.from_xml_path(str(tmp_path / "leg.urdf"))
-    joints = list(tree.joints())
-    position, speed = np.random.default_rng(seed).normal(size=(2, len(joints)))
-    for ours, theirs in zip(
-        motion(imported, joints, position, speed), motion(model, joints, position, speed), strict=True
-    ):
-        assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9)
+    assert_moves_alike(imported, model, list(tree.joints()), seed)
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_rerun_reads_the_same_joints(seed: int, tmp_path: pathlib.Path) -> None:
     from rerun.urdf import UrdfTree
+    from scipy.spatial.transform import Rotation
 
     tree = random_tree(seed, 3)
     write_urdf(tree, tmp_path / "leg.urdf", name="my leg")
@@ -88,7 +78,7 @@ def test_rerun_reads_the_same_joints(seed: int, tmp_path: pathlib.Path) -> None:
             waiting.append(joint)
             continue
         own = np.eye(4)
-        own[:3, :3], own[:3, 3] = rotation(joint.origin_rpy), joint.origin_xyz
+        own[:3, :3], own[:3, 3] = Rotation.from_euler("xyz", joint.origin_rpy).as_matrix(), joint.origin_xyz
         poses[joint.child_link] = poses[joint.parent_link] @ own
     for name, (part, joint) in tree.joints().items():
         found, pose = seen.get_joint_by_name(name), tree.world_pose(part.name)
@@ -104,24 +94,6 @@ PENDULUM = f"""<mujoco>{OPTIONS}<worldbody><body name="rod" pos="0.3 0 2" quat="
   <joint name="hinge" axis="0.1 -1 0.2" pos="0.02 0.01 0.5" damping="0.02"/>
   <inertial pos="0 0.03 -0.1" mass="1.7" fullinertia="0.2 0.21 0.05 0.01 -0.02 0.003"/>
 </body></worldbody></mujoco>"""
-
-
-def test_a_pendulum_swings_alike(tmp_path: pathlib.Path) -> None:
-    """Its joint is off its body's origin; 3 s of swinging from rest."""
-    model = mujoco.MjModel.from_xml_string(PENDULUM)
-    write_urdf(tree_of(model), tmp_path / "rod.urdf")
-    again = mujoco.MjModel.from_xml_path(str(tmp_path / "rod.urdf"))
-    again.opt.timestep, again.opt.integrator = model.opt.timestep, model.opt.integrator
-    swings = []
-    for one in (model, again):
-        data = mujoco.MjData(one)
-        angles = []
-        for _ in range(3000):
-            mujoco.mj_step(one, data)
-            angles.append(float(data.joint("hinge").qpos[0]))
-        swings.append(np.array(angles))
-    assert np.ptp(swings[0]) > 0.5
-    assert np.abs(swings[0] - swings[1]).max() < 1e-6
 
 
 SHAPES = """<mujoco><asset><mesh name="bone" vertex="0 0 0 0.2 0 0 0 0.3 0 0 0 0.4"/></asset><worldbody>
@@ -297,9 +269,4 @@ def test_several_joints_survive_urdf(seed: int, tmp_path) -> None:
     assert "massless-links-between" in [note.code for note in notes]
     again = movable(read_urdf(tmp_path / "leg.urdf"))
     assert set(again.parts) > set(tree.parts)
-    joints = list(tree.joints())
-    position, speed = np.random.default_rng(seed).normal(size=(2, len(joints)))
-    for ours, theirs in zip(
-        motion(built(again), joints, position, speed), motion(model, joints, position, speed), strict=True
-    ):
-        assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-9)
+    assert_moves_alike(built(again), model, list(tree.joints()), seed)

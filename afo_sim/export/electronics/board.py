@@ -88,13 +88,13 @@ class Board:
     inputs: tuple[Input, ...] = ()
 
 
-def _tick_of(times: Iterable[float]) -> int:
+def tick_of(times: Iterable[float]) -> int:
     """The longest tick [us] of which all times [s] are whole multiples; 1 where none is."""
     listed = list(times)
-    return next((tick for tick in _TICKS if all(is_whole(time, tick) for time in listed)), _TICKS[-1])
+    return next((tick for tick in _TICKS if all(_is_whole(time, tick) for time in listed)), _TICKS[-1])
 
 
-def is_whole(time: float, tick: int) -> bool:
+def _is_whole(time: float, tick: int) -> bool:
     """Whether a time [s] is whole ticks [us]."""
     ticks = time / (tick * MICROSECOND)
     return abs(ticks - round(ticks)) <= _WHOLE
@@ -102,7 +102,7 @@ def is_whole(time: float, tick: int) -> bool:
 
 def whole(time: float, tick: int, field: str) -> int:
     """A time [s] in ticks [us]; InputError where it is not whole or too long."""
-    if not is_whole(time, tick):
+    if not _is_whole(time, tick):
         problem = f"is not a whole number of {'milli' if tick == 1000 else 'micro'}seconds, as a board counts"
         raise InputError(problem, field=field, value=f"{time!r} s", allowed=f"{round(time, 6):g} s")
     return _counted(time, tick, field)
@@ -127,13 +127,9 @@ def check_names(names: Iterable[str], what: str, most: int) -> tuple[str, ...]:
     for name in found:
         if not _IDENTIFIER.fullmatch(name):
             nearest = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_0123456789") or None
-            raise InputError(
-                f"is not a name that C takes, and the {what} is to have one",
-                field=what,
-                value=name,
-                allowed="a letter, then letters, digits and _, 41 at most",
-                nearest=nearest,
-            )
+            problem = f"is not a name that C takes, and the {what} is to have one"
+            allowed = "a letter, then letters, digits and _, 41 at most"
+            raise InputError(problem, field=what, value=name, allowed=allowed, nearest=nearest)
     return found
 
 
@@ -157,7 +153,7 @@ def controller_clock(timer: ClockTimer, rate: float, chambers: Sequence[str]) ->
     """The clock of a timer that a loop looks at, its tick [us], and the loop's step [ticks]."""
     field = "controller.timer"
     period = timer.period
-    tick = next((t for t in (1000, 1) if is_whole(period, t) and is_whole(1.0 / rate, t)), 1)
+    tick = tick_of([period, 1.0 / rate])
     step = whole(1.0 / rate, tick, "controller.rate: the time between two commands")
     restart = None
     if timer.restart is not None:
@@ -186,7 +182,7 @@ def _valves(by_chamber: Mapping[str, object], chambers: Sequence[str]) -> dict[t
 def _exact(valves: _Valves, period: float, place: float, field: str) -> tuple[Clock, int]:
     """A clock whose events fall at any time, rounded to ticks."""
     times = [time for intervals in valves.values() for event in intervals for time in event]
-    tick = _tick_of([period, place, *times])
+    tick = tick_of([period, place, *times])
     ticks = _counted(period, tick, f"{field}: the period")
     rounded = {}
     for key, intervals in valves.items():
@@ -277,10 +273,8 @@ def _rule(transition: Transition, period: float, columns: Sequence[str]) -> Rule
 def _periods(time: float, period: float) -> int:
     """The fewest control periods after which the time in a state is not below a time [s]."""
     if time > _MOST_TICKS * period:
-        allowed = f"at most {_MOST_TICKS * period:.0f} s"
-        raise InputError(
-            "does not fit a 32-bit count of periods", field=_FIELD, value=f"{time:g} s", allowed=allowed
-        )
+        problem, allowed = "does not fit a 32-bit count of periods", f"at most {_MOST_TICKS * period:.0f} s"
+        raise InputError(problem, field=_FIELD, value=f"{time:g} s", allowed=allowed)
     count = max(math.floor(time / period) - 1, 0)
     while round(count * period, DIGITS) < time:
         count += 1

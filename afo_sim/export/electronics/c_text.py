@@ -74,16 +74,13 @@ def notes(board: Board) -> list[str]:
     elif board.logic.rounding < 1e-9 and abs(board.logic.drift) < 1e-12:
         found = [f"All times are whole {unit}s: none is rounded."]
     else:
+        late = "long" if board.logic.drift > 0.0 else "short"
         found = [
             f"Times are rounded to the nearest {unit}, by {1e6 * board.logic.rounding:.2g} us at most.",
-            f"The period is {1e6 * abs(board.logic.drift):.2g} us too {_than(board.logic.drift)}: "
+            f"The period is {1e6 * abs(board.logic.drift):.2g} us too {late}: "
             f"{3.6e6 * abs(board.logic.drift) / (board.logic.period * board.tick * 1e-6):.2g} ms an hour.",
         ]
     return found
-
-
-def _than(drift: float) -> str:
-    return "long" if drift > 0.0 else "short"
 
 
 def _channels(board: Board) -> str:

@@ -18,9 +18,9 @@ from afo_sim.export.electronics.board import (
     States,
     check_names,
     controller_clock,
-    is_whole,
     phases_clock,
     states_of,
+    tick_of,
     timer_clock,
     whole,
 )
@@ -50,7 +50,7 @@ def board_of(scenario: Scenario) -> Board:
     if controller is not None and controller.state_machine is not None:
         machine = machine_of(controller.state_machine, scenario)
         period = 1.0 / controller.rate
-        tick = next((t for t in (1000, 1) if is_whole(period, t)), 1)
+        tick = tick_of([period])
         step = whole(period, tick, "controller.rate: the time between two commands")
         logic = states_of(machine, step * tick * MICROSECOND, chambers)
         return Board(name, chambers, tick, step, logic, _inputs(scenario, machine.columns()))
@@ -173,14 +173,12 @@ def _scheduled(built: Built) -> Log:
     rows: list[tuple[float, str, Coils]] = []
     chambers = list(built.scenario.orthosis.chamber)
     for chamber in chambers:
-        sides = [
-            switchings(inputs[:, built.index.valves[f"{chamber}_{side}"]], timestep, f"{chamber}.{side}")
-            for side in ("inlet", "outlet")
-        ]
+        events = []
+        for k, side in enumerate(("inlet", "outlet")):
+            shares = inputs[:, built.index.valves[f"{chamber}_{side}"]]
+            events += [(time, k, on) for time, on in switchings(shares, timestep, f"{chamber}.{side}")]
         state = [False, False]
-        for time, side, on in sorted(
-            (t, k, on) for k, seen_values in enumerate(sides) for t, on in seen_values
-        ):
+        for time, side, on in sorted(events):
             state[side] = on
             if rows and rows[-1][:2] == (time, chamber):
                 rows.pop()
@@ -192,10 +190,11 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
     """Times at which a coil is switched, from the share of each step for which it has current."""
     found: list[tuple[float, bool]] = []
     on = False
-    for k in _events(shares):
+    part = (shares > _EDGE) & (shares < 1.0 - _EDGE)
+    differs = np.concatenate([[True], np.abs(np.diff(shares)) > _EDGE])
+    for k in np.flatnonzero(part | differs).tolist():  # no other step may switch
         share = float(shares[k])
-        whole_step = share <= _EDGE or share >= 1.0 - _EDGE
-        if whole_step:
+        if not part[k]:
             after, time = share > 0.5, k * timestep
             if found and after == on:
                 continue
@@ -211,13 +210,6 @@ def switchings(shares: np.ndarray, timestep: float, name: str) -> list[tuple[flo
         found.append((round(time, 9), after))
         on = after
     return found
-
-
-def _events(shares: np.ndarray) -> list[int]:
-    """Steps that may switch: the first, those of a part, and those that differ from the one before."""
-    part = (shares > _EDGE) & (shares < 1.0 - _EDGE)
-    differs = np.concatenate([[True], np.abs(np.diff(shares)) > _EDGE])
-    return [int(k) for k in np.flatnonzero(part | differs)]
 
 
 def _after(shares: np.ndarray, k: int, on: bool) -> bool:

@@ -87,11 +87,7 @@ def check_sets(task: Task, sets: Mapping[str, Any] | None) -> None:
     own = [key for key in sets if key in task.sets]
     if own:
         raise InputError("is the task's own", field=own[0], value=sets[own[0]], allowed=task.sets[own[0]])
-    _refuse_commanders(load("scenario", task.scenario, {**sets, **task.sets}))
-
-
-def _refuse_commanders(scenario: Scenario) -> None:
-    """Refuse what would command the valves beside the action: nobody would ask it."""
+    scenario: Scenario = load("scenario", task.scenario, {**sets, **task.sets})
     if scenario.controller is not None:
         kind = scenario.controller.kind
         raise InputError("stands in the action's place", field="controller", value=kind, allowed="none")

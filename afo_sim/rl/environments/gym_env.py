@@ -69,9 +69,8 @@ class OrthosisEnv(Forkable, gymnasium.Env[np.ndarray, np.ndarray]):
         render_mode: str | None = None,
     ):
         if render_mode is not None and render_mode not in RENDER_MODES:
-            raise unknown(
-                render_mode, list(RENDER_MODES), field="render_mode", problem="there is no such mode"
-            )
+            problem = "there is no such mode"
+            raise unknown(render_mode, RENDER_MODES, field="render_mode", problem=problem)
         self.render_mode = render_mode
         self.setting = task if isinstance(task, Setting) else setting_of(task, sets)
         self._of = self.setting.again[1]
@@ -241,9 +240,8 @@ def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | No
         allowed = f"a whole number, or {count} of them"
         raise InputError("is not a valid seed", field="seed", value=seed, allowed=allowed)
     if len(seed) != count:
-        raise InputError(
-            "has another length", field="seed", value=len(seed), allowed=f"{count}, or one number"
-        )
+        allowed = f"{count}, or one number"
+        raise InputError("has another length", field="seed", value=len(seed), allowed=allowed)
     return [None if one is None else index(one) for one in seed]
 
 

@@ -170,9 +170,8 @@ def load(
 ) -> OrthosisEnvironment:
     """A dm_control environment of a task."""
     task_of(task_name)
-    made: OrthosisEnvironment = SUITE[task_name](
-        **dict(task_kwargs or {}), environment_kwargs=environment_kwargs
-    )
+    make = SUITE[task_name]
+    made: OrthosisEnvironment = make(**dict(task_kwargs or {}), environment_kwargs=environment_kwargs)
     return made
 
 

@@ -104,9 +104,8 @@ def checked(action: Any, shape: tuple[int, ...]) -> np.ndarray:
     except (TypeError, ValueError):
         raise InputError("is not a valid action", field="action", value=action, allowed=ALLOWED) from None
     if given.shape != shape:
-        raise InputError(
-            "has another shape", field="action", value=given.shape, allowed=f"{shape}: {ALLOWED}"
-        )
+        allowed = f"{shape}: {ALLOWED}"
+        raise InputError("has another shape", field="action", value=given.shape, allowed=allowed)
     if not np.abs(given).max() <= 1.0:  # nor where one is NaN
         bad = given[~(np.abs(given) <= 1.0)]
         raise InputError("is out of range", field="action", value=float(bad[0]), allowed=ALLOWED)
