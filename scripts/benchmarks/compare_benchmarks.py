@@ -58,7 +58,7 @@ def check_alike(old: dict[str, Any], new: dict[str, Any], other_machine: bool) -
     """
     if old["benchmark"] != new["benchmark"]:
         raise NotComparable(f"one file is of {old['benchmark']!r}, the other of {new['benchmark']!r}")
-    apart = _unlike(*({key: str(found["machine"].get(key)) for key in SAME} for found in (old, new)))
+    apart = _unlike(*({key: repr(found["machine"].get(key)) for key in SAME} for found in (old, new)))
     if apart and not other_machine:
         raise NotComparable(f"other machines ({'; '.join(apart)}): give --other-machine if that is meant")
     versions = _unlike(*(found["machine"].get("versions", {}) for found in (old, new)))

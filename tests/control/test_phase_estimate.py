@@ -1,16 +1,14 @@
 """The phase estimated from the shank of every shipped walker, against the phase that laid the walk out."""
 
-import importlib.util
 import math
 import pathlib
 import subprocess
-import sys
-from types import ModuleType
 
 import numpy as np
 import pytest
 from campaign import NIGHTLY, size
 from export.boards import STRICT, compiler
+from script_module import load_script
 
 from afo_sim.control import PhaseEstimate
 from afo_sim.control.phase_estimate import SHANK, after_swing, templates
@@ -20,17 +18,7 @@ ALLOWED = 3.0  # of the cycle, from the third stride on [%]
 ALONE_ALLOWED = 4.0  # where no foot switch ever told the heel strike; docs/phase.md says so [%]
 
 
-def _script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("phase_table", ROOT / "scripts" / "phase_table.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["phase_table"] = module  # its dataclasses look for it
-    sys.path.append(str(ROOT / "scripts"))  # it imports the events, which estimate nothing
-    spec.loader.exec_module(module)
-    return module
-
-
-table = _script()
+table = load_script("phase_table")
 apart = table.phase_events.apart
 SHIPPED = [name for name in table.walkers() if "," not in name]
 HARD = ("5 % varied", "a stop")  # an even walk is a part of the second

@@ -44,13 +44,8 @@ def test_the_simulation_switches_where_the_scenario_says(simulated: Log) -> None
     told = simulated.switches["dorsiflexor"]
     expected = [1.1 * k + place for k in range(100) for place in (0.16, 0.5, 0.55, 1.05)]
     assert [switch.time for switch in told[1:]] == pytest.approx(expected, abs=1e-9)
-    assert [switch.coils for switch in told[:5]] == [
-        (False, False),
-        (False, True),
-        (False, False),
-        (True, False),
-        (False, False),
-    ]
+    shut, vent, fill = (False, False), (False, True), (True, False)
+    assert [switch.coils for switch in told[:5]] == [shut, vent, shut, fill, shut]
 
 
 @pytest.mark.parametrize("start", [0, WRAP - 1, WRAP - 55_000])
@@ -149,22 +144,20 @@ def test_the_time_of_a_switching_out_of_the_share_of_a_step() -> None:
         switchings(np.array([0.0, 0.5, 0.0]), 1e-3, "dorsiflexor.inlet")
 
 
+SHORT = [["0.55 s", "0.5500002 s"]]
+
+
 @pytest.mark.parametrize(
-    ("sets", "words"),
+    ("scenario", "sets", "words"),
     [
-        ({"timer.period": "3000.0001 s"}, "does not fit a 32-bit clock"),
-        ({"timer.dorsiflexor.inlet": [["0.55 s", "0.5500002 s"]]}, "shorter than the board can count"),
+        ("walk-dropfoot-afo-timer", {"timer.period": "3000.0001 s"}, "does not fit a 32-bit clock"),
+        ("walk-dropfoot-afo-timer", {"timer.dorsiflexor.inlet": SHORT}, "shorter than the board can count"),
+        ("walk-dropfoot-afo", {"gait.variability": 0.02}, r"gait.variability.*strides differ"),
     ],
 )
-def test_what_is_refused(sets: dict[str, object], words: str) -> None:
+def test_what_is_refused(scenario: str, sets: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        board_of(timed().set(sets))
-
-
-def test_strides_that_differ_are_no_clock() -> None:
-    scenario = load("scenario", "walk-dropfoot-afo", {"gait.variability": 0.02})
-    with pytest.raises(InputError, match=r"gait.variability.*strides differ"):
-        board_of(scenario)
+        board_of(load("scenario", scenario, sets))
 
 
 def test_a_name_that_c_does_not_take_is_refused() -> None:

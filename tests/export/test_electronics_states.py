@@ -63,25 +63,24 @@ def test_times_in_a_state_are_counted_as_the_simulation_rounds_them() -> None:
     assert (second.threshold, second.after) == (4.0, 2)
 
 
+def standing(command: object) -> dict[str, object]:
+    """The machine with another command in stance."""
+    return {"state_machine": MACHINE | {"state": MACHINE["state"] | {"stance": {"dorsiflexor": command}}}}
+
+
 @pytest.mark.parametrize(
-    ("state", "words"),
-    [({"dorsiflexor": [0.5, 0.0]}, "share of a coil's current"), ({"dorsiflexor": "2 bar"}, "pressure")],
+    ("controller", "words"),
+    [
+        (standing([0.5, 0.0]), "share of a coil's current"),
+        (standing("2 bar"), "is a pressure"),
+        ({"rate": "300 Hz", "state_machine": MACHINE}, "controller.rate.*not a whole number of microseconds"),
+        ({"toe_load": {}}, "is not exported as C"),
+    ],
 )
-def test_what_no_coil_does_is_refused(state: dict[str, object], words: str) -> None:
-    machine = MACHINE | {"state": MACHINE["state"] | {"stance": state}}
-    drive = {"drive.dorsiflexor": {"kind": "regulator"}} if words == "pressure" else {}
+def test_what_no_board_does_is_refused(controller: dict[str, object], words: str) -> None:
+    drive = {"drive.dorsiflexor": {"kind": "regulator"}} if words == "is a pressure" else {}
     with pytest.raises(InputError, match=words):
-        board_of(controlled({"state_machine": machine}, **drive))
-
-
-def test_a_rate_whose_period_no_board_counts_is_refused() -> None:
-    with pytest.raises(InputError, match=r"controller.rate.*not a whole number of microseconds"):
-        board_of(controlled({"rate": "300 Hz", "state_machine": MACHINE}))
-
-
-def test_a_controller_that_is_no_timer_is_refused() -> None:
-    with pytest.raises(InputError, match="is not exported as C"):
-        board_of(controlled({"toe_load": {}}))
+        board_of(controlled(controller, **drive))
 
 
 def test_a_time_that_no_32_bits_count_is_refused() -> None:

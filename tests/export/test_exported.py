@@ -20,14 +20,8 @@ def test_ending_tells_the_format_and_format_the_ending(
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (
-            {"out": "a.sot"},
-            r"a.sot': has no ending .*; allowed: .sto, .mot, .csv, .mat, .mjb.*did you mean '.sto'",
-        ),
-        (
-            {"out": "a.csv", "to": "cvs"},
-            "to = 'cvs': is not a valid format; allowed: sto, .*did you mean 'csv'",
-        ),
+        ({"out": "a.sot"}, r"a.sot': has no ending .*: .sto, .mot, .csv, .mat, .mjb.*did you mean '.sto'"),
+        ({"out": "a.csv", "to": "cvs"}, "'cvs': is not a valid format; allowed: sto, .*did you mean 'csv'"),
         ({"out": "a.csv", "to": "sto"}, "not named as sto is"),
         ({"out": "a"}, "has no ending of a format"),
         ({"out": ".", "to": "csv"}, "out = .*: is a folder; allowed: a file in it, such as .*recording.csv"),

@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 
 import numpy as np
+import urdf_texts as urdf
 
 import afo_sim as afo
 from afo_sim.common import assets, without_digests
@@ -101,29 +102,18 @@ def robot_files(folder: pathlib.Path) -> pathlib.Path:
 
 
 def _link(name: str, mass: float, centre: str, inertia: str, mesh: str = "", place: str = "0 0 0") -> str:
-    ixx, iyy, izz = inertia.split()
     shape = (
         f'<visual><origin xyz="{place}"/><geometry><mesh filename="package://small_robot_description/meshes/'
         f'{mesh}.stl" scale="0.001 0.001 0.001"/></geometry></visual>'
-        if mesh
-        else ""
     )
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/><inertia ixx="{ixx}" '
-        f'iyy="{iyy}" izz="{izz}" ixy="0" ixz="0" iyz="0"/></inertial>{shape}</link>'
-    )
+    return urdf.link(name, urdf.inertial(mass, centre, inertia) + (shape if mesh else ""))
 
 
 def _joint(name: str, parent: str, child: str, xyz: str, axis: str = "", limits: str = "-1 1") -> str:
     low, high = limits.split()
-    kind = "revolute" if axis else "fixed"
-    more = (
-        f'<axis xyz="{axis}"/><limit lower="{low}" upper="{high}" effort="60" velocity="9"/>' if axis else ""
-    )
-    return (
-        f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}"/><parent link="{parent}"/>'
-        f'<child link="{child}"/>{more}</joint>'
-    )
+    stops = f'<axis xyz="{axis}"/><limit lower="{low}" upper="{high}" effort="60" velocity="9"/>'
+    more = f'<origin xyz="{xyz}"/>{stops if axis else ""}'
+    return urdf.joint("revolute" if axis else "fixed", more, name=name, parent=parent, child=child)
 
 
 ROBOT = "\n".join(

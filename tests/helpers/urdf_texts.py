@@ -1,7 +1,17 @@
 """Small URDF files."""
 
-INERTIA = '<inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="0" ixz="0" iyz="0"/>'
-BODY = f'<inertial><origin xyz="0.1 0 -0.2"/><mass value="2"/>{INERTIA}</inertial>'
+
+def inertial(mass: float, centre: str = "0 0 0", inertia: str = "0.02 0.02 0.02") -> str:
+    """A mass at a place, with its principal moments of inertia in the link's axes."""
+    ixx, iyy, izz = inertia.split()
+    return (
+        f'<inertial><origin xyz="{centre}"/><mass value="{mass}"/><inertia ixx="{ixx}" iyy="{iyy}" '
+        f'izz="{izz}" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+
+
+BODY = inertial(2, "0.1 0 -0.2", "0.02 0.03 0.04")
+INERTIA = BODY[BODY.index("<inertia ") : BODY.index("</inertial>")]
 
 
 def robot(inside: str) -> str:

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 from turned_leg import in_a_body, shipped, told_otherwise, turned_round, with_ankle
+from urdf_texts import inertial, two
 
 import afo_sim as afo
 from afo_sim.cli.doctor.kinds import check_file
@@ -121,13 +122,10 @@ def test_a_leg_in_millimetres_is_refused(tmp_path: pathlib.Path) -> None:
 
     foot = trimesh.creation.box((240.0, 80.0, 60.0)).apply_translation((60.0, 0.0, -50.0))
     foot.export(tmp_path / "foot.stl")
-    inertial = '<inertial><origin xyz="{}"/><mass value="{}"/>'
-    inertial += '<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial>'
-    text = f"""<robot name="leg"><link name="shank">{inertial.format("0 0 -.2", 3)}</link>
-    <link name="foot">{inertial.format(".05 0 -.04", 1)}<visual><geometry>
-    <mesh filename="foot.stl" SCALE/></geometry></visual></link>
-    <joint name="ankle" type="revolute"><origin xyz="0 0 -.4"/><parent link="shank"/><child link="foot"/>
-    <axis xyz="0 1 0"/><limit lower="-.5" upper=".8" effort="1" velocity="1"/></joint></robot>"""
+    seen = '<visual><geometry><mesh filename="foot.stl" SCALE/></geometry></visual>'
+    more = '<origin xyz="0 0 -.4"/><axis xyz="0 1 0"/><limit lower="-.5" upper=".8" effort="1" velocity="1"/>'
+    shank, sole = inertial(3, "0 0 -.2", ".01 .01 .01"), inertial(1, ".05 0 -.04", ".01 .01 .01")
+    text = two("revolute", more, shank=shank, foot=sole + seen)
     urdf = tmp_path / "leg.urdf"
     urdf.write_text(text.replace("SCALE", ""), encoding="utf-8")
     with pytest.raises(InputError, match=r"foot.*is 240 m long.*millimetres"):

@@ -6,7 +6,7 @@ import pathlib
 import mujoco
 import numpy as np
 import pytest
-from urdf_texts import joint, link, robot
+from urdf_texts import inertial, joint, link, robot
 
 import afo_sim as afo
 from afo_sim.common import InputError
@@ -14,23 +14,20 @@ from afo_sim.legs import Part, Shape, Tree, find
 from afo_sim.legs.tree import Joint, pose_of
 
 LIMIT = '<limit lower="-0.8" upper="0.4" effort="9" velocity="9"/><axis xyz="0 1 0"/>'
-IMPOSSIBLE = (
-    '<inertial><mass value="1"/><inertia ixx="0" iyy="1" izz="3" ixy="0" ixz="0" iyz="0"/></inertial>'
-)
+IMPOSSIBLE = inertial(1, inertia="0 1 3")
 MESH = '<geometry><mesh filename="package://lab/foot.stl"/></geometry>'
 
 
-def mass(value: float, place: str = "0 0 0") -> str:
-    inertia = '<inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/>'
-    return f'<inertial><origin xyz="{place}"/><mass value="{value}"/>{inertia}</inertial>'
-
-
-def body(foot: str = mass(1, "0.05 0 -0.05"), file: str = "package://lab/foot.stl") -> str:
+def body(foot: str = inertial(1, "0.05 0 -0.05"), file: str = "package://lab/foot.stl") -> str:
     """A pelvis, an arm that no body has, with a finger that follows another, and a leg on a massless hip."""
     shown = f"<visual>{MESH}</visual><collision>{MESH}</collision>".replace("package://lab/foot.stl", file)
-    links = link("pelvis", mass(9)) + link("arm", IMPOSSIBLE) + link("finger", mass(0.1, "0.1 0 0"))
-    links += link("thumb", mass(0.1, "0.1 0 0")) + link("hip", "") + link("thigh", mass(5, "0 0 -0.2"))
-    links += link("right_shank", mass(3, "0 0 -0.2")) + link("right_foot", foot + shown) + link("lens", "")
+    links = link("pelvis", inertial(9)) + link("arm", IMPOSSIBLE) + link("finger", inertial(0.1, "0.1 0 0"))
+    links += (
+        link("thumb", inertial(0.1, "0.1 0 0")) + link("hip", "") + link("thigh", inertial(5, "0 0 -0.2"))
+    )
+    links += (
+        link("right_shank", inertial(3, "0 0 -0.2")) + link("right_foot", foot + shown) + link("lens", "")
+    )
     joints = joint("continuous", name="shoulder", parent="pelvis", child="arm")
     joints += joint("continuous", name="thumb", parent="arm", child="thumb")
     follow = '<mimic joint="thumb" multiplier="2" offset="0.1"/>'
@@ -82,7 +79,7 @@ def test_import_and_attach_find_the_same_leg(meshes: bool, tmp_path: pathlib.Pat
 
 def test_only_the_leg_is_judged(tmp_path: pathlib.Path) -> None:
     file = tmp_path / "body.urdf"
-    file.write_text(body(IMPOSSIBLE.replace("<inertial>", '<inertial><origin xyz="0.05 0 0"/>')))
+    file.write_text(body(inertial(1, "0.05 0 0", "0 1 3")))
     for command in (afo.import_leg, lambda file: afo.attach(file, "s1", timestep="1 ms")):
         with pytest.raises(InputError, match=r"foot = 'right_foot': no body has the mass 1 kg .* 0, 1, 3 kg"):
             command(file)

@@ -22,12 +22,8 @@ def paid(**facts: float) -> float:
     """Reward of a sample in which nothing happens but what is given, by the usual limits."""
     nothing = {"passing": 0.0, "struck": 0.0, "pushing": 0.0, "toe/height": 0.0, "sole/pitch": 0.0}
     nothing |= {"ankle/moment/orthosis": 0.0, "air/taken": 0.0}
-    names = {
-        "height": "toe/height",
-        "pitch": "sole/pitch",
-        "torque": "ankle/moment/orthosis",
-        "air": "air/taken",
-    }
+    names = {"height": "toe/height", "pitch": "sole/pitch", "air": "air/taken"}
+    names |= {"torque": "ankle/moment/orthosis"}
     given = nothing | {names.get(name, name): value for name, value in facts.items()}
     found = Sample({}, {}, np.empty(0), limits=limits_of(load("scenario", "walk-dropfoot-afo")))
     found.found |= given
