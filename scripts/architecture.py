@@ -114,11 +114,6 @@ def about(room: str) -> str:
     return (ast.get_docstring(tree) or "").partition("\n")[0]
 
 
-def wrapped(text: str, width: int = 30, most: int = 3) -> list[str]:
-    """A text in lines."""
-    return textwrap.wrap(text, width, max_lines=most, placeholder=" …")
-
-
 def label(kind: str, x: float, y: float, text: str) -> str:
     """A text of the picture."""
     return f'<text class="{kind}" x="{x:.0f}" y="{y:.0f}">{html.escape(text)}</text>'
@@ -157,9 +152,8 @@ def svg(arrows: Arrows, way: list[str]) -> str:
         box = f'x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}" rx="6"'
         parts.append(f'<rect class="{kind}" id="{room}" {box}/>')
         parts.append(label("name", x + 10, y + 20, room))
-        parts += [
-            label("small", x + 10, y + 36 + 13 * k, line) for k, line in enumerate(wrapped(about(room)))
-        ]
+        lines = textwrap.wrap(about(room), 30, max_lines=3, placeholder=" …")
+        parts += [label("small", x + 10, y + 36 + 13 * k, line) for k, line in enumerate(lines)]
         if room in way:
             parts.append(f'<circle class="step" cx="{x + WIDTH - 16:.0f}" cy="{y + 16:.0f}" r="10"/>')
             parts.append(label("number", x + WIDTH - 16, y + 20, str(way.index(room) + 1)))

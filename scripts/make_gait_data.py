@@ -20,8 +20,9 @@ import tempfile
 
 import numpy as np
 import scipy.io
+from make_walkers import GAIT_DATA, save
 
-from afo_sim.gait import STANCE_FORCE, USUAL, GaitCycle, examine, findings, write
+from afo_sim.gait import STANCE_FORCE, USUAL, GaitCycle
 from afo_sim.gait_lab import Choices, Imported, Markers, Plate, WalkingTrial, cut_cycle, mean_cycle
 
 PACKAGE = "GaitAnalysisToolKit==0.2.0"
@@ -74,12 +75,8 @@ def read_trial(raw: bytes) -> WalkingTrial:
     force_x, force_y, moment = table[:, 13:16].T
     # the moment is about the laboratory's origin, with the force at the floor: x = moment / force
     place = np.divide(moment, force_y, out=flat.copy(), where=np.abs(force_y) > 1.0)
-    plate = Plate(
-        "FP2",
-        time,
-        np.column_stack([force_x, force_y, flat]),
-        np.column_stack([place, flat, flat]),
-    )
+    force = np.column_stack([force_x, force_y, flat])
+    plate = Plate("FP2", time, force, np.column_stack([place, flat, flat]))
     file = pathlib.Path("rawdata.txt")
     return WalkingTrial(files=(file,), plates=(plate,), markers=Markers(file, time, positions))
 
@@ -133,8 +130,7 @@ def mean_of(strides: list[GaitCycle], names: list[str], speed: float) -> GaitCyc
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--sdist", type=pathlib.Path, help="the source distribution, or its unpacked folder")
-    out = pathlib.Path(__file__).resolve().parents[1] / "gait_data"
-    parser.add_argument("--out", type=pathlib.Path, default=out)
+    parser.add_argument("--out", type=pathlib.Path, default=GAIT_DATA)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         files = unpack(given.sdist or download(pathlib.Path(scratch)))
@@ -178,12 +174,7 @@ def main() -> None:
     assert choices.belt_speed is not None
     mean = mean_of(strides, names, float(choices.belt_speed))
     for name, cycle in zip([*names, "gatk_mean"], [*strides, mean], strict=True):
-        examine(cycle)
-        path = given.out / f"{name}.csv"
-        write(path, cycle)
-        print(f"\n{path}")
-        for what, found in findings(cycle):
-            print(f"  {what}: {found}")
+        save(name, cycle, given.out)
 
 
 if __name__ == "__main__":

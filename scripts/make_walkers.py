@@ -176,10 +176,8 @@ def compare(folder: pathlib.Path) -> None:
         told += [share_between(angle, mean - band, mean + band), f"{np.degrees(offset):+.1f} deg"]
         told.append(share_between(angle - offset, mean - band, mean + band))
         on = cycle.grf_z > STANCE_FORCE
-        found, expected = (
-            -cycle.ankle_moment[on],
-            -np.interp(cycle.phase, adult.phase, adult.ankle_moment)[on],
-        )
+        found = -cycle.ankle_moment[on]
+        expected = -np.interp(cycle.phase, adult.phase, adult.ankle_moment)[on]
         told.append(f"{np.sqrt(np.mean((found - expected) ** 2)):.2f} N·m/kg")
         told.append(share_between(found, expected - MOMENT_SD, expected + MOMENT_SD))
         told.append(f"{found.max():.2f} for {expected.max():.2f}")
@@ -188,8 +186,6 @@ def compare(folder: pathlib.Path) -> None:
 
 def draw(folder: pathlib.Path, path: pathlib.Path) -> None:
     """All walkers: ankle angle and moment with the norm's band, height and way of the ankle."""
-    import io
-
     import matplotlib.pyplot as plt
     import small_png
     from PIL import Image
@@ -199,13 +195,11 @@ def draw(folder: pathlib.Path, path: pathlib.Path) -> None:
     figure, axes = plt.subplots(2, 2, figsize=(9.0, 7.2), layout="constrained")
     norm, fine = gait_norm.read(), np.linspace(0.0, 1.0, 401)
     band = {"color": NORM, "lw": 0.0, "label": "published means"}
-    axes[0, 0].fill_between(
-        100 * fine, *(np.degrees(norm.at(name, fine)) for name in ("ankle_low", "ankle_high")), **band
-    )
+    angles = (np.degrees(norm.at(name, fine)) for name in ("ankle_low", "ankle_high"))
+    axes[0, 0].fill_between(100 * fine, *angles, **band)
     thin = {"color": NORM, "lw": 2.5}  # two means, often alike
-    axes[0, 1].fill_between(
-        100 * fine, *(-norm.at(name, fine) for name in ("moment_low", "moment_high")), **thin
-    )
+    moments = (-norm.at(name, fine) for name in ("moment_low", "moment_high"))
+    axes[0, 1].fill_between(100 * fine, *moments, **thin)
     for number, name in enumerate(WALKERS):
         cycle = read(folder / f"{name}.csv")
         family = name.startswith("bovi")
@@ -226,19 +220,16 @@ def draw(folder: pathlib.Path, path: pathlib.Path) -> None:
     axes[0, 1].set_ylabel("ankle moment [N·m/kg]\nplantarflexion +")
     axes[1, 0].set_ylabel("ankle above where it is\nwith the foot flat [mm]")
     axes[1, 1].set_ylabel("ankle's way from 25 % on\n[% of stride length]")
-    for axis, what in (
-        (axes[1, 0], "dashed: recorded; full: derived; dot: toe-off"),
-        (axes[1, 1], "likewise"),
-    ):
-        axis.set_title(what, fontsize=9, loc="right")
-    axes[0, 0].set_title("dashed: one person; full: mean curves", fontsize=9, loc="right")
+    titles = {(0, 0): "dashed: one person; full: mean curves", (1, 1): "likewise"}
+    titles[1, 0] = "dashed: recorded; full: derived; dot: toe-off"
+    for place, what in titles.items():
+        axes[place].set_title(what, fontsize=9, loc="right")
     for axis in axes.flat:
         axis.set_xlabel("stride [%]")
         axis.set_xlim(0, 100)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
-    held = io.BytesIO()
-    figure.savefig(held, dpi=110, format="png")
-    small_png.save(Image.open(held), path)
+    figure.savefig(path, dpi=110, format="png")
+    small_png.save(Image.open(path), path)
 
 
 def main() -> None:

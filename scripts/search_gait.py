@@ -47,10 +47,8 @@ def main() -> None:
     cost = round(sum(found.parts.values()), 3)
     how = {"evaluations": found.evaluations, "cost": cost, "converged": found.converged}
     words = f"healthy, searched for {given.speed:g} m/s"
-    gait = with_vector(
-        dataclasses.replace(begun, speed=given.speed), found.vector, given.out.stem, words, how
-    )
-    write_gait(given.out, gait)
+    walked = dataclasses.replace(begun, speed=given.speed)
+    write_gait(given.out, with_vector(walked, found.vector, given.out.stem, words, how))
     print({name: round(value, 2) for name, value in found.parts.items()})
 
 

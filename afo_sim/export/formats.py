@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, as_stored, json_text, write_bytes, write_text
+from afo_sim.common import InputError, as_stored, json_text, titles, write_bytes, write_text
 from afo_sim.export.opensim import (
     ANKLE_ANGLE,
     NEEDED,
@@ -19,7 +19,7 @@ from afo_sim.export.opensim import (
     side_of,
     write_storage,
 )
-from afo_sim.export.rows import Report, Rows, finite, legal_names, rows_of, write_csv
+from afo_sim.export.rows import Report, Rows, finite, legal_names, rows_of, write_numbers
 from afo_sim.metrics import Metric, words
 from afo_sim.simulation import Recording, to_binary
 
@@ -113,8 +113,12 @@ def _mot(order: Order, path: pathlib.Path) -> tuple[str, ...]:
 
 
 def _csv(order: Order, path: pathlib.Path) -> tuple[str, ...]:
+    """Write rows; a number that is not finite stands there as nan, inf or -inf."""
     rows = order.rows()
-    write_csv(rows, path, order.report)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)  # CR LF after each line
+        writer.writerow(titles({name: rows.units[name] for name in rows.columns}).values())
+        write_numbers(writer.writerows, list(rows.columns.values()), order.report)
     _write_metrics(order.recording, _beside(path, METRICS))
     return rows.notes
 

@@ -1,16 +1,14 @@
-"""Rows of a run that leave it: which columns, how often, finite or not, by which names, and as CSV."""
+"""Rows of a run that leave it: which columns, how often, finite or not, and by which names."""
 
-import csv
 import dataclasses
 import fnmatch
-import pathlib
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from afo_sim.common import InputError, nearest_name, titles
+from afo_sim.common import InputError, nearest_name
 from afo_sim.simulation import Recording
 
 TIME = "time"
@@ -107,14 +105,6 @@ def finite(rows: Rows, *, failed: bool) -> Rows:
         notes.append(f"left out, since they are not finite in every row: {', '.join(bad)}")
     kept = {name: values for name, values in columns.items() if name not in bad}
     return dataclasses.replace(rows, columns=kept, notes=tuple(notes))
-
-
-def write_csv(rows: Rows, path: pathlib.Path, report: Report) -> None:
-    """Write rows as CSV; a number that is not finite stands there as nan, inf or -inf."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)  # CR LF after each line
-        writer.writerow(titles({name: rows.units[name] for name in rows.columns}).values())
-        write_numbers(writer.writerows, list(rows.columns.values()), report)
 
 
 def write_numbers(write: Write, columns: list[np.ndarray], report: Report) -> None:

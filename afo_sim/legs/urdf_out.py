@@ -182,8 +182,7 @@ class _Robot:
 
     def _joint(self, joint: Joint | None, part: Part, parent: str, child: str, origin: np.ndarray) -> Any:
         if joint is None:
-            name = free_name(f"{part.name}_fixed", self._taken_joints())
-            return urdf.Joint(name=name, type="fixed", parent=parent, child=child, origin=origin)
+            return self._fixed(parent, child, origin)
         moving = bool(joint.damping or joint.friction)
         return urdf.Joint(
             name=joint.name,
@@ -214,17 +213,15 @@ class _Robot:
         for name, place in part.points.items():
             link = self._new_link(f"{name}_point")
             self.links.append(urdf.Link(name=link))
-            origin = pose_of(place - self.frames[part.name])
-            joint = free_name(f"{link}_fixed", self._taken_joints())
-            self.joints.append(
-                urdf.Joint(name=joint, type="fixed", parent=part.name, child=link, origin=origin)
-            )
+            self.joints.append(self._fixed(part.name, link, pose_of(place - self.frames[part.name])))
+
+    def _fixed(self, parent: str, child: str, origin: np.ndarray) -> Any:
+        taken = {*self.tree.joints(), *(joint.name for joint in self.joints)}
+        name = free_name(f"{child}_fixed", taken)
+        return urdf.Joint(name=name, type="fixed", parent=parent, child=child, origin=origin)
 
     def _new_link(self, wanted: str) -> str:
         return free_name(wanted, {*self.tree.parts, *(link.name for link in self.links)})
-
-    def _taken_joints(self) -> set[str]:
-        return {*self.tree.joints(), *(joint.name for joint in self.joints)}
 
     def remarks(self) -> Iterator[Notice]:
         """What URDF does not hold, or holds otherwise."""

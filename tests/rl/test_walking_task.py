@@ -10,10 +10,17 @@ from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.model.build import build
 from afo_sim.rl.environments.episodes import Episodes
-from afo_sim.rl.environments.reward import badness, limits_of, walking_reward
 from afo_sim.rl.environments.task import Sample
 from afo_sim.rl.environments.tasks import setting_of
-from afo_sim.rl.environments.walking import PASSING, PUSHING, STRUCK, passing
+from afo_sim.rl.environments.walking import (
+    PASSING,
+    PUSHING,
+    STRUCK,
+    badness,
+    limits_of,
+    passing,
+    walking_reward,
+)
 
 WALK = {"timestep": "2 ms", "reference": None}
 

@@ -22,6 +22,8 @@ _CALIBRATED = """\
 
 def header(board: Board) -> str:
     """The text of valves.h."""
+    names = ", ".join(_string(read.column) for read in board.inputs)
+    inputs = f"static const char *const valves_input_names[VALVES_INPUTS] = {{ {names} }};\n"
     return _filled(
         "valves.h",
         NAME=_comment(board.name),
@@ -33,7 +35,7 @@ def header(board: Board) -> str:
         INPUTS=len(board.inputs),
         CHAMBER_ENUM=_enum("CHAMBER", board.chambers),
         CHAMBER_NAMES=", ".join(_string(name) for name in board.chambers),
-        INPUT_NAMES=_input_names(board),
+        INPUT_NAMES=inputs if board.inputs else "",
         LOGIC=_clock(board.logic, board.chambers)
         if isinstance(board.logic, Clock)
         else _states(board.logic, board.chambers),
@@ -96,17 +98,10 @@ def _channels(board: Board) -> str:
     return _template("channels.ino").replace("@ROWS@", "\n".join(rows)).rstrip("\n")
 
 
-def _input_names(board: Board) -> str:
-    if not board.inputs:
-        return ""
-    names = ", ".join(_string(read.column) for read in board.inputs)
-    return f"static const char *const valves_input_names[VALVES_INPUTS] = {{ {names} }};\n"
-
-
 def _clock(clock: Clock, chambers: tuple[str, ...]) -> str:
-    text = _template("clock.h") + _template("repeating.h" if clock.restart is None else "restarted.h")
-    return _fill(
-        text,
+    return _filled(
+        "clock.h",
+        "repeating.h" if clock.restart is None else "restarted.h",
         PERIOD=clock.period,
         PLACE=clock.place,
         COUNT=len(clock.changes),
@@ -172,9 +167,6 @@ def _template(name: str) -> str:
     return (_TEMPLATES / name).read_text(encoding="utf-8")
 
 
-def _filled(template: str, **places: object) -> str:
-    return _fill(_template(template), **places)
-
-
-def _fill(text: str, **places: object) -> str:
+def _filled(*templates: str, **places: object) -> str:
+    text = "".join(map(_template, templates))
     return _PLACE.sub(lambda found: str(places[found[1]]), text)

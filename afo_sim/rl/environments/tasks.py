@@ -9,9 +9,8 @@ import numpy as np
 from afo_sim.common import RETIRED, refuse_retired, unknown
 from afo_sim.model import Built
 from afo_sim.rl.environments.episodes import Setting, setting
-from afo_sim.rl.environments.reward import HIGHEST, LOWEST, walking_reward
 from afo_sim.rl.environments.task import Observed, Random, Sample, Task
-from afo_sim.rl.environments.walking import CLOSES, FIRST_NOISE, readers, script
+from afo_sim.rl.environments.walking import CLOSES, FIRST_NOISE, LEAST, MOST, readers, script, walking_reward
 
 CHAMBERS = ("dorsiflexor", "plantarflexor")
 _GAUGE = ("Pa", "gauge, in the chamber")
@@ -122,8 +121,8 @@ DROPFOOT_WALK = Task(
         ),
     ),
     reward=walking_reward,
-    lowest=LOWEST,
-    highest=HIGHEST,
+    lowest=LEAST,
+    highest=MOST,
     script=script,
     readers=readers,
     version=2,
