@@ -31,7 +31,12 @@ def check_foot(
     tree: Tree, leg: Candidate, centre: np.ndarray, axes: np.ndarray, sole: float | None, sign: float
 ) -> None:
     """Refuse a foot on which no human stands: a wheel, a limb, or what stands on its toes."""
-    if reason := _other_limb(tree, leg.foot, centre, axes) or _steep(leg.foot, sole, sign):
+    reason = _other_limb(tree, leg.foot, centre, axes)
+    if not reason and sole is not None and abs(sole) > STEEPEST_SOLE:
+        slope = f"{abs(np.degrees(sole)):.0f} deg toe {'up' if sole > 0.0 else 'down'}"
+        reason = f"at 0 deg {leg.foot!r} stands {slope}, as of an animal; of a human foot "
+        reason += f"{np.degrees(-sign * sole):.0f} deg would be the `zero`"
+    if reason:
         problem = f"is no human ankle: {reason}"
         raise InputError(problem, file=tree.file, field="ankle", value=leg.ankle, allowed="another hinge")
 
@@ -56,12 +61,3 @@ def _other_limb(tree: Tree, foot: str, centre: np.ndarray, axes: np.ndarray) -> 
     if below > DEEPEST * (front + back):
         return f"{foot!r} reaches {1000 * below:.0f} mm down and is {1000 * (front + back):.0f} mm long"
     return ""
-
-
-def _steep(foot: str, sole: float | None, sign: float) -> str:
-    """Why a foot is one of an animal on its toes."""
-    if sole is None or abs(sole) <= STEEPEST_SOLE:
-        return ""
-    slope = f"{abs(np.degrees(sole)):.0f} deg toe {'up' if sole > 0.0 else 'down'}"
-    flat = f"{np.degrees(-sign * sole):.0f} deg"
-    return f"at 0 deg {foot!r} stands {slope}, as of an animal; of a human foot {flat} would be the `zero`"

@@ -187,7 +187,7 @@ def completed(legs: Sequence[Attached]) -> list[Attached]:
     for leg in legs:
         by_prefix[leg.prefix] = dataclasses.replace(leg, legs=by_prefix)
         native.fill_circuit(leg.model, leg.circuit, leg.ids, userdata=leg.userdata)
-    _check_live(by_prefix.values())
+    _check_live(list(by_prefix.values()))
     _fill_keyframes(legs[-1].model, by_prefix[legs[-1].prefix])
     return list(by_prefix.values())
 
@@ -206,9 +206,8 @@ def _named(spec: mujoco.MjSpec, tree: Tree, bodies: Mapping[Segment, str], found
     return added
 
 
-def _check_live(legs: Iterable[Attached]) -> None:
+def _check_live(legs: Sequence[Attached]) -> None:
     """Refuse limp muscles: in the zero posture of the ankles each must pull as its law says."""
-    legs = list(legs)
     model = legs[0].model
     data = mujoco.MjData(model)
     for leg in legs:

@@ -125,9 +125,9 @@ def _direction(given: Direction) -> np.ndarray:
 
 def zero_of(tree: Tree, hinge: Joint, given: float | None) -> float:
     """The coordinate of the angle zero [rad]: the given one, else 0, if the hinge reaches it."""
-    low, high = hinge.range or (-np.inf, np.inf)
     if given is not None:
         return given
+    low, high = hinge.range or (-np.inf, np.inf)
     if low <= 0.0 <= high:
         return 0.0
     problem = (
@@ -214,6 +214,7 @@ def _measured(
     if tilt > NOTED_TILT:
         notes.append(_oblique(leg.ankle, tilt, float(along @ left)))
     notes += _doubts(leg.ankle, local, 0.0 if weight is None else float((weight - centre) @ left))
+    below = [joint.name for part in tree.below(leg.shank)[1:] for joint in part.joints]
     return Found(
         shank=leg.shank,
         foot=leg.foot,
@@ -224,7 +225,7 @@ def _measured(
         sign=sign,
         zero=zero,
         tilt=tilt,
-        welded=welded(tree, leg.shank, leg.ankle),
+        welded=tuple(joint for joint in below if joint != leg.ankle),
         shank_length=length,
         foot_length=float(np.ptp(local[:, 0])) if len(local) > 1 else None,
         how=leg.how | {"up": how_up, "forward": how_forward, "side": how_side},
@@ -237,12 +238,6 @@ def upright(axis: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, float]:
     """Of a segment's direction what is square to a hinge's axis (3,), and how far that axis leans [rad]."""
     up = along - (along @ axis) * axis
     return up / (np.linalg.norm(up) or 1.0), float(np.arcsin(np.clip(abs(axis @ along), 0.0, 1.0)))
-
-
-def welded(tree: Tree, shank: str, ankle: str) -> tuple[str, ...]:
-    """Names of the joints below a shank that are not the ankle, or one without a name by its body."""
-    below = tree.below(shank)[1:]
-    return tuple(joint.name for part in below for joint in part.joints if joint.name != ankle)
 
 
 def _along_shank(
@@ -283,9 +278,13 @@ def _own_axis(turn: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, None, st
 
 def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
     """Place of the knee [m], in the world, and what it is; None where nothing shows."""
-    joint = _joint_above(tree, shank)
-    if joint is not None:
-        return joint
+    above = next((part for part in tree.upward(shank) if part.joints), None)
+    joints = () if above is None else above.joints
+    if above is not None and above.parent is None and any(j.kind in ("slide", "free") for j in joints):
+        joints = ()  # they place it in the world
+    for joint in joints:
+        if joint.kind in ("hinge", "ball"):
+            return tree.line(joint.name)[1], f"the joint {joint.name!r}"
     for part in tree.split(shank, foot)[0]:
         pose = tree.world_pose(part.name)
         if KNEE in part.points:
@@ -293,15 +292,6 @@ def knee_of(tree: Tree, shank: str, foot: str) -> tuple[np.ndarray, str] | None:
         if part.name in (KNEE, f"{KNEE}_point") and part.mass == 0.0 and not part.shapes:
             return pose[:3, 3], f"the point {KNEE!r}"
     return None
-
-
-def _joint_above(tree: Tree, shank: str) -> tuple[np.ndarray, str] | None:
-    """Place of the joint that the shank hangs on [m], in the world, and its name."""
-    part = next((part for part in tree.upward(shank) if part.joints), None)
-    if part is None or (part.parent is None and any(j.kind in ("slide", "free") for j in part.joints)):
-        return None
-    turning = [joint for joint in part.joints if joint.kind in ("hinge", "ball")]
-    return (tree.line(turning[0].name)[1], f"the joint {turning[0].name!r}") if turning else None
 
 
 def centre_of(tree: Tree, parts: list[Part]) -> np.ndarray | None:
