@@ -106,9 +106,9 @@ class GaitPhaseController:
 
     def tell(self) -> dict[str, float]:
         """Estimated phase and stride time; NaN while they are not known."""
-        estimator = self.estimator
-        known = (estimator.phase, estimator.stride_time) if estimator.ready else (math.nan, math.nan)
-        return dict(zip(("phase", "stride_time"), known, strict=True))
+        if not self.estimator.ready:
+            return {"phase": math.nan, "stride_time": math.nan}
+        return {"phase": self.estimator.phase, "stride_time": self.estimator.stride_time}
 
 
 def command_at(given: ChamberPhases, phase: float) -> Command:

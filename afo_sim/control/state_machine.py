@@ -82,10 +82,11 @@ class StateMachineController:
 
     def __init__(self, description: StateMachine, scenario: Scenario):
         self.machine = machine_of(description, scenario)
-        self.asks = []
+        self.asks: list[RequiredInput] = []
         for number, each in enumerate(description.transition):
-            kind, table = "below" if each.above is None else "above", "controller.state_machine.transition"
-            self.asks.append(RequiredInput(each.column, f"{table}.{number}", kind, getattr(each, kind)))
+            table = f"controller.state_machine.transition.{number}"
+            kind = "below" if each.above is None else "above"
+            self.asks.append(RequiredInput(each.column, table, kind, getattr(each, kind)))
         self.reset()
 
     def reset(self) -> None:

@@ -21,7 +21,7 @@ class TimerController:
         self.description = description
         restart = description.restart
         self.threshold = 0.0 if restart is None else in_si(restart.above)
-        self.asks = []
+        self.asks: list[RequiredInput] = []
         if restart is not None:
             self.asks = [RequiredInput(restart.column, "controller.timer.restart", "above", restart.above)]
         self.reset()

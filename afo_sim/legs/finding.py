@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -205,7 +206,7 @@ def _measured(
     if side is not None:
         if found_side not in (None, side):
             words = "it seems to be the {seen} leg ({how}), and {given} is given"
-            data = {"seen": found_side, "how": how_side, "given": side}
+            data: dict[str, Any] = {"seen": found_side, "how": how_side, "given": side}
             notes.append(Notice("side-contradicted", words, subject=leg.shank, **data))
         found_side, how_side = side, "given"
     if found_side is None:
