@@ -208,7 +208,7 @@ class Attached:
         read = {k: native.read_air(self.model, data.act, data.userdata, c) for k, c in self.chambers.items()}
         return {name: native.Air(*map(float, air)) for name, air in read.items()}
 
-    def _anchors(self, data: mujoco.MjData) -> dict[Segment, native.Yielding]:
+    def _anchors(self, data: mujoco.MjData) -> dict[str, native.Yielding]:
         """Cuff and plate, where they are not rigid."""
         places = self.ids.anchors.items()
         return {each: native.read_anchor(self.model, data.userdata, *place) for each, place in places}

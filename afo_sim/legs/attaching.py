@@ -52,8 +52,8 @@ POSTURES = 5  # of it at which the inertia that muscles move is looked at
 SQUARE_TILT = np.radians(3.0)  # from which on a hinge's axis that is not square to the shank is reported
 BIT = mujoco.mjtDisableBit
 USER = (mujoco.mjtDyn.mjDYN_USER, mujoco.mjtGain.mjGAIN_USER, mujoco.mjtBias.mjBIAS_USER)
-NAMED = ("bodies", "joints", "geoms", "sites", "tendons", "actuators", "meshes", "materials", "textures")
-NAMED += ("sensors", "cameras", "lights")
+NAMED: tuple[str, ...] = ("bodies", "joints", "geoms", "sites", "tendons", "actuators", "meshes")
+NAMED += ("materials", "textures", "sensors", "cameras", "lights")
 
 
 def attach(

@@ -178,8 +178,8 @@ def _scheduled(built: Built) -> Log:
             shares = inputs[:, built.index.valves[f"{chamber}_{side}"]]
             events += [(time, k, on) for time, on in switchings(shares, timestep, f"{chamber}.{side}")]
         state = [False, False]
-        for time, side, on in sorted(events):
-            state[side] = on
+        for time, k, on in sorted(events):
+            state[k] = on
             if rows and rows[-1][:2] == (time, chamber):
                 rows.pop()
             rows.append((time, chamber, (state[0], state[1])))
