@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from campaign import NIGHTLY, size
 from export.boards import STRICT, compiler
-from script_module import load_script
+from documents import script
 
 from afo_sim.control import PhaseEstimate
 from afo_sim.control.phase_estimate import SHANK, after_swing, templates
@@ -18,7 +18,7 @@ ALLOWED = 3.0  # of the cycle, from the third stride on [%]
 ALONE_ALLOWED = 4.0  # where no foot switch ever told the heel strike; docs/phase.md says so [%]
 
 
-table = load_script("phase_table")
+table = script("phase_table")
 apart = table.phase_events.apart
 SHIPPED = [name for name in table.walkers() if "," not in name]
 HARD = ("5 % varied", "a stop")  # an even walk is a part of the second

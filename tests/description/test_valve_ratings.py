@@ -4,11 +4,10 @@ import copy
 import math
 import pathlib
 import re
-import runpy
 from typing import Any
 
 import pytest
-from documents import PAGES, ROOT
+from documents import PAGES, script
 
 import afo_sim
 from afo_sim import InputError, load
@@ -269,9 +268,9 @@ def test_the_catalogue_is_large_enough_and_its_conversions_are_right() -> None:
 
 
 def test_page_shows_the_shipped_valves() -> None:
-    script = runpy.run_path(str(ROOT / "scripts" / "valves_table.py"))
+    printed = script("valves_table").markdown().strip()
     shown = PAGES["valves"].partition("<!-- catalogue begins -->")[2].partition("<!-- catalogue ends -->")[0]
-    assert shown.strip() == script["markdown"]().strip(), "put what the script prints into the page"
+    assert shown.strip() == printed, "put what the script prints into the page"
 
 
 def test_toml_of_the_page_is_a_valve(tmp_path: pathlib.Path) -> None:

@@ -3,12 +3,12 @@
 import dataclasses
 import os
 import pathlib
-import runpy
 import sys
 
 import numpy as np
 import pytest
 import real_trials
+from documents import ROOT, script
 
 from afo_sim.common import GRAVITY, assets
 from afo_sim.gait import COP_FORCE, KINEMATICS, Chain, FootShape, GaitCycle, closing_errors, with_derived_path
@@ -16,7 +16,6 @@ from afo_sim.gait import file as gait
 from afo_sim.gait.hip_path import LOADED, ankle_path, rocking
 from afo_sim.gait_lab import Choices, import_gait
 
-ROOT = pathlib.Path(__file__).parents[2]
 FIGURES = pathlib.Path(os.environ.get("AFO_SIM_WALKERS", ROOT.parent / "shared" / "data" / "walkers"))
 TASKS = ("xs", "s", "natural", "m", "l")
 BEHIND = 0.010  # the lateral malleolus behind the joint's centre: 6 to 15 mm on four strides of one adult [m]
@@ -111,7 +110,7 @@ def test_script_makes_the_shipped_mean_curves_from_their_own_published_columns(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["make_walkers.py", "--out", str(tmp_path)])
-    runpy.run_path(str(ROOT / "scripts" / "make_walkers.py"))["main"]()
+    script("make_walkers").main()
     for task in TASKS:
         made, held = gait.read(tmp_path / f"bovi2011_{task}.csv"), shipped(f"bovi2011_{task}")
         assert made.notes == held.notes

@@ -2,13 +2,13 @@
 
 import os
 import pathlib
-import runpy
 from typing import Any
 
 import numpy as np
 import pytest
 from campaign import nightly
 from command import call
+from documents import ROOT, script
 
 from afo_sim.common import (
     AMBIENT_PRESSURE,
@@ -21,10 +21,9 @@ from afo_sim.common import (
 from afo_sim.description import load
 from afo_sim.lab import bench_sets, fit_replay, replay
 
-ROOT = pathlib.Path(__file__).parents[2]
 BENCHES = pathlib.Path(os.environ.get("AFO_SIM_BENCH", ROOT.parent / "shared" / "data" / "bench"))
 needed = pytest.mark.skipif(not BENCHES.is_dir(), reason="measured logs lie beside the repository")
-SCRIPT = runpy.run_path(str(ROOT / "scripts" / "bench_logs.py"))
+SCRIPT = script("bench_logs")
 OWN: dict[str, Any] = {"total_length": "20 cm", "free_contraction": "0.2"}
 HELD = {"muscle": "dmsp_10", "contraction": "0.05"}
 VALVES = {
@@ -166,7 +165,7 @@ OF_20 = {  # fitted to the pressures of the four logs of the 20 cm muscle, and t
 @pytest.mark.parametrize(("cut", "kink"), [(10, "Unkink"), (30, "kinked25"), (30, "kinked75")])
 def test_a_bench_fitted_on_one_length_predicts_the_pressure_at_others(cut: int, kink: str) -> None:
     """Festo muscles of 10 mm, held and pulsed (Portland State University, Muscle_Sensory, e3a82772)."""
-    log = SCRIPT["festo_10"](BENCHES, cut, kink)
+    log = SCRIPT.festo_10(BENCHES, cut, kink)
     found = replay(log, bench=OF_20)
     assert found.errors["pressure"].share < 0.02
     if (cut, kink) == (30, "kinked25"):  # half of the volume seen would be wrong by far
@@ -177,7 +176,7 @@ def rows_of(folder: pathlib.Path, *logs: dict[str, Any]) -> dict[str, Any]:
     """The rows of logs of held muscles, by quantity without its limit."""
     (to := folder / "aarl_festo10_isometric").mkdir()
     for k, log in enumerate(logs):
-        SCRIPT["write"](log, to / f"{k:02}.csv")
+        SCRIPT.write(log, to / f"{k:02}.csv")
     return {row.quantity.partition(", limit")[0]: row for row in bench_sets.bench(folder) if row.band}
 
 
@@ -211,7 +210,7 @@ def test_a_loop_is_judged_over_three_muscles(tmp_path: pathlib.Path, monkeypatch
 @nightly("80 s")
 def test_measured_muscles_miss_the_limits_as_the_page_says(tmp_path: pathlib.Path) -> None:
     """The static error again by the formula, over each muscle's force at rest length."""
-    logs = [SCRIPT["festo_10"](BENCHES, cut, kink) for cut in SCRIPT["RESTS"] for kink in SCRIPT["KINKS"]]
+    logs = [SCRIPT.festo_10(BENCHES, cut, kink) for cut in SCRIPT.RESTS for kink in SCRIPT.KINKS]
     rows, shares = rows_of(tmp_path, *logs), []
     for k, log in enumerate(logs):
         muscle = load("muscle", "dmsp_10", {key: log[key] for key in ("total_length", "free_contraction")})
