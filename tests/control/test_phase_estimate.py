@@ -7,8 +7,8 @@ import subprocess
 import numpy as np
 import pytest
 from campaign import NIGHTLY, size
-from export.boards import STRICT, compiler
 from documents import script
+from export.boards import STRICT, compiler
 
 from afo_sim.control import PhaseEstimate
 from afo_sim.control.phase_estimate import SHANK, after_swing, templates
