@@ -53,8 +53,8 @@ from .law import MAX_COEFFICIENTS as MAX_COEFFICIENTS
 from .law import Braid as Braid
 from .law import Law as Law
 from .law import LawParameter as LawParameter
-from .law import Slopes as Slopes
-from .law import slopes_of as slopes_of
+from .law_slope import Slopes as Slopes
+from .law_slope import slopes_of as slopes_of
 from .law_volume import LAW_VOLUME as LAW_VOLUME
 from .law_volume import LawVolume as LawVolume
 from .law_volume import law_volume as law_volume

@@ -1,19 +1,15 @@
-"""Description of a static force law: the braid's geometry, its parameters, its slopes, the law itself."""
+"""Description of a static force law: the braid's geometry, its parameters, the law itself."""
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from afo_sim.physics.jitable import register_jitable
-
 Values = Mapping[str, float]  # parameters by name [SI]
 Coefficients = tuple[float, ...]
 
 MAX_COEFFICIENTS = 21  # slots of a law's coefficients in an actuator's row
 CHARACTERISTIC = (1e5, 6e5)  # gauge pressures of the maker's characteristics of fluidic muscles [Pa]
-Slopes = tuple[float, float, float]  # a force and its slopes: F [N], ∂F/∂κ [N], ∂F/∂p [N/Pa]
-CONTRACTION_STEP, PRESSURE_STEP = 1e-7, 1.0  # of the difference quotients of a law without slopes [-], [Pa]
 
 
 @dataclass(frozen=True)
@@ -160,28 +156,3 @@ def radial(*names: str) -> Callable[[Braid, Values], Coefficients]:
 def plain(parameters: tuple[LawParameter, ...]) -> Callable[[Braid, Values], Coefficients]:
     """Coefficients of a kernel that takes the parameters alone, in their order."""
     return lambda braid, q: tuple(q[parameter.name] for parameter in parameters)
-
-
-def with_slopes(slopes: Callable[..., Slopes]) -> Callable[..., float]:
-    """Mark a function that compiled code may call: the kernel of its force, whose `slopes` it is itself."""
-
-    def kernel(contraction: float, pressure: float, *coefficients: float) -> float:
-        return slopes(contraction, pressure, *coefficients)[0]
-
-    kernel.__name__, kernel.__doc__ = slopes.__name__, slopes.__doc__
-    kernel.slopes = register_jitable(slopes)  # type: ignore[attr-defined]
-    jitable: Callable[..., float] = register_jitable(kernel)
-    return jitable
-
-
-def slopes_of(kernel: Callable[..., float]) -> Callable[..., Slopes]:
-    """The force of a kernel with its slopes: its own, or difference quotients."""
-
-    def quotients(contraction: float, pressure: float, *coefficients: float) -> Slopes:
-        force = kernel(contraction, pressure, *coefficients)
-        moved = kernel(contraction + CONTRACTION_STEP, pressure, *coefficients)
-        pressed = kernel(contraction, pressure + PRESSURE_STEP, *coefficients)
-        return force, (moved - force) / CONTRACTION_STEP, (pressed - force) / PRESSURE_STEP
-
-    found: Callable[..., Slopes] = getattr(kernel, "slopes", None) or register_jitable(quotients)
-    return found

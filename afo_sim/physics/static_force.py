@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import Law, Slopes, slopes_of
+from afo_sim.physics.law import Law
+from afo_sim.physics.law_slope import Slopes, slopes_of
 from afo_sim.physics.laws import LAWS
 from afo_sim.physics.registry import Branch, dispatcher, items
 

@@ -3,16 +3,8 @@
 import math
 
 from afo_sim.physics.guards import STEEPEST, bounded_exp
-from afo_sim.physics.law import (
-    Braid,
-    Coefficients,
-    Law,
-    LawParameter,
-    Slopes,
-    Values,
-    with_slopes,
-    without_default,
-)
+from afo_sim.physics.law import Braid, Coefficients, Law, LawParameter, Values, without_default
+from afo_sim.physics.law_slope import Slopes, with_slopes
 
 
 @with_slopes

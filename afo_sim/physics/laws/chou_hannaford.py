@@ -3,7 +3,8 @@
 import math
 
 from afo_sim.physics.guards import SMALLEST_SINE
-from afo_sim.physics.law import Law, LawParameter, Slopes, with_slopes
+from afo_sim.physics.law import Law, LawParameter
+from afo_sim.physics.law_slope import Slopes, with_slopes
 
 
 @with_slopes

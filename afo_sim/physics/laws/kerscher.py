@@ -3,15 +3,8 @@
 import math
 
 from afo_sim.physics.guards import BAR, STEEPEST, bounded_exp
-from afo_sim.physics.law import (
-    CHARACTERISTIC,
-    Law,
-    LawParameter,
-    Slopes,
-    radial,
-    with_slopes,
-    without_default,
-)
+from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, radial, without_default
+from afo_sim.physics.law_slope import Slopes, with_slopes
 
 
 @with_slopes

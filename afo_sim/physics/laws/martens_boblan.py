@@ -9,11 +9,10 @@ from afo_sim.physics.law import (
     Coefficients,
     Law,
     LawParameter,
-    Slopes,
     Values,
-    with_slopes,
     without_default,
 )
+from afo_sim.physics.law_slope import Slopes, with_slopes
 
 
 @with_slopes

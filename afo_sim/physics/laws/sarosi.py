@@ -1,7 +1,8 @@
 """The exponential law of fluidic muscles, Sárosi 2012."""
 
 from afo_sim.physics.guards import BAR, STEEPEST, bounded_exp
-from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, Slopes, plain, with_slopes, without_default
+from afo_sim.physics.law import CHARACTERISTIC, Law, LawParameter, plain, without_default
+from afo_sim.physics.law_slope import Slopes, with_slopes
 
 
 @with_slopes

@@ -3,16 +3,8 @@
 import math
 
 from afo_sim.physics.guards import BAR, STEEPEST, bounded_exp
-from afo_sim.physics.law import (
-    CHARACTERISTIC,
-    Braid,
-    Coefficients,
-    Law,
-    LawParameter,
-    Slopes,
-    Values,
-    with_slopes,
-)
+from afo_sim.physics.law import CHARACTERISTIC, Braid, Coefficients, Law, LawParameter, Values
+from afo_sim.physics.law_slope import Slopes, with_slopes
 
 LEAST_PRESSURE = 0.05  # [bar] below which n(p) and a(p) are held
 

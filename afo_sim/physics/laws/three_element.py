@@ -1,6 +1,7 @@
 """The static part of the three-element model: Reynolds et al. 2003, Serres et al. 2009."""
 
-from afo_sim.physics.law import Law, LawParameter, Slopes, with_slopes, without_default
+from afo_sim.physics.law import Law, LawParameter, without_default
+from afo_sim.physics.law_slope import Slopes, with_slopes
 
 
 @with_slopes

@@ -2,7 +2,8 @@
 
 import math
 
-from afo_sim.physics.law import Law, LawParameter, Slopes, radial, slopes_of, with_slopes
+from afo_sim.physics.law import Law, LawParameter, radial
+from afo_sim.physics.law_slope import Slopes, slopes_of, with_slopes
 
 
 @with_slopes
