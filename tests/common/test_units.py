@@ -180,7 +180,8 @@ def texts(table: Any) -> Iterator[str]:
 def shipped() -> list[tuple[float, str]]:
     """Every quantity of the shipped files."""
     found = set()
-    for path in assets.folder("models").rglob("*.toml"):
+    kept = assets.folder("models").rglob("*.toml")
+    for path in (path for path in kept if path.parent.name != "validation"):  # whose tests are called "40t"
         for text in texts(tomllib.loads(path.read_text(encoding="utf-8"))):
             if match := QUANTITY.fullmatch(text):
                 found.add((float(match[1]), match[2]))

@@ -13,7 +13,6 @@ import afo_sim as afo
 from afo_sim.common import InputError
 from afo_sim.description import Muscle, load
 from afo_sim.physics import LAWS, Braid, Law
-from afo_sim.physics.registry import TRIED
 
 FLUIDIC = {"dmsp_10": (0.04, 0.094), "dmsp_20": (0.06, 0.178), "dmsp_40": (0.12, 0.340)}  # m, kg/m
 P620 = 620e3
@@ -28,7 +27,7 @@ def at(name: str, length: float) -> Muscle:
 @pytest.mark.parametrize("factor", [0.6, 1.3])
 def test_scaled_coefficients_give_the_force_times_the_factor(law: Law, factor: float) -> None:
     """Through the kernel, over stretched, pulling and slack muscles."""
-    own = law.coefficients(TRIED, {p.name: p.typical for p in law.parameters})
+    own = law.typical
     scaled = law.scaled(own, factor)
     for contraction in (-0.02, 0.0, 0.07, 0.2, 0.45):
         for pressure in (0.0, 0.5e5, 2e5, 6e5):

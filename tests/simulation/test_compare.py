@@ -6,12 +6,13 @@ import pathlib
 import numpy as np
 import pytest
 from command import call
+from figures import lay_out
 
 import afo_sim
 from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.show import write
-from afo_sim.show.compared_figures import _page
+from afo_sim.show.compared_figures import draw
 from afo_sim.simulation import Recording, angle_differences, compare_laws, read_recording, tables
 from afo_sim.simulation.compare import common_laws
 
@@ -124,10 +125,11 @@ def test_run_that_fails_keeps_its_place(tmp_path: pathlib.Path) -> None:
     assert (tmp_path / "polynomial" / "summary.json").is_file()
 
 
-def test_the_title_holds_what_all_runs_have_set(long: dict[str, Recording]) -> None:
-    from matplotlib.figure import Figure
-
+def test_the_title_holds_what_all_runs_have_set(
+    long: dict[str, Recording], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert "set orthosis.muscle.flexor.type.law=" in long["polynomial"].scenario["description"]
-    figure = Figure()
-    _page(figure, long)
+    drawn = lay_out(monkeypatch)
+    draw(long, tmp_path / "laws.png")
+    [figure] = drawn
     assert "set" not in figure.get_suptitle() and "long period" in figure.get_suptitle()
