@@ -2,6 +2,7 @@
 
 import math
 import pathlib
+import re
 
 import numpy as np
 from gait_lab.known_walker import HIP, HIP_Z, MTP, SIGN, Walker, about_y, ankle_in_tibia, knee_in_femur
@@ -49,7 +50,8 @@ def write_osim(
         foot = segment.startswith("foot")
         at = place - CALCANEUS if foot else place
         seen[label] = segment.replace("foot", "calcn"), tuple(scale * at)
-    path.write_text((version_4 if version == 4 else version_3)(parts, seen))
+    text = (version_4 if version == 4 else version_3)(parts, seen)
+    path.write_text(re.sub(r"(?=<(?:Body|Marker) )", "\n", text))  # a line each, as damage wants
     return path
 
 
