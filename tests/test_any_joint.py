@@ -234,6 +234,7 @@ def test_the_maps_torque_is_that_of_a_second_geometry() -> None:
     assert found.joint == "knee"
 
 
+@pytest.mark.slow
 def test_the_knee_is_told_as_a_knee(tmp_path: pathlib.Path) -> None:
     run = afo.run("knee")
     assert run.ok and run.warnings == ()

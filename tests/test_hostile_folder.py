@@ -134,6 +134,7 @@ def test_no_command_runs_what_lies_in_its_folder(hostile: pathlib.Path, tmp_path
     assert [ends[name] for name in ran] == ["0"] * len(ran), said.stdout + said.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not shutil.which("afo-sim", path=str(pathlib.Path(sys.executable).parent)), reason="not installed"
 )

@@ -41,6 +41,7 @@ def row(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     return table.worn(request.param, imported.folder, imported.numbers, folder)
 
 
+@pytest.mark.slow
 def test_anchors_are_the_same_on_every_leg(row: Any, shipped: Any) -> None:
     """They are measured from the ankle: so all moment arms are those of the shipped leg."""
     assert len(row.arms) == 5

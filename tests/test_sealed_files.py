@@ -251,6 +251,7 @@ def test_what_is_whole_of_a_run_is_recovered(
         recover_recording(damaged)
 
 
+@pytest.mark.slow
 def test_a_damaged_sweep_goes_on_from_what_is_whole(tmp_path: pathlib.Path) -> None:
     before, out = sweep_runs.swept(tmp_path, sweep_runs.SEATED), tmp_path / "out"
     results = out / "results.parquet"
@@ -282,6 +283,7 @@ def test_a_shipped_file_that_has_changed_is_warned_of(monkeypatch: pytest.Monkey
     assets._warn_of_change.cache_clear()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["footer", "rows"])
 def test_a_small_file_does_not_unpack_to_gigabytes(what: str, tmp_path: pathlib.Path) -> None:
     """Many groups of rows take 200 times their bytes; a column of one number takes none."""

@@ -120,6 +120,7 @@ def circles(graph: dict[str, set[str]]) -> set[frozenset[str]]:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_imports_run_downward() -> None:
     found = upward(arrows())
     assert found <= UPWARD, "these imports run upward: " + ", ".join(f"{a} → {b}" for a, b in sorted(found))
@@ -228,6 +229,7 @@ def faces() -> dict[str, dict[str, str]]:
     }
 
 
+@pytest.mark.slow
 def test_a_name_of_a_face_is_imported_through_it() -> None:
     """By other rooms, tests and scripts, so that a room may move what stands behind its face."""
     folders = (PACKAGE, PACKAGE.parent / "tests", PACKAGE.parent / "scripts")
@@ -241,6 +243,7 @@ def test_a_name_of_a_face_is_imported_through_it() -> None:
     assert not past, "\n".join(past)
 
 
+@pytest.mark.slow
 def test_a_face_names_only_what_another_room_uses() -> None:
     tests = (PACKAGE.parent / "tests", PACKAGE.parent / "scripts")
     words = {
@@ -252,6 +255,7 @@ def test_a_face_names_only_what_another_room_uses() -> None:
         assert not names.keys() - outside - set(re.findall(r"\w+", TEXT)), room
 
 
+@pytest.mark.slow
 def test_files_are_written_by_the_writers_alone() -> None:
     """A file that is read again is sealed, and its kind is one of the writer's list."""
     named: set[str] = set()

@@ -25,6 +25,7 @@ ANGLE = ("--limit", "peak_dorsiflexion_angle >= 2 deg")
 FEW = ("--between", "2 bar", "4 bar")
 
 
+@pytest.mark.slow
 def test_whether_a_pressure_suffices(call: Call) -> None:
     for pressure, code, says in (
         ("4 bar", 0, "4 bar suffices: "),
@@ -36,6 +37,7 @@ def test_whether_a_pressure_suffices(call: Call) -> None:
         assert out.startswith(says) and len(out.strip().split("\n")) == 1
 
 
+@pytest.mark.slow
 def test_table_files_and_what_is_not_replaced(call: Call, tmp_path: pathlib.Path) -> None:
     folder = tmp_path / "a folder"
     asked = ("size", "pressure", "seated", *SHORT_OF_SIZE, *ANGLE, *FEW, "--out", folder)
@@ -56,6 +58,7 @@ def test_table_files_and_what_is_not_replaced(call: Call, tmp_path: pathlib.Path
     assert code == 2 and "holds a sizing" in err
 
 
+@pytest.mark.slow
 def test_a_catalogue_is_drawn(call: Call, tmp_path: pathlib.Path) -> None:
     limits = ("--limit", "peak_pressure_dorsiflexor >= 3.5 bar", "--limit", "air_per_cycle <= 2 g")
     for kind, more in (("tube", ("--length", "2 m")), ("supply", ("--hours", "0.1"))):
@@ -112,6 +115,7 @@ def test_two_walking_legs_answer_on_a_dozen_lines_and_hide_no_bad_answer(
     assert "one side beside the other" in whole and "air on one supply" in whole
 
 
+@pytest.mark.slow
 def test_a_left_leg_has_its_own_cautions_and_kinds_of_limits(
     call: Call, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -125,6 +129,7 @@ def test_a_left_leg_has_its_own_cautions_and_kinds_of_limits(
     assert "(wanted 40) [user]" in found and "the assumed cuff compliance decides" in " ".join(found.split())
 
 
+@pytest.mark.slow
 def test_other_legs_are_not_replaced(call: Call, tmp_path: pathlib.Path) -> None:
     assert both(call, tmp_path / "a")[0] == 0
     assert both(call, tmp_path / "a")[0] == 0  # the very same

@@ -31,6 +31,7 @@ def body(tmp_path: pathlib.Path) -> pathlib.Path:
     return file
 
 
+@pytest.mark.slow
 def test_import_tells_and_draws_what_was_found(
     body: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
@@ -229,6 +230,7 @@ def test_attach_tells_what_it_found_and_writes_it(tmp_path: pathlib.Path, call: 
     assert mujoco.MjModel.from_binary_path(str(out.with_suffix(".mjb"))).nu == 12
 
 
+@pytest.mark.slow
 def test_attach_goes_on_with_the_other_leg(tmp_path: pathlib.Path, call: Call) -> None:
     suite = pytest.importorskip("dm_control.suite")
     humanoid = str(pathlib.Path(suite.__file__).parent / "humanoid.xml")

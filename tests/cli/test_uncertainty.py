@@ -55,6 +55,7 @@ CUFF: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "key", ["phases.dorsiflexor.inlet[0][0]", "supply.pressure", "orthosis.muscle.*.slack"]
 )

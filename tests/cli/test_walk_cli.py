@@ -61,6 +61,7 @@ def test_a_walk_is_printed_and_written_whole(
     assert rows[0] != {"supply.pressure": "2 bar"} | own
 
 
+@pytest.mark.slow
 def test_poses_are_those_of_the_walk(found: Response) -> None:
     for case in found.cases.values():
         seen, rows = poses(case, range(0, len(case.walked["time"]), 20)), slice(None, None, 20)

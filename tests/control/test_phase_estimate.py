@@ -173,6 +173,7 @@ int main(void) {
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", [0.0, 0.1])
 @pytest.mark.parametrize(("real", "differs", "unlike"), [("double", 1e-7, 0), ("float", 2e-3, 5)])
 def test_the_c_header_computes_the_same(

@@ -129,6 +129,7 @@ def test_keys_of_its_states_can_be_set() -> None:
     assert machine.transitions[0].threshold == 70.0
 
 
+@pytest.mark.slow
 def test_a_machine_on_heel_contact_goes_round_once_a_stride() -> None:
     moved = changed(2, after="0.35 s")  # earlier the foot turns as fast while the heel is down
     sets = {"state_machine": MACHINE | moved, "rate": "1 kHz"}

@@ -188,6 +188,7 @@ def test_command_writes_tells_and_runs(
     assert [path.name for path in tmp_path.iterdir()] == ["mine"]
 
 
+@pytest.mark.slow
 def test_a_walk_by_the_upper_bound_names_what_the_other_law_gives() -> None:
     """By the ideal braid alone the toe would be judged GOOD."""
     sets = {

@@ -118,6 +118,7 @@ def test_the_fitted_link_is_said(
     assert code == 0 and said in printed
 
 
+@pytest.mark.slow
 def test_a_slack_design_is_checked_as_slack_with_its_number(tmp_path: pathlib.Path) -> None:
     """A link that is longer by 10 mm hangs through by 10 mm more, and one that is shorter by that is taut."""
     file = new("orthosis", "brace", tmp_path)

@@ -42,6 +42,7 @@ def told(sets: dict[str, Any]) -> Any:
     return repr(scenario.model_dump()), repr(scenario), hash(scenario)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_readings_that_share_parts_are_those_that_share_none(seed: int) -> None:
     draw = random.Random(seed)

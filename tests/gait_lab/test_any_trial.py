@@ -376,6 +376,7 @@ def test_one_stride_is_no_mean() -> None:
             Choices(stride=2, **mean)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("millimetres", [0.5, 1.0, 3.0])
 def test_the_default_cut_off_is_near_the_moments_least_error(
     tmp_path: pathlib.Path, millimetres: float

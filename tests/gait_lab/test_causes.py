@@ -88,6 +88,7 @@ def test_other_units_of_force_and_moment_are_named(tmp_path: pathlib.Path) -> No
     assert "N·mm" in doubt.data["reason"]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_closed_is_not_said_to_be_lost() -> None:
     """A knee that is straightened by 30 degrees a second; a whole contact in the last part of a stride."""
     walk = known_walk()

@@ -95,6 +95,7 @@ def test_noise_moves_the_coordinates_as_far_as_theory_says(tmp_path):
     assert np.sqrt(2.0 / 3.0 * np.mean(np.sum(off**2, axis=1))) == pytest.approx(expected, rel=0.3)
 
 
+@pytest.mark.slow
 def test_the_search_ends_where_another_minimiser_does(tmp_path):
     """scipy's least squares over one frame, from the truth."""
     from scipy.optimize import least_squares

@@ -104,6 +104,7 @@ def test_both_feet_on_a_plate_are_told(walk: Walk) -> None:
     assert caught.value.problem.count(";") < 7
 
 
+@pytest.mark.slow
 def test_the_only_loaded_step_is_closed_beside_a_whole_stride(walk: Walk) -> None:
     """Two strikes, of which the second is on the plate, and 0.85 of a stride after it."""
     time = walk.start + np.arange(-0.1, 1.85, 0.01) * walk.cycle.stride_time

@@ -13,7 +13,7 @@ NIGHTLY = bool(os.environ.get("AFO_SIM_NIGHTLY"))
 SEED = int(os.environ.get("AFO_SIM_FUZZ_SEED") or f"{datetime.date.today():%Y%m%d}0")
 
 DAYS = 8  # on one of so many, by its name, a slow test runs in the whole suite
-CASES = 6  # of a test, that the whole suite runs of more a day
+CASES = 4  # of a test, that the whole suite runs of more a day
 
 
 def size(slice_: int, whole: int) -> int:

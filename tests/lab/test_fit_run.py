@@ -76,6 +76,7 @@ def found(planted: pathlib.Path) -> FitRun:
     return fitted(planted, "inlet_conductance", "wall_conductance", "time_offset")
 
 
+@pytest.mark.slow
 def test_planted_values_come_back_inside_their_intervals(found: FitRun) -> None:
     truth = {"inlet_conductance": 4e-10, "wall_conductance": 0.9, "time_offset": 0.1}
     for name, value in truth.items():

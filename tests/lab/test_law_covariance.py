@@ -75,6 +75,7 @@ def test_planted_values_lie_within_their_intervals_as_often_as_these_say() -> No
     assert 0.90 <= np.mean(within) <= 0.97
 
 
+@pytest.mark.slow
 def test_estimates_scatter_as_the_written_covariance_says() -> None:
     found = [spread_out(each) for each in trials()]
     scatter = np.cov(np.array([miss for miss, _ in found]).T)

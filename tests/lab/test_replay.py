@@ -94,6 +94,7 @@ def test_each_pulse_of_a_choked_valve_adds_the_same_air() -> None:
     assert stated.predicted["pressure"][-1] < stated.predicted["pressure"][300]
 
 
+@pytest.mark.slow
 def test_a_fit_finds_the_bench_that_made_a_log_and_predicts_another() -> None:
     made = replay(pulsed(tube_volume="15 ml", free_contraction="0.18"))
     seen = pulsed(free_contraction="0.25") | {

@@ -107,6 +107,7 @@ def test_a_fit_by_the_library_tells_everything_of_a_told_device() -> None:
     )
 
 
+@pytest.mark.slow
 def test_an_offset_that_is_not_there_is_bounded_and_the_stiffness_told() -> None:
     """A bound near zero is told even though nothing needs an offset."""
     for seed in range(size(2, 6)):

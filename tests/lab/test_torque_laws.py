@@ -117,6 +117,7 @@ def test_a_law_beyond_its_range_or_against_the_readings_is_reported() -> None:
     assert [row[-1].partition(";")[2] for row in rows] == [" beyond its range of pressure"] * 2 + [""]
 
 
+@pytest.mark.slow
 def test_the_knees_stiffness_goes_with_the_law() -> None:
     """185 measured torques: laws that lie about as close ask for half the stiffness."""
     orthoses = {name: knee_orthosis(test) for name, test in knee_tests().items()}

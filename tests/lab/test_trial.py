@@ -123,6 +123,7 @@ def test_isometric_and_isobaric_meet() -> None:
     assert held.curves[0]["force"][turn] == pytest.approx(moved.curves[0]["force"][0], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_frictions_take_work_and_never_give_it(rubbed: dict[str, Trial]) -> None:
     for friction, trial in rubbed.items():
         (found,) = trial.metrics

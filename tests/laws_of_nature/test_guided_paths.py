@@ -56,6 +56,7 @@ def test_energy_is_kept_and_friction_only_takes(scenario: str, friction: float) 
     assert total == pytest.approx(found.wrap_loss, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scenario", "friction"), CASES)
 def test_work_on_the_skeleton_is_the_ankle_moments(scenario: str, friction: float) -> None:
     """MuJoCo's own torque about the ankle over its angle: what friction takes is missing there."""

@@ -82,6 +82,7 @@ def test_she_walks_as_solved(recorded: Recorded, device: str) -> None:
     assert rms(moment - truth.moment) < MOMENT * np.abs(truth.moment).max() + 1e-9
 
 
+@pytest.mark.slow
 def test_taken_for_healthy_she_is_weakened_twice(recorded: Recorded) -> None:
     """Her toe hangs lower without a device by more than 5 mm, which a device then seems to lift."""
     her, walk = recorded

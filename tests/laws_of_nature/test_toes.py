@@ -62,6 +62,7 @@ def walk(request: pytest.FixtureRequest) -> Compared:
     return compared(*WALKS[request.param])
 
 
+@pytest.mark.slow
 def test_ankle_and_toes_turn_as_solved(walk: Compared) -> None:
     assert np.degrees(walk.found.angle) == pytest.approx(np.degrees(walk["ankle/angle"]), abs=ANGLE)
     extension = np.degrees(walk.found.extension)
@@ -69,6 +70,7 @@ def test_ankle_and_toes_turn_as_solved(walk: Compared) -> None:
     assert extension == pytest.approx(np.degrees(walk["toe/extension"]), abs=EXTENSION)
 
 
+@pytest.mark.slow
 def test_the_outsole_is_where_it_is_solved(walk: Compared) -> None:
     for name in ("heel", "ball", "toe", "sole"):
         assert walk.heights[name] == pytest.approx(walk[f"{name}/height"], abs=HEIGHT)

@@ -87,6 +87,7 @@ def test_the_damping_of_the_file_counts_once(tmp_path: pathlib.Path) -> None:
     assert built.model.dof_damping[built.index.ankle_dof] == pytest.approx(0.4)
 
 
+@pytest.mark.slow
 def test_meshes_come_along(tmp_path: pathlib.Path) -> None:
     import trimesh
 

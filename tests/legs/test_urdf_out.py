@@ -26,6 +26,7 @@ def in_world(tree: Tree, part: Part) -> tuple[float, np.ndarray, np.ndarray]:
     return part.mass, pose[:3, :3] @ part.centre + pose[:3, 3], pose[:3, :3] @ part.inertia @ pose[:3, :3].T
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 10**6), most_joints=st.integers(1, 3))
 def test_read_again_it_is_the_same(seed: int, most_joints: int, tmp_path: pathlib.Path) -> None:

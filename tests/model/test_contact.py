@@ -392,6 +392,7 @@ def test_an_independent_leg_strikes_the_floor_alike(gait: str) -> None:
 # ---- how it runs
 
 
+@pytest.mark.slow
 def test_python_callbacks_do_the_same() -> None:
     native_run, plain = (
         afo_sim.run("walk-dropfoot", CONTACT | {"duration": "1.4 s", "callback": mode})

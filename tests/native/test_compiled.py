@@ -173,6 +173,7 @@ print(*(bias(moved(model, "mjModel"), moved(data, "mjData"), k).hex() for k in r
 """
 
 
+@pytest.mark.slow
 def test_one_code_serves_another_layout() -> None:
     """Copies of model and data, in which the fields stand elsewhere, have the same forces."""
     (as_declared,), (elsewhere,) = (

@@ -193,6 +193,7 @@ def test_without_friction_nothing_is_asked_of_the_guides() -> None:
     assert np.array_equal(rows["felt"], rows["tension"])
 
 
+@pytest.mark.slow
 def test_compiled_and_plain_python_agree() -> None:
     sets = {"orthosis": "guided", "duration": "1.2 s"}
     one, two = (afo_sim.run("seated", sets | {"callback": mode}) for mode in ("native", "python"))

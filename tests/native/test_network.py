@@ -147,6 +147,7 @@ def test_plain_python_gives_the_same_numbers(rig: Ankle) -> None:
     assert rows[0][:, : model.nu].min() < -5.0  # muscles pull
 
 
+@pytest.mark.slow
 def test_a_walking_step_asks_its_laws_seven_times_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     """Over a stride: with a good first guess, two steps of Newton's method, and slopes with each force."""
     built = build(load("scenario", "walk-dropfoot-afo", {"timestep": "2 ms"}))

@@ -99,6 +99,7 @@ def test_s1s_law_is_the_braids() -> None:
             assert found.law_volume == ((0.0,) * len(found.law_volume.numbers), "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "law"), BY_LAW)
 def test_volume_has_no_jump_and_stays_positive(name: str, law: str) -> None:
     of = muscle(name, law)

@@ -48,6 +48,7 @@ def test_the_ids_are_the_documented_ones() -> None:
     assert IDS == ["afo_sim/SeatedTracking-v0", "afo_sim/DropfootWalk-v2"]
 
 
+@pytest.mark.slow
 def test_an_id_is_found_without_an_import() -> None:
     code = "import gymnasium; gymnasium.make('afo_sim.rl.environments:afo_sim/SeatedTracking-v0').close()"
     subprocess.run([sys.executable, "-c", code], check=True)
@@ -94,6 +95,7 @@ def test_what_is_no_action_steps_nothing(env: gymnasium.Env, action: list[float]
     assert (made._episodes.stepped.state(0) == before).all()
 
 
+@pytest.mark.slow
 def test_an_episode_ends_and_has_to_be_reset(env: gymnasium.Env) -> None:
     made = env.unwrapped
     made.reset(seed=0)

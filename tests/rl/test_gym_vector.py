@@ -30,6 +30,7 @@ def test_spaces_are_batches_of_the_single_ones(envs: OrthosisVectorEnv) -> None:
     assert envs.reset(seed=0)[0] in envs.observation_space
 
 
+@pytest.mark.slow
 def test_the_numbers_are_those_of_single_environments(envs: OrthosisVectorEnv) -> None:
     """As Gymnasium's own SyncVectorEnv has them; in walking through the end of an episode into the next."""
     task = envs.unwrapped.setting.task

@@ -15,6 +15,7 @@ MISSING = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("library", "module", "words"), MISSING)
 def test_a_missing_library_is_one_sentence(library: str, module: str, words: str) -> None:
     code = HIDDEN.format(library=library) + f"import {module}"

@@ -249,12 +249,14 @@ def test_the_drawn_model_has_its_shapes(seated: ScenarioPhysics) -> None:
     assert {"shank", "knee"} <= names
 
 
+@pytest.mark.slow
 def test_python_ends_well_with_a_physics_left_open() -> None:
     code = "import afo_sim as afo\np = afo.dm_control_physics('seated')\np.step(10)\nprint('done')"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (0, "done\n"), ended.stderr
 
 
+@pytest.mark.slow
 def test_a_missing_dm_control_is_told_in_one_sentence() -> None:
     code = (
         "import sys\nsys.modules['dm_control'] = None\nimport afo_sim as afo\n"

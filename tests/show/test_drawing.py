@@ -76,6 +76,7 @@ def _in(axis: Any, label: Any) -> bool:
     return bool(shown) and low - 1e-9 <= value <= high + 1e-9
 
 
+@pytest.mark.slow
 def test_every_word_is_within_the_page(drawn: tuple[Design, Figure]) -> None:
     _, figure = drawn
     width, height = figure.canvas.get_width_height()  # type: ignore[attr-defined]
@@ -123,6 +124,7 @@ def test_kinds_of_sources_are_marked() -> None:
     assert (link, slack, cable) == ("112", "0", "100 (a)")  # of its link no source is told
 
 
+@pytest.mark.slow
 def test_check_tells_the_numbers_of_the_picture() -> None:
     told = check_file(ROOT / "models/orthoses/s1/orthosis.toml")
     found = design("s1")

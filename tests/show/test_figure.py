@@ -57,6 +57,7 @@ def folder(antagonist: Recording, tmp_path_factory: pytest.TempPathFactory) -> p
     return target
 
 
+@pytest.mark.slow
 def test_every_figure_is_there_in_both_formats_and_nothing_else(folder: pathlib.Path) -> None:
     assert {path.name for path in folder.iterdir()} == FILES
     for path in folder.glob("*.pdf"):
@@ -208,6 +209,7 @@ def test_global_style_of_matplotlib_stays(seated: Recording, tmp_path: pathlib.P
     assert [matplotlib.rcParams[name] for name in names] == before
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_video_has_a_picture_for_every_time(tmp_path: pathlib.Path) -> None:
     if shutil.which("ffmpeg") is None or shutil.which("ffprobe") is None:

@@ -164,6 +164,7 @@ def test_films_arrow_is_to_scale_and_stands_where_the_sole_does(bare: Recording)
     assert abs(arrow[-1] - foot[-1]) / metre < 0.005
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_film_of_a_walk_is_one_stride_beside_the_reference(
     walks: dict[str, Recording], tmp_path: pathlib.Path

@@ -45,6 +45,7 @@ def shown(label: str = "run", columns: dict[str, np.ndarray] | None = None) -> R
 # --- one file, nothing else
 
 
+@pytest.mark.slow
 def test_the_page_refers_to_nothing_outside_itself(compared: str) -> None:
     reader = Page(compared)
     assert reader.open == []
@@ -77,6 +78,7 @@ def test_figures_are_well_formed_and_every_reference_within_them_is_met(compared
         assert "width" not in tree.attrib
 
 
+@pytest.mark.slow
 def test_the_page_is_written_whole_or_not_at_all(
     folders: dict[str, pathlib.Path], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -156,6 +158,7 @@ def test_an_undefined_number_is_left_out_with_its_reason(folders: dict[str, path
     assert "nan" not in text.lower().split()
 
 
+@pytest.mark.slow
 def test_a_sitting_run_has_its_curves_over_time(folders: dict[str, pathlib.Path]) -> None:
     text = page(read_runs([folders["sitting"]]))
     said = Page(text).text

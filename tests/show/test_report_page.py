@@ -21,6 +21,7 @@ def text(folders: dict[str, pathlib.Path]) -> str:
     return page(read_runs(list(folders.values())))
 
 
+@pytest.mark.slow
 def test_every_table_scrolls_in_a_named_box_and_has_heads(text: str) -> None:
     seen = Page(text).seen
     tables = [about for tag, _, about in seen if tag == "table"]

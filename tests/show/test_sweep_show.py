@@ -252,6 +252,7 @@ def test_a_parameter_without_a_share_may_matter_most() -> None:
     assert figures.most_influential({"clearance": found}, 2) == ["pressure", "arm"]
 
 
+@pytest.mark.slow
 def test_shares_of_an_unfinished_grid_are_no_exact_ones(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -500,6 +501,7 @@ def test_words_failures_constants_and_one_parameter_are_drawn(tmp_path: pathlib.
     assert {p.name for p in figures.show(alone, tmp_path / "g")} == {"distributions.png", "main_effects.png"}
 
 
+@pytest.mark.slow
 def test_no_words_are_cut_off_or_on_each_other(tmp_path: pathlib.Path) -> None:
     """Of long names and numbers: a title, a label or a tick's number."""
     chance = np.random.default_rng(0)

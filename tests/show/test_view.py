@@ -180,6 +180,7 @@ print(int(status.split("VmHWM:")[1].split()[0]) / 1024)
     assert len(time) == LONG
 
 
+@pytest.mark.slow
 @needs_vulkan
 def test_ten_minutes_open_in_the_headless_viewer(ten_minutes: pathlib.Path, tmp_path: pathlib.Path) -> None:
     from afo_sim.show.rerun import screenshot, write_rrd
@@ -190,6 +191,7 @@ def test_ten_minutes_open_in_the_headless_viewer(ten_minutes: pathlib.Path, tmp_
     assert (tmp_path / "long.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 @needs_vulkan
 def test_screenshot_shows_the_leg_at_the_time_asked_for(file: pathlib.Path, tmp_path: pathlib.Path) -> None:
     from matplotlib import image

@@ -84,6 +84,7 @@ def test_files_are_healthy_and_the_same_from_memory_and_disk(
     assert other.returncode != 0
 
 
+@pytest.mark.slow
 def test_ghost_is_the_foot_at_the_recorded_angle_its_toes_at_rest(
     file: pathlib.Path, bare: Recording
 ) -> None:
@@ -351,6 +352,7 @@ def test_a_single_row_and_swing_alone_are_shown(changes: dict[str, object], tmp_
     assert rerun("verify", str(tmp_path / "short.rrd")).returncode == 0
 
 
+@pytest.mark.slow
 @needs_vulkan
 def test_picture_shows_leg_arrow_and_trail(
     file: pathlib.Path, bare: Recording, tmp_path: pathlib.Path

@@ -254,6 +254,7 @@ def test_duty_goes_from_none_to_all_of_the_time() -> None:
 # --- both legs
 
 
+@pytest.mark.slow
 def test_two_legs_on_one_bottle_share_its_content() -> None:
     sets = {"supply.source": "bottle_0_5l", "duration": "6 s"}
     legs = afo.both(WALK, sets=sets, left_sets={"patient.dorsiflexor_strength": 0.5})
@@ -275,6 +276,7 @@ def test_two_legs_on_one_bottle_share_its_content() -> None:
     assert "The bottle bottle_0_5l of 0.5 l at 300 bar lasts" in air.answers["both"].text
 
 
+@pytest.mark.slow
 def test_a_compressor_that_one_leg_does_not_overtax_is_overtaxed_by_two() -> None:
     legs = afo.both(WALK, sets={"supply.source": "vn_c4", "supply.pressure": "1.5 bar", "duration": "6 s"})
     right, both = (float(legs.numbers[f"source_share_{who}"]) for who in ("right", "both"))

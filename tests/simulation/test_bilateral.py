@@ -28,6 +28,7 @@ def alike() -> Both:
     return afo.both(WALK)
 
 
+@pytest.mark.slow
 def test_the_air_of_both_is_the_sum_of_two_runs_alone(legs: Both) -> None:
     """Each leg is simulated here by itself: an ideal supply lets neither disturb the other."""
     alone = [afo.run(WALK).metrics["air_per_stride"], afo.run(WALK, OTHER).metrics["air_per_stride"]]
@@ -65,6 +66,7 @@ def test_a_cosine_shifted_is_a_cosine_with_another_phase(apart: float) -> None:
     assert mean_over(phase, expected**2) == pytest.approx(0.5, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_together_the_peaks_add_up_and_apart_they_do_not(alike: Both) -> None:
     """Each leg's inlet is open for less than half a stride: half a stride apart the flows never overlap."""
     together, apart = afo.both(WALK, apart=0.0), alike
@@ -88,6 +90,7 @@ def test_a_bottle_lasts_half_as_far_for_two_like_legs(alike: Both) -> None:
     )
 
 
+@pytest.mark.slow
 def test_strides_on_one_bottle_are_a_runs_own_for_one_leg() -> None:
     """A left leg without an orthosis takes no air: then both last as long as the right one's run tells."""
     found = afo.both(WALK, "walk-dropfoot", sets={"shoe": "trainer"})
@@ -171,6 +174,7 @@ def test_legs_that_are_not_one_persons_are_refused(given: dict[str, Any], says: 
         afo.both(**{"right": WALK} | given)
 
 
+@pytest.mark.slow
 def test_the_right_leg_may_have_no_orthosis(tmp_path: pathlib.Path) -> None:
     """Its supply is drawn whichever leg has it; with none at all there is no air to tell of."""
     legs = afo.both("walk-dropfoot", WALK)

@@ -94,6 +94,7 @@ def test_a_small_torque_moves_the_ankle_by_the_tissue_alone(own: dict[str, objec
     assert (second - first)[stance].max() < 0.5 * gained[stance].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["dorsiflexor_strength", "plantarflexor_strength", "stiffness", "spasticity"])
 def test_nothing_is_weakened_a_second_time(own: dict[str, object], key: str) -> None:
     """What a description says of the muscles changes nothing, on either ground, and a note says so."""
@@ -108,6 +109,7 @@ def test_nothing_is_weakened_a_second_time(own: dict[str, object], key: str) -> 
             assert told.data["keys"] == unused
 
 
+@pytest.mark.slow
 def test_the_reference_of_an_own_walk_is_walked_on_its_floor(own: dict[str, object]) -> None:
     """It is the recorded walk itself, as a described patient's is that of her weakened foot on her floor."""
     run = afo_sim.run("walk-dropfoot-afo", own | {"reference": "barefoot"})

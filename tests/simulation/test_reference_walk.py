@@ -53,6 +53,7 @@ def test_a_timers_strides_are_compared_with_solved_ones(kind: str) -> None:
     assert reference_of(timed).gait.settled == "solved"  # type: ignore[union-attr]
 
 
+@pytest.mark.slow
 def test_differences_add_up() -> None:
     """Barefoot → shoe → orthosis without air → with air: each step is another run's lift over its reference.
 
@@ -104,6 +105,7 @@ def test_what_cannot_be_compared_is_refused(scenario: str, sets: dict[str, str],
         afo_sim.run(scenario, sets)
 
 
+@pytest.mark.slow
 def test_a_sweep_walks_the_reference_only_if_asked(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,6 +132,7 @@ def test_references_are_kept_by_all_that_decides_them() -> None:
     assert len(kept.known) == 3
 
 
+@pytest.mark.slow
 def test_the_single_filling_is_the_lowest_that_clears_what_is_wanted() -> None:
     """Between the tries of a grid another pressure would do; a little less than the found one does not."""
     metrics = afo_sim.run("walk-dropfoot-afo", {"duration": "3 s"}).metrics

@@ -189,6 +189,7 @@ def test_asked_alone_each_is_that_of_the_whole_run_to_the_bit(scenario: str, set
     assert not other.totals.keys() & told
 
 
+@pytest.mark.slow
 def test_a_cuff_that_hurts_is_told_with_what_it_is_held_against() -> None:
     small = {"orthosis.interface.shank.area": "30 cm^2", "duration": "2.4 s"}
     (said,) = _about_skin(afo_sim.run("walk-dropfoot-afo", small).warnings)
@@ -198,6 +199,7 @@ def test_a_cuff_that_hurts_is_told_with_what_it_is_held_against() -> None:
     assert not _about_skin(afo_sim.run("walk-dropfoot-afo", wide).warnings)
 
 
+@pytest.mark.slow
 def test_the_warning_follows_the_limits(walk: Recording) -> None:
     assert not _about_skin(walk.warnings)
     pressure = walk.metrics["cuff_skin_pressure"].value

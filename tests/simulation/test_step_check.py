@@ -83,6 +83,7 @@ def test_what_no_run_defines_is_the_same() -> None:
     assert not step_errors({"settled_air_change": Metric(1.0)}, {})
 
 
+@pytest.mark.slow
 def test_a_settled_stride_is_checked_at_a_quarter_of_its_own_step() -> None:
     walk = afo.load("scenario", "walk-dropfoot-afo").set({"timestep": "1.3 ms"})
     assert as_run(quarter_step(walk)).timestep == pytest.approx(as_run(walk).timestep / 4.0, rel=1e-12)
@@ -111,6 +112,7 @@ def test_a_step_without_a_quarter_is_refused(sets: dict[str, str], words: str) -
         afo.run("seated", sets, check_step=True)
 
 
+@pytest.mark.slow
 def test_the_command_prints_errors_and_the_report_shows_them(
     tmp_path: pathlib.Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -46,6 +46,7 @@ def legs(sides: dict[str, pathlib.Path]) -> Both:
     return afo.both(WALK, **given(sides, "right"))
 
 
+@pytest.mark.slow
 def test_the_affected_side_runs_as_alone_and_the_other_one_as_recorded(
     legs: Both, sides: dict[str, pathlib.Path]
 ) -> None:
@@ -96,6 +97,7 @@ def test_two_paces_become_that_of_the_affected_side(
         afo.both(WALK, **chosen)
 
 
+@pytest.mark.slow
 def test_paces_are_noted_and_exchanged_sides_warned_of(sides: dict[str, pathlib.Path], legs: Both) -> None:
     (note,) = with_code([each for each in legs.notes if isinstance(each, Notice)], "leg-paced")
     assert note.subject == "left" and note.data["walked"] == pytest.approx(legs.cycle)

@@ -194,6 +194,7 @@ def test_varied_strides_have_the_stated_mean_and_spread() -> None:
     assert np.abs(np.diff(phase, 2)).max() / 1e-4 < 1.0
 
 
+@pytest.mark.slow
 def test_valves_follow_the_gait_phase_whatever_the_cadence() -> None:
     for stride_time in ("1 s", "1.4 s"):
         run = afo_sim.run("walk-dropfoot-afo", {"gait.stride_time": stride_time, "duration": "5 s"})

@@ -290,6 +290,7 @@ def test_bands_are_drawn_for_their_own_design_alone(sockets: None, page: Browser
     page.wait(f"{drawn} === 0 && !document.getElementById('undo').disabled && {RESTS}")
 
 
+@pytest.mark.slow
 def test_a_file_of_a_hostile_name_is_text(page: Browser, tmp_path: pathlib.Path) -> None:
     file = tmp_path / "<img src=x onerror=document.title=1>.csv"
     file.write_text("phase\n0\n")

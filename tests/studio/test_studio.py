@@ -141,6 +141,7 @@ def test_the_page_asks_no_other_machine(studio: tuple[Studio, str]) -> None:
 # --- what is answered
 
 
+@pytest.mark.slow
 def test_a_saved_design_runs_to_the_numbers_of_the_page(
     studio: tuple[Studio, str], tab: Tab, tmp_path: pathlib.Path
 ) -> None:
@@ -156,6 +157,7 @@ def test_a_saved_design_runs_to_the_numbers_of_the_page(
     assert again.scenario.orthosis == studio[0].document.design.scenario.orthosis
 
 
+@pytest.mark.slow
 def test_only_the_newest_of_many_changes_is_answered_to_the_end(tab: Tab) -> None:
     begun = len(tab.heard)
     for k in range(30):
@@ -218,6 +220,7 @@ def test_two_tabs_show_one_design(studio: tuple[Studio, str], tab: Tab) -> None:
     assert tab.until("document", serial + 1)["redo"] == 1
 
 
+@pytest.mark.slow
 def test_a_variants_answer_is_that_of_its_own_design(studio: tuple[Studio, str], tab: Tab) -> None:
     tab.ask("change", sets={PRESSURE: 3.1})
     tab.ask("keep")
@@ -270,6 +273,7 @@ def test_what_to_change_bands_search_and_report(tab: Tab, studio: tuple[Studio, 
     assert status(f"{studio[1]}{tab.until('report')['file']}") == 200
 
 
+@pytest.mark.slow
 def test_strides_that_do_not_repeat_have_curves_with_the_run(tmp_path: pathlib.Path) -> None:
     document = opened(SCENARIO)
     document.change({"gait.variability": 0.03, "duration": "6 s"})
@@ -355,6 +359,7 @@ def test_a_port_that_cannot_be_had_is_one_sentence(
         serve(SCENARIO, [], tmp_path, port=port or taken)
 
 
+@pytest.mark.slow
 def test_ports_are_of_this_machine_alone(studio: tuple[Studio, str]) -> None:
     port = int(studio[1].split(":")[2].split("/")[0])
     own = {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}

@@ -59,6 +59,7 @@ def searched(folder: pathlib.Path, generations: int, **of: str) -> None:
     optimise(plan.read(file), folder / "out", threads=1)
 
 
+@pytest.mark.slow
 def test_a_chunk_is_flushed_once_and_its_name_once(tmp_path: pathlib.Path, counted: Counter[str]) -> None:
     flushes = []
     for chunk in (12, 2):

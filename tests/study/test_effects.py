@@ -62,6 +62,7 @@ def test_an_effect_is_the_difference_of_two_runs(
         assert effect.differences[metric] == pytest.approx(by, abs=1e-9), metric
 
 
+@pytest.mark.slow
 def test_of_a_timer_too() -> None:
     found = afo.effects(TIMER, TIMED)
     one, other = afo.run(TIMER, TIMED), afo.run(TIMER, TIMED | {"timer.dorsiflexor.inlet[0][0]": "0.6 s"})
@@ -124,6 +125,7 @@ def test_the_better_step_of_each_parameter_is_told_once(found: Effects) -> None:
     assert list(found.ranked).index(found.helping[0]) == 0
 
 
+@pytest.mark.slow
 def test_what_cannot_be_is_told_with_the_reason() -> None:
     sets = FAST | {
         "orthosis.muscle.plantarflexor.count": 1,
@@ -140,6 +142,7 @@ def test_what_cannot_be_is_told_with_the_reason() -> None:
     assert under.status == "refused" and "supply" in under.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [1.01, 0.9])
 def test_a_limit_that_the_step_leaves_or_leaves_further_is_told(walked: Recording, share: float) -> None:
     """The muscles' limit of force is put beside what they pull with; on a stiffer cuff they pull more."""

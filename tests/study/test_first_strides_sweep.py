@@ -32,6 +32,7 @@ def computed(asked: Asked, threads: int = 1, chunk: int = 32) -> dict[int, engin
     return dict(engine.outcomes(SHORT, cases, threads, chunk, asked))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [{"toe_clearance_stride_1"}, {"air_first_stride"}, NAMES])
 def test_a_case_tells_what_its_run_tells(names: set[str]) -> None:
     found = computed(Asked(frozenset(names), doubts=False))
@@ -44,6 +45,7 @@ def test_a_case_tells_what_its_run_tells(names: set[str]) -> None:
         assert run.ok is False or names - found[number].metrics.keys() <= {"air_before_first_step"}
 
 
+@pytest.mark.slow
 def test_neither_threads_nor_chunks_decide() -> None:
     asked = Asked(frozenset(NAMES), doubts=False)
     one = {number: repr(outcome) for number, outcome in computed(asked).items()}
@@ -87,6 +89,7 @@ def test_strides_near_the_settled_one_are_not_walked(
     assert run.metrics["lowest_toe_clearance_first_ten"] == pytest.approx(min(heights), abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_limit_of_a_search_may_be_of_the_first_strides(tmp_path: pathlib.Path) -> None:
     pytest.importorskip("cma")
     best = afo_sim.optimise(

@@ -524,6 +524,7 @@ def test_a_killed_search_ends_as_if_it_had_not_been(
         assert (out / name).read_bytes() == (uninterrupted / "out" / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_every_design_is_what_its_patients_say(uninterrupted: pathlib.Path) -> None:
     """Each patient of each design run alone, the limit counted patient by patient."""
     search = plan.read(uninterrupted / "small.toml")

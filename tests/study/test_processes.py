@@ -100,6 +100,7 @@ def test_less_work_than_there_was_before_starts_no_process(
     assert told == {n: alone[n] for n in range(number)}
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_is_one_error(alone: dict[int, Any]) -> None:
     with Processes(1, 0.0) as beside:
         os.kill(ready(beside)[0], signal.SIGKILL)
@@ -108,6 +109,7 @@ def test_a_process_that_is_killed_is_one_error(alone: dict[int, Any]) -> None:
         assert found(beside) == alone  # by this process
 
 
+@pytest.mark.slow
 def test_what_no_case_is_to_blame_for_comes_back_as_it_was_raised() -> None:
     jobs, answers = queue.SimpleQueue(), queue.SimpleQueue()
     child = Child(jobs, answers)
@@ -120,6 +122,7 @@ def test_what_no_case_is_to_blame_for_comes_back_as_it_was_raised() -> None:
     assert outcomes[0][1].status == engine.OK
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mine", ["metric", "code"])
 def test_what_another_process_does_not_know_is_computed_here(
     mine: str, alone: dict[int, Any], monkeypatch: pytest.MonkeyPatch

@@ -56,6 +56,7 @@ def test_a_solved_row_is_what_replay_says(rows: pathlib.Path) -> None:
         assert replay.replay(rows, int(case)).same
 
 
+@pytest.mark.slow
 def test_python_callbacks_solve_what_native_ones_do() -> None:
     """In few steps; the same arithmetic, but for what compiling contracts."""
     sets = {"timestep": "5 ms", "duration": "2.6 s"}

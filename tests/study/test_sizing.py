@@ -45,6 +45,7 @@ def test_whether_a_pressure_suffices_is_one_sentence() -> None:
     assert little.best is not None and f"the least that does is {little.best.name}" in little.answer
 
 
+@pytest.mark.slow
 def test_more_pressure_is_told_to_be_worse_where_it_holds_push_off_back() -> None:
     limits = ["toe_clearance >= 5 mm", f"{PUSH_OFF} <= 0.07 N*m/kg"]
     found = size("pressure", "walk-dropfoot-afo", limits=limits)
@@ -57,6 +58,7 @@ def test_more_pressure_is_told_to_be_worse_where_it_holds_push_off_back() -> Non
     assert next_one - last <= 5.01e3  # the upper end is found as closely
 
 
+@pytest.mark.slow
 def test_a_window_between_two_pressures_of_the_scan_is_found() -> None:
     # 3.25 bar lifts too little, 3.7 bar holds push-off back too much
     limits = ["toe_clearance >= 10 mm", f"{PUSH_OFF} <= 0.0725 N*m/kg"]
@@ -133,6 +135,7 @@ def test_a_wider_tube_takes_more_air() -> None:
     assert any("takes the place of tube_volume" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_a_source_lasts_as_long_as_its_content() -> None:
     found = size("supply", "walk-dropfoot-afo", {"gait.settled": "walked"}, strides=1500)
     each = {tried.name: tried for tried in found.tried}
@@ -162,6 +165,7 @@ def test_a_compressor_that_keeps_up_lasts_without_end() -> None:
     assert bottle.values["hours_of_source"] < minutes / 60.0
 
 
+@pytest.mark.slow
 def test_another_muscle_is_taut_at_the_same_angle() -> None:
     limits = ["toe_clearance >= 10 mm"]
     found = size("muscle", "walk-dropfoot-afo", limits=limits, group="dorsiflexor", count=(2, 3))

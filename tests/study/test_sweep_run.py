@@ -67,6 +67,7 @@ def seated(seated_folder: pathlib.Path, tmp_path: pathlib.Path) -> pathlib.Path:
 # -- the same rows ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_sweep_of_these_tests_has_every_kind_of_case(whole: pathlib.Path) -> None:
     results = afo_sim.study.read(whole)
     assert set(results["status"]) == {"ok", "unstable", "infeasible"}
@@ -96,6 +97,7 @@ def test_a_case_is_itself_in_any_order_and_company(whole: pathlib.Path) -> None:
         assert found == pytest.approx({name: row[name] for name in found}, rel=0.0, abs=0.0, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_replay_of_ten_cases_is_their_rows_to_the_last_bit(
     whole: pathlib.Path, tmp_path: pathlib.Path, call: Call
 ) -> None:
@@ -585,6 +587,7 @@ def test_a_sweep_that_has_no_row_yet_may_be_changed_freely(tmp_path: pathlib.Pat
     assert code == 0 and "5 of 5 are done" in said
 
 
+@pytest.mark.slow
 def test_a_sweep_and_its_scenario_may_move_with_their_files(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, call: Call, seated_table: Any
 ) -> None:
@@ -607,6 +610,7 @@ def test_a_sweep_and_its_scenario_may_move_with_their_files(
 # -- kept cases -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_kept_cases_have_their_recordings_also_after_a_kill(tmp_path: pathlib.Path, call: Call) -> None:
     file, out = written(tmp_path, "keep = [2]\n" + SEATED), tmp_path / "out"
     half = out / "recordings" / "case_0000002"

@@ -107,6 +107,7 @@ def test_a_search_that_still_gains_did_not_converge(medians: list[float], conver
     assert found.converged is converged
 
 
+@pytest.mark.slow
 def test_drawn_patients_are_those_of_the_seed_and_stay_within_what_is_stated(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -116,5 +116,6 @@ def test_a_sweep_without_a_file_draws_the_same_cases(tmp_path: pathlib.Path) -> 
     assert made.canonical() == plan_of(tmp_path, JOINT.format(chunk=8)).canonical()
 
 
+@pytest.mark.slow
 def test_the_shipped_sweep_reads() -> None:
     assert len(cases_of(sweep_plan.read("uncertainty"))) == 500

@@ -54,6 +54,7 @@ def plain(walk: Scenario) -> Recording:
     return run(walk)
 
 
+@pytest.mark.slow
 def test_without_spread_every_draw_is_the_plain_run_to_the_bit(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
@@ -135,6 +136,7 @@ def test_a_cuff_that_is_known_better_gives_a_narrower_band(
     assert widths[2] > 3.0 * widths[1]
 
 
+@pytest.mark.slow
 def test_draws_that_fail_are_counted_with_their_reason(
     tmp_path: pathlib.Path, walk: Scenario, plain: Recording
 ) -> None:
@@ -149,6 +151,7 @@ def test_draws_that_fail_are_counted_with_their_reason(
     assert column["own"] == 0.0 and column["quantiles"][2] == pytest.approx(1.645 * 200.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_who_wears_nothing_has_bands_of_tissue_and_strides() -> None:
     walk = load("scenario", "walk-dropfoot", SHORT)
     found = uncertainty(walk, run(walk), 60, threads=1)
@@ -170,6 +173,7 @@ def test_a_gait_that_is_not_there_is_no_fault_of_the_spreads(walk: Scenario) -> 
     assert (caught.value.value, caught.value.file) == ("nothere.csv", None)
 
 
+@pytest.mark.slow
 def test_a_run_keeps_its_bands(tmp_path: pathlib.Path, walk: Scenario, plain: Recording) -> None:
     told = with_studies(plain, walk, draws=20)
     kept = read_recording(told.save(tmp_path / "run", rrd=False))

@@ -149,6 +149,7 @@ def test_a_misspelt_name_is_told_with_the_nearest() -> None:
     assert caught.value.field == "spreads" and caught.value.nearest == "usual"
 
 
+@pytest.mark.slow
 def test_no_usual_spread_lifts_the_toe_whichever_way_it_goes() -> None:
     """One that did would make a device look safer, the less is known of it."""
     scenario = load("scenario", "walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"})
