@@ -56,9 +56,13 @@ CIRCLES: set[frozenset[str]] = set()
 
 
 @functools.cache
+def tree(path: pathlib.Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@functools.cache
 def imported(path: pathlib.Path, *, at_top: bool = False) -> frozenset[str]:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    nodes = tree.body if at_top else ast.walk(tree)
+    nodes = tree(path).body if at_top else ast.walk(tree(path))
     found = set()
     for node in nodes:
         if isinstance(node, ast.Import):
@@ -120,7 +124,6 @@ def circles(graph: dict[str, set[str]]) -> set[frozenset[str]]:
     }  # fmt: skip
 
 
-@pytest.mark.slow
 def test_imports_run_downward() -> None:
     found = upward(arrows())
     assert found <= UPWARD, "these imports run upward: " + ", ".join(f"{a} → {b}" for a, b in sorted(found))
@@ -229,7 +232,6 @@ def faces() -> dict[str, dict[str, str]]:
     }
 
 
-@pytest.mark.slow
 def test_a_name_of_a_face_is_imported_through_it() -> None:
     """By other rooms, tests and scripts, so that a room may move what stands behind its face."""
     folders = (PACKAGE, PACKAGE.parent / "tests", PACKAGE.parent / "scripts")
@@ -243,7 +245,6 @@ def test_a_name_of_a_face_is_imported_through_it() -> None:
     assert not past, "\n".join(past)
 
 
-@pytest.mark.slow
 def test_a_face_names_only_what_another_room_uses() -> None:
     tests = (PACKAGE.parent / "tests", PACKAGE.parent / "scripts")
     words = {
@@ -255,12 +256,11 @@ def test_a_face_names_only_what_another_room_uses() -> None:
         assert not names.keys() - outside - set(re.findall(r"\w+", TEXT)), room
 
 
-@pytest.mark.slow
 def test_files_are_written_by_the_writers_alone() -> None:
     """A file that is read again is sealed, and its kind is one of the writer's list."""
     named: set[str] = set()
     for path in set(SOURCES) - {PACKAGE / "common" / "writing.py", PACKAGE / "common" / "sealing.py"}:
-        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        nodes = list(ast.walk(tree(path)))
         calls = [node for node in nodes if isinstance(node, ast.Call)]
         past = {call.func.attr for call in calls if isinstance(call.func, ast.Attribute)}
         assert not past & {"write_text", "write_bytes"}, f"{path}: afo_sim.common has functions for it"
