@@ -82,30 +82,24 @@ def blocks() -> list[Block]:
     ]
 
 
-@pytest.fixture(scope="module")
-def checked(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """{section: traceback of its check, "" where it holds}, in a tree to which all recipes are applied."""
-    root = tmp_path_factory.mktemp("changed")
+@pytest.mark.slow
+def test_every_recipe_works(tmp_path: pathlib.Path) -> None:
+    """Their checks hold in a tree to which all of them are applied."""
     for name in COPIED:
-        shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     found = blocks()
     for block in found:
         if block.file:
-            block.apply(root)
-    checks, said = root / "checks.json", root / "said.json"
+            block.apply(tmp_path)
+    checks, said = tmp_path / "checks.json", tmp_path / "said.json"
     codes = {block.section: block.code for block in found if block.order == "check"}
     checks.write_text(json.dumps(codes), encoding="utf-8")
-    there = os.environ | {"PYTHONPATH": str(root), "AFO_SIM_CACHE": "off"}
+    there = os.environ | {"PYTHONPATH": str(tmp_path), "AFO_SIM_CACHE": "off"}
     command = [sys.executable, "-c", RUN_CHECKS, str(checks), str(said)]
-    done = subprocess.run(command, cwd=root, env=there, capture_output=True, text=True, timeout=280)
+    done = subprocess.run(command, cwd=tmp_path, env=there, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0 and said.is_file(), done.stdout + done.stderr
-    return dict(json.loads(said.read_text(encoding="utf-8")))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("section", sections())
-def test_recipe_works(section: str, checked: dict[str, str]) -> None:
-    assert checked[section] == ""
+    told = json.loads(said.read_text(encoding="utf-8"))
+    assert told == dict.fromkeys(sections(), "")
 
 
 def test_every_recipe_is_short_and_has_a_check() -> None:

@@ -30,15 +30,19 @@ def sampled(cases: Iterable[Any], most: int) -> list[Any]:
 
 
 def of_other_days(items: Iterable[pytest.Item]) -> set[pytest.Item]:
-    """What the suite leaves to other days: slow tests but one of DAYS, of a test's cases all but CASES."""
+    """What the suite leaves to other days: slow tests but one of DAYS, of a test's cases all but CASES.
+
+    Cases of a slow test have the same days, since what they share is often what takes the time.
+    """
     if NIGHTLY:
         return set()
     left_out, cases = set(), dict[str, list[pytest.Item]]()
     for item in items:
-        if item.get_closest_marker("slow") and random.Random(f"{SEED} {item.nodeid}").random() > 1.0 / DAYS:
+        name = item.nodeid.partition("[")[0]
+        if item.get_closest_marker("slow") and random.Random(f"{SEED} {name}").random() > 1.0 / DAYS:
             left_out.add(item)
-        elif "[" in item.nodeid:
-            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+        elif name != item.nodeid:
+            cases.setdefault(name, []).append(item)
     for name, each in cases.items():
         drawn = random.Random(f"{SEED} {name}").sample(range(len(each)), max(len(each) - CASES, 0))
         left_out |= {each[k] for k in drawn}
