@@ -3,13 +3,12 @@
     python scripts/benchmarks/benchmark.py run [--parts motors] [--repeats 5] [--out now.json]
     python scripts/benchmarks/benchmark.py designs [--parts designs,strides,…] [--repeats 5] [--out now.json]
 
-Of a run: its steps beside the engine's own limit. Of designs: designs and strides per second, and what
-accuracy costs. Measurements are repeated in turn; tables tell the best and the median. Speeds of
-two machines cannot be compared, ratios within a run can. `compare_benchmarks.py` compares two files.
+Of a run: its steps beside the engine's own limit. Of designs: designs and strides per second. Measurements
+are repeated in turn; tables tell the best and the median. Speeds of two machines cannot be compared, ratios
+within a run can. `compare_benchmarks.py` compares two files.
 """
 
 import argparse
-import pathlib
 from collections.abc import Callable, Mapping
 
 from measuring import Figure, arguments, chosen, collect
@@ -27,13 +26,11 @@ def of_run(options: argparse.Namespace) -> Measures:
 def of_designs(options: argparse.Namespace) -> Measures:
     """The parts of many designs' speed."""
     from designs import design_rates, overheads, stride_rates
-    from step_accuracy import accuracy
 
     return {
         "designs": lambda: design_rates(options.cases, options.repeats),
         "overhead": lambda: overheads(options.cases, options.repeats),
         "strides": lambda: stride_rates(options.cases, options.repeats),
-        "accuracy": lambda: accuracy(options.repeats, options.reference),
     }
 
 
@@ -44,7 +41,6 @@ def main() -> None:
     parser.add_argument("--simulations", type=int, default=64, help="of a batch of motors")
     parser.add_argument("--steps", type=int, default=4000, help="of a run that is taken apart, or replayed")
     parser.add_argument("--cases", type=int, default=32, help="of a sweep")
-    parser.add_argument("--reference", type=pathlib.Path, help="keep the run at 10 µs here (.npz)")
     options = parser.parse_args()
     title, of = {"run": ("one run", of_run), "designs": ("many designs", of_designs)}[options.what]
     measures = of(options)
