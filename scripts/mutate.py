@@ -6,7 +6,8 @@ A mutant is one changed expression, set into a copy of the tree. A digest of wha
 kind of fault in turn, so that the sample stays where other lines change or move. Tests near a room run once,
 traced, and each mutant gets those that run its line, fastest first, and in the compiled rooms whoever steps a
 model. It is "unreached" where none does: there a name that nothing has, in its place, passes as well. Rows
-are written as they are found, so that a campaign goes on where it was stopped.
+are written as they are found, so that a campaign goes on where it was stopped. With `--against`, the tests
+that killed a mutant before are asked first, and nothing is traced for it where they kill it again.
 """
 
 import argparse
@@ -277,6 +278,20 @@ def near(mutant: Mutant, tests: Traced) -> list[str]:
     return found
 
 
+def stands(test: str) -> bool:
+    """Whether the tree still has a test."""
+    file, _, name = test.partition("::")
+    return (ROOT / file).exists() and f"def {name}(" in (ROOT / file).read_text(encoding="utf-8")
+
+
+def killed_again(mutant: Mutant, before: Row | None, copy: Copy) -> Row | None:
+    """The row of a mutant that was killed before, where what is left of its tests kills it still."""
+    chosen = [*filter(stands, before["tests"])] if before and before["outcome"] == "killed" else []
+    if not chosen or copy.outcome(mutant, mutant.after, chosen) != "killed":
+        return None
+    return asdict(mutant) | {"outcome": "killed", "tests": chosen}
+
+
 def tried(mutant: Mutant, tests: Traced, copy: Copy) -> Row:
     """What becomes of a mutant."""
     chosen = near(mutant, tests)
@@ -293,14 +308,17 @@ def rows_of(file: pathlib.Path | None) -> dict[str, Row]:
     return {row["key"]: row for row in map(json.loads, lines)}
 
 
-def campaign(out: pathlib.Path, sample: list[Mutant]) -> list[Row]:
+def campaign(out: pathlib.Path, sample: list[Mutant], before: dict[str, Row]) -> list[Row]:
     """Try mutants, and write each as it is found; those that a file holds already are read from it."""
     known = rows_of(out)
     with tempfile.TemporaryDirectory() as folder, out.open("a", encoding="utf-8") as file:
         copy = Copy(pathlib.Path(folder))
         for mutant in (mutant for mutant in sample if mutant.key not in known):
-            tests = near_tests(NEAR[mutant.room], copy, out.with_name("mutants.traced.json"))
-            row = known[mutant.key] = tried(mutant, tests, copy)
+            row = killed_again(mutant, before.get(mutant.key), copy)
+            if row is None:
+                tests = near_tests(NEAR[mutant.room], copy, out.with_name("mutants.traced.json"))
+                row = tried(mutant, tests, copy)
+            known[mutant.key] = row
             file.write(json.dumps(row) + "\n")
             file.flush()
             print(in_words(row), file=sys.stderr, flush=True)
@@ -332,7 +350,8 @@ def main() -> None:
     parser.add_argument("--against", type=pathlib.Path, help="rows of another state: what was killed there")
     asked = parser.parse_args()
     sample = [mutant for room in asked.rooms for mutant in drawn(room, asked.mutants, asked.seed)]
-    print("\n".join(report(campaign(asked.out, sample), rows_of(asked.against))))
+    before = rows_of(asked.against)
+    print("\n".join(report(campaign(asked.out, sample, before), before)))
 
 
 if __name__ == "__main__":
