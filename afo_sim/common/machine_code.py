@@ -46,11 +46,7 @@ def functions(
     codes = _stored(kind, key)
     if not codes:
         with user_cache.locked():  # whoever has waited finds what the first has compiled
-            codes = _stored(kind, key)
-            if not codes:
-                codes, of_this_process = compile_()
-                if key and not of_this_process:
-                    user_cache.write(kind, key, _packed(codes))
+            codes = _stored(kind, key) or _compile(kind, key, compile_)
     return [_loaded(code, prototype) for code in codes]
 
 
@@ -112,6 +108,14 @@ def _find(name: str) -> bool:
         with suppress(AttributeError, OSError, TypeError):  # not there, or on Windows no library of all
             llvm.add_symbol(name, address(ctypes.CDLL(None), name))
     return bool(llvm.address_of_symbol(name))
+
+
+def _compile(kind: str, key: str | None, compile_: Callable[[], Compiled]) -> list[Code]:
+    """Compile, and store the code for later processes."""
+    codes, of_this_process = compile_()
+    if key and not of_this_process:
+        user_cache.write(kind, key, _packed(codes))
+    return codes
 
 
 def _loaded(code: Code, prototype: Any) -> Any:
