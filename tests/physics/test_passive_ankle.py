@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from afo_sim.physics import passive_moment
+from afo_sim.physics import passive_moment, passive_moments
 from afo_sim.physics.passive_ankle import LOWER, UPPER, riener_edrich_1999
 
 # The published formula, tabulated apart from this code: moment [N m] by ankle angle, dorsiflexion positive
@@ -89,3 +89,10 @@ def test_nan_comes_out():
     arguments = (0.1, 0.2, 1.0, 0.0)
     for i in range(4):
         assert math.isnan(passive_moment(*arguments[:i], math.nan, *arguments[i + 1 :])), i
+
+
+def test_many_angles_give_the_bits_that_each_gives_alone() -> None:
+    random = np.random.default_rng(0)
+    ankle, knee = random.uniform(LOWER - 0.4, UPPER + 0.6, 5000), random.uniform(0.0, 1.2, 5000)
+    alone = [passive_moment(a, k, 1.3, 0.07) for a, k in zip(ankle.tolist(), knee.tolist(), strict=True)]
+    assert passive_moments(ankle, knee, 1.3, 0.07).tolist() == alone
