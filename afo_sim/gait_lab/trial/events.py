@@ -58,9 +58,8 @@ def find_events(motion: LegMotion) -> FootEvents:
     """Heel strikes and toe-offs of a leg, on the floor or on a treadmill."""
     heel, toe = motion.heel[:, 0], motion.toe[:, 0]
     origin = motion.pelvis_x
-    if (
-        origin is None
-    ):  # the hip, over an adult's segments: when it is farthest hardly depends on their length
+    if origin is None:
+        # the hip, over an adult's segments: when it is farthest hardly depends on their length
         thigh = motion.shank_angle - motion.knee_angle
         origin = motion.ankle_x + _SEGMENT * (np.sin(motion.shank_angle) + np.sin(thigh))
     ahead, behind = low_pass(motion.time, np.column_stack([heel - origin, origin - toe]), _SMOOTH).T
