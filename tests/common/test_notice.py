@@ -4,6 +4,8 @@ import copy
 import json
 import pickle
 
+import pytest
+
 from afo_sim.common import Notice, unique, with_code
 
 TEXT = "{subject} is empty after {time:.1f} s"
@@ -35,6 +37,11 @@ def test_one_notice_a_subject_whatever_its_words() -> None:
 
 def test_braces_in_data_stay_as_they_are() -> None:
     assert Notice("odd-name", "{subject} is odd", subject="{muscle}") == "{muscle} is odd"
+
+
+def test_data_that_a_sentence_lacks_is_a_fault_of_the_code() -> None:
+    with pytest.raises(KeyError):
+        Notice("source-empty", TEXT, subject="supply")
 
 
 def test_a_worse_one_is_said_beside_a_milder_one_of_the_same_thing() -> None:

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from afo_sim.common import EXAMPLES, assets, format_quantity, magnitudes, parse_quantity, units
+from afo_sim.common import EXAMPLES, assets, format_quantity, in_unit, magnitudes, parse_quantity, units
 from afo_sim.common.units import _registry, factor
 
 
@@ -131,6 +131,12 @@ def test_what_nothing_can_have_is_refused(unit):
         assert parse_quantity(format_quantity(sign * least, unit), unit) == sign * least
         with pytest.raises(ValueError, match="is beyond ±"):
             parse_quantity(format_quantity(sign * 1.01 * largest, unit), unit)
+
+
+def test_in_unit():
+    assert in_unit(4e5, "Pa", "bar") == pytest.approx(4.0, rel=1e-15)
+    assert in_unit(math.pi, "rad", "deg") == pytest.approx(180.0, rel=1e-15)
+    assert in_unit(0.055e-8, "m^3/(s*Pa)", "dm^3/(s*bar)") == pytest.approx(0.055, rel=1e-14)
 
 
 def test_constants():

@@ -117,6 +117,14 @@ def test_height_and_sole_are_written_where_they_are_known(stride: GaitCycle, tmp
     assert (caught.value.field, caught.value.value) == ("body_height_m", "172")
 
 
+def test_moment_is_turned_to_the_house_sign(stride: GaitCycle) -> None:
+    push_off = (stride.phase > 0.4) & (stride.phase < 0.55)
+    assert np.all(stride.ankle_moment[push_off] < -1.0)  # plantarflexor: negative inside
+    text = assets.find_gait("gatk_stride1").read_text().splitlines()
+    (row,) = (line for line in text if line.startswith("0.5,"))
+    assert float(row.split(",")[-1]) > 1.5  # and positive in the file, as laboratories publish it
+
+
 @pytest.mark.parametrize("name", STRIDES)
 def test_ground_force_asks_for_the_toolkits_moment(name: str) -> None:
     """The package's own inverse dynamics against force × arm: 0.05 N·m/kg and 4 % of the peak."""
