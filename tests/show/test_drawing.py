@@ -240,7 +240,7 @@ def test_the_command_writes_all_that_is_asked_for(
         (["s1", "--out", "a.docx"], ".png, .pdf, .svg, .rrd"),
         (["s1", "--out", "."], "not a format"),
         (["s1", "--pressure", "4 m"], "does not convert"),
-        (["s1", "--pressure", "0 bar"], "above 0"),
+        (["s1", "--pressure", "0 bar"], "above 0, to 20 bar"),
         (["s_1"], "did you mean 's1'"),
         (["none"], "has no muscle"),
         (["s1", "--leg", "adlut_75kg"], "did you mean 'adult_75kg'"),
