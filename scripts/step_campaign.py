@@ -27,10 +27,12 @@ from afo_sim.common import InputError, Notice, assets
 from afo_sim.simulation import quarter_step
 from afo_sim.simulation.step_check import step_errors
 
-SCENARIOS = ("seated", "walk-dropfoot-afo", "walk-dropfoot-afo contact")
-DEFAULTS = {"seated": 2.0, "walk-dropfoot-afo": 1.0}  # [ms]
+SCENARIOS = ("seated", "walk-dropfoot-afo", "walk-dropfoot-afo contact", "walk-dropfoot-afo both", "knee")
+DEFAULTS = {"seated": 2.0, "walk-dropfoot-afo": 1.0, "knee": 1.0}  # [ms]
 STEPS = (0.3, 0.5, 0.7, 1.0, 1.3, 1.5, 2.0, 2.4, 3.0)  # [ms]
-PATHS = {"dorsiflexor": 0.310, "plantarflexor": 0.330}  # between S1's anchors [m]
+ANKLE = {"dorsiflexor": 0.310, "plantarflexor": 0.330}  # between S1's anchors [m]
+KNEE = {"flexor": 0.590}  # between the pin knee's at rest [m]
+ANCHORS = (("shank", "foot"), ("proximal", "distal"))
 ANGLE, NEAR = "ankle/angle", 0.5  # over time, in rows; what it may be off by [deg]
 OF_ALL = "air-coarse volume-too-fast air-temperature muscle-jumps energy-lost energy-from-friction "
 OF_ALL += "strides-unsettled air-settles-slowly strides-differ"
@@ -79,8 +81,8 @@ def muscle(name: str) -> Any:
     return afo.load("muscle", name)
 
 
-def group(draw: Draw, name: str, networked: bool) -> Sets:
-    """Muscles, cable, valves, tube and wall of one side."""
+def group(draw: Draw, name: str, path: float, networked: bool) -> Sets:
+    """Muscles, cable, valves, tube and wall of one side, on a path of a length [m]."""
     kind = str(draw.choice(assets.names("muscle")))
     own = muscle(kind)
     length = own.total_length
@@ -94,14 +96,14 @@ def group(draw: Draw, name: str, networked: bool) -> Sets:
         f"{at}.type.friction": str(draw.choice(["none", "none", *own.frictions])),
         f"{at}.type.total_length": f"{length} m",
         f"{at}.count": int(draw.integers(1, 6)),
-        f"{at}.link_length": f"{max(PATHS[name] - length + draw.uniform(-0.02, 0.02), 0.0)} m",
+        f"{at}.link_length": f"{max(path - length + draw.uniform(-0.02, 0.02), 0.0)} m",
         f"{at}.cable.stiffness": f"{spread(draw, 1e4, 1e7)} N/m",
         f"{air}.wall_conductance": f"{spread(draw, 0.01, 100.0, 0.15)} W/K",
     }
     if draw.random() < 0.5:
         sets[f"{at}.type.bore"] = f"{spread(draw, 0.005, 0.04)} m"
     if draw.random() < 0.5:
-        sets[f"{at}.type.damping"] = f"{spread(draw, 1e-6, 5e-3, 0.15)} m^2*s"
+        sets[f"{at}.type.damping"] = f"{spread(draw, 1e-8, 5e-3, 0.15)} m^2*s"
     if networked:
         sets[f"{air}.tube"] = str(draw.choice(assets.names("tube")))
         sets[f"{air}.tube_length"] = f"{spread(draw, 0.2, 2.0)} m"
@@ -116,18 +118,18 @@ def group(draw: Draw, name: str, networked: bool) -> Sets:
     return sets
 
 
-def mounting(draw: Draw) -> Sets:
-    """Cuff and plate: rigid, linear or stiffening, damped or not."""
+def mounting(draw: Draw, names: Sequence[str]) -> Sets:
+    """Cuff and plate: rigid, linear or stiffening, soft and hard, damped or not."""
     found: Sets = {}
-    for name in ("shank", "foot"):
+    for name in names:
         kind = draw.random()
         if kind < 0.15:
             continue
-        law: Sets = {"stiffness": f"{spread(draw, 2e3, 1e7)} N/m"}
+        law: Sets = {"stiffness": f"{spread(draw, 5e2, 1e7)} N/m"}
         if kind > 0.6:
             a, x0 = spread(draw, 5.0, 200.0), spread(draw, 0.002, 0.03)
             law = {"stiffening": {"force": f"{a} N", "length": f"{x0} m"}}
-        damped = {"damping": f"{spread(draw, 1.0, 2000.0)} N*s/m"} if draw.random() < 0.5 else {}
+        damped = {"damping": f"{spread(draw, 0.01, 2000.0)} N*s/m"} if draw.random() < 0.5 else {}
         found[name] = law | damped
     return found
 
@@ -152,28 +154,28 @@ def design(seed: int) -> tuple[str, Sets]:
     draw = np.random.default_rng(seed)
     kind = str(draw.choice(SCENARIOS))
     scenario, networked = kind.split(" ")[0], bool(draw.random() < 0.3)
+    paths = KNEE if scenario == "knee" else ANKLE
+    networked = networked and scenario != "knee"
     own = bool(draw.random() < 0.5)
     step = DEFAULTS[scenario] if own else float(draw.choice(STEPS))
     sets: Sets = {"orthosis": "s1_waist"} if networked else {}
     sets |= {"timestep": f"{step} ms"} | air(draw, networked)
-    if scenario == "seated":
+    if scenario in ("seated", "knee"):
         period, share = draw.uniform(0.6, 2.0), draw.uniform(0.2, 0.8)
         spans = [["0 s", f"{share * period} s"]], [[f"{share * period} s", f"{period} s"]]
         sets["duration"] = f"{period * draw.uniform(1.0, 3.0):.3f} s"
-        sets["timer"] = {
-            "period": f"{period} s",
-            "dorsiflexor": {"inlet": spans[0], "outlet": spans[1]},
-            "plantarflexor": {"inlet": spans[1], "outlet": spans[0]},
-        }
+        sets["timer"] = {"period": f"{period} s"}
+        for k, name in enumerate(paths):
+            sets["timer"][name] = {"inlet": spans[k], "outlet": spans[1 - k]}
     else:
         sets["duration"] = f"{draw.uniform(2.4, 5.0):.3f} s"
         sets |= {"patient.body_mass": f"{draw.uniform(40.0, 120.0)} kg"}
         sets |= {"patient.body_height": f"{draw.uniform(1.4, 2.0)} m"}
         sets |= {"gait.settled": "walked"} if draw.random() < 0.3 else {}
         sets |= {"ground.mode": "contact"} if kind.endswith("contact") else {}
-    for name in PATHS:
-        sets |= group(draw, name, networked)
-    return kind, sets | {"orthosis.anchor": mounting(draw)}
+    for name, path in paths.items():
+        sets |= group(draw, name, path, networked)
+    return kind, sets | {"orthosis.anchor": mounting(draw, ANCHORS[scenario == "knee"])}
 
 
 def examined(seed: int) -> Outcome:

@@ -21,7 +21,7 @@ from afo_sim.description.quantity import (
     split_sources,
 )
 from afo_sim.description.rest_curves import RestCurves, at_rest
-from afo_sim.physics import FRICTIONS, LAWS, Braid, LawParameter, LawVolume, law_volume, returning
+from afo_sim.physics import FRICTIONS, LAWS, RETIRED_FRICTIONS, Braid, LawParameter, LawVolume, law_volume, returning
 
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
 Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]
@@ -199,12 +199,16 @@ class Muscle(Named, RestCurves, Draws):
         if not isinstance(table, dict):
             return table
         laws, frictions = _named(table, "law"), _named(table, "friction")
+        frictions = {name: own for name, own in frictions.items() if name not in RETIRED_FRICTIONS}
         return table | {"laws": laws, "frictions": frictions}
 
     @field_validator("law", "friction")
     @classmethod
     def _is_known(cls, chosen: str, info: ValidationInfo) -> str:
         known = [*LAWS] if info.field_name == "law" else [*FRICTIONS, "none"]
+        if instead := RETIRED_FRICTIONS.get(chosen):
+            problem = f"the friction {chosen!r} is retired: it gave energy where the pressure rose"
+            raise refusal(problem, f"{instead}, in a table [frictions.{instead}] with the same parameters")
         if chosen not in known:
             raise refused_name(f"{chosen!r} is an unknown {info.field_name}", chosen, known)
         return chosen

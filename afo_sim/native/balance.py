@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE
-from afo_sim.native.muscle import cable, damping, friction, law_slopes, weight_of_end
+from afo_sim.native.muscle import cable, damping, friction, law_slopes
 from afo_sim.native.slots import (
     AIR_ROW,
     ANCHOR,
@@ -18,7 +18,6 @@ from afo_sim.native.slots import (
 )
 from afo_sim.physics import (
     anchor_displacement,
-    anchor_weight,
     chamber_pressure,
     muscle_volume,
     register_jitable,
@@ -64,9 +63,8 @@ def shift(m: Any, d: Any, j: int, pull: float, rest: bool) -> tuple[float, float
             u[a + ANCHOR.length],
             0.0 if rest else u[a + ANCHOR.damping],
             act[state + ANCHOR_ACT.displacement],
-            act[state + ANCHOR_ACT.loss],
+            act[state + ANCHOR_ACT.last_move],
             m.opt.timestep,
-            anchor_weight(u[a + ANCHOR.damping], act[state + ANCHOR_ACT.against], m.opt.timestep),
         )
         total += z
         slope += by_pull
@@ -151,12 +149,12 @@ def pull_of(m: Any, d: Any, chamber: int, moved: float) -> tuple[float, float]:
 @register_jitable
 def lacking(
     m: Any, d: Any, leader: int, chamber: int, contraction: float, absolute: float, moved: float, rest: bool
-) -> tuple[float, float, float, float, float, float]:
-    """Balance of a leader: (force left, −slope by κ, slope by p, θ, tension, slope of the cable).
+) -> tuple[float, float, float, float, float]:
+    """Balance of a leader: (force left, −slope by κ, slope by p, tension, slope of the cable).
 
-    θ G + (1 − θ) G_last − c κ̇ − F_friction at a step's end, with G = F_static − T and κ̇ = (κ − κ_last)/h;
-    at rest G. The damping c is that of the mean pressure of the step. Its slope by the pressure is left out,
-    so that the force always falls as κ rises. Writes what the muscle's law answers.
+    F_static − T − c κ̇ − F_friction at a step's end, with κ̇ of the second order by two steps back (BDF2); at
+    rest without what moves. The slope of c by the pressure is left out, so that the force always falls as κ
+    rises. Writes what the muscle's law answers.
     """
     u, act, data, k = m.actuator_user, d.act, d.userdata, m.nuser_actuator * leader
     own, state = int(u[k + MUSCLE_ROW.userdata]), int(u[k + MUSCLE_ROW.state])
@@ -166,14 +164,13 @@ def lacking(
     data[own + LEADER_DATA.asked], data[own + LEADER_DATA.static] = contraction, static
     data[own + LEADER_DATA.static_by] = by_contraction
     data[own + LEADER_DATA.static_by_pressure] = by_pressure
-    left, damped, theta = static - tension, 0.0, 1.0
+    left, damped = static - tension, 0.0
     if not rest:
-        last, per_step = act[m.actuator_actadr[chamber] + CHAMBER_ACT.last_pressure], 1.0 / m.opt.timestep
-        rate = (contraction - act[state + LEADER_ACT.contraction]) * per_step
-        c = damping(m, k, rate, 0.5 * (absolute + last))
-        rubbing, by_rate = friction(m, d, k, contraction, rate, pressure, static)
-        theta = weight_of_end(m, k, last)
-        left = theta * left + (1.0 - theta) * act[state + LEADER_ACT.carried] - c * rate - rubbing
-        damped = (c + by_rate) * per_step
-    stiffness = damped + theta * (slope * u[k + MUSCLE_ROW.nominal_length] - by_contraction)
-    return left, stiffness, theta * by_pressure, theta, tension, slope
+        per_step, move = 1.0 / m.opt.timestep, contraction - act[state + LEADER_ACT.contraction]
+        rate = (1.5 * move - 0.5 * act[state + LEADER_ACT.last_move]) * per_step
+        c = damping(m, k, rate, absolute)
+        rubbing, by_friction = friction(m, d, k, contraction, move, rate, pressure, static)
+        left -= c * rate + rubbing
+        damped = 1.5 * c * per_step + by_friction
+    stiffness = damped + slope * u[k + MUSCLE_ROW.nominal_length] - by_contraction
+    return left, stiffness, by_pressure, tension, slope

@@ -3,12 +3,12 @@
 from typing import Any
 
 from afo_sim.common import AMBIENT_PRESSURE
-from afo_sim.native.slots import FRICTION_ROW, LEADER_DATA, MUSCLE_ROW, PAD_ROW
+from afo_sim.native.slots import AIR_ROW, CHAMBER_DATA, FRICTION_ROW, LEADER_DATA, MUSCLE_ROW, PAD_ROW
 from afo_sim.physics import (
     Slopes,
     cable_tension,
-    friction_force,
-    friction_pressure,
+    friction_of_dead_band,
+    friction_of_motion,
     friction_rates,
     is_force,
     pad_force,
@@ -47,28 +47,32 @@ def cable(m: Any, d: Any, leader: int, contraction: float, shift: float) -> tupl
 
 
 @register_jitable
+def yield_force(u: Any, k: int, contraction: float, pressure: float, static: float) -> float:
+    """Force by which its friction's dead band weakens the muscle whose row starts at k [N]."""
+    dead_band = u[k + MUSCLE_ROW.friction_coefficients]
+    if dead_band > pressure:
+        dead_band = 0.0 if pressure < 0.0 else pressure
+    weaker = static - law_slopes(u, k, contraction, pressure - dead_band)[0]
+    return 0.0 if weaker < 0.0 else weaker
+
+
+@register_jitable
 def friction(
-    m: Any, d: Any, k: int, contraction: float, rate: float, pressure: float, static: float
+    m: Any, d: Any, k: int, contraction: float, moved: float, rate: float, pressure: float, static: float
 ) -> tuple[float, float]:
-    """Friction of the muscle whose row starts at k, positive while shortening [N], and its slope by κ̇
-    [N·s]."""
-    u, step = m.actuator_user, m.opt.timestep
+    """Friction of the muscle whose row starts at k, positive while shortening [N], and its slope by κ [N]."""
+    u, per_rate = m.actuator_user, 1.5 / m.opt.timestep
     model, f = u[k + MUSCLE_ROW.friction], k + MUSCLE_ROW.friction_coefficients
     if model == 0.0:
         return 0.0, 0.0
-    holder = int(u[k + MUSCLE_ROW.friction_states])
-    a = m.actuator_actadr[holder] if holder >= 0 else 0
     if is_force(model):
-        return friction_force(model, contraction, rate, pressure, d.act, a, u, f, step)
-    q, q_slope = friction_pressure(model, rate, d.act, a, u, f, step)
-    bound = 0.0 if pressure < 0.0 else pressure
-    if q > bound:
-        q, q_slope = bound, 0.0
-    elif q < -bound:
-        q, q_slope = -bound, 0.0
-    felt, _, by_pressure = law_slopes(u, k, contraction, pressure - q)
-    slope = by_pressure * q_slope
-    return static - felt, slope if slope > 0.0 else 0.0
+        force, slope = friction_of_motion(model, contraction, rate, pressure, d.act, 0, u, f)
+        return force, per_rate * slope
+    holder, yields = int(u[k + MUSCLE_ROW.friction_states]), yield_force(u, k, contraction, pressure, static)
+    if holder >= 0:
+        return friction_of_dead_band(model, yields, moved, d.act, m.actuator_actadr[holder], u, f)
+    force, slope = friction_of_dead_band(model, yields, rate, d.act, 0, u, f)
+    return force, per_rate * slope
 
 
 @register_jitable
@@ -78,15 +82,6 @@ def damping(m: Any, k: int, rate: float, absolute: float) -> float:
     return u[k + MUSCLE_ROW.damping] * absolute + u[k + MUSCLE_ROW.nominal_length] * three_element_damping(
         absolute - AMBIENT_PRESSURE, rate, u[c], u[c + 1], u[c + 2], u[c + 3], u[c + 4], u[c + 5], u[c + 6]
     )
-
-
-@register_jitable
-def weight_of_end(m: Any, k: int, last_absolute: float) -> float:
-    """Weight θ of a step's end in the balance of the muscle whose row starts at k, from ½ to 1."""
-    u = m.actuator_user
-    relaxed = u[k + MUSCLE_ROW.cable_stiffness] * u[k + MUSCLE_ROW.nominal_length] * m.opt.timestep
-    c = damping(m, k, 0.0, last_absolute)
-    return 0.5 if relaxed <= 2.0 * c else 1.0 - c / relaxed
 
 
 @register_jitable
@@ -115,8 +110,12 @@ def sole_pad_force(m: Any, d: Any, i: int, j: int) -> tuple[float, float]:
 @register_jitable
 def friction_dyn(m: Any, d: Any, i: int, j: int) -> float:
     """Write the rates of a friction's states but the first to `act_dot`, and return that of the first."""
-    u = m.actuator_user
+    u, data, step = m.actuator_user, d.userdata, m.opt.timestep
     k = m.nuser_actuator * int(u[j + FRICTION_ROW.muscle])
-    rate = d.userdata[int(u[k + MUSCLE_ROW.userdata]) + LEADER_DATA.rate]
+    own, chamber = int(u[k + MUSCLE_ROW.userdata]), m.nuser_actuator * int(u[k + MUSCLE_ROW.chamber])
+    kappa = data[own + LEADER_DATA.contraction]
+    pressure = data[int(u[chamber + AIR_ROW.userdata]) + CHAMBER_DATA.pressure] - AMBIENT_PRESSURE
+    yields = yield_force(u, k, kappa, pressure, law_slopes(u, k, kappa, pressure)[0])
+    moved = step * data[own + LEADER_DATA.rate]
     c, a = k + MUSCLE_ROW.friction_coefficients, m.actuator_actadr[i]
-    return friction_rates(u[k + MUSCLE_ROW.friction], rate, d.act, a, u, c, m.opt.timestep, d.act_dot)
+    return friction_rates(u[k + MUSCLE_ROW.friction], yields, moved, d.act, a, u, c, step, d.act_dot)

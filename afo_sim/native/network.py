@@ -2,7 +2,7 @@
 
     e = x − s − L0 (1 − κ) − Σ z(P)       stretch of each cable, x its path
     T = k max(e, 0),  P = Σ n T           tension of a muscle, pull on the anchors
-    θ G + (1 − θ) G_last = c κ̇ + F_friction    G = F_static(κ, p) − T
+    F_static(κ, p) − T = c κ̇ + F_friction
     p = σ/V(κ)^γ                          pressure of each chamber
 
 Unknowns are κ of every leader and P. Newton's method solves them together, each leader eliminated into its
@@ -35,7 +35,7 @@ from afo_sim.native.slots import (
     MUSCLE_ROW,
     NETWORK_ROW,
 )
-from afo_sim.physics import anchor_displacement, anchor_force, anchor_weight, register_jitable
+from afo_sim.physics import anchor_displacement, register_jitable
 
 HALVINGS = 55  # of a bracket of κ or p
 NARROW_PULL = 1e-6  # width of a bracket of the pull that is solved [N]
@@ -158,7 +158,7 @@ def write_back(m: Any, d: Any, i: int, j: int, pull: float, rest: bool) -> None:
     while chamber >= 0:
         write_derivatives(m, d, chamber, softness, stiffness)
         chamber = int(u[m.nuser_actuator * chamber + CHAMBER_ROW.next])
-    write_anchors(m, d, j, pull, stiffness, per_step, rest)
+    write_anchors(m, d, j, pull, per_step, rest)
 
 
 @register_jitable
@@ -208,7 +208,7 @@ def write_derivatives(m: Any, d: Any, chamber: int, softness: float, total: floa
 
 
 @register_jitable
-def write_anchors(m: Any, d: Any, j: int, pull: float, stiffness: float, per_step: float, rest: bool) -> None:
+def write_anchors(m: Any, d: Any, j: int, pull: float, per_step: float, rest: bool) -> None:
     """Pull and displacement of a network's anchors to `userdata`, and the rates of their states."""
     u, act, data, act_dot = m.actuator_user, d.act, d.userdata, d.act_dot
     a, state = j + NETWORK_ROW.first_anchor, int(u[j + NETWORK_ROW.state])
@@ -216,13 +216,11 @@ def write_anchors(m: Any, d: Any, j: int, pull: float, stiffness: float, per_ste
     for _ in range(int(u[j + NETWORK_ROW.anchors])):
         k, force, length = u[a + ANCHOR.stiffness], u[a + ANCHOR.force], u[a + ANCHOR.length]
         damper = 0.0 if rest else u[a + ANCHOR.damping]
-        last, last_loss = act[state + ANCHOR_ACT.displacement], act[state + ANCHOR_ACT.loss]
-        theta = anchor_weight(damper, act[state + ANCHOR_ACT.against], m.opt.timestep)
-        z, _ = anchor_displacement(pull, k, force, length, damper, last, last_loss, m.opt.timestep, theta)
+        last, last_move = act[state + ANCHOR_ACT.displacement], act[state + ANCHOR_ACT.last_move]
+        z, _ = anchor_displacement(pull, k, force, length, damper, last, last_move, m.opt.timestep)
         data[place + ANCHOR_DATA.pull], data[place + ANCHOR_DATA.displacement] = pull, z
         act_dot[state + ANCHOR_ACT.displacement] = per_step * (z - last)
-        act_dot[state + ANCHOR_ACT.loss] = per_step * (pull - anchor_force(z, k, force, length) - last_loss)
-        act_dot[state + ANCHOR_ACT.against] = per_step * (stiffness - act[state + ANCHOR_ACT.against])
+        act_dot[state + ANCHOR_ACT.last_move] = per_step * (z - last - last_move)
         a += len(ANCHOR)
         state += len(ANCHOR_ACT)
         place += len(ANCHOR_DATA)

@@ -73,18 +73,19 @@ def linearise(
     while leader >= 0:
         k = m.nuser_actuator * leader
         own = int(u[k + MUSCLE_ROW.userdata])
-        left, stiffness, by_pressure, theta, tension, slope = lacking(
+        left, stiffness, by_pressure, tension, slope = lacking(
             m, d, leader, chamber, data[own + LEADER_DATA.contraction], absolute, moved, rest
         )
         data[own + LEADER_DATA.tension], data[own + LEADER_DATA.cable_slope] = tension, slope
+        carried = slope
         if held(u, k, data[own + LEADER_DATA.contraction], left):
-            left, by_pressure, theta = 0.0, 0.0, 0.0
+            left, by_pressure, carried = 0.0, 0.0, 0.0
         if stiffness < SOFTEST:
             stiffness = SOFTEST
         data[own + LEADER_DATA.step] = left / stiffness
         data[own + LEADER_DATA.by_pressure] = by_pressure / stiffness
-        data[own + LEADER_DATA.by_pull] = theta * slope * moved_by_pull / stiffness
-        data[own + LEADER_DATA.coefficient] = theta * slope * u[k + MUSCLE_ROW.nominal_length] / stiffness
+        data[own + LEADER_DATA.by_pull] = carried * moved_by_pull / stiffness
+        data[own + LEADER_DATA.coefficient] = carried * u[k + MUSCLE_ROW.nominal_length] / stiffness
         swell = data[own + LEADER_DATA.volume_slope]
         from_left += swell * data[own + LEADER_DATA.step]
         from_pressure += swell * data[own + LEADER_DATA.by_pressure]

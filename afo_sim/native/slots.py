@@ -10,7 +10,7 @@ a row. To compiled code they are constants. Nothing outside this package writes 
     actuator   act                                              userdata
     network    of each leader: contraction, carried force,      of each anchor: force, displacement
                last move; of each anchor: displacement,
-               damper's force
+               last move
     chamber    air mass, σ = p V^γ, last volume, last pressure  flow, opening of each valve, volume, pressure
     muscle     –                                                of each leader: contraction, tension, rate, …
     drive      reading, integral, pulse, switches               coils of inlet and outlet
@@ -46,7 +46,7 @@ from afo_sim.physics import (
 )
 
 RIGID = 1e6  # stiffness of a cable that is called rigid [N/m]: 0.5 mm at 500 N
-MARK = 2836.0  # tells this project's actuators from anybody else's; another number where the places move
+MARK = 2837.0  # tells this project's actuators from anybody else's; another number where the places move
 
 KIND_MUSCLE, KIND_CHAMBER, KIND_VALVE, KIND_PASSIVE, KIND_FRICTION = 1.0, 2.0, 3.0, 4.0, 5.0
 KIND_MOTOR, KIND_SPASTIC, KIND_PAD, KIND_NETWORK, KIND_DRIVE = 6.0, 7.0, 8.0, 9.0, 10.0
@@ -344,7 +344,7 @@ class CompressorAct(NamedTuple):
 
 
 class LeaderAct(NamedTuple):
-    """States of a muscle, in those of its network."""
+    """States of a muscle, in those of its network; `carried` is the static force beyond its tension [N]."""
 
     contraction: int
     carried: int
@@ -352,11 +352,10 @@ class LeaderAct(NamedTuple):
 
 
 class AnchorAct(NamedTuple):
-    """States of an anchor, in those of its network; `against` is the stiffness of what pulls on it [N/m]."""
+    """States of an anchor, in those of its network."""
 
     displacement: int
-    loss: int
-    against: int
+    last_move: int
 
 
 class DriveAct(NamedTuple):

@@ -154,7 +154,7 @@ def write_rest(model: mujoco.MjModel, data: mujoco.MjData, network: int) -> None
         act[place + ANCHOR_ACT.displacement] = found[
             at + len(ANCHOR_DATA) * number + ANCHOR_DATA.displacement
         ]
-        act[place + ANCHOR_ACT.loss] = act[place + ANCHOR_ACT.against] = 0.0
+        act[place + ANCHOR_ACT.last_move] = 0.0
 
 
 def read_flows(model: mujoco.MjModel, userdata: np.ndarray, chamber: int) -> Flows:

@@ -30,8 +30,9 @@ from .flow_edge import quick_exhaust as quick_exhaust
 from .flow_edge import regulator as regulator
 from .flow_edge import relief as relief
 from .friction import FRICTIONS as FRICTIONS
-from .friction.dispatch import friction_force as friction_force
-from .friction.dispatch import friction_pressure as friction_pressure
+from .friction import RETIRED_FRICTIONS as RETIRED_FRICTIONS
+from .friction.dispatch import friction_of_dead_band as friction_of_dead_band
+from .friction.dispatch import friction_of_motion as friction_of_motion
 from .friction.dispatch import friction_rates as friction_rates
 from .friction.dispatch import is_force as is_force
 from .friction.law import MAX_FRICTION_COEFFICIENTS as MAX_FRICTION_COEFFICIENTS
@@ -143,7 +144,6 @@ from .sensing import sense as sense
 from .series import anchor_displacement as anchor_displacement
 from .series import anchor_energy as anchor_energy
 from .series import anchor_force as anchor_force
-from .series import anchor_weight as anchor_weight
 from .series import cable_tension as cable_tension
 from .series import capstan as capstan
 from .static_force import BRAID_BLEND as BRAID_BLEND

@@ -27,24 +27,6 @@ def cable_tension(stretch: float, stiffness: float) -> tuple[float, float]:
 
 
 @register_jitable
-def anchor_weight(damping: float, against: float, step: float) -> float:
-    """Weight θ of a step's end in the balance of a damped anchor, from ½ to 1.
-
-    Up to a rate k/c of 2/h it is ½, the trapezoidal rule. Under that a faster relaxation would swing: what
-    becomes taut would feel twice the damper's force and none in turn. θ = 1 − c/(k h) lets it die away.
-
-    Parameters
-    ----------
-    damping : c [N·s/m]
-    against : k, of what pulls on the anchor, at the last step [N/m]; 0 where nothing pulled
-    step : h [s]
-    """
-    if not against > 0.0:
-        return 1.0
-    return 0.5 if against * step <= 2.0 * damping else 1.0 - damping / (against * step)
-
-
-@register_jitable
 def anchor_displacement(
     pull: float,
     stiffness: float,
@@ -52,14 +34,13 @@ def anchor_displacement(
     length: float,
     damping: float,
     last: float,
-    last_loss: float,
+    last_move: float,
     step: float,
-    theta: float = 0.5,
 ) -> tuple[float, float]:
     """Displacement of an anchor under the pull of all its muscles at the end of a step, and its slope dz/dP.
 
     Undamped:  P = k z, or P = a (e^(z/x0) − 1) for one that stiffens, S(z) below.
-    Damped:    P = S(z) + c ż,  θ (P − S(z)) + (1 − θ) (P − S(z))_last = c (z − z_last)/h
+    Damped:    P = S(z) + c ż,  ż = (3 (z − z_last) − (z_last − z_before))/(2 h), of the second order (BDF2)
 
     Parameters
     ----------
@@ -68,9 +49,8 @@ def anchor_displacement(
     force, length : a [N], x0 [m]
     damping : c [N·s/m]
     last : z_last [m]
-    last_loss : (P − S(z))_last, the damper's force [N]
+    last_move : z_last − z_before, over the step before [m]
     step : h [s]
-    theta : θ, as of `anchor_weight`
 
     Returns
     -------
@@ -84,21 +64,21 @@ def anchor_displacement(
         if stiffness != 0.0:
             return pull / stiffness, 1.0 / stiffness
         return length * math.log1p(pull / force), length / (pull + force)
-    known = theta * pull + (1.0 - theta) * last_loss + damping / step * last
+    per_move = 1.5 * damping / step
+    known = pull + per_move * (last + last_move / 3.0)
     if stiffness != 0.0:
-        per_length = theta * stiffness + damping / step
-        return known / per_length, theta / per_length
+        return known / (stiffness + per_move), 1.0 / (stiffness + per_move)
     z, slope = last, 1.0
-    highest = length * math.log1p(max(known, 0.0) / (theta * force))  # as if its damper held nothing
+    highest = length * math.log1p(max(known, 0.0) / force)  # as if its damper held nothing
     for _ in range(_ANCHOR_ITERATIONS):
         z = min(z, highest)
         grown = math.exp(z / length)
-        slope = theta * force / length * grown + damping / step
-        change = (known - theta * force * (grown - 1.0) - damping / step * z) / slope
+        slope = force / length * grown + per_move
+        change = (known - force * (grown - 1.0) - per_move * z) / slope
         z += change
         if abs(change) < 1e-15:
             break
-    return z, theta / slope
+    return z, 1.0 / slope
 
 
 @register_jitable

@@ -18,3 +18,5 @@ def collected() -> dict[str, Friction]:
 
 
 FRICTIONS: dict[str, Friction] = collected()
+# Of former versions: their springs grew stiffer with the pressure, and gave energy where it rose.
+RETIRED_FRICTIONS = {"vo_minh_2011": "maxwell_slip", "bouc_wen_1976": "maxwell_slip"}

@@ -9,32 +9,31 @@ from afo_sim.physics.registry import Branch, dispatcher, items
 Answer = Callable[..., tuple[float, float]]
 
 
-def _call(friction: Friction, motion: Sequence[str]) -> str:
+def _call(friction: Friction, motion: Sequence[str], *memory: str) -> str:
     """A kernel's call; its states start at act[a] and its coefficients at u[c]."""
     states = items("act", "a", friction.n_state)
     coefficients = items("u", "c", len(friction.typical))
-    memory = ["step"] if friction.n_state else []
     return f"({', '.join([*motion, *states, *coefficients, *memory])})"
 
 
 def answers_over(frictions: Iterable[Friction], unit: str) -> Answer:
-    """(id, *MOTION, act, a, u, c, h) → (friction, its derivative by κ̇) of the frictions in a unit."""
-    name = "force" if unit == "N" else "pressure"
+    """(id, *MOTION, act, a, u, c) → (friction, its derivative by what moves) of the frictions of a unit."""
+    name = "of_motion" if unit == "N" else "of_dead_band"
     return dispatcher(
         f"friction_{name}",
-        ("model", *MOTION[unit], "act", "a", "u", "c", "step"),
+        ("model", *MOTION[unit], "act", "a", "u", "c"),
         [
             Branch(f.native_id, f.kernel, (f"return {{kernel}}{_call(f, MOTION[unit])}",))
             for f in frictions
             if f.unit == unit
         ],
         otherwise="math.nan, math.nan",
-        description=f"Friction {name} at the end of the step [{unit}], and its derivative by κ̇ [{unit}·s].",
+        description="Friction at the end of the step [N], and its derivative by what moves.",
     )
 
 
 def rates_over(frictions: Iterable[Friction]) -> Callable[..., float]:
-    """(id, κ̇, act, a, u, c, h, act_dot) → the rate of one state; of several they go to act_dot, from a on.
+    """(id, W, Δκ, act, a, u, c, h, act_dot) → the rate of one state; of several they go to act_dot.
 
     Of an actuator with one state MuJoCo takes what the callback returns.
     """
@@ -42,7 +41,7 @@ def rates_over(frictions: Iterable[Friction]) -> Callable[..., float]:
     for friction in frictions:
         if friction.rate_kernel is None:
             continue
-        call = f"{{kernel}}{_call(friction, ('rate',))}"
+        call = f"{{kernel}}{_call(friction, MOTION['Pa'], 'step')}"
         lines: tuple[str, ...] = (f"return {call}",)
         if friction.n_state > 1:
             targets = ", ".join(items("act_dot", "a", friction.n_state))
@@ -50,24 +49,24 @@ def rates_over(frictions: Iterable[Friction]) -> Callable[..., float]:
         branches.append(Branch(friction.native_id, friction.rate_kernel, lines))
     return dispatcher(
         "friction_rates",
-        ("model", "rate", "act", "a", "u", "c", "step", "act_dot"),
+        ("model", *MOTION["Pa"], "act", "a", "u", "c", "step", "act_dot"),
         branches,
-        description="Rate of a friction's one state [Pa/s]; the rates of several are written to act_dot.",
+        description="Rate of a friction's one state [N/s]; the rates of several are written to act_dot.",
     )
 
 
 def which_are_forces(frictions: Iterable[Friction]) -> Callable[[float], bool]:
-    """(id) → the friction is a force, not a pressure."""
+    """(id) → the friction follows from the motion alone, not from a dead band."""
     return dispatcher(
         "is_force",
         ("model",),
         [Branch(f.native_id, f.kernel, ("return True",)) for f in frictions if f.unit == "N"],
         otherwise="False",
-        description="The friction with a native id is a force, not a pressure.",
+        description="The friction with a native id follows from the motion alone.",
     )
 
 
-friction_force = answers_over(FRICTIONS.values(), "N")
-friction_pressure = answers_over(FRICTIONS.values(), "Pa")
+friction_of_motion = answers_over(FRICTIONS.values(), "N")
+friction_of_dead_band = answers_over(FRICTIONS.values(), "Pa")
 friction_rates = rates_over(FRICTIONS.values())
 is_force = which_are_forces(FRICTIONS.values())

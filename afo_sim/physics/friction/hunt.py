@@ -1,4 +1,4 @@
-"""Coulomb friction in pressure units, Hunt, Graber-Tilton & Quinn 2017."""
+"""Coulomb friction whose dead band is a pressure, Hunt, Graber-Tilton & Quinn 2017."""
 
 import math
 
@@ -8,20 +8,23 @@ from afo_sim.physics.law import LawParameter
 
 
 @register_jitable
-def hunt_dead_band(contraction_rate: float, dead_band: float, creep_rate: float) -> tuple[float, float]:
-    """Coulomb friction in pressure units: q = Q sgn κ̇, smoothed to Q tanh(κ̇/κ̇_r).
+def hunt_friction(
+    yields: float, contraction_rate: float, dead_band: float, creep_rate: float
+) -> tuple[float, float]:
+    """Coulomb friction of a dead band Q: F = W sgn κ̇, smoothed to W tanh(κ̇/κ̇_r).
 
     A muscle that holds a load creeps, at most at about κ̇_r.
 
     Parameters
     ----------
+    yields : W, force by which the dead band Q of pressure weakens the muscle now [N], not negative
     contraction_rate : κ̇ [1/s]
-    dead_band : Q, half the width of the hysteresis loop [Pa]
+    dead_band : Q, half the width of the hysteresis loop [Pa], which W stands for
     creep_rate : κ̇_r [1/s], above zero
 
     Returns
     -------
-    (friction pressure q [Pa], its derivative by κ̇ [Pa·s])
+    (friction [N], its derivative by κ̇ [N·s])
 
     Source
     ------
@@ -29,7 +32,7 @@ def hunt_dead_band(contraction_rate: float, dead_band: float, creep_rate: float)
     IDETC, V05AT08A008: P = … + 15.6 kPa · S, S = +1 shortening, −1 lengthening, 0 static.
     """
     sign = math.tanh(contraction_rate / creep_rate)
-    return dead_band * sign, dead_band * (1.0 - sign * sign) / creep_rate
+    return yields * sign, yields * (1.0 - sign * sign) / creep_rate
 
 
 PARAMETERS = (
@@ -52,8 +55,8 @@ HUNT_2017 = Friction(
     n_state=0,
     parameters=PARAMETERS,
     coefficients=lambda braid, q: (q["dead_band"], q["creep_rate"]),
-    kernel=hunt_dead_band,
-    formula="q = Q tanh(κ̇/κ̇_r)",
+    kernel=hunt_friction,
+    formula="F = W tanh(κ̇/κ̇_r), W what Q weakens the muscle by",
     validity="Festo Ø10, Q = 15.6 kPa; no force at rest, so a held muscle creeps",
     source="Hunt, Graber-Tilton & Quinn 2017",
 )

@@ -1,40 +1,35 @@
-"""Four Maxwell-slip elements in pressure units, Vo-Minh et al. 2011."""
+"""Four Maxwell-slip elements whose springs do not know the pressure and whose blocks do."""
+
+import math
 
 from afo_sim.physics.friction.law import DEAD_BAND, Friction
 from afo_sim.physics.jitable import register_jitable
-from afo_sim.physics.law import LawParameter
+from afo_sim.physics.law import Braid, LawParameter
 
-ELEMENT_SHARES = (0.1, 0.2, 0.3, 0.4)  # of the dead band, for each element
+ELEMENT_SHARES = (0.1, 0.2, 0.3, 0.4)  # of the yield force, for each element
 
 
-@register_jitable
-def maxwell_slip_elements(
-    dead_band: float, presliding_contraction: float
-) -> tuple[float, float, float, float, float]:
-    """Divide a dead band over four Maxwell-slip elements of equal stiffness k.
+def presliding_stiffness(braid: Braid, dead_band: float, presliding_contraction: float) -> float:
+    """Stiffness of one of four Maxwell-slip elements [N per unit of κ], K = A0 Q/(2.5 s).
 
-    Element i slips at i/4 of the pre-sliding contraction s, W_i = k s i/4, and together the four make
-    up the dead band Q = Σ W_i: k = Q/(2.5 s), W_i = i Q/10. From rest the friction rises through
-    0.4, 0.7, 0.9 and 1 of Q at 1/4, 2/4, 3/4 and 4/4 of s, straight in between.
+    At rest a braid's force rises by A0 = π r0² (2 b − 3) with its pressure, so that there element i slips at
+    i/4 of s, and together the four make up A0 Q: from rest the friction rises through 0.4, 0.7, 0.9 and 1 of
+    that at 1/4, 2/4, 3/4 and 4/4 of s, straight in between.
 
     Parameters
     ----------
+    braid : geometry of the muscle
     dead_band : Q [Pa]
     presliding_contraction : s [-], above zero; the travel from rest until all four slip
-
-    Returns
-    -------
-    (k [Pa per unit of κ], W_1, W_2, W_3, W_4 [Pa])
     """
-    first, second, third, fourth = ELEMENT_SHARES
-    stiffness = 4.0 * first * dead_band / presliding_contraction
-    return stiffness, first * dead_band, second * dead_band, third * dead_band, fourth * dead_band
+    area = math.pi * braid.nominal_radius**2 * (2.0 * braid.b - 3.0)
+    return 4.0 * ELEMENT_SHARES[0] * area * dead_band / presliding_contraction
 
 
 @register_jitable
-def _slip(pressure: float, travel: float, limit: float) -> tuple[float, float]:
-    """Pressure of one element after `travel` = k Δκ [Pa], and 1 if it sticks, 0 if it slips."""
-    moved = pressure + travel
+def _slip(force: float, pull: float, limit: float) -> tuple[float, float]:
+    """Force of one element after its spring is pulled by `pull` [N], and 1 if it sticks, 0 if it slips."""
+    moved = force + pull
     if moved >= limit:
         return limit, 0.0
     if moved <= -limit:
@@ -44,77 +39,81 @@ def _slip(pressure: float, travel: float, limit: float) -> tuple[float, float]:
 
 @register_jitable
 def maxwell_slip_rates(
-    contraction_rate: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    q4: float,
-    stiffness: float,
+    yields: float,
+    travel: float,
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
     dead_band: float,
+    stiffness: float,
     timestep: float,
 ) -> tuple[float, float, float, float]:
-    """Rates of four Maxwell-slip elements, such that an Euler step of h is exact: q_i → q_i + h q̇_i.
+    """Rates of four Maxwell-slip elements, such that an Euler step of h is exact: f_i → f_i + h ḟ_i.
 
-    q_i ← clamp(q_i + k κ̇ h, ±W_i): springs in series with sliding blocks, all side by side. Exact for
-    a κ̇ that is constant over the step, whatever the step; rate-independent, with non-local memory
-    (a closed minor loop leaves no trace) and Masing's rule (a branch after a turning point is the
-    virgin curve at twice its size).
+    f_i ← clamp(f_i + K Δκ, ±W_i): springs in series with sliding blocks, all side by side. Exact whatever the
+    step, as long as κ goes one way in it and W stays; rate-independent, with non-local memory (a closed minor
+    loop leaves no trace) and Masing's rule (a branch after a turning point is the virgin curve at twice its
+    size). W_i is the share i of the yield force W, which falls with the pressure: a block then slips back and
+    turns what its spring has stored into heat.
 
     Parameters
     ----------
-    contraction_rate : κ̇ [1/s]
-    q1, q2, q3, q4 : friction pressures of the elements, the states [Pa]; 0 is a muscle never moved
-    stiffness, dead_band : k [Pa per unit of κ] from `maxwell_slip_elements`, Q [Pa]
+    yields : W, force by which the dead band Q of pressure weakens the muscle now [N], not negative
+    travel : Δκ over the step [-]
+    f1, f2, f3, f4 : forces of the elements, the states [N]; 0 is a muscle never moved
+    dead_band : Q [Pa], which W stands for
+    stiffness : K [N per unit of κ], `presliding_stiffness`
     timestep : h [s]
 
     Returns
     -------
-    (q̇1, q̇2, q̇3, q̇4) [Pa/s]
+    (ḟ1, ḟ2, ḟ3, ḟ4) [N/s]
 
     Source
     ------
-    Vo-Minh, Tjahjowidodo, Ramon & Van Brussel 2011, IEEE/ASME Trans. Mechatronics 16(1): N = 4. Pressure
-    units and the division of the dead band are this project's.
+    Vo-Minh, Tjahjowidodo, Ramon & Van Brussel 2011, IEEE/ASME Trans. Mechatronics 16(1): N = 4. That blocks
+    feel the pressure and springs do not, and the division of the dead band, are this project's.
     """
-    travel = stiffness * (contraction_rate * timestep)
+    pull = stiffness * travel
     return (
-        (_slip(q1, travel, ELEMENT_SHARES[0] * dead_band)[0] - q1) / timestep,
-        (_slip(q2, travel, ELEMENT_SHARES[1] * dead_band)[0] - q2) / timestep,
-        (_slip(q3, travel, ELEMENT_SHARES[2] * dead_band)[0] - q3) / timestep,
-        (_slip(q4, travel, ELEMENT_SHARES[3] * dead_band)[0] - q4) / timestep,
+        (_slip(f1, pull, ELEMENT_SHARES[0] * yields)[0] - f1) / timestep,
+        (_slip(f2, pull, ELEMENT_SHARES[1] * yields)[0] - f2) / timestep,
+        (_slip(f3, pull, ELEMENT_SHARES[2] * yields)[0] - f3) / timestep,
+        (_slip(f4, pull, ELEMENT_SHARES[3] * yields)[0] - f4) / timestep,
     )
 
 
 @register_jitable
-def maxwell_slip_pressure(
-    contraction_rate: float,
-    q1: float,
-    q2: float,
-    q3: float,
-    q4: float,
-    stiffness: float,
+def maxwell_slip_force(
+    yields: float,
+    travel: float,
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
     dead_band: float,
-    timestep: float,
+    stiffness: float,
 ) -> tuple[float, float]:
-    """Friction pressure of four Maxwell-slip elements at the end of a step, q = Σ q_i.
+    """Friction of four Maxwell-slip elements at the end of a step, F = Σ f_i.
 
-    Over any path and with any steps Σ q Δκ is at least what the springs have stored: at a constant
-    |∂F_static/∂p| friction never gives energy that it was not given.
+    The springs are alike at every pressure. So over any path of κ and p, and with any steps, Σ F Δκ is at
+    least what they have stored, Σ f_i²/(2 K): friction never gives energy that it was not given.
 
     Parameters
     ----------
-    contraction_rate, q1, q2, q3, q4, stiffness, dead_band, timestep : as in `maxwell_slip_rates`
+    yields, travel, f1, f2, f3, f4, dead_band, stiffness : as in `maxwell_slip_rates`
 
     Returns
     -------
-    (q [Pa], its derivative by κ̇ [Pa·s]) : the derivative is k h for each element that sticks.
+    (F [N], its derivative by Δκ [N]) : the derivative is K for each element that sticks.
     """
-    travel = stiffness * (contraction_rate * timestep)
-    p1, stuck1 = _slip(q1, travel, ELEMENT_SHARES[0] * dead_band)
-    p2, stuck2 = _slip(q2, travel, ELEMENT_SHARES[1] * dead_band)
-    p3, stuck3 = _slip(q3, travel, ELEMENT_SHARES[2] * dead_band)
-    p4, stuck4 = _slip(q4, travel, ELEMENT_SHARES[3] * dead_band)
-    return p1 + p2 + p3 + p4, (stuck1 + stuck2 + stuck3 + stuck4) * stiffness * timestep
+    pull = stiffness * travel
+    e1, stuck1 = _slip(f1, pull, ELEMENT_SHARES[0] * yields)
+    e2, stuck2 = _slip(f2, pull, ELEMENT_SHARES[1] * yields)
+    e3, stuck3 = _slip(f3, pull, ELEMENT_SHARES[2] * yields)
+    e4, stuck4 = _slip(f4, pull, ELEMENT_SHARES[3] * yields)
+    return e1 + e2 + e3 + e4, (stuck1 + stuck2 + stuck3 + stuck4) * stiffness
 
 
 PARAMETERS = (
@@ -124,21 +123,21 @@ PARAMETERS = (
     ),
 )
 
-VO_MINH_2011 = Friction(
-    name="vo_minh_2011",
-    native_id=2,
+MAXWELL_SLIP = Friction(
+    name="maxwell_slip",
+    native_id=5,
     unit="Pa",
     n_state=4,
     sticks=True,
     parameters=PARAMETERS,
     coefficients=lambda braid, q: (
-        maxwell_slip_elements(q["dead_band"], q["presliding_contraction"])[0],
         q["dead_band"],
+        presliding_stiffness(braid, q["dead_band"], q["presliding_contraction"]),
     ),
-    kernel=maxwell_slip_pressure,
+    kernel=maxwell_slip_force,
     rate_kernel=maxwell_slip_rates,
-    formula="q = Σ q_i, q_i ← clamp(q_i + k Δκ, ±W_i), four elements of one stiffness (Maxwell-slip)",
+    formula="F = Σ f_i, f_i ← clamp(f_i + K Δκ, ±W_i(p)), four elements of one stiffness (Maxwell-slip)",
     validity="rate-independent, holds at rest; "
     "Q about 0.16 bar for a Festo Ø10, to 0.45 bar with much rubber",
-    source="Vo-Minh, Tjahjowidodo, Ramon & Van Brussel 2011; in pressure units here",
+    source="Vo-Minh, Tjahjowidodo, Ramon & Van Brussel 2011; springs that do not know the pressure here",
 )
