@@ -63,16 +63,27 @@ class BenchLog:
                 raise InputError("is out of range", file=self.file, field=key, value=value, allowed=allowed)
         return replace(self, bench=found)
 
-    def coils(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coils of inlet and outlet at times [s]: a stated train of pulses, or each row's until the next."""
-        bench, nothing = self.bench, np.zeros_like(self.time)
+    def coils(self, time: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+        """Shares of steps that start at times [s] for which the coils of inlet and outlet are on [-].
+
+        Of a stated train of pulses, or of each row's until the next.
+        """
+        bench, ends = self.bench, np.append(time, time[-1] + step)
         if "period" in bench:
             turn = bench.get("venting_from", np.inf)
-            since = np.where(time < turn, time, time - turn) % bench["period"]
-            inlet = (time < turn) & (since < bench.get("inlet_pulse", 0.0))
-            return inlet * 1.0, (time >= turn) * (since < bench.get("outlet_pulse", 0.0)) * 1.0
-        row = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 1)
-        return self.columns.get("inlet", nothing)[row], self.columns.get("outlet", nothing)[row]
+            since = np.minimum(ends, turn), np.maximum(ends - turn, 0.0)
+            pulses = [min(bench.get(f"{side}_pulse", 0.0), bench["period"]) for side in ("inlet", "outlet")]
+            parts = [np.divmod(beyond, bench["period"]) for beyond in since]
+            on = [n * w + np.minimum(rest, w) for (n, rest), w in zip(parts, pulses, strict=True)]
+        else:
+            nothing, widths = np.zeros_like(self.time), np.diff(self.time)
+            row = np.clip(np.searchsorted(self.time, ends, side="right") - 1, 0, len(self.time) - 1)
+            coils = [self.columns.get(side, nothing) for side in ("inlet", "outlet")]
+            whole = [np.concatenate([[0.0], np.cumsum(coil[:-1] * widths)]) for coil in coils]
+            on = [w[row] + c[row] * (ends - self.time[row]) for w, c in zip(whole, coils, strict=True)]
+        # to a billionth, so that an edge on a step's end is one
+        inlet, outlet = (np.round(np.clip(np.diff(each) / step, 0.0, 1.0), 9) for each in on)
+        return inlet, outlet
 
 
 def read_bench_log(data: Any) -> BenchLog:

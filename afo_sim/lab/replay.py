@@ -51,7 +51,7 @@ class ReplayPlan(StandPlan):
 
     def coils(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The log's coils; a regulator is always open."""
-        return super().coils(time) if self.valve is None else self.log.coils(time)
+        return super().coils(time) if self.valve is None else self.log.coils(time, self.timestep)
 
 
 @dataclass(frozen=True, eq=False)

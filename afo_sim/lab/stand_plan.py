@@ -110,10 +110,13 @@ class StandPlan:
         return found
 
     def coils(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coils of inlet and outlet [-] over time [s]; a regulator is always open."""
+        """Share of steps that start at times [s] for which the coils of inlet and outlet are on [-].
+
+        A regulator is always open.
+        """
         if self.kind != "step":
             return np.ones_like(time), np.zeros_like(time)
-        venting = self.branch(time) % 2.0
+        venting = self.branch(time + 0.5 * self.timestep) % 2.0  # a branch is of whole steps
         return 1.0 - venting, venting
 
     def branch(self, time: np.ndarray) -> np.ndarray:

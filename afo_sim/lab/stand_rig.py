@@ -161,7 +161,7 @@ def _policy(rig: Rig, plan: StandPlan, k: int) -> Policy:
         inputs = np.zeros((len(moment.steps), rig.model.nu + 1))
         # the supply at the end of each step, so that the regulator is not a step late
         inputs[:, rig.chamber] = plan.supply(k, time[2:])
-        inputs[:, rig.inlet], inputs[:, rig.outlet] = plan.coils(time[1:-1] + 0.5 * step)
+        inputs[:, rig.inlet], inputs[:, rig.outlet] = plan.coils(time[1:-1])
         if plan.held:
             low, high = _hook(plan, k)
             inputs[:, -1] = MOUNTAIN * np.diff(low + (high - low) * plan.wave(time), 2) / step**2

@@ -1,5 +1,6 @@
 """Logs of a bench replayed: against formulas, against the stand's own runs, and against measured muscles."""
 
+import itertools
 import os
 import pathlib
 from typing import Any
@@ -9,17 +10,21 @@ import pytest
 from campaign import nightly
 from command import call
 from documents import ROOT, script
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
     GAS_CONSTANT,
     GRAVITY,
+    HEAT_CAPACITY_RATIO,
     STANDARD_DENSITY,
     InputError,
 )
 from afo_sim.description import load
 from afo_sim.lab import bench_sets, fit_replay, replay
+from afo_sim.physics import valve_flow
 
 BENCHES = pathlib.Path(os.environ.get("AFO_SIM_BENCH", ROOT.parent / "shared" / "data" / "bench"))
 needed = pytest.mark.skipif(not BENCHES.is_dir(), reason="measured logs lie beside the repository")
@@ -92,6 +97,44 @@ def test_each_pulse_of_a_choked_valve_adds_the_same_air() -> None:
     logged = replay(bare | coils)
     assert logged.predicted["pressure"] == pytest.approx(stated.predicted["pressure"], abs=2e3)
     assert stated.predicted["pressure"][-1] < stated.predicted["pressure"][300]
+
+
+def test_a_replay_is_a_chamber_integrated_by_another_program() -> None:
+    """Pulses between the steps, at the default step: 0.5 Pa RMS, which sampled coils miss by hundreds."""
+    period, pulses, turn = 0.5037, (0.0203, 0.0307), 1.5083
+    train = {"period": f"{period} s", "inlet_pulse": "20.3 ms", "outlet_pulse": "30.7 ms"}
+    found = replay(pulsed(tube_volume="200 ml", venting_from=f"{turn} s", **train)).predicted
+    edges = [
+        begun + k * period + after
+        for begun in (0.0, turn)
+        for k in range(4)
+        for after in (0.0, pulses[begun > 0])
+    ]
+    edges = sorted({0.0, 3.0, *(edge for edge in edges if edge < 3.0)})
+    volume = CubicSpline(found["time"], found["volume"])
+    gamma, gas, warm, ambient = HEAT_CAPACITY_RATIO, GAS_CONSTANT, AMBIENT_TEMPERATURE, AMBIENT_PRESSURE
+
+    def rates(time: float, state: np.ndarray, inlet: float, outlet: float) -> list[float]:
+        mass, pressure = state
+        room = float(volume(time))
+        own = pressure * room / (mass * gas)
+        entering = valve_flow(6e5 + ambient, warm, pressure, own, inlet, 0.2e-8, 0.2)
+        leaving = valve_flow(pressure, own, ambient, warm, outlet, 0.2e-8, 0.2)
+        heat = gamma * gas * (entering * warm - leaving * own) + (gamma - 1.0) * 100.0 * (warm - own)
+        return [entering - leaving, (heat - gamma * pressure * float(volume(time, 1))) / room]
+
+    state, gauge = [ambient * found["volume"][0] / (gas * warm), ambient], np.zeros(len(found["time"]))
+    for start, end in itertools.pairwise(edges):
+        middle = 0.5 * (start + end)
+        inlet = float(middle < turn and middle % period < pulses[0])
+        outlet = float(middle >= turn and (middle - turn) % period < pulses[1])
+        way = solve_ivp(
+            rates, (start, end), state, args=(inlet, outlet), rtol=1e-9, atol=[1e-14, 1e-3], dense_output=True
+        )
+        inside = (found["time"] >= start) & (found["time"] <= end)
+        gauge[inside], state = way.sol(found["time"][inside])[1] - ambient, way.y[:, -1]
+    assert np.ptp(gauge) > 3e4
+    assert np.sqrt(np.mean((found["pressure"] - gauge) ** 2)) < 5.0
 
 
 @pytest.mark.slow
