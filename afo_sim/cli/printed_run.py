@@ -41,6 +41,7 @@ def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> Non
     """The answers, then as many warnings, changes and notes as a dozen lines hold."""
     from afo_sim.metrics import decides
     from afo_sim.show import bands, effects, in_brief, known
+    from afo_sim.simulation import STEP_STUDY, step_line
 
     notes = [(f"note: {in_brief(note_lines(recording))}", 6)] if note_lines(recording) else []
     step = effects.first_step(recording)
@@ -48,6 +49,8 @@ def _print_in_short(recording: Any, answers: Sequence[Any], written: str) -> Non
     decisive = warning_lines(recording, bool(answers), only=decides)  # printed however many lines it takes
     folded = [line for line in warned if line not in decisive]
     remarks = [*folded, *notes, *([(step, 2)] if step else [])]
+    taken = recording.studies.get(STEP_STUDY, {})
+    remarks += [(step_line(recording), 2)] if taken.get("step") != taken.get("asked") else []
     if not answers:
         remarks += [(f"{name} {value}", 2) for name, value in known(recording.metrics)]
     print_line(_title(recording), style="bold")
@@ -133,7 +136,7 @@ def _print_all(recording: Any) -> None:
 def _print_numbers(recording: Any) -> None:
     """The table of metrics, and those that say nothing."""
     from afo_sim.show import printed, undefined
-    from afo_sim.simulation import found_step_errors
+    from afo_sim.simulation import found_step_errors, step_line
 
     metrics, errors = recording.metrics, found_step_errors(recording)
     left_out = {name: why for name, m in metrics.items() if (why := undefined(name, m)) is not None}
@@ -141,10 +144,12 @@ def _print_numbers(recording: Any) -> None:
     rows = [[name, value, metrics[name].unit] for name, value in found.items()]
     header = ["metric", "value", "unit"]
     if errors:
-        header.insert(2, "step error")  # numerical alone: not how far the model is off
+        header[2:2] = ["step error", "allowed"]  # numerical alone: not how far the model is off
         for row in rows:
-            row.insert(2, f"{errors[row[0]]:+.2g}" if row[0] in errors else "–")
+            error = errors.get(row[0])
+            row[2:2] = ["–", "–"] if error is None else [f"{error.error:+.2g}", f"{error.bound:.2g}"]
     print_table(recording.scenario["name"], header, rows)
+    print_line(step_line(recording))
     for why in dict.fromkeys(left_out.values()):
         print_line(f"left out, {why}: {', '.join(name for name in left_out if left_out[name] == why)}")
 

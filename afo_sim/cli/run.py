@@ -1,7 +1,6 @@
 """Commands that simulate: run, compare, torque-map, both."""
 
 import dataclasses
-import functools
 import sys
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -49,9 +48,9 @@ def run(
     spreads: Annotated[
         str, Option(help="with --uncertainty: what is not known, a shipped name or a TOML file")
     ] = "usual",
-    check_step: Annotated[
-        bool, Option("--check-step", help="run again at a quarter of the time step: error of each number")
-    ] = False,
+    step: Annotated[
+        str, Option(help="controlled: halved until numbers agree with twice the step; fixed: as it stands")
+    ] = "controlled",
     numbers: Annotated[bool, Option("--numbers", help="print every number of a walk")] = False,
     live: Annotated[bool, Option("--live", help="watch in the Rerun viewer while it runs")] = False,
     force: Annotated[bool, Option("--force", help="replace the run of another description")] = False,
@@ -66,24 +65,21 @@ def run(
     with watching(live) as watch, progress("reading, compiling the muscles") as report:
         from afo_sim.description import load
         from afo_sim.model import with_person
-        from afo_sim.simulation import quarter_step, run_scenario, with_step_errors
+        from afo_sim.simulation import check_step, run_at_step
         from afo_sim.study import check_studies, with_studies
 
         description = load("scenario", scenario, values)
         description = description.set(plainly(plain, description.walking))
         check_studies(description, draws=uncertainty, spreads=spreads)
-        finer = quarter_step(description) if check_step else None
+        check_step(step)
         folder = out or Path("runs") / description.name
         check_run_folder(folder, with_person(description).resolved(), force=force)
-        recording = run_scenario(description, progress=report, watch=watch, keeps=True)
-        if finer is not None and recording.ok:
-            again = functools.partial(report, what="again at a quarter of the time step")
-            recording = with_step_errors(recording, run_scenario(finer, progress=again), finer.timestep)
+        recording = run_at_step(description, step, report=report, watch=watch, keeps=True)
         recording = with_studies(
             recording, description, effects=change, draws=uncertainty, spreads=spreads, report=report
         )
         recording.save(folder, rrd=drawn(rrd), rate=hertz)
-    print_run(recording, folder, numbers=numbers or check_step)
+    print_run(recording, folder, numbers=numbers)
     _stop({} if recording.ok else {"": recording.status})
 
 

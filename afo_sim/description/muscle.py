@@ -21,7 +21,16 @@ from afo_sim.description.quantity import (
     split_sources,
 )
 from afo_sim.description.rest_curves import RestCurves, at_rest
-from afo_sim.physics import FRICTIONS, LAWS, RETIRED_FRICTIONS, Braid, LawParameter, LawVolume, law_volume, returning
+from afo_sim.physics import (
+    FRICTIONS,
+    LAWS,
+    RETIRED_FRICTIONS,
+    Braid,
+    LawParameter,
+    LawVolume,
+    law_volume,
+    returning,
+)
 
 PositiveLength = Annotated[float, Quantity("m", above=0.0, at_most=2.0)]
 Distance = Annotated[float, Quantity("m", at_least=0.0, at_most=2.0)]

@@ -87,7 +87,7 @@ def tissue(of: str, at: Table, drawn: Table) -> float:
 def scenario(of: str, at: Table, drawn: Table) -> float:
     """A metric of a scenario's run; a drawn `shift` is added to it."""
     sets = {key: x for key, x in drawn.items() if key not in ("draw", "shift")}
-    metric = run(of, BRIEF | sets).metrics[at["metric"]]
+    metric = run(of, BRIEF | sets, step="fixed").metrics[at["metric"]]
     return si(f"{float(metric)!r} {metric.unit}") + (si(drawn["shift"]) if "shift" in drawn else 0.0)
 
 

@@ -33,7 +33,7 @@ from afo_sim.show.report_walkers import walkers
 from afo_sim.show.run_names import apart, begun, in_words, whom
 from afo_sim.show.run_view import RunView
 from afo_sim.show.style import RUN_STYLES, RUNS
-from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_recording
+from afo_sim.simulation import BOTH_JSON, found_step_errors, limits_of, read_recording, step_line
 
 _COMPARISONS = tuple(row.name for row in REPORTED[reference_metrics])  # of a run and another
 _NORM = (
@@ -104,7 +104,7 @@ def _cell(name: str, metric: Metric | None, run: RunView) -> str:
         return "–"
     shown = status_of(name, metric.value, limits_of(run.recording)) if name in AGAINST else None
     error = found_step_errors(run.recording).get(name)
-    checked = "" if error is None else f" ± {abs(error):.1g}"
+    checked = "" if error is None else f" ± {abs(error.error):.1g}"
     return readable(name, metric) + (f" ({shown})" if shown else "") + checked
 
 
@@ -330,6 +330,7 @@ def page(runs: Sequence[RunView], both: Mapping[str, Any] | None = None) -> str:
         over_time=list(figures_over_time(others)) if others else [],
         groups=list(_metric_groups(runs)),
         step_checked=any(found_step_errors(run.recording) for run in runs),
+        steps="; ".join(dict.fromkeys(step_line(run.recording) for run in runs)),
         any_strides=any(run.recording.strides for run in runs),
         sources=list(sources(runs)),
     )

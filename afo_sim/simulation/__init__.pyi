@@ -56,6 +56,7 @@ from .rollout import failed as failed
 from .rollout import roll_out as roll_out
 from .rollout import row_width as row_width
 from .rollout import state_parts as state_parts
+from .run import run_at_step as run_at_step
 from .run import run_built as run_built
 from .run import run_controlled as run_controlled
 from .run import run_scenario as run_scenario
@@ -67,9 +68,16 @@ from .simulate import Progress as Progress
 from .simulate import Stepped as Stepped
 from .simulate import simulate_together as simulate_together
 from .simulators import steps_in as steps_in
-from .step_check import found_step_errors as found_step_errors
-from .step_check import quarter_step as quarter_step
-from .step_check import with_step_errors as with_step_errors
+from .step_control import STEP_STUDY as STEP_STUDY
+from .step_control import Step as Step
+from .step_control import as_taken as as_taken
+from .step_control import at_step as at_step
+from .step_control import check_step as check_step
+from .step_control import controlled as controlled
+from .step_control import found_step_errors as found_step_errors
+from .step_control import step_errors as step_errors
+from .step_control import step_line as step_line
+from .step_control import with_step_errors as with_step_errors
 from .stepping import FAILURES as FAILURES
 from .stepping import Moment as Moment
 from .stepping import Policy as Policy

@@ -27,7 +27,7 @@ from afo_sim.simulation.bilateral_air import SIDES, Cycle, Worse, cycle_of, flow
 from afo_sim.simulation.examine import described_cycle
 from afo_sim.simulation.files import MODEL, PARQUET, RERUN, SUMMARY
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.run import run_scenario
+from afo_sim.simulation.run import run_at_step
 from afo_sim.simulation.validity_checks import empty_warnings
 
 APART = 0.5  # share of a stride between the heel strikes of the two feet of a person who walks evenly [-]
@@ -210,7 +210,7 @@ def both(
     for k, (side, scenario) in enumerate(zip(SIDES, pair, strict=True)):
         if progress is not None:
             progress(k, 2, f"simulating the {side} leg")
-        recordings.append(run_scenario(scenario))
+        recordings.append(run_at_step(scenario))
     return laid_together(recordings[0], recordings[1], pair, shift, affected)
 
 

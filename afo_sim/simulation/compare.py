@@ -11,7 +11,7 @@ from afo_sim.common import InputError, unknown
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import number, unit
 from afo_sim.simulation.recording import Recording
-from afo_sim.simulation.run import run_scenario
+from afo_sim.simulation.run import run_at_step
 
 ANGLE = "ankle/angle"
 
@@ -44,12 +44,12 @@ def compare_laws(
     runs = {}
     for law in dict.fromkeys(laws or known):
 
-        def tell(done: int, total: int, law: str = law) -> None:
+        def tell(done: int, total: int, what: str, law: str = law) -> None:
             if report is not None:
-                report(done, total, law)
+                report(done, total, f"{law}, {what}")
 
         chosen = {f"orthosis.muscle.{group}.type.law": law for group in plain.orthosis.muscle}
-        runs[law] = run_scenario(load("scenario", scenario, {**(sets or {}), **chosen}), progress=tell)
+        runs[law] = run_at_step(load("scenario", scenario, {**(sets or {}), **chosen}), report=tell)
     return runs
 
 

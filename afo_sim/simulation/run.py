@@ -18,7 +18,7 @@ from afo_sim.common import InputError, Notice, shown, unique
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
-from afo_sim.model import AFTER, Built, start_up, two_strides, why_walked, with_person
+from afo_sim.model import AFTER, Built, as_run, start_up, two_strides, why_walked, with_person
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import (
@@ -37,7 +37,7 @@ from afo_sim.simulation.rollout import FIELDS
 from afo_sim.simulation.sensed import check_sensors, sensor_columns
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import Progress, simulate
-from afo_sim.simulation.step_check import check_forgets, quarter_step, with_step_errors
+from afo_sim.simulation.step_control import HALVINGS, Step, check_step, controlled, forgets, with_step_errors
 from afo_sim.simulation.stepping import Policy
 from afo_sim.simulation.stride_search import AIR, ANGLE
 from afo_sim.simulation.validity_checks import empty_warnings
@@ -54,7 +54,7 @@ def run(
     time_limit: float = TIME_LIMIT,
     policy: Policy | None = None,
     progress: Progress | None = None,
-    check_step: bool = False,
+    step: Step = "controlled",
     uncertainty: int = 0,
 ) -> Recording:
     """Simulate a scenario from static equilibrium.
@@ -69,8 +69,10 @@ def run(
     time_limit : wall time that the controller may take for one command [s]
     policy : what chooses all inputs as the simulation goes, for those who know the model's actuators
     progress : called with (steps done, steps in all)
-    check_step : run again at a quarter of the time step: `studies["time_step"]` holds each metric's numerical
-        error, and a warning names those beyond their bounds (docs/accuracy.md)
+    step : "controlled", by default: the time step is halved until the metrics agree with those at twice the
+        step, and a warning names those that do not at a sixteenth; "fixed" takes the scenario's step as it
+        is, as do a policy and a controller that may remember an earlier run. `studies["time_step"]` holds the
+        step that was taken and each metric's numerical error (docs/accuracy.md)
     uncertainty : draws of what is not known, at least 20, for bands of a walk's numbers and curves:
         `studies["uncertainty"]`, those of `afo-sim run --uncertainty`; 0 for none (docs/uncertainty.md)
 
@@ -84,8 +86,7 @@ def run(
     Raises
     ------
     InputError
-        The description is wrong; `check_step` is asked of a policy, of a controller that may remember its
-        first run, or of a step that has no quarter; bands are asked of a controller in Python, of a
+        The description is wrong; `step` is another text; bands are asked of a controller in Python, of a
         policy, where nobody walks, or of too few draws.
     CallbackError
         The muscle callbacks cannot be installed or are not in force.
@@ -100,9 +101,7 @@ def run(
     True
     """
     description = load("scenario", scenario, sets)
-    if check_step:
-        check_forgets(controller, policy)
-    finer = quarter_step(description) if check_step else None  # refused before anything is simulated
+    check_step(step)
     if uncertainty and not (controller is None and policy is None):
         problem = "does not go with a controller in Python or a policy: the draws would run without it"
         raise InputError(problem, field="uncertainty", value=uncertainty, allowed="0")
@@ -112,9 +111,12 @@ def run(
         simulated = functools.partial(
             run_controlled, controller=controller, rate=rate, time_limit=time_limit, keeps=True
         )
-    recording = simulated(description, progress=progress)
-    if finer is not None and recording.ok:
-        recording = with_step_errors(recording, simulated(finer, progress=progress), finer.timestep)
+    if step == "controlled" and forgets(controller, policy):
+        recording = controlled(description, lambda scenario, what: simulated(scenario, progress=progress))
+    else:
+        recording = with_step_errors(
+            simulated(description, progress=progress), {}, as_run(description).timestep
+        )
     return recording if with_bands is None else with_bands(recording)
 
 
@@ -176,6 +178,30 @@ def run_scenario(
     else:
         recording = run_built(build(scenario), policy=policy, progress=progress, watch=watch)
     return compared(recording, scenario)
+
+
+def run_at_step(
+    scenario: Scenario,
+    step: str = "controlled",
+    *,
+    halvings: int = HALVINGS,
+    report: Callable[..., None] | None = None,
+    watch: Watch | None = None,
+    keeps: bool = False,
+) -> Recording:
+    """Simulate a description as `run` does, its step halved so often at most.
+
+    `report` is told (done, in all, what); `watch` sees the asked step.
+    """
+
+    def simulate(at: Scenario, what: str) -> Recording:
+        progress = None if report is None else functools.partial(report, what=what)
+        asked = at is scenario
+        return run_scenario(at, progress=progress, watch=watch if asked else None, keeps=keeps and asked)
+
+    if step == "controlled":
+        return controlled(scenario, simulate, halvings=halvings)
+    return with_step_errors(simulate(scenario, "simulating"), {}, as_run(scenario).timestep)
 
 
 def run_built(

@@ -6,7 +6,6 @@ A time step that was too long shows in air, motion and energy.
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -22,10 +21,6 @@ from afo_sim.simulation.facts import facts_of
 COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
 MOVED = 0.01  # of its length that a muscle may move in a step [-]
 MADE = 10.0  # of the air's net work that laws may give or take [percent]
-KINKED = 0.1  # of a peak of torque, that its slope may change by within a step beside it [-]
-FALLEN = 0.005  # of the peak flow, that it may be above both its neighbours [-]
-KINKED_POWER = 0.15  # of a peak of power, likewise [-]
-LEAST_TORQUE, LEAST_POWER = 0.02, 0.5  # peaks that are too little to judge [N·m], [W]
 UNBALANCED = 0.01  # of the work that may be found nowhere [-]
 NOTHING = 1e-3  # work that is too little to judge [J]
 STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
@@ -41,7 +36,6 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
     step = built.scenario.timestep
     yield from _air(built, columns)
     yield from _motion(built, columns)
-    yield from _peaks(built, columns)
     done = energy.turnover + energy.damper_loss + abs(energy.law_mismatch)
     if done < NOTHING:
         return
@@ -127,42 +121,6 @@ def _motion(built: Built, columns: Columns) -> Iterator[Notice]:
                 most=100.0 * MOVED,
                 step=_shorter(step, moved[worst] / MOVED),
             )
-
-
-def _peaks(built: Built, columns: Columns) -> Iterator[Notice]:
-    """Warnings of peaks that stand for a step or two: a muscle becomes taut, a wide valve opens."""
-    time, step = columns["time"], _shorter(built.scenario.timestep, FINER)
-    torque, flow = columns["ankle/moment/orthosis"], columns["supply/mass_flow"]
-    power = torque * columns["ankle/velocity"]
-    text = (
-        "the orthosis' {subject} bends by {kink:.2g} {unit} a step at its peak of {height:.3g} {unit}, at "
-        "{at:.3f} s: {what} are not resolved; {step} would show more"
-    )
-    cuff = "peaks, what pulls on cuff and plate, and power"
-    for subject, unit, values, most, least, what in (
-        ("power", "W", power, KINKED_POWER, LEAST_POWER, "peaks of power and of the foot's slap"),
-        ("torque", "N·m", torque, KINKED, LEAST_TORQUE, cuff),
-    ):
-        for signed in (values, -values):
-            # how much the slope changes in a step at the largest value, before it or behind it
-            peak = int(np.argmax(signed))
-            near = signed.take(range(peak - 2, peak + 3), mode="clip")
-            kink = float(np.abs(np.diff(near, 2)).max())
-            height = float(signed[peak])
-            if height > least and kink > most * height:
-                data: dict[str, Any] = {"kink": kink, "height": height, "beyond": kink / height, "unit": unit}
-                data |= {"step": step, "at": float(time[peak]), "what": what}
-                yield Notice(f"{subject}-jumps", text, subject=subject, **data)
-    peak = int(np.argmax(flow))
-    beside = flow[[max(peak - 1, 0), min(peak + 1, len(flow) - 1)]].max()
-    if beside < (1.0 - FALLEN) * flow[peak]:
-        text = (
-            "the flow from the {subject} is {percent:.1f} % lower a step before and behind its peak, at "
-            "{at:.3f} s, which is not resolved; {step} would show more"
-        )
-        share = 1.0 - float(beside / flow[peak])
-        data = {"percent": 100.0 * share, "beyond": share, "at": float(time[peak])}
-        yield Notice("flow-jumps", text, subject="supply", step=step, **data)
 
 
 def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:

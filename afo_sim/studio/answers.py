@@ -22,7 +22,7 @@ from afo_sim.show import verdict_texts as verdict
 from afo_sim.show.moving_parts import Mountings
 from afo_sim.show.walking_figure import COLUMNS as POSED
 from afo_sim.show.walking_figure import Limbs, wrapped_paths
-from afo_sim.simulation import Asked, Recording, limits_of, reference_of, run_scenario
+from afo_sim.simulation import Asked, Recording, limits_of, reference_of, run_at_step
 from afo_sim.simulation.examine import examine
 from afo_sim.simulation.settle import settle
 from afo_sim.studio.controls import controls, shown, values
@@ -172,7 +172,7 @@ class Answers:
 
     def run(self, design: Design, report: Report) -> Iterator[Message]:
         """The whole run, from the first stride on, with its verdict; curves where strides do not repeat."""
-        recording = run_scenario(design.scenario, progress=report)
+        recording = run_at_step(design.scenario, halvings=0, report=report)
         if not recording.ok:
             raise SimulationError(recording.status.removeprefix("failed: "))
         self._run = design, recording

@@ -11,7 +11,7 @@ from afo_sim.common import InputError, Notice, Shown, SimulationError, in_unit, 
 from afo_sim.description import Limits, Scenario, load
 from afo_sim.metrics import Metric, Status
 from afo_sim.model import as_run, with_person
-from afo_sim.simulation import Asked, Recording, limits_of, run_scenario, verdict_of
+from afo_sim.simulation import Asked, Recording, as_taken, limits_of, run_at_step, verdict_of
 from afo_sim.study.effect import (
     AIR,
     CLEARANCE,
@@ -233,7 +233,7 @@ def effects(
 
     Returns
     -------
-    Effects. Each difference is that between two runs with the scenario's own time step.
+    Effects. Each difference is that between two runs with the time step that the walk was taken with.
 
     Raises
     ------
@@ -258,7 +258,7 @@ def effects(
         raise InputError(
             missing, field="scenario", value=description.name, allowed="walking with an orthosis"
         )
-    walk = recording or run_scenario(description)
+    walk = recording or run_at_step(description)
     if walk.scenario != with_person(description).resolved():
         raise InputError("is of another scenario", field="recording", value=walk.scenario["name"])
     if not walk.ok:
@@ -272,12 +272,12 @@ def effects(
     cases = [step.sets for step in offered if step.status == "run"]
     asked = Asked(frozenset({*METRICS, *SHARES}), doubts=False)
     with pool(threads) as who:
-        outcome = iter(who.in_order(description, cases, asked, _DOING, report))
+        outcome = iter(who.in_order(as_taken(description, walk), cases, asked, _DOING, report))
     base = {name: walk.metrics[name] for name in METRICS if name in walk.metrics}
     tried = [_tried(step, next(outcome), base, walk) if step.status == "run" else step for step in offered]
     aim = aim_of({answer.name: answer.status for answer in verdict_of(walk)})
     ranked = rank(tried, {name: metric.value for name, metric in base.items()}, limits_of(walk), aim)
-    return Effects(aim, base, tuple(ranked), as_run(description).timestep)
+    return Effects(aim, base, tuple(ranked), as_run(as_taken(description, walk)).timestep)
 
 
 def _tried(step: Effect, outcome: Outcome, base: Mapping[str, Metric], walk: Recording) -> Effect:

@@ -14,7 +14,7 @@ from afo_sim.description import Scenario, load
 from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, Metric, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
-from afo_sim.simulation import Asked, Recording
+from afo_sim.simulation import Asked, Recording, as_taken
 from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome
 from afo_sim.study.pool import Report, pool
 from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw
@@ -184,7 +184,8 @@ def uncertainty(
     asked = Asked(kept, doubts=False, curves=(*_CURVES, *pressures))
     cases = [drawn.sets(k) for k in range(draws)]
     with pool(threads) as who:
-        outcomes = who.in_order(scenario, cases, asked, "drawing what is not known", report)
+        at = as_taken(scenario, recording)
+        outcomes = who.in_order(at, cases, asked, "drawing what is not known", report)
     found = Found(drawn, tuple(outcomes))
     return {"spreads": spreads} | _bands_of(found, recording)
 

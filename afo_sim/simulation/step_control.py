@@ -1,0 +1,197 @@
+"""The time step of a run, controlled: its numbers count where twice the step gives the same.
+
+A run at a step h stands beside one at 2 h. Where a number differs by more than it may be off, both halve,
+until all agree or a floor is reached; then a warning names those that do not. A difference that falls to a
+third or less from one pair to the next is that of a scheme of second order, and a third of it is left; of
+any other, and of a first pair, the whole of it counts as the numerical error.
+"""
+
+import dataclasses
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from afo_sim.common import InputError, Notice, in_unit, unknown
+from afo_sim.description import Scenario
+from afo_sim.metrics import Metric
+from afo_sim.model import as_run, with_person
+from afo_sim.simulation.recording import Recording
+
+Step = Literal["controlled", "fixed"]
+Simulated = Callable[[Scenario, str], Recording]  # of a scenario, and what is done, for the progress
+
+STEP_STUDY = "time_step"  # key of `Recording.studies`
+HALVINGS = 4  # of the asked step, at most
+SECOND_ORDER = 3.0  # times by which differences fall from pair to pair, from which on a third of one is left
+SHARE = 0.01  # of its value, that a metric may be off by [-]
+ABSOLUTE = ("deg", "mm")  # units of angles and heights, which may be off by their floor and no more
+_FLOORS = (  # what is too little to matter, in each of these units
+    (2.0, "deg/s"),
+    (3.0, "g/h l/h"),
+    (1.0, "N percent"),
+    (0.5, "W"),
+    (0.3, "mm"),
+    (0.1, "deg kPa"),
+    (0.05, "l/min"),
+    (0.02, "N*m J"),
+    (0.01, "bar"),
+    (0.005, "s W/kg"),
+    (0.001, "g l"),
+    (3e-4, "N*m/kg J/kg"),
+)
+FLOORS = {unit: floor for floor, units in _FLOORS for unit in units.split()}
+# How the settled stride was found; what balance and laws leave, which are shares of next to nothing.
+OF_METHOD = {"strides_solved", "settled_air_change", "settled_angle_change", "walked_air_change"}
+OF_METHOD |= {"walked_clearance_change", "energy_error", "law_mismatch", "law_mismatch_share"}
+# Warnings that suspect the step by a pattern; beside an estimate they say nothing more.
+PATTERNS = {"air-coarse", "volume-too-fast", "air-temperature", "muscle-jumps"}
+
+
+@dataclass(frozen=True)
+class StepError:
+    """Numerical error of a metric, and what it may be, in its unit; nan where one run alone defines it."""
+
+    error: float
+    bound: float
+    unit: str
+
+    @property
+    def times(self) -> float:
+        """How many times its bound it is; infinite where one run alone defines it."""
+        if self.error == 0.0:
+            return 0.0
+        return abs(self.error) / self.bound if self.bound > 0.0 and math.isfinite(self.error) else math.inf
+
+
+def step_errors(
+    run: Mapping[str, Metric], longer: Mapping[str, Metric], longest: Mapping[str, Metric] | None = None
+) -> dict[str, StepError]:
+    """Errors of a run's metrics, from those at twice its step, and at four times where known.
+
+    Those of the method have none.
+    """
+    found = {}
+    for name, metric in run.items():
+        if name in OF_METHOD:
+            continue
+        value, before, floor = float(metric), _value(longer, name), FLOORS.get(metric.unit, 0.0)
+        same = value == before or (math.isnan(value) and math.isnan(before))
+        scale = 0.0 if metric.unit in ABSOLUTE or not math.isfinite(value) else SHARE * abs(value)
+        error = 0.0 if same else before - value
+        if longest is not None and abs(_value(longest, name) - before) >= SECOND_ORDER * abs(error):
+            error /= 3.0
+        found[name] = StepError(error, max(floor, scale), metric.unit)
+    return found
+
+
+def _value(metrics: Mapping[str, Metric], name: str) -> float:
+    return float(metrics.get(name, math.nan))
+
+
+def at_step(scenario: Scenario, step: float) -> Scenario:
+    """The scenario at another time step [s], with the rows of its own where that is a multiple."""
+    own = as_run(scenario)
+    rate = scenario.record_rate if scenario.record_rate is not None else 1.0 / own.timestep
+    return scenario.with_values(timestep=step, record_rate=rate if step <= own.timestep else None)
+
+
+def controlled(scenario: Scenario, simulate: Simulated, *, halvings: int = HALVINGS) -> Recording:
+    """A run at the step at which its metrics agree with those at twice that step, or at the shortest one.
+
+    The step that was taken and the error of each metric are in `studies`; what is beyond its bound is named
+    by a warning. Rows stay those of the asked step. A run that fails is returned as it is.
+    """
+    asked = as_run(scenario).timestep
+    longest, longer = None, _tried(scenario, 2.0 * asked, simulate)
+    run, step, errors = simulate(scenario, "simulating"), asked, dict[str, StepError]()
+    while run.ok:
+        if longer is not None:
+            errors = step_errors(run.metrics, longer.metrics, longest.metrics if longest else None)
+            if all(error.times <= 1.0 for error in errors.values()):
+                break
+        if step < 1.5 * asked / 2**halvings:
+            break
+        finer = _tried(scenario, 0.5 * step, simulate)
+        if finer is None:
+            break
+        longest, longer, run, step = longer, run, finer, 0.5 * step
+    resolved = with_person(scenario).resolved()
+    return with_step_errors(dataclasses.replace(run, scenario=resolved), errors, step, asked)
+
+
+def _tried(scenario: Scenario, step: float, simulate: Simulated) -> Recording | None:
+    """A run at another step; None where that is refused or fails."""
+    try:
+        run = simulate(at_step(scenario, step), f"at a step of {in_unit(step, 's', 'ms'):.3g} ms")
+    except InputError:
+        return None
+    return run if run.ok else None
+
+
+def with_step_errors(
+    run: Recording, errors: Mapping[str, StepError], step: float, asked: float | None = None
+) -> Recording:
+    """A run with its step [s] and the errors of its metrics in `studies`, none where unknown.
+
+    What patterns suspect is left out where errors are known; a warning names those beyond their bounds.
+    """
+    told = {name: dataclasses.asdict(error) for name, error in errors.items()}
+    study = {"step": step, "asked": asked or step, "metrics": told}
+    run = dataclasses.replace(run, studies={**run.studies, STEP_STUDY: study})
+    if not errors:
+        return run
+    kept = [one for one in run.warnings if not (isinstance(one, Notice) and one.code in PATTERNS)]
+    beyond = sorted(
+        (name for name, e in errors.items() if e.times > 1.0), key=lambda name: -errors[name].times
+    )
+    if beyond:
+        named = ", ".join(
+            f"{name} by {Metric(errors[name].error, errors[name].unit)} ({errors[name].bound:.2g} allowed)"
+            for name in beyond
+        )
+        text = (
+            "{count} of {among} numbers still depend on the time step at {step:.3g} ms, beside twice that: "
+            "{named}"
+        )
+        data: dict[str, Any] = {"count": len(beyond), "among": len(errors), "step": 1e3 * step}
+        kept.append(Notice("step-matters", text, named=named, names=beyond, **data))
+    return dataclasses.replace(run, warnings=tuple(kept))
+
+
+def as_taken(scenario: Scenario, recording: Recording) -> Scenario:
+    """The scenario at the step that a recording of it was taken with, for what is compared with that."""
+    study = recording.studies.get(STEP_STUDY, {})
+    return at_step(scenario, study["step"]) if study.get("step", 1.0) < study.get("asked", 0.0) else scenario
+
+
+def found_step_errors(recording: Recording) -> dict[str, StepError]:
+    """Errors of the metrics that a recording holds; none where none are known."""
+    table = recording.studies.get(STEP_STUDY, {}).get("metrics", {})
+    return {
+        name: StepError(math.nan if each["error"] is None else each["error"], each["bound"], each["unit"])
+        for name, each in table.items()
+    }
+
+
+def step_line(recording: Recording) -> str:
+    """The step that a run was taken with, in words."""
+    study = recording.studies.get(STEP_STUDY)
+    if study is None:
+        return "time step as described, not checked"
+    step, asked = in_unit(study["step"], "s", "ms"), in_unit(study["asked"], "s", "ms")
+    halved = f", halved from {asked:.3g} ms" if study["step"] < study["asked"] else ""
+    return f"time step {step:.3g} ms{halved}{'' if study['metrics'] else ', not checked'}"
+
+
+def check_step(step: str) -> None:
+    """Refuse a word that is no way to choose the step (InputError)."""
+    if step not in get_args(Step):
+        raise unknown(step, get_args(Step), field="step", problem="is no way to choose the time step")
+
+
+def forgets(controller: object, policy: object) -> bool:
+    """Whether a controller can run again at another step: one that may remember the first run can not."""
+    plain = inspect.isfunction(controller) and not controller.__closure__
+    return policy is None and (controller is None or plain or hasattr(controller, "reset"))
