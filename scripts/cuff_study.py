@@ -155,7 +155,7 @@ def mounted(run: afo.Recording) -> list[str]:
     metrics, solved = run.metrics, run["gait/solved"] == 1.0
     found = [
         shown(metrics["reference_toe_clearance"]),
-        shown(metrics["torque_against_push_off_10ms"]),
+        shown(metrics["torque_against_push_off"]),
         shown(1e3 * metrics["air_per_stride"], 0),
     ]
     if "cuff/shank/displacement" not in run.columns:

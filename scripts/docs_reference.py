@@ -45,7 +45,6 @@ BEFORE = {
     "swings_with_toe_contact": "clearance below zero",
     "swings_with_ball_contact": "clearance below zero",
     "needed_swing_torque": "to heel strike, with the tight calf",
-    "needed_swing_torque_10ms": "to heel strike, with the tight calf",
     "free_air_per_stride": "called normal litres",
 }
 ENTRY = re.compile(r"(?P<name>[\w*, ]+)(?: : |\n +)(?P<meaning>.+)", re.S)

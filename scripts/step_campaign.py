@@ -21,11 +21,11 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
+from afo_sim.simulation.step_check import step_errors
 
 import afo_sim as afo
 from afo_sim.common import InputError, Notice, assets
 from afo_sim.simulation import quarter_step
-from afo_sim.simulation.step_check import step_errors
 
 SCENARIOS = ("seated", "walk-dropfoot-afo", "walk-dropfoot-afo contact", "walk-dropfoot-afo both", "knee")
 DEFAULTS = {"seated": 2.0, "walk-dropfoot-afo": 1.0, "knee": 1.0}  # [ms]

@@ -74,7 +74,7 @@ def sweep(given: _Sweep) -> None:
     which = _part(given.part)
     with progress("reading, compiling the muscles") as report:
         from afo_sim.show import unseen
-        from afo_sim.study import SWEEP, design, pool, runner, sweep_plan
+        from afo_sim.study import SWEEP, design, pool, runner, sweep_plan, time_step
 
         plan = sweep_plan.read(given.source)
         plan = plan.walked() if given.plain else plan
@@ -98,6 +98,8 @@ def sweep(given: _Sweep) -> None:
         took = time.monotonic() - begun
         _keep_recordings(store)
     print(_end_text(store, state, took, "" if given.part == "1/1" else f" of part {given.part}"))
+    if of_step := time_step.remark(folder):
+        print(of_step)
     for line in unseen(SWEEP.read(folder)["scenario"], store.metrics):
         print(line)
 

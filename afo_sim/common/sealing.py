@@ -22,7 +22,7 @@ from afo_sim.common.writing import json_text, replacing, write_text
 # Kinds of files that this program writes, and it or another reads again: each is written sealed.
 WRITTEN = (
     "recording", "summary", "both legs", "scenario", "stride", "orthosis", "muscle", "leg", "worn model",
-    "chunk", "results", "manifest", "generation", "designs", "best design", "answer",
+    "chunk", "results", "manifest", "generation", "designs", "best design", "answer", "time step",
     "stand", "stand summary", "law fit", "torque fit", "run fit",
     "adapted gait", "walk", "walked columns", "wearers", "role map", "electronics", "commands",
 )  # fmt: skip

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from afo_sim.common import NORMAL_DENSITY, STANDARD_DENSITY
+from afo_sim.metrics import peak
 from afo_sim.metrics.facts import Run, cut
 from afo_sim.metrics.metric import AIR, ENERGY, Found, Metric, Of, all_measured, reported
 from afo_sim.metrics.strides import ORTHOSIS, SET_PRESSURE, Stride, chambers, emptied_at
@@ -58,7 +59,7 @@ def flow_metrics(
     yield "air_per_hour", 3600.0 * grams / seconds
     yield "free_air_per_hour", 3600.0 * litres / seconds
     yield "mean_flow", 60.0 * litres / seconds
-    yield "peak_flow", 60e3 / free_density * float(taken(rows, chambers).max())
+    yield "peak_flow", 60e3 / free_density * peak.flow_peak(taken(rows, chambers), float(steps.max()))
     if EXERGY in rows:
         for name, column in (("exergy_taken", EXERGY), ("exergy_vented", VENTED)):
             yield name, float(np.maximum(rows[column], 0.0) @ steps) / cycles
@@ -181,7 +182,7 @@ def air_of(stride: Stride) -> Found:
     ("air_per_hour", "g/h", "Air per hour", "taken from the supply, walking or moving without a stop"),
     ("free_air_per_hour", "l/h", "Free air per hour", ANR),
     ("mean_flow", "l/min", "Mean flow from the supply", f"{ANR}; of what is counted, also seated"),
-    ("peak_flow", "l/min", "Peak flow from the supply", f"of an instant, {ANR}"),
+    peak.row("peak_flow", "Flow from the supply", ANR, "l/min"),
     of=Of.WORN,
 )
 @reported(

@@ -35,8 +35,7 @@ def rise_time(time: np.ndarray, signal: np.ndarray) -> float:
 )
 @reported(
     TORQUE,
-    ("peak_{}_torque_10ms", "N*m", "{} torque, peak over 10 ms", peak.MEANING),
-    ("peak_{}_torque", "N*m", "{} torque, instantaneous peak"),
+    peak.row("peak_{}_torque", "{} torque"),
 )
 @reported(
     ANKLE,
@@ -61,8 +60,7 @@ def ankle_metrics(
         "range_of_motion": float(np.ptp(angle)),
     }
     for side, way in zip(directions, (torque, 0.0 - torque), strict=True):
-        found[f"peak_{side}_torque{peak.OVER}"] = max(0.0, peak.largest_mean(way, timestep))
-        found[f"peak_{side}_torque"] = max(0.0, float(way.max()))
+        found[f"peak_{side}_torque"] = peak.highest_mean(way, timestep)
     found |= dict(inversion_peaks(columns, timestep))
     found["rise_time"] = rise_time(time[first_cycle], angle[first_cycle])
     cycles, part = whole_cycles(len(time), timestep, period)

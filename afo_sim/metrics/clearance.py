@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from afo_sim.metrics import peak
 from afo_sim.metrics.metric import CLEARANCE, Found, Of, reported
 from afo_sim.metrics.needed_torque import NEEDED_MOMENT
 from afo_sim.metrics.strides import RECORDED_FORCE, Stride, without_floor
@@ -56,7 +57,7 @@ FOREFOOT = f"ball, pulp or tip {PASSING}; the heel is then on its way to the flo
     ),
     ("swings_with_ball_contact", "percent", "Swings in which the ball touches the floor", PASSING),
     ("toe_drag", "percent", "Share of the swing in which the floor carries the forefoot", PASSING),
-    ("toe_drag_force", "N", "Mean force of the floor on a forefoot that drags", PASSING),
+    peak.row("toe_drag_force", "Force of the floor on a forefoot that drags", PASSING, "N"),
     of=Of.STRIDE,
 )
 def clearances(stride: Stride) -> Found:
@@ -112,8 +113,7 @@ def _passing(stride: Stride) -> Iterator[tuple[str, float]]:
     if RECORDED_FORCE in stride.columns:
         load = stride["foot/toe_load"] * stride.passing
         yield "toe_drag", 100.0 * float((load > 0.0).sum()) / float(stride.swing.sum())
-        # the mean: its peak is a touch of few steps, 17 % too great at 1 ms and twice as great at 4 ms
-        yield "toe_drag_force", float(load.sum()) / max(int((load > 0.0).sum()), 1)
+        yield "toe_drag_force", peak.highest_mean(load, stride.timestep)
     yield "swings_with_ball_contact", 100.0 * bool((ball <= under - SAME * (under < 0.0)).any())
 
 

@@ -46,4 +46,7 @@ def contact(stride: Stride) -> Found:
         yield "contacts_with_forefoot", 100.0 * (pitch < FOREFOOT_PITCH)
     loading = np.count_nonzero(stride.phase <= LOADING)
     lowest = int(np.argmin(stride["ankle/angle"][:loading]))
-    yield "foot_slap_velocity", math.degrees(peak.highest(-stride["ankle/velocity"][: lowest + 1]))
+    yield (
+        "foot_slap_velocity",
+        math.degrees(peak.highest_mean(-stride["ankle/velocity"][: lowest + 1], stride.timestep)),
+    )

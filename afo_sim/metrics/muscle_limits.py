@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from afo_sim.metrics import peak
 from afo_sim.metrics.facts import Columns, MuscleLimits, Run
 from afo_sim.metrics.metric import SAFETY, Found, Of, reported
 from afo_sim.metrics.strides import chambers
@@ -13,33 +14,51 @@ FILLED = 1e4  # gauge pressure that a chamber which is filled exceeds [Pa]
 BAND = 0.25  # half the height of the band about the middle that a cycle crosses, of the swing [-]
 USED = "100 % is the limit; for the muscle that comes closest"
 CYCLES = "a cycle is a filling and venting, however partial; a filled muscle has one a stride at least"
+BRIEFLY = f"{peak.MEANING}; {USED}"
 
 
 @reported(
     SAFETY,
     ("muscle_share_of_pressure", "percent", "Highest muscle pressure as a share of its limit", USED),
-    ("muscle_share_of_force", "percent", "Highest muscle force as a share of its limit", USED),
-    ("muscle_share_of_contraction", "percent", "Greatest contraction as a share of its limit", USED),
-    ("muscle_share_of_stretch", "percent", "Greatest stretch as a share of its limit", USED),
+    (
+        "muscle_share_of_force",
+        "percent",
+        "Highest muscle force as a share of its limit",
+        BRIEFLY,
+    ),
+    (
+        "muscle_share_of_contraction",
+        "percent",
+        "Greatest contraction as a share of its limit",
+        BRIEFLY,
+    ),
+    (
+        "muscle_share_of_stretch",
+        "percent",
+        "Greatest stretch as a share of its limit",
+        BRIEFLY,
+    ),
     of=Of.RUN,
 )
 def muscles(run: Run) -> Found:
     """How close muscles come to their limits."""
     if run.rows:
-        yield from muscle_metrics(_muscle_shares(run.facts.muscles or {}, run.rows))
+        yield from muscle_metrics(_muscle_shares(run.facts.muscles or {}, run.rows, run.facts.timestep))
 
 
-def _muscle_shares(limits: Mapping[str, MuscleLimits], columns: Columns) -> dict[str, list[float]]:
+def _muscle_shares(
+    limits: Mapping[str, MuscleLimits], columns: Columns, timestep: float
+) -> dict[str, list[float]]:
     """Peak of each muscle over its limit [-]; a braid that may not be stretched at all has no share of it."""
     found: dict[str, list[float]] = {"pressure": [], "force": [], "contraction": [], "stretch": []}
     for name, own in limits.items():
         contraction = columns[f"muscle/{name}/contraction"]
         pressure = columns[f"chamber/{own.chamber}/pressure"]
         found["pressure"].append(float(pressure.max()) / own.pressure)
-        found["force"].append(float(columns[f"muscle/{name}/force"].max()) / own.force)
-        found["contraction"].append(float(contraction.max()) / own.contraction_max)
+        found["force"].append(peak.highest_mean(columns[f"muscle/{name}/force"], timestep) / own.force)
+        found["contraction"].append(peak.highest_mean(contraction, timestep) / own.contraction_max)
         if own.contraction_min < 0.0:
-            found["stretch"].append(float(contraction.min()) / own.contraction_min)
+            found["stretch"].append(peak.highest_mean(-contraction, timestep) / -own.contraction_min)
     return found
 
 

@@ -24,12 +24,12 @@ ON_FOOT = "of the muscles on the foot, about the forward axis through the ankle"
 
 @reported(
     NEED,
-    *peak.rows("needed_dorsiflexion_torque", "Dorsiflexion torque needed", NEEDED),
-    *peak.rows("needed_plantarflexion_torque", "Plantarflexion torque needed", NEEDED),
-    *peak.rows("needed_swing_torque", "Dorsiflexion torque needed in swing", SWING),
+    peak.row("needed_dorsiflexion_torque", "Dorsiflexion torque needed", NEEDED),
+    peak.row("needed_plantarflexion_torque", "Plantarflexion torque needed", NEEDED),
+    peak.row("needed_swing_torque", "Dorsiflexion torque needed in swing", SWING),
     ("needed_swing_torque_mean", "N*m", "Dorsiflexion torque needed in swing, mean", SWING),
     ("needed_swing_torque_tissue", "N*m", "Torque needed in swing, part due to tissue", TISSUE),
-    *peak.rows("needed_terminal_swing_torque", "Dorsiflexion torque needed in terminal swing", TERMINAL),
+    peak.row("needed_terminal_swing_torque", "Dorsiflexion torque needed in terminal swing", TERMINAL),
     (
         "needed_terminal_swing_torque_tissue",
         "N*m",
@@ -48,12 +48,12 @@ def torque_deficit(stride: Stride) -> Found:
         return
     needed, passive = stride.columns[NEEDED_MOMENT], stride.columns["gait/passive_moment"]
     for side, sign in SIDES.items():
-        yield from peak.peaks(f"needed_{side}_torque", sign * needed[stride.rows], stride.timestep)
+        yield f"needed_{side}_torque", peak.highest_mean(sign * needed[stride.rows], stride.timestep)
     for name, part in (
         ("needed_swing_torque", stride.between(stride.toe_off, stride.upright)),
         ("needed_terminal_swing_torque", stride.between(stride.upright, 1.0)),
     ):
-        yield from peak.peaks(name, needed, stride.timestep, part)
+        yield name, peak.highest_mean(needed, stride.timestep, part)
         if name == "needed_swing_torque":
             yield f"{name}_mean", peak.clean(part.mean(needed))
         lacking = part.of(needed)
@@ -64,21 +64,21 @@ def torque_deficit(stride: Stride) -> Found:
 
 @reported(
     TORQUE,
-    *peak.rows("orthosis_peak_dorsiflexion_torque", "Dorsiflexion torque"),
+    peak.row("orthosis_peak_dorsiflexion_torque", "Dorsiflexion torque"),
     ("orthosis_mean_dorsiflexion_torque", "N*m", "Dorsiflexion torque, mean", "over the stride"),
-    *peak.rows("orthosis_peak_plantarflexion_torque", "Plantarflexion torque"),
+    peak.row("orthosis_peak_plantarflexion_torque", "Plantarflexion torque"),
     ("orthosis_mean_plantarflexion_torque", "N*m", "Plantarflexion torque, mean", "over the stride"),
     ("orthosis_swing_torque_mean", "N*m", "Torque in swing, mean", f"dorsiflexion positive, {SWING}"),
     ("torque_covered", "percent", "Needed torque covered", "of its integral over the stride"),
-    *peak.rows("torque_missing", "Torque missing", "need that the orthosis does not meet"),
-    *peak.rows("torque_unneeded", "Torque not needed", "beyond the need or against it"),
+    peak.row("torque_missing", "Torque missing", "need that the orthosis does not meet"),
+    peak.row("torque_unneeded", "Torque not needed", "beyond the need or against it"),
     of=Of.WORN,
 )
 def torque_given(stride: Stride) -> Found:
     """Torque of the orthosis about the ankle, and how much of the need it covers."""
     torque = stride[ORTHOSIS]
     for side, sign in SIDES.items():
-        yield from peak.peaks(f"orthosis_peak_{side}_torque", sign * torque, stride.timestep)
+        yield f"orthosis_peak_{side}_torque", peak.highest_mean(sign * torque, stride.timestep)
         yield f"orthosis_mean_{side}_torque", peak.clean(float(np.maximum(sign * torque, 0.0).mean()))
     carried = stride.between(stride.toe_off, stride.upright)
     yield "orthosis_swing_torque_mean", peak.clean(carried.mean(stride.columns[ORTHOSIS]))
@@ -89,14 +89,14 @@ def torque_given(stride: Stride) -> Found:
     given = np.minimum(np.maximum(way * torque, 0.0), np.abs(needed))
     if peak.highest(np.abs(needed)) > 0.0:
         yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
-    yield from peak.peaks("torque_missing", np.abs(needed) - given, stride.timestep)
-    yield from peak.peaks("torque_unneeded", np.abs(torque - way * given), stride.timestep)
+    yield "torque_missing", peak.highest_mean(np.abs(needed) - given, stride.timestep)
+    yield "torque_unneeded", peak.highest_mean(np.abs(torque - way * given), stride.timestep)
 
 
 @reported(
     TORQUE,
-    *peak.rows("peak_inversion_moment", "Inversion moment", ON_FOOT),
-    *peak.rows("peak_eversion_moment", "Eversion moment", ON_FOOT),
+    peak.row("peak_inversion_moment", "Inversion moment", ON_FOOT),
+    peak.row("peak_eversion_moment", "Eversion moment", ON_FOOT),
     of=Of.WORN,
 )
 def inversion(stride: Stride) -> Found:
@@ -107,16 +107,16 @@ def inversion(stride: Stride) -> Found:
 def inversion_peaks(rows: Columns, timestep: float) -> Found:
     """Greatest moments to the inside and to the outside, positive numbers; none without such a column."""
     if INVERSION in rows:
-        yield from peak.peaks("peak_inversion_moment", rows[INVERSION], timestep)
-        yield from peak.peaks("peak_eversion_moment", 0.0 - rows[INVERSION], timestep)
+        yield "peak_inversion_moment", peak.highest_mean(rows[INVERSION], timestep)
+        yield "peak_eversion_moment", peak.highest_mean(0.0 - rows[INVERSION], timestep)
 
 
 @reported(
     WORK,
     ("orthosis_positive_work", "J/kg", "Positive work", "given to the ankle per stride and body mass"),
     ("orthosis_negative_work", "J/kg", "Negative work", "taken from the ankle per stride and body mass"),
-    ("orthosis_peak_power", "W/kg", "Peak power given"),
-    ("orthosis_peak_absorption", "W/kg", "Peak power taken"),
+    peak.row("orthosis_peak_power", "Power given", unit="W/kg"),
+    peak.row("orthosis_peak_absorption", "Power taken", unit="W/kg"),
     ("share_of_positive_work", "percent", "Share of biological positive work", RECORDED),
     of=Of.WORN,
 )
@@ -130,8 +130,8 @@ def work_given(stride: Stride) -> Found:
     given, taken, own = (peak.clean(float(np.maximum(part, 0.0).sum())) for part in (work, -work, healthy))
     yield "orthosis_positive_work", given
     yield "orthosis_negative_work", 0.0 - taken
-    yield "orthosis_peak_power", peak.highest(power)
-    yield "orthosis_peak_absorption", peak.highest(-power)
+    yield "orthosis_peak_power", peak.clean(max(peak.flow_peak(power, stride.timestep), 0.0))
+    yield "orthosis_peak_absorption", peak.clean(max(peak.flow_peak(-power, stride.timestep), 0.0))
     yield "share_of_positive_work", _share(given, own)
 
 
@@ -175,7 +175,7 @@ def push_off(stride: Stride) -> Found:
 
 @reported(
     PUSH_OFF,
-    *peak.rows("torque_against_push_off", "Dorsiflexion torque against push-off", OVER),
+    peak.row("torque_against_push_off", "Dorsiflexion torque against push-off", OVER),
     (
         "torque_against_push_off_per_mass",
         "N*m/kg",
@@ -193,9 +193,9 @@ def push_off(stride: Stride) -> Found:
 def against_push_off(stride: Stride) -> Found:
     """Dorsiflexion torque of the orthosis in push-off, and the work that it takes from plantarflexion."""
     part, torque = stride.between(HEEL_RISE, stride.toe_off), stride.columns[ORTHOSIS]
-    peaks = dict(peak.peaks("torque_against_push_off", torque, stride.timestep, part))
-    yield from peaks.items()
-    yield "torque_against_push_off_per_mass", peaks[f"torque_against_push_off{peak.OVER}"] / stride.body_mass
+    against = peak.highest_mean(torque, stride.timestep, part)
+    yield "torque_against_push_off", against
+    yield "torque_against_push_off_per_mass", against / stride.body_mass
     given = increments(np.maximum(part.of(torque), 0.0), part.of(stride.columns["ankle/angle"]))
     taken = float(np.maximum(-given, 0.0).sum())
     yield "work_against_push_off", peak.clean(taken / stride.body_mass)

@@ -1,15 +1,13 @@
-"""The peak of a torque as its largest mean over 10 ms: what a single instant shows may be an impact."""
+"""The peak of a signal as its largest mean over 10 ms: what a single instant shows may be an impact."""
 
 import math
 
 import numpy as np
 
-from afo_sim.metrics.metric import Found
 from afo_sim.metrics.window import Window
 
 ROUNDING = 1e-9  # of torques [N·m], powers [W/kg] and works [J/kg]: what is less is nothing
 WINDOW = 0.010  # [s]
-OVER = "_10ms"  # ends the name of a peak that is a mean over the window
 MEANING = "largest mean over 10 ms"
 
 
@@ -45,20 +43,25 @@ def _from_rows(values: np.ndarray, timestep: float, window: float) -> float:
     return float(found.max()) * timestep / window
 
 
-def rows(name: str, label: str, meaning: str = "") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Rows of the registry for the peak of a torque over 10 ms, and for that of an instant [N·m]."""
-    over = "; ".join(filter(None, (MEANING, meaning)))
-    return (
-        (f"{name}{OVER}", "N*m", f"{label}, peak over 10 ms", over),
-        (name, "N*m", f"{label}, instantaneous peak", meaning),
-    )
+def row(name: str, label: str, meaning: str = "", unit: str = "N*m") -> tuple[str, ...]:
+    """Row of the registry for the peak of a torque or of another signal over 10 ms."""
+    return name, unit, f"{label}, peak over 10 ms", "; ".join(filter(None, (MEANING, meaning)))
 
 
-def peaks(name: str, torque: np.ndarray, timestep: float, within: Window | None = None) -> Found:
-    """Peak of a torque [N·m] (n,), or within a stretch of it, over 10 ms, and that of an instant."""
-    mean = largest_mean(torque, timestep, within=within) if len(torque) else 0.0
-    yield f"{name}{OVER}", clean(max(mean, 0.0))
-    yield name, highest(torque if within is None else within.of(torque))
+def highest_mean(values: np.ndarray, timestep: float, within: Window | None = None) -> float:
+    """Peak over 10 ms of a signal (n,), or within a stretch of it; at least zero."""
+    mean = largest_mean(values, timestep, within=within) if len(values) else 0.0
+    return clean(max(mean, 0.0))
+
+
+def flow_peak(flow: np.ndarray, timestep: float) -> float:
+    """Peak over 10 ms of what is a mean over each step (n,)."""
+    moved, length = np.concatenate([[0.0], np.cumsum(flow)]), min(WINDOW / timestep, float(len(flow)))
+    rows = np.arange(len(moved), dtype=float)
+    begun, ended = rows[rows + length <= rows[-1]], rows[rows >= length]
+    behind = np.interp(begun + length, rows, moved) - moved[: len(begun)]
+    before = moved[len(moved) - len(ended) :] - np.interp(ended - length, rows, moved)
+    return float(max(behind.max(), before.max())) / length
 
 
 def highest(values: np.ndarray) -> float:

@@ -7,6 +7,7 @@ presses with all the time.
 
 import numpy as np
 
+from afo_sim.metrics import peak
 from afo_sim.metrics.facts import Columns, Facts, Run
 from afo_sim.metrics.metric import SAFETY, Found, Metric, Of, all_measured, reported
 
@@ -75,35 +76,41 @@ def skin_metrics(facts: Facts, part: str, columns: Columns) -> dict[str, Metric]
     assert facts.skins is not None
     skin, limits = facts.skins[part], facts.limits
     bounds = (None, None) if limits is None else (limits.skin_pressure, limits.blood_flow_pressure)
-    return all_measured(pressures(part, skin.pull(columns), skin.area, skin.friction, *bounds))
+    pull = skin.pull(columns)
+    return all_measured(pressures(part, pull, facts.timestep, skin.area, skin.friction, *bounds))
 
 
 def pressures(
     part: str,
     pull: np.ndarray,
+    timestep: float,
     area: float,
     friction: float,
     skin_pressure: tuple[float, float] | None = None,
     blood_flow: float | None = None,
 ) -> Found:
-    """Pressure of a part under a pull on it (n, 3); without a limit there is no share of one [percent]."""
+    """Pressure of a part under a pull on it (n, 3), peaks over 10 ms; no share [percent] without a limit.
+
+    The strap of a cuff is as tight all the time as its strongest pull along the limb requires. So what
+    presses across at another instant comes on top of that.
+    """
     in_plane = np.hypot(pull[:, 0], pull[:, 1])
     if part == "cuff":
-        along, across = float(np.abs(pull[:, 2]).max()), float(in_plane.max())
+        along, across = peak.highest_mean(np.abs(pull[:, 2]), timestep), peak.highest_mean(in_plane, timestep)
         holding = along / friction
-        sustained, peak = holding / area, (holding + across) / area
+        sustained, highest = holding / area, (holding + across) / area
     else:
-        along, across = float(in_plane.max()), max(0.0, float(pull[:, 2].max()))
-        holding = max(0.0, float((in_plane / friction - pull[:, 2]).max()))
-        sustained = peak = holding / area
+        along, across = peak.highest_mean(in_plane, timestep), peak.highest_mean(pull[:, 2], timestep)
+        holding = peak.highest_mean(in_plane / friction - pull[:, 2], timestep)
+        sustained = highest = holding / area
     yield f"{part}_pull_along", along
     yield f"{part}_pull_across", across
     yield f"{part}_holding_force", holding
-    yield f"{part}_skin_pressure", 1e-3 * peak
+    yield f"{part}_skin_pressure", 1e-3 * highest
     if part == "cuff":
         yield "cuff_skin_pressure_sustained", 1e-3 * sustained
     if skin_pressure is not None:
-        yield f"{part}_share_of_discomfort", 100.0 * peak / skin_pressure[0]
-        yield f"{part}_share_of_pain", 100.0 * peak / skin_pressure[1]
+        yield f"{part}_share_of_discomfort", 100.0 * highest / skin_pressure[0]
+        yield f"{part}_share_of_pain", 100.0 * highest / skin_pressure[1]
     if blood_flow is not None:
         yield f"{part}_share_of_blood_flow", 100.0 * sustained / blood_flow

@@ -361,7 +361,7 @@ def _push_off(metrics: Numbers, worn: bool, limits: Limits) -> Answer:
     parts = []
     if has(metrics, "torque_against_push_off_per_mass"):
         own = metrics["torque_against_push_off_per_mass"].value
-        whole = "torque_against_push_off_10ms"
+        whole = "torque_against_push_off"
         absolute = f"{metrics[whole].value:.1f} N·m, " if has(metrics, whole) else ""
         parts.append(f"resists push-off with {absolute}{own:.3f} N·m/kg")
     if has(metrics, "work_against_push_off"):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from afo_sim.common import InputError, optional
-from afo_sim.study import analysis
+from afo_sim.study import analysis, time_step
 from afo_sim.study.analysis import Effect
 from afo_sim.study.results import OWN_SEED, Results
 from afo_sim.study.scales import Better
@@ -151,6 +151,7 @@ def _remarks(results: Results, objectives: Mapping[str, Better]) -> list[str]:
         remarks.append(f"{len(others)} more metrics are shown by --metric, such as {others[0]}")
     if results.sweep.get("mixed"):
         remarks.append("the cases were computed by more than one version of the code")
+    remarks += [of_step] if (of_step := time_step.remark(results.folder)) else []
     for name in objectives:
         lacking = results.lacking(name)
         if not np.isfinite(results[name]).any():

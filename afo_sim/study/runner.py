@@ -19,6 +19,7 @@ from afo_sim.study.pool import pool
 from afo_sim.study.results import Results, read
 from afo_sim.study.store import SWEEP, Store, fingerprint
 from afo_sim.study.sweep_plan import Plan, check_metric
+from afo_sim.study.time_step import check_sample
 
 Part = tuple[int, int]  # (k, n): the k-th of n parts
 WHOLE: Part = (1, 1)
@@ -110,6 +111,9 @@ def run(
                     report(state)
     if not store.finished and not store.pending():
         store.finish()
+        asked = Asked(frozenset(store.cases.plan.metrics)) if store.cases.plan.metrics else EVERYTHING
+        with pool(threads, workers) as who:
+            check_sample(read(store.folder), SWEEP.read(store.folder)["scenario"], asked, who)
     if store.finished:
         store.tidy()
     return replace(state, done=count - left(store, part))

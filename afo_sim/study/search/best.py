@@ -25,17 +25,20 @@ def tables(best: Mapping[str, Any]) -> list[Table]:
     fresh = best["fresh_patients"]
     many = best["patients"]
     header = ["", "asked for", f"{many} patients searched with" if many > 1 else "found"]
+    half = best.get("half_step")
     header += [f"{fresh['patients']} fresh patients"] if fresh else []
+    header += ["at half the step"] if half else []
     goal = best["objective"]
     label = metric_words.words(goal["metric"]).label
     over = f", {goal['over']}" if many > 1 else ""
     rows = [[f"{label}{over}", goal["goal"], _value_text(goal["value"], goal["unit"])]]
-    rows[0] += [_value_text(fresh["objective"], goal["unit"])] if fresh else []
+    rows[0] += [_value_text(again["objective"], goal["unit"]) for again in (fresh, half) if again]
     for k, limit in enumerate(best["limits"]):
         wanted = f"{'≥' if limit['at'] == 'least' else '≤'} {_value_text(limit['bound'], limit['unit'])}"
         wanted += f" in {_percent(limit['share'])}" if many > 1 else ""
         line = [metric_words.words(limit["metric"]).label, wanted, _kept(limit, limit, many)]
-        rows.append(line + ([_kept(fresh["limits"][k], limit, fresh["patients"])] if fresh else []))
+        line += [_kept(fresh["limits"][k], limit, fresh["patients"])] if fresh else []
+        rows.append(line + ([_kept(half["limits"][k], limit, many)] if half else []))
     return [*found, ("objective and limits", header, rows)]
 
 
@@ -65,12 +68,24 @@ def statement(best: Mapping[str, Any]) -> list[str]:
     ]
     if ends:
         lines.append(f"at an end of its range: {', '.join(ends)}; a wider range may hold better")
+    half = best.get("half_step")
+    if (
+        best["feasible"]
+        and half
+        and (half["lacking"] or any(limit["short"] != 0.0 for limit in half["limits"]))
+    ):
+        lines.append("at half the time step it does not keep every limit: search again with that step")
     fresh = best["fresh_patients"]
     if fresh is None:
         lines.append("not tried on fresh patients: the search states no patients to draw from")
-    elif best["feasible"] and (fresh["lacking"] or any(limit["short"] != 0.0 for limit in fresh["limits"])):
+    elif best["feasible"] and _fails(fresh):
         lines.append("with fresh patients it does not keep every limit: take the limits with a margin")
     return lines
+
+
+def _fails(again: Mapping[str, Any]) -> bool:
+    """Whether a design that is judged again does not keep every limit."""
+    return bool(again["lacking"] or any(limit["short"] != 0.0 for limit in again["limits"]))
 
 
 def spread_over_starts(best: Mapping[str, Any]) -> list[str]:

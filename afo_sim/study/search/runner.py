@@ -3,7 +3,7 @@
 import math
 import pathlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from afo_sim.study.search.aim import LACKING, OBJECTIVE, OF_LIMIT, OUTSIDE, Aim
 from afo_sim.study.search.best import spread_over_starts
 from afo_sim.study.search.loop import Answers, Columns, Evolution, Problem, answers, best_of, evolve, row
 from afo_sim.study.search.plan import SearchPlan
+from afo_sim.study.time_step import longer
 
 
 @dataclass(frozen=True)
@@ -101,21 +102,38 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
         problem, opened.folder, search.generations, lambda v: judged(v, opened.patients), report
     )
     best = row(columns, best_of(problem.aim, columns))
-    summary = _summary(opened, columns, best, converged) | {"fresh_patients": None}
+    summary = _summary(opened, columns, best, converged) | {"fresh_patients": None, "half_step": None}
     fresh = search.fresh()
     if fresh is not None and best[OUTSIDE][0] == 0.0:  # the best design with patients it has not seen
         found = judged({p.name: best[p.name] for p in problem.parameters}, fresh)
-        again = search.aim(opened.units).judge(found.metrics)
         summary["fresh_patients"] = {
             "patients": len(fresh),
             "seed": fresh.plan.seed,
-            "lacking": int(again[LACKING][0]),
-            "reason": str(found.reasons[0]),
-            "objective": _number(again[OBJECTIVE]),
-            "limits": _found(problem.aim, again),
+            **_judged_again(opened, found),
         }
+    if best[OUTSIDE][0] == 0.0:
+        summary["half_step"] = _judged_again(opened, _at_half_step(opened, best, who))
     _write(opened, columns, summary)
     return summary
+
+
+def _judged_again(opened: Opened, found: Answers) -> dict[str, Any]:
+    """What one design is with other patients, or at another step."""
+    again = opened.search.aim(opened.units).judge(found.metrics)
+    return {
+        "lacking": int(again[LACKING][0]),
+        "reason": str(found.reasons[0]),
+        "objective": _number(again[OBJECTIVE]),
+        "limits": _found(opened.problem.aim, again),
+    }
+
+
+def _at_half_step(opened: Opened, best: Columns, who: Pool) -> Answers:
+    """The best design with its patients at half the time step that it was found with."""
+    designs = opened.search.as_cases({p.name: best[p.name] for p in opened.problem.parameters})
+    at_half = {key: longer(opened.scenario, designs.sets(0), 0.5)[key] for key in ("timestep", "record_rate")}
+    finer = replace(designs, plan=designs.plan.model_copy(update={"set": designs.plan.set | at_half}))
+    return answers(opened.scenario, finer, opened.patients, opened.problem.aim.metrics, who)
 
 
 def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -> dict[str, Any]:

@@ -1,0 +1,77 @@
+"""The time step of a sweep, judged on a sample of its cases: each again at twice and four times its step."""
+
+import json
+import math
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common import write_json
+from afo_sim.description import load
+from afo_sim.metrics import Metric
+from afo_sim.model import as_run
+from afo_sim.simulation import Asked, step_errors
+from afo_sim.study.engine import OK, Outcome
+from afo_sim.study.pool import Pool
+from afo_sim.study.results import Results
+
+STEPS = "time_step.json"  # beside a sweep's results
+EVERY, MOST = 4, 100  # one case of so many is checked, and no more than so many
+
+
+def check_sample(results: Results, scenario: Mapping[str, Any], asked: Asked, who: Pool) -> None:
+    """Write which of a sample of cases have numbers beyond what their time step may change, and the worst."""
+    there = np.flatnonzero(results.ok)
+    rows = there[:: max(EVERY, -(-len(there) // MOST))]
+    sets = [json.loads(results["overrides"][row]) for row in rows]
+    cases = [longer(scenario, each, times) for times in (2.0, 4.0) for each in sets]
+    found = who.in_order(load("scenario", scenario), cases, asked, "checking the time step", None)
+    beyond: dict[str, list[str]] = {}
+    worst: dict[str, dict[str, Any]] = {}
+    checked = 0
+    for place, row in enumerate(rows):
+        twice, four = found[place], found[place + len(rows)]
+        if twice.status != OK:
+            continue
+        checked += 1
+        own = {name: Metric(float(results[name][row]), unit) for name, unit in results.metrics.items()}
+        errors = step_errors(own, _defined(twice), _defined(four) if four.status == OK else None)
+        for name, each in errors.items():
+            if each.times > max(worst.get(name, {}).get("times", 0.0), 1e-12):
+                times = each.times if math.isfinite(each.times) else None
+                worst[name] = {"case": int(results["case"][row]), "error": each.error, "times": times or 1e9}
+                worst[name] |= {"bound": each.bound, "unit": each.unit}
+        if names := [name for name, each in errors.items() if each.times > 1.0]:
+            beyond[str(results["case"][row])] = names
+    told = {"sample": len(rows), "checked": checked, "beyond": beyond, "worst": worst}
+    write_json(results.folder / STEPS, told, "time step")
+
+
+def longer(scenario: Mapping[str, Any], sets: Mapping[str, Any], times: float) -> dict[str, Any]:
+    """What a case sets, with so many times its time step."""
+    step = times * as_run(load("scenario", scenario, sets)).timestep
+    return {**sets, "timestep": f"{step!r} s", "record_rate": None}
+
+
+def _defined(outcome: Outcome) -> dict[str, Metric]:
+    """Metrics of a case as its row has them."""
+    return {name: Metric(m.value, m.unit) for name, m in outcome.metrics.items()}
+
+
+def remark(folder: pathlib.Path) -> str:
+    """What the sample says about a sweep's time step; "" where none was taken."""
+    try:
+        told = json.loads((folder / STEPS).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return ""
+    begun = f"time step: of {told['checked']} cases in a sample, "
+    if not told["beyond"]:
+        return f"{begun}none has a number that twice the step puts beyond its bound"
+    name, most = max(told["worst"].items(), key=lambda item: item[1]["times"])
+    return (
+        f"{begun}{len(told['beyond'])} have numbers that twice the step puts beyond their bounds, most "
+        f"{name} of case {most['case']} by {Metric(most['error'], most['unit'])} ({most['bound']:.2g} "
+        "allowed): set a shorter timestep, or run such a case alone, which controls its step"
+    )
