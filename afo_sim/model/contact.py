@@ -172,7 +172,8 @@ def _registered(
     forward, upward, place = (signal[1:-1] for signal in walk.ground)
     least = size.heavier * LOADED
     pressed = np.maximum(weight * upward, 0.0)[:, None] * shares(place, ahead, height, size.taller)
-    above = np.maximum(height, 0.0) * (1.0 - standing(pressed - least, size.slower * RAMP / walk.timestep))
+    ramp = size.slower * RAMP / walk.timestep
+    above = np.maximum(height, 0.0) * (1.0 - _standing_in_strides(pressed - least, ramp, walk.phase[1:-1]))
     stiffness = np.array(list(pad_stiffness(ground, foot).values()))
     share = 1.0 - ground.damping * velocity
     give = np.maximum(share, FASTEST)
@@ -252,6 +253,15 @@ def shares(place: np.ndarray, ahead: np.ndarray, height: np.ndarray, taller: flo
         given = part * up**2 * (3.0 - 2.0 * up)
         share[rows, pair] = part - given + given[:, ::-1]
     return share
+
+
+def _standing_in_strides(over: np.ndarray, ramp: float, phase: np.ndarray) -> np.ndarray:
+    """As `standing`; what lies beyond the ends of whole strides stands a stride away."""
+    more = math.ceil(ramp) + 1
+    back, ahead = np.searchsorted(phase, [phase[-1] - 1.0, phase[0] + 1.0])
+    after = over[back + 1 : back + 1 + more] if phase[-1] - 1.0 >= phase[0] else over[:0]
+    before = over[max(ahead - more, 0) : ahead] if phase[0] + 1.0 <= phase[-1] else over[:0]
+    return standing(np.concatenate([before, over, after]), ramp)[len(before) : len(before) + len(over)]
 
 
 def standing(over: np.ndarray, ramp: float) -> np.ndarray:
