@@ -259,8 +259,8 @@ def _lift(metrics: Numbers, strides: Mapping[int, Numbers], pair: tuple[float, f
     drags = ""
     if has(metrics, "toe_drag_force") and metrics["toe_drag_force"].value > 0.0:
         share, force = metrics["toe_drag"].value, metrics["toe_drag_force"].value
-        parts.append(f"The toe drags for {share:.0f} % of the swing, on average with {force:.0f} N.")
-        drags = f", drags {share:.0f} % of the swing, with {force:.0f} N"
+        parts.append(f"The toe drags for {share:.0f} % of the swing, with up to {force:.0f} N over 10 ms.")
+        drags = f", drags {share:.0f} % of the swing, with up to {force:.0f} N"
     settled = metrics["toe_clearance"].value
     brief = ""  # what takes a further sentence is not told in short
     if whole:

@@ -70,7 +70,7 @@ def run(
     policy : what chooses all inputs as the simulation goes, for those who know the model's actuators
     progress : called with (steps done, steps in all)
     step : "controlled", by default: the time step is halved until the metrics agree with those at twice the
-        step, and a warning names those that do not at a sixteenth; "fixed" takes the scenario's step as it
+        step, and a warning names those that do not at an eighth; "fixed" takes the scenario's step as it
         is, as do a policy and a controller that may remember an earlier run. `studies["time_step"]` holds the
         step that was taken and each metric's numerical error (docs/accuracy.md)
     uncertainty : draws of what is not known, at least 20, for bands of a walk's numbers and curves:
