@@ -15,6 +15,7 @@ from afo_sim.description.schema import KINDS
 from afo_sim.lab import validation
 from afo_sim.metrics import GROUPS, UNITS
 from afo_sim.metrics.metric import METRICS, RENAMED, MetricEntry, load_all
+from afo_sim.metrics.peak import MEANING
 from afo_sim.simulation.columns import DESCRIBED
 
 TABLES = {"named": "tables by name: below", "list": "a list of tables: below"}
@@ -39,13 +40,15 @@ SOURCES = {
     "normal_litres_": "DIN 1343",
 }
 # Of the metrics that kept their name and changed their meaning, what they were before.
+OF_AN_INSTANT = "of an instant"  # the peaks that are means over 10 ms now
 BEFORE = {
     "toe_clearance": "minimum between two peaks of a rigid toe",
     "ball_clearance": "minimum between two peaks",
     "swings_with_toe_contact": "clearance below zero",
     "swings_with_ball_contact": "clearance below zero",
-    "needed_swing_torque": "to heel strike, with the tight calf",
+    "needed_swing_torque": "to heel strike, with the tight calf, of an instant",
     "free_air_per_stride": "called normal litres",
+    "toe_drag_force": "mean while it drags",
 }
 ENTRY = re.compile(r"(?P<name>[\w*, ]+)(?: : |\n +)(?P<meaning>.+)", re.S)
 SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.M)
@@ -186,7 +189,7 @@ def _metric(row: MetricEntry) -> tuple[str, ...]:
     sentence = f"{label}: {row.meaning}." if row.meaning else f"{label}."
     source = next((source for start, source in SOURCES.items() if row.name.startswith(start)), "")
     before = [f"`{old}`" for old, (new, _) in RENAMED.items() if new == row.name]
-    before += filter(None, [BEFORE.get(row.name)])
+    before += filter(None, [BEFORE.get(row.name), OF_AN_INSTANT * (MEANING in row.meaning)])
     notes = {"Definition": source, "Before": "; ".join(before)}
     text = " ".join([sentence, *(f"{about}: {note}." for about, note in notes.items() if note)])
     return code(name), UNITS.get(row.unit, row.unit) or "–", plain(text)

@@ -279,16 +279,25 @@ RENAMED = {
         "a share of one peak in another that stands elsewhere in the stride says nothing",
     ),
 }
+OVER_10_MS = "_10ms", "every peak is the largest mean over 10 ms"  # what the names of some ended in, and why
+
+
+def _renamed(name: str) -> tuple[str, str] | None:
+    """The new name of a metric of a former version, and why; None of another."""
+    ending, why = OVER_10_MS
+    return (name.removesuffix(ending), why) if name.endswith(ending) else RENAMED.get(name)
 
 
 def instead(name: str, names: Iterable[str]) -> str | None:
     """The metric meant by a name that is none of `names`: its new name, or the most similar one."""
-    return RENAMED[name][0] if name in RENAMED else nearest_name(name, names)
+    found = _renamed(name)
+    return found[0] if found else nearest_name(name, names)
 
 
 def told(problem: str, name: str) -> str:
     """A problem with an unknown metric; of one that has another name now, why."""
-    return f"{problem} any more ({RENAMED[name][1]})" if name in RENAMED else problem
+    found = _renamed(name)
+    return f"{problem} any more ({found[1]})" if found else problem
 
 
 def no_metric(problem: str, name: str, names: Iterable[str], **at: Any) -> InputError:
