@@ -82,7 +82,7 @@ def stands(folder: pathlib.Path) -> Iterator[tuple[str, str]]:
     cases = (
         ("all", "dmsp_20"),
         ("step", "s1_215mm"),
-        ("isobaric", "dmsp_10", "--friction", "vo_minh_2011"),
+        ("isobaric", "dmsp_10", "--friction", "maxwell_slip"),
         ("release", "s1_215mm", "--pressure", "3 bar", "--load", "100 N"),
     )
     for k, words in enumerate(cases):

@@ -41,7 +41,9 @@ def test_a_former_scenario_runs_to_the_same_numbers(folder: pathlib.Path) -> Non
     text = json.dumps(before.scenario).replace(INSTALLED, str(assets.folder("models").parent))
     now = afo.run(json.loads(text))
     for column in ("ankle/angle", "chamber/dorsiflexor/pressure", "muscle/dorsiflexor_1/force"):
-        assert now[column] == pytest.approx(before[column], rel=1e-9, abs=1e-9)
+        # version 0.1 stepped a muscle's length by another scheme: its error at 2 ms
+        error = 1e-4 * np.abs(before[column]).max()
+        assert now[column] == pytest.approx(before[column], abs=error + 1e-9)
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ RIGID = {
 RECORDED = {"gait.cycle": "gatk_stride1"}
 # every row from the start, at the step that is asked, without the slap, whose error hides all others
 WALKED = {"gait.settled": "walked", "ground.mode": "recorded"}
-FRICTIONS = ["tondu_lopez_2000_stribeck", "vo_minh_2011", "bouc_wen_1976"]
+FRICTIONS = ["tondu_lopez_2000_stribeck", "maxwell_slip"]
 
 
 def stepped(name: str, milliseconds: float, sets: dict[str, str]) -> Recording:

@@ -66,13 +66,12 @@ def test_names_are_all_places_once() -> None:
     act[of_muscle + slots.LEADER_ACT.contraction], act[of_muscle + slots.LEADER_ACT.carried] = 1.0, 2.0
     act[of_muscle + slots.LEADER_ACT.last_move] = 12.0
     of_anchor = int(rows[network, slots.NETWORK_ROW.state])
-    act[of_anchor + slots.ANCHOR_ACT.displacement], act[of_anchor + slots.ANCHOR_ACT.loss] = 3.0, 4.0
-    act[of_anchor + slots.ANCHOR_ACT.against] = 13.0
+    act[of_anchor + slots.ANCHOR_ACT.displacement], act[of_anchor + slots.ANCHOR_ACT.last_move] = 3.0, 4.0
     native.write_air(model, act, chamber, native.Air(5.0, 6.0, 7.0))
     native.write_valve(model, act, inlet, 8.0, 9.0)
     native.write_valve(model, act, outlet, 10.0, 11.0)
     # a valve's coil is what opened it
-    assert sorted(act) == sorted([*map(float, range(1, 14)), 9.0, 11.0, 7.0 * 6.0**1.4])
+    assert sorted(act) == sorted([*map(float, range(1, 13)), 9.0, 11.0, 7.0 * 6.0**1.4])
     data = np.tile(np.arange(float(model.nuserdata)), (5, 1))
     air = native.read_air(model, np.tile(act, (5, 1)), data, chamber)
     assert air.mass.tolist() == [5.0] * 5

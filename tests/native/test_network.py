@@ -20,6 +20,7 @@ from afo_sim.native import balance, slots
 from afo_sim.native import network as solving
 from afo_sim.native import newton as newtons_method
 from afo_sim.native.install import _flat
+from afo_sim.native.muscle import friction, law_slopes, yield_force
 from afo_sim.physics import FRICTIONS, Braid
 from afo_sim.physics.static_force import static_slopes
 
@@ -29,8 +30,8 @@ CUFF, PLATE = (4e3, 0.0, 0.0, 0.0), (5e4, 0.0, 0.0, 0.0)
 
 def rubbing(name: str, braid: Braid) -> tuple[int, tuple[float, ...]]:
     """A friction with its typical values."""
-    friction = FRICTIONS[name]
-    return friction.native_id, friction.coefficients(braid, {p.name: p.typical for p in friction.parameters})
+    found = FRICTIONS[name]
+    return found.native_id, found.coefficients(braid, {p.name: p.typical for p in found.parameters})
 
 
 BRAID = Ankle().braid
@@ -39,7 +40,7 @@ FULL = Ankle(  # two groups, anchors of both kinds, one damped, friction with st
     count=3,
     cable_stiffness=1e5,
     anchors=(CUFF, (*STIFFENING, 50.0)),
-    friction=rubbing("vo_minh_2011", BRAID),
+    friction=rubbing("maxwell_slip", BRAID),
 )
 RIGS = {
     "shipped-like": Ankle(groups=2, cable_stiffness=1e5, anchors=(CUFF, PLATE)),
@@ -179,7 +180,7 @@ def at_random(rig: Ankle, seed: int) -> tuple[Any, mujoco.MjData]:
     for name in rig.names:
         at = int(model.actuator_user[model.actuator(f"{name}_0").id, slots.MUSCLE_ROW.state])
         data.act[at + slots.LEADER_ACT.contraction] += random.normal(0.0, 5e-3)
-        data.act[at + slots.LEADER_ACT.carried] += random.normal(0.0, 5.0)
+        data.act[at + slots.LEADER_ACT.last_move] += random.normal(0.0, 1e-3)
     return _flat(model), data
 
 
@@ -266,6 +267,30 @@ def test_the_pull_that_is_left_rises_with_the_pull(rig: Ankle, monkeypatch: pyte
     assert np.all(np.diff(left) > 0.0)
 
 
+@pytest.mark.parametrize("name", ["hunt_2017", "maxwell_slip"])
+def test_friction_of_a_dead_band_never_drives(name: str) -> None:
+    """Also where the law's force falls with the pressure, so that a dead band would make it stronger."""
+    model, data = at_random(Ankle(friction=rubbing(name, BRAID)), 1)
+    user = model.actuator_user
+    k = model.nuser_actuator * next(
+        i for i in range(9) if user[model.nuser_actuator * i + 1] == slots.KIND_MUSCLE
+    )
+    dead_band, falling = user[k + slots.MUSCLE_ROW.friction_coefficients], 0
+    for kappa, pressure in itertools.product(np.linspace(-0.07, 0.9, 40), (-1e4, 0.0, 1e4, 1e5, 5e5)):
+        static = law_slopes(user, k, kappa, pressure)[0]
+        yields = yield_force(user, k, kappa, pressure, static)
+        lower = min(pressure, max(pressure - dead_band, 0.0))
+        weaker = static - law_slopes(user, k, kappa, lower)[0]
+        falling += weaker < 0.0
+        assert yields == pytest.approx(max(weaker, 0.0), abs=1e-9)
+        for rate in (-1.0, -1e-4, 0.0, 1e-4, 1.0):
+            moved = rate * model.opt.timestep
+            force, slope = friction(model, data, k, kappa, moved, rate, pressure, static)
+            assert force * rate >= 0.0 and slope >= 0.0
+            assert abs(force) <= yields * (1.0 + 1e-12)
+    assert falling > 20
+
+
 def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
     """There more pressure makes a narrower muscle: the damper grows with it, and the bracket must hold it."""
     monkeypatch.setattr(solving, "HALVINGS", 36)
@@ -274,7 +299,10 @@ def test_a_muscle_that_shortens_against_a_heavy_damper_is_bracketed(monkeypatch:
     user, size = model.actuator_user, model.nuser_actuator
     chamber = int(user[slots.NETWORK_ROW.first_chamber])
     leader = int(user[size * chamber + slots.CHAMBER_ROW.first_muscle])
-    data.act[int(user[size * leader + slots.MUSCLE_ROW.state]) + slots.LEADER_ACT.carried] = 2e3
+    # it shortened by so much in the step before that what is left of that draws with 2 kN
+    state, air = int(user[size * leader + slots.MUSCLE_ROW.state]), model.actuator_actadr[chamber]
+    absolute = data.act[air + slots.CHAMBER_ACT.last_pressure]
+    data.act[state + slots.LEADER_ACT.last_move] = 2e3 * 2.0 * rig.timestep / (rig.damping * absolute)
     pull, newton = solved(model, data)
     solving.bisect(model, data, 0, False)
     assert data.userdata[places(model)] == pytest.approx(newton, abs=1e-9)

@@ -1,5 +1,6 @@
 """Laws and frictions as files: what is found, what is refused at import, and what compiled code answers."""
 
+import math
 import pathlib
 import sys
 import types
@@ -9,7 +10,17 @@ import numpy as np
 import pytest
 from campaign import nightly
 
-from afo_sim.physics import FRICTIONS, LAWS, MAX_COEFFICIENTS, Law, friction, laws, register_all, static_force
+from afo_sim.physics import (
+    FRICTIONS,
+    LAWS,
+    MAX_COEFFICIENTS,
+    RETIRED_FRICTIONS,
+    Law,
+    friction,
+    laws,
+    register_all,
+    static_force,
+)
 from afo_sim.physics.friction import dispatch
 from afo_sim.physics.friction.law import Friction
 
@@ -37,8 +48,8 @@ def kernel({arguments}):
     return c * rate, c
 
 @register_jitable
-def moved(rate, x, y, c, step):
-    return rate, c * rate
+def moving(yields, moved, x, y, c, step):
+    return yields + x, c * moved / step
 
 PARAMETERS = (LawParameter("c", "c", "", 0.0, 1.0, ""),)
 THIS = Friction(name="{name}", native_id={native_id}, unit="{unit}", n_state={n_state}, parameters=PARAMETERS,
@@ -57,7 +68,7 @@ def friction_file(
     native_id: int = 77,
     unit: str = "Pa",
     n_state: int = 0,
-    arguments: str = "rate, c",
+    arguments: str = "yields, rate, c",
     more: str = "",
 ) -> dict[str, str]:
     return {
@@ -109,7 +120,10 @@ def test_ids_rise_and_mean_what_they_meant() -> None:
         assert ids == sorted(ids)
     first = {law.native_id: law.kernel.__name__ for law in LAWS.values()}
     assert (first[0], first[7], first[10]) == ("chou_hannaford_1996", "takosoglu_2016", "three_element")
-    assert {f.native_id: f.name for f in FRICTIONS.values()}[2] == "vo_minh_2011"
+    assert {f.native_id: f.name for f in FRICTIONS.values()}[5] == "maxwell_slip"
+    # no new friction may take the place of a retired one
+    assert {2, 4}.isdisjoint(entry.native_id for entry in FRICTIONS.values())
+    assert set(RETIRED_FRICTIONS).isdisjoint(FRICTIONS) and set(RETIRED_FRICTIONS.values()) <= set(FRICTIONS)
 
 
 @pytest.mark.parametrize("entries", [LAWS, FRICTIONS])
@@ -141,7 +155,7 @@ def test_a_new_file_is_a_law(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyP
     assert slopes[1:] == pytest.approx((-0.5 * 3e5, 0.5 * 0.9), rel=1e-6)
 
 
-STATES = {"n_state": 2, "arguments": "rate, x, y, c, step", "more": ", rate_kernel=moved"}
+STATES = {"n_state": 2, "arguments": "yields, rate, x, y, c", "more": ", rate_kernel=moving"}
 
 
 @pytest.mark.slow
@@ -151,9 +165,8 @@ STATES = {"n_state": 2, "arguments": "rate, x, y, c, step", "more": ", rate_kern
         friction_file(),
         friction_file(**STATES),  # type: ignore[arg-type]
         friction_file(unit="N", arguments="contraction, rate, pressure, c"),
-        friction_file(unit="N", **STATES | {"arguments": "contraction, rate, pressure, x, y, c, step"}),  # type: ignore[arg-type]
     ],
-    ids=["pressure", "pressure with states", "force", "force with states"],
+    ids=["dead band", "dead band with states", "motion"],
 )
 def test_a_new_file_is_a_friction(
     files: dict[str, str], tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
@@ -161,7 +174,7 @@ def test_a_new_file_is_a_friction(
     with_files(friction, files, tmp_path, monkeypatch)
     found = friction.collected()
     new, all_ = found["new_2026"], found.values()
-    forces, pressures = (dispatch.answers_over(all_, unit) for unit in ("N", "Pa"))
+    of_motion, of_dead_band = (dispatch.answers_over(all_, unit) for unit in ("N", "Pa"))
     rates = dispatch.rates_over(all_)
     is_force = dispatch.which_are_forces(all_)
     assert [f.name for f in all_ if is_force(float(f.native_id))] == [f.name for f in all_ if f.unit == "N"]
@@ -170,13 +183,13 @@ def test_a_new_file_is_a_friction(
     act, row, out = np.array([5.0, 0.1, 0.2]), np.array([9.0, 8.0, c]), np.zeros(3)
     register_all()
     if new.unit == "N":
-        answer = numba.njit(lambda a, u: forces(id_, 0.1, 0.3, 3e5, a, 1, u, 2, 1e-3))(act, row)
+        answer = numba.njit(lambda a, u: of_motion(id_, 0.1, 0.3, 3e5, a, 1, u, 2))(act, row)
     else:
-        answer = numba.njit(lambda a, u: pressures(id_, 0.3, a, 1, u, 2, 1e-3))(act, row)
+        answer = numba.njit(lambda a, u: of_dead_band(id_, 7.0, 0.3, a, 1, u, 2))(act, row)
     assert answer == (c * 0.3, c)
     if new.n_state:
-        assert numba.njit(lambda a, u, o: rates(id_, 0.3, a, 1, u, 2, 1e-3, o))(act, row, out) == 0.0
-        assert out.tolist() == [0.0, 0.3, c * 0.3]
+        assert numba.njit(lambda a, u, o: rates(id_, 7.0, 0.3, a, 1, u, 2, 1e-3, o))(act, row, out) == 0.0
+        assert out.tolist() == [0.0, 7.1, c * 0.3 / 1e-3]
 
 
 @pytest.mark.parametrize(
@@ -191,11 +204,16 @@ def test_a_new_file_is_a_friction(
             r"'new_2026' has 1 coefficients, which its kernel does not take: missing .* 'b'",
         ),
         (laws, {"new_law": "PARAMETERS = ()\n"}, r"physics\.laws\.new_law holds no Law at its top level"),
-        (friction, friction_file(native_id=2), r"the native id 2 is given twice: .*; \d+ is free"),
+        (friction, friction_file(native_id=5), r"the native id 5 is given twice: .*; \d+ is free"),
         (friction, friction_file(native_id=0), "'new_2026' has the native id 0; 0 is no friction"),
         (friction, friction_file(n_state=2), "'new_2026' has 2 states and no rate_kernel"),
-        (friction, friction_file(more=", rate_kernel=moved"), "has 0 states and a rate_kernel"),
-        (friction, friction_file(arguments="rate, c, d"), "1 coefficients, which its kernel does not take"),
+        (friction, friction_file(more=", rate_kernel=moving"), "has 0 states and a rate_kernel"),
+        (friction, friction_file(unit="N", **STATES), "'new_2026' has states, and no dead band"),  # type: ignore[arg-type]
+        (
+            friction,
+            friction_file(arguments="yields, rate, c, d"),
+            "1 coefficients, which its kernel does not take",
+        ),
     ],
 )
 def test_a_wrong_entry_is_refused(
@@ -218,13 +236,16 @@ def test_the_dispatchers_know_every_law(law: Law) -> None:
 
 @pytest.mark.parametrize("model", FRICTIONS.values(), ids=FRICTIONS)
 def test_the_dispatchers_know_every_friction(model: Friction) -> None:
-    id_, row, states, rates = float(model.native_id), model.typical, [0.0] * model.n_state, [0.0] * 4
-    memory = (states, 0, row, 0, 1e-3)
-    force = dispatch.friction_force(id_, 0.1, 0.2, 3e5, *memory)
-    pressure = dispatch.friction_pressure(id_, 0.2, *memory)
-    expected = model.evaluate(0.1, 0.2, 3e5, states, row, 1e-3)
-    assert (force if dispatch.is_force(id_) else pressure) == expected
-    one = dispatch.friction_rates(id_, 0.2, *memory, rates)
-    if model.n_state:
-        found = (one,) if model.n_state == 1 else tuple(rates[: model.n_state])
-        assert found == model.rates(0.2, states, row, 1e-3)
+    id_, row, rates = float(model.native_id), model.typical, [0.0] * 4
+    states = [0.1 * k for k in range(model.n_state)]
+    memory = (states, 0, row, 0)
+    of_motion = dispatch.friction_of_motion(id_, 0.1, 0.2, 3e5, *memory)
+    of_dead_band = dispatch.friction_of_dead_band(id_, 9.0, 0.2, *memory)
+    found, other = (of_motion, of_dead_band) if dispatch.is_force(id_) else (of_dead_band, of_motion)
+    motion = (0.1, 0.2, 3e5) if model.unit == "N" else (9.0, 0.2)
+    assert found == model.kernel(*motion, *states, *row)
+    assert all(map(math.isnan, other))
+    one = dispatch.friction_rates(id_, 9.0, 0.2, *memory, 1e-3, rates)
+    if model.rate_kernel is not None:
+        expected = model.rate_kernel(9.0, 0.2, *states, *row, 1e-3)
+        assert (one if model.n_state == 1 else tuple(rates[: model.n_state])) == expected

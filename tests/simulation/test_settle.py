@@ -142,7 +142,7 @@ FRICTIONS: dict[str, dict[str, object]] = {
     friction: {
         f"orthosis.muscle.{group}.type.friction": friction for group in ("dorsiflexor", "plantarflexor")
     }
-    for friction in ("tondu_lopez_2000_stribeck", "bouc_wen_1976", "vo_minh_2011")
+    for friction in ("tondu_lopez_2000_stribeck", "maxwell_slip")
 }
 
 
@@ -178,7 +178,7 @@ def test_a_sealed_chamber_keeps_the_air_that_it_begins_with() -> None:
     assert mass[0] == pytest.approx(begun, rel=1e-3)
 
 
-@pytest.mark.parametrize("friction", ["none", "bouc_wen_1976"])
+@pytest.mark.parametrize("friction", ["none", "maxwell_slip"])
 def test_the_residuals_are_those_of_the_two_strides_that_are_returned(friction: str) -> None:
     """Friction with states has two strides that are compared, and else one is compared with itself."""
     described = scenario(timestep="4 ms").set({f"{DORSIFLEXOR}.type.friction": friction})
