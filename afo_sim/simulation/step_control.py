@@ -24,7 +24,7 @@ Step = Literal["controlled", "fixed"]
 Simulated = Callable[[Scenario, str], Recording]  # of a scenario, and what is done, for the progress
 
 STEP_STUDY = "time_step"  # key of `Recording.studies`
-HALVINGS = 3  # of the asked step, at most
+HALVINGS, SHORT = 3, 2e-4  # of the asked step, at most, or as many as lead down to so many seconds
 BY_CHANCE = 0.5  # of each bound, within which a first pair must agree
 SECOND_ORDER = 3.0  # times by which differences fall from pair to pair, from which on a third of one is left
 SHARE = 0.01  # of its value, that a metric may be off by [-]
@@ -108,13 +108,14 @@ def controlled(scenario: Scenario, simulate: Simulated, *, halvings: int = HALVI
     asked = as_run(scenario).timestep
     longest, longer = None, _tried(scenario, 2.0 * asked, simulate)
     run, step, errors = simulate(scenario, "simulating"), asked, dict[str, StepError]()
+    shortest = min(asked / 2**halvings, SHORT) if halvings else asked
     while run.ok:
         if longer is not None:
             errors = step_errors(run.metrics, longer.metrics, longest.metrics if longest else None)
             most = 1.0 if longest else BY_CHANCE
             if all(error.times <= most for error in errors.values()):
                 break
-        if step < 1.5 * asked / 2**halvings:
+        if step < 2.0 * shortest * (1.0 - 1e-9):
             break
         finer = _tried(scenario, 0.5 * step, simulate)
         if finer is None:
