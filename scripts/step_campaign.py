@@ -25,7 +25,7 @@ import numpy as np
 import afo_sim as afo
 from afo_sim.common import InputError, assets, with_code
 from afo_sim.model import as_run
-from afo_sim.simulation import STEP_STUDY, at_step, step_errors
+from afo_sim.simulation import STEP_STUDY, at_step, described, step_errors
 
 SCENARIOS = ("seated", "walk-dropfoot-afo", "walk-dropfoot-afo contact", "walk-dropfoot-afo both", "knee")
 DEFAULTS = {"seated": 2.0, "walk-dropfoot-afo": 1.0, "knee": 1.0}  # [ms]
@@ -170,23 +170,26 @@ def design(seed: int) -> tuple[str, Sets]:
 
 
 def examined(seed: int) -> Outcome:
-    """Run a design with its step controlled, at its step, and at an eighth of it."""
+    """Run a design, or one of each leg, with its step controlled, at its step, and at an eighth of it."""
     kind, sets = design(seed)
     step = float(sets["timestep"].split(" ")[0])
     begun = functools.partial(Outcome, seed, kind, step, step == DEFAULTS[kind.split(" ")[0]])
+    taken, beyond, fixed, named = step, dict[str, float | None](), dict[str, float | None](), list[str]()
     try:
         scenario = afo.load("scenario", kind.split(" ")[0], sets)
-        runs = [afo.run(scenario), afo.run(scenario, step="fixed")]
-        runs.append(afo.run(at_step(scenario, as_run(scenario).timestep / FINER), step="fixed"))
+        weaker = {"patient.dorsiflexor_strength": np.random.default_rng(seed).uniform(0.0, 0.5)}
+        legs = described(scenario, None, left_sets=weaker) if kind.endswith("both") else (scenario,)
+        for leg in legs:
+            runs = [afo.run(leg), afo.run(leg, step="fixed")]
+            runs.append(afo.run(at_step(leg, as_run(leg).timestep / FINER), step="fixed"))
+            if not all(run.ok for run in runs):
+                return begun("failed", why="; ".join(run.status for run in runs))
+            beyond, fixed = beyond | _beyond(runs[0], runs[2]), fixed | _beyond(runs[1], runs[2])
+            named += [n for w in with_code(runs[0].warnings, "step-matters") for n in w.data["names"]]
+            taken = min(taken, 1e3 * float(runs[0].studies[STEP_STUDY]["step"]))
     except InputError as error:
         return begun("refused", why=str(error))
-    if not all(run.ok for run in runs):
-        return begun("failed", why="; ".join(run.status for run in runs))
-    controlled, plain, fine = runs
-    beyond, fixed = _beyond(controlled, fine), _beyond(plain, fine)
-    named = [name for w in with_code(controlled.warnings, "step-matters") for name in w.data["names"]]
     outcome = "silent" if beyond.keys() - {*named} else "warned" if named else "within"
-    taken = 1e3 * float(controlled.studies[STEP_STUDY]["step"])
     return begun(outcome, taken, beyond, fixed, named)
 
 
