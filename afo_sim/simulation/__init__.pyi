@@ -77,7 +77,6 @@ from .step_control import controlled as controlled
 from .step_control import found_step_errors as found_step_errors
 from .step_control import step_errors as step_errors
 from .step_control import step_line as step_line
-from .step_control import with_step_errors as with_step_errors
 from .stepping import FAILURES as FAILURES
 from .stepping import Moment as Moment
 from .stepping import Policy as Policy
