@@ -49,6 +49,7 @@ def flow_metrics(
     rows: Rows,
     chambers: Sequence[str],
     steps: np.ndarray,
+    timestep: float,
     *,
     cycles: int = 1,
     free_density: float = STANDARD_DENSITY,
@@ -59,7 +60,7 @@ def flow_metrics(
     yield "air_per_hour", 3600.0 * grams / seconds
     yield "free_air_per_hour", 3600.0 * litres / seconds
     yield "mean_flow", 60.0 * litres / seconds
-    yield "peak_flow", 60e3 / free_density * peak.flow_peak(taken(rows, chambers), float(steps.max()))
+    yield "peak_flow", 60e3 / free_density * peak.flow_peak(taken(rows, chambers), timestep)
     if EXERGY in rows:
         for name, column in (("exergy_taken", EXERGY), ("exergy_vented", VENTED)):
             yield name, float(np.maximum(rows[column], 0.0) @ steps) / cycles
@@ -206,5 +207,5 @@ def flow_of(stride: Stride) -> Found:
     """Flow and exergy of a stride's air, by the hour and by the minute."""
     names = chambers(stride.columns)
     rows = cut(stride.columns, operator.itemgetter(stride.rows))
-    yield from flow_metrics(rows, names, stride.steps, free_density=stride.free_density)
+    yield from flow_metrics(rows, names, stride.steps, stride.timestep, free_density=stride.free_density)
     yield "positive_work", positive_work(stride.columns, stride.whole)

@@ -70,7 +70,7 @@ def ankle_metrics(
         found[f"air_per_cycle_{name}"] = grams_through(columns, name, steps) / cycles
     found["air_per_cycle"] = grams_taken(columns, names, steps) / cycles
     if names:
-        found |= dict(flow_metrics(columns, names, steps, cycles=cycles, free_density=free_density))
+        found |= dict(flow_metrics(columns, names, steps, timestep, cycles=cycles, free_density=free_density))
         found["positive_work"] = positive_work(columns, part) / cycles
     found |= dict(switching_by_the_minute(columns, steps))
     return all_measured(found.items())

@@ -40,10 +40,9 @@ def test_push_off_ends_at_toe_off_and_not_at_a_row(step: float) -> None:
     """A torque that rises to toe-off: the mean of the last 10 ms is that of its middle. ∫ T dθ by parts."""
     values = found(step, lambda phase, _: 20.0 * phase)
     assert values["stance"] == pytest.approx(100.0 * TOE_OFF, rel=1e-9)
-    assert values["torque_against_push_off_10ms"] == pytest.approx(20.0 * (TOE_OFF - 5e-3 / STRIDE), rel=1e-6)
-    assert values["torque_against_push_off"] == pytest.approx(20.0 * TOE_OFF, rel=1e-6)
+    assert values["torque_against_push_off"] == pytest.approx(20.0 * (TOE_OFF - 5e-3 / STRIDE), rel=1e-6)
     per_mass = values["torque_against_push_off_per_mass"]
-    assert per_mass == pytest.approx(values["torque_against_push_off_10ms"] / MASS)
+    assert per_mass == pytest.approx(values["torque_against_push_off"] / MASS)
     turned = (math.cos(0.8 * math.pi) - math.cos(2.0 * math.pi * TOE_OFF)) / (2.0 * math.pi)
     work = 20.0 * AMPLITUDE * (TOE_OFF * OVER[0] - 0.4 * OVER[1] - turned)
     assert values["work_against_push_off"] == pytest.approx(-work / MASS, rel=1e-4)
@@ -52,12 +51,25 @@ def test_push_off_ends_at_toe_off_and_not_at_a_row(step: float) -> None:
 
 @pytest.mark.parametrize("step", STEPS)
 def test_the_parts_of_swing_end_at_toe_off_upright_shank_and_heel_strike(step: float) -> None:
-    """A need of 4 + 20 (φ − 0.6)²: 5.8 N·m at the upright shank, 7.2 at heel strike; its mean by integral."""
+    """A need of 4 + 20 (φ − 0.6)², its means by integral: over swing, and over the 10 ms to its end."""
     values = found(step, lambda phase, _: np.where(phase < 0.95, 20.0 * phase, 0.0))
-    assert values["needed_swing_torque"] == pytest.approx(5.8, rel=1e-5)
+    window = 0.010 / STRIDE
+    highest = 4.0 + 20.0 * (0.3**3 - (0.3 - window) ** 3) / (3.0 * window)
+    assert values["needed_swing_torque"] == pytest.approx(highest, rel=1e-5)
     assert values["needed_swing_torque_mean"] == pytest.approx(4.0 + 20.0 * 0.3**2 / 3.0, rel=1e-5)
     assert values["needed_swing_torque_tissue"] == pytest.approx(3.0 * UPRIGHT, rel=1e-5)
     assert values["orthosis_swing_torque_mean"] == pytest.approx(15.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_the_peak_of_a_flow_does_not_depend_on_where_a_stride_begins(step: float) -> None:
+    """A triangle of 40 ms and 1 g/s, whose middle 10 ms have a mean of 0.875 g/s."""
+    columns = walk_columns(step=step)
+    away = np.abs(columns["gait/phase"] - 0.8) * STRIDE / 20e-3
+    worn = with_orthosis(columns, np.zeros_like(away))
+    worn["valve/front_inlet/mass_flow"] = 1e-3 * np.maximum(1.0 - away, 0.0)
+    for of_stride in walk_metrics(worn, step, MASS).strides.values():
+        assert of_stride["peak_flow"].value == pytest.approx(60.0 * 0.875 / 1.185, rel=0.01)
 
 
 @pytest.mark.parametrize("step", STEPS)

@@ -65,7 +65,7 @@ def test_what_a_floor_catches_is_read_without_it_and_drags() -> None:
     assert found["toe_clearance"] == pytest.approx(values(walk_columns())["toe_clearance"] - 20.0, abs=1e-3)
     assert found["swings_with_toe_contact"] == 100.0
     assert found["toe_drag"] == pytest.approx(100.0 * 0.04 / (1.0 - TOE_OFF), rel=0.02)
-    assert found["toe_drag_force"] == pytest.approx(15.0, rel=0.05)
+    assert found["toe_drag_force"] == pytest.approx(27.0, rel=0.03)  # mean of the last 10 of 50 ms
 
 
 @pytest.mark.parametrize(("place", "counts"), [(0.65, False), (0.70, True), (0.90, True), (0.95, False)])

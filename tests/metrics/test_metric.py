@@ -141,11 +141,11 @@ def told() -> dict[str, Metric]:
     spent: Any = SimpleNamespace(totals=totals)
     late: Any = [SimpleNamespace(rows=slice(1, 3))]
     fed = dict(filling(turns)) | dict(sag_metrics(supply, late)) | dict(efficiency(spent))
-    pull = np.ones((3, 3)), 0.01, 0.5, (14e3, 53e3), 4e3
+    pull = np.ones((3, 3)), STEP, 0.01, 0.5, (14e3, 53e3), 4e3
     shares = {key: [0.5] for key in ("pressure", "force", "contraction", "stretch")}
     margins = *pressures("cuff", *pull), *pressures("plate", *pull), *muscle_metrics(shares)
     lasts = *bottle_metrics(0.08, 1.1, 140.0), *cycle_metrics(0.8, 0.1, 140.0), *life_metrics(1.0, 1e6, 2e3)
-    under = Skin(pull[1], pull[2], lambda rows: rows["pull"])
+    under = Skin(pull[2], pull[3], lambda rows: rows["pull"])
     facts = Facts(STEP, MASS, True, skins={"cuff": under, "plate": under}, laid=0.02)
     worn: Any = SimpleNamespace(facts=facts, rows={"pull": np.outer([2.0, 1.0], np.ones(3))})
     chamber = {"mass": np.zeros(4), "pressure": np.array([0.0, 1.0, 1.0, 0.0])}
@@ -193,8 +193,7 @@ def test_a_process_that_simulates_nothing_has_all_words() -> None:
 def test_names_with_a_chamber_or_a_direction_are_filled_in() -> None:
     assert entry("air_per_stride_front").label == "Air per stride, front"
     assert entry("air_per_stride").label == "Air per stride"
-    assert entry("peak_push_off_torque").label == "Push off torque, instantaneous peak"
-    assert entry("peak_push_off_torque_10ms").label == "Push off torque, peak over 10 ms"
+    assert entry("peak_push_off_torque").label == "Push off torque, peak over 10 ms"
     assert entry("lowest_pressure_front").meaning == "gauge"
     assert "air_per_stride" in WORDS and not any("{" in name for name in WORDS)
     assert words("something_new") == words("something_new")

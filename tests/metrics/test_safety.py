@@ -13,15 +13,16 @@ from afo_sim.metrics.skin_pressure import pressures
 
 AREA, FRICTION = 0.015, 0.5  # 150 cm²
 LIMITS = (14e3, 53e3), 4e3
+TIMESTEP = 5e-3  # [s]
 
 
 def pull(forward: float, left: float, up: float) -> np.ndarray:
-    """A force that rises to its peak and falls again (3, 3)."""
-    return np.outer([0.5, 1.0, 0.2], [forward, left, up])
+    """A force that rises to its peak for 10 ms, falls, and is greater for an instant (7, 3)."""
+    return np.outer([0.5, 1.0, 1.0, 1.0, 0.2, 1.6, 0.2], [forward, left, up])
 
 
-def pressed(part: str, *given: Any) -> dict[str, Metric]:
-    return all_measured(pressures(part, *given))
+def pressed(part: str, force: np.ndarray, *given: Any) -> dict[str, Metric]:
+    return all_measured(pressures(part, force, TIMESTEP, *given))
 
 
 def test_a_hundred_newtons_along_the_shank_need_two_hundred_on_the_skin() -> None:
@@ -46,7 +47,7 @@ def test_a_pull_at_thirty_degrees_presses_across_and_slides_along() -> None:
 
 
 def test_the_strap_is_tight_for_the_strongest_pull_whenever_the_pull_across_comes() -> None:
-    apart = np.array([[0.0, 0.0, -100.0], [30.0, 40.0, 0.0]])  # along first, then across
+    apart = np.repeat([[0.0, 0.0, -100.0], [30.0, 40.0, 0.0]], 3, axis=0)  # along first, then across
     found = pressed("cuff", apart, AREA, FRICTION)
     assert found["cuff_skin_pressure"].value == pytest.approx((200.0 + 50.0) / 15.0)
 

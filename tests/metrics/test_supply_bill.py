@@ -53,7 +53,7 @@ def test_air_that_one_chamber_has_from_the_other_is_not_taken_twice() -> None:
 
 def test_air_pushed_back_into_the_supply_is_not_given_back() -> None:
     found = rows([2.0, -1.0, 0.5], [2.0, -1.0, 0.5], [0.0, 0.0, 0.0])
-    told = dict(flow_metrics(found, CHAMBERS, np.ones(3)))
+    told = dict(flow_metrics(found, CHAMBERS, np.ones(3), 1.0))
     assert told["air_per_hour"] == pytest.approx(2.5 * 1200.0)
     assert told["peak_flow"] == pytest.approx(60.0 * 2.0 / 1.185)  # [l/min ANR]
 
@@ -61,7 +61,7 @@ def test_air_pushed_back_into_the_supply_is_not_given_back() -> None:
 def test_a_gas_of_its_own_has_litres_of_its_own() -> None:
     """3.6 g an hour is 1 mg/s. Carbon dioxide of 20 °C and 1 bar: p M/(R T) = 1.806 g/l."""
     density = 1e5 * 44.0095e-3 / (8.314462 * 293.15)
-    told = dict(flow_metrics(rows([1e-3], [1e-3], [0.0]), CHAMBERS, np.ones(1), free_density=density))
+    told = dict(flow_metrics(rows([1e-3], [1e-3], [0.0]), CHAMBERS, np.ones(1), 1.0, free_density=density))
     assert told["air_per_hour"] == pytest.approx(3.6)
     assert told["free_air_per_hour"] == pytest.approx(3.6 / 1.806, rel=1e-3)
     assert told["mean_flow"] == pytest.approx(told["free_air_per_hour"] / 60.0)

@@ -36,7 +36,7 @@ GOOD = {
     "toe_clearance_stride_1": 13.0,
     "lowest_toe_clearance_first_ten": 12.0,
     "foot_pitch_at_contact": 20.0,
-    "torque_against_push_off_10ms": 4.2,
+    "torque_against_push_off": 4.2,
     "torque_against_push_off_per_mass": 0.06,
     "work_against_push_off": 0.015,
     "air_per_stride": 0.08,
@@ -378,7 +378,7 @@ def expected(run: Recording) -> dict[str, str]:
         found["skin"] = band(-pressure, -4.0, -53.0)  # a strap is as tight all the time as at its peak
         kinds = ["good", "doubtful", "bad"]
         both = [
-            band(-run.metrics["torque_against_push_off_10ms"].value / 68.5, -0.07, -0.14),
+            band(-run.metrics["torque_against_push_off"].value / 68.5, -0.07, -0.14),
             band(-run.metrics["work_against_push_off"].value, -0.016, -0.032),
         ]
         found["push_off"] = max(both, key=kinds.index)
@@ -436,7 +436,7 @@ def test_the_summary_holds_the_verdict(designs: dict[str, Recording]) -> None:
         set(told) == {"name", "question", "status", "text", "limit", "brief", "kept", "rests_on"}
         and told["status"] == "bad"
     )
-    assert f"{run.metrics['torque_against_push_off_10ms'].value:.1f} N·m" in told["text"]
+    assert f"{run.metrics['torque_against_push_off'].value:.1f} N·m" in told["text"]
 
 
 def test_the_verdict_names_what_it_is_compared_with() -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from peaks import over_10_ms
 from sideways import Talus, inversion_moment
 
 import afo_sim
@@ -95,7 +96,7 @@ def test_symmetric_orthosis_has_no_such_column() -> None:
 def test_metrics_of_walking_are_means_over_the_counted_strides() -> None:
     run = afo_sim.run("walk-dropfoot-afo", INSIDE | {"duration": "3.7 s", "record_rate": "1 kHz"})
     stride = run["gait/stride"] == 2
-    peak = run[INVERSION][stride].max()
+    peak = over_10_ms(run["time"][stride], run[INVERSION][stride])
     assert peak > 0.5
     assert run.strides[2]["peak_inversion_moment"] == pytest.approx(peak, rel=1e-3)
     assert run.metrics["peak_eversion_moment"] == 0.0
@@ -105,5 +106,4 @@ def test_peaks_of_known_moments() -> None:
     moment = np.array([0.0, 2.0, 2.0, 2.0, -3.0, -3.0, -3.0, 0.0])
     found = dict(inversion_peaks({INVERSION: moment}, 5e-3))
     assert found["peak_inversion_moment"] == 2.0 and found["peak_eversion_moment"] == 3.0
-    assert found["peak_inversion_moment_10ms"] == 2.0 and found["peak_eversion_moment_10ms"] == 3.0
     assert dict(inversion_peaks({}, 5e-3)) == {}

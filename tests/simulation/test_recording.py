@@ -75,7 +75,7 @@ def test_summary_is_strict_json(folder: pathlib.Path, seated: Recording) -> None
         "unit": "deg",
     }
     assert summary["timing"]["steps"] == 8000
-    content = {"status", "scenario", "metrics", "versions", "timing", "warnings", "notices"}
+    content = {"status", "scenario", "metrics", "versions", "timing", "warnings", "notices", "studies"}
     assert set(summary) == content | {"digests", "digest"}
 
 

@@ -56,26 +56,6 @@ def test_the_forces_that_the_run_kept_are_those_of_the_law(seated: tuple[Built, 
     assert static["dorsiflexor_1"] == pytest.approx(asked, abs=1e-9)
 
 
-def test_peaks_that_stand_for_a_step_are_not_resolved(seated: tuple[Built, Rows, Rows]) -> None:
-    """A plateau begins with a jump and is resolved; a pulse of one row, a swing from row to row are not."""
-    n = len(seated[1]["time"])
-    wave = 3.0 * np.sin(np.linspace(0.0, 9.0, n))
-    swing = wave + 2.0 * (np.arange(n) % 2) * (np.abs(np.arange(n) - 130) < 8)
-    (told,) = with_code(doubts(seated, ankle__moment__orthosis=swing), "torque-jumps")
-    assert told.data["height"] == pytest.approx(swing.max())
-    assert "0.5 ms" in told
-    pulse, plateau = np.full(n, 1e-4), np.where(np.arange(n) < 99, 1e-4, 2e-4)
-    pulse[99] = 2e-4
-    (told,) = doubts(seated, supply__mass_flow=pulse)
-    assert told.code == "flow-jumps" and told.data["beyond"] == pytest.approx(0.5)
-    still = np.full(n, 0.1)
-    struck = still + 0.9 * (np.arange(n) == 99)
-    (told,) = doubts(seated, ankle__moment__orthosis=np.full(n, 3.0), ankle__velocity=struck)
-    assert told.code == "power-jumps" and told.data["height"] == pytest.approx(3.0)
-    calm = {"ankle__moment__orthosis": wave, "supply__mass_flow": plateau, "ankle__velocity": still}
-    assert doubts(seated, **calm) == []
-
-
 @pytest.mark.parametrize(("kelvin", "warned"), [(601.0, True), (599.0, False), (149.0, True), (151.0, False)])
 def test_air_beyond_150_to_600_kelvin(seated: tuple[Built, Rows, Rows], kelvin: float, warned: bool) -> None:
     temperature = seated[1]["chamber/dorsiflexor/temperature"].copy()

@@ -9,7 +9,7 @@ from afo_sim.common import assets, parse_quantity, read_toml
 from afo_sim.study.runner import sweep
 from afo_sim.study.sweep_plan import read
 
-UNITS = {"toe_clearance": "mm", "toe_clearance_stride_1": "mm", "torque_against_push_off_10ms": "N*m"}
+UNITS = {"toe_clearance": "mm", "toe_clearance_stride_1": "mm", "torque_against_push_off": "N*m"}
 
 
 @pytest.mark.slow
