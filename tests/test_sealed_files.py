@@ -49,7 +49,7 @@ from afo_sim.legs.attached_files import attached
 from afo_sim.simulation import Recording, intact_picture, read_recording, recover_recording
 from afo_sim.simulation.files import FORMAT, RUN_KEY
 from afo_sim.studio import Design, Document, opened, save
-from afo_sim.study import SWEEP, read, recover, runner
+from afo_sim.study import SWEEP, read, recover, runner, time_step
 from afo_sim.study.search import store as search
 from afo_sim.walker import read_gait, save_table, write_gait
 
@@ -109,6 +109,7 @@ def files(run: pathlib.Path, seated: Recording) -> Files:
         "results": (results / "results.parquet", lambda: read(results)),
         "chunk": (chunk, lambda: read(place / "part")),
         "manifest": (results / "sweep.json", lambda: SWEEP.read(results)),
+        "time step": (results / time_step.STEPS, lambda: time_step.remark(results)),
         "generation": (generation, lambda: search.read_generation(place, 0)),
         "designs": (place / "designs.parquet", lambda: search.read_designs(place)),
         "best design": (place / "best.json", lambda: search.read_best(place)),

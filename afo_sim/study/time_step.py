@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import write_json
+from afo_sim.common import InputError, read_json, write_json
 from afo_sim.description import load
 from afo_sim.metrics import Metric
 from afo_sim.model import as_run
@@ -62,10 +62,13 @@ def _defined(outcome: Outcome) -> dict[str, Metric]:
 
 def remark(folder: pathlib.Path) -> str:
     """What the sample says about a sweep's time step; "" where none was taken."""
-    try:
-        told = json.loads((folder / STEPS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    path = folder / STEPS
+    if not path.is_file():
         return ""
+    try:
+        told = read_json(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {error}", file=path, allowed="to delete it") from None
     begun = f"time step: of {told['checked']} cases in a sample, "
     if not told["beyond"]:
         return f"{begun}none has a number that twice the step puts beyond its bound"

@@ -6,6 +6,7 @@ import math
 import pathlib
 import re
 import sys
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -20,6 +21,7 @@ import afo_sim
 from afo_sim import cli
 from afo_sim.cli import error_handler
 from afo_sim.common import InputError, assets
+from afo_sim.model import as_run
 from afo_sim.show import draw_search
 from afo_sim.study import OBJECTIVE, Columns, Limit, Problem, best_of, cases_of, statement
 from afo_sim.study.constraint import read_constraint
@@ -524,6 +526,12 @@ def test_a_killed_search_ends_as_if_it_had_not_been(
         assert (out / name).read_bytes() == (uninterrupted / "out" / name).read_bytes()
 
 
+def set_by(row: dict[str, Any]) -> dict[str, Any]:
+    """What a design of the search sets."""
+    found = {"phases.dorsiflexor.inlet[0][0]": row["fill_start"], "duration": "3.6 s", "timestep": "4 ms"}
+    return found | {"supply.pressure": f"{row['pressure']!r} Pa"}
+
+
 @pytest.mark.slow
 def test_every_design_is_what_its_patients_say(uninterrupted: pathlib.Path) -> None:
     """Each patient of each design run alone, the limit counted patient by patient."""
@@ -534,10 +542,7 @@ def test_every_design_is_what_its_patients_say(uninterrupted: pathlib.Path) -> N
     simulated = [row for row in table if row["fill_start"] < 0.8]
     assert all(row[OUTSIDE] > 0.0 for row in table if row not in simulated)
     for row in simulated[:2]:
-        sets = {
-            "supply.pressure": f"{row['pressure']!r} Pa",
-            "phases.dorsiflexor.inlet[0][0]": row["fill_start"],
-        } | {"duration": "3.6 s", "timestep": "4 ms"}
+        sets = set_by(row)
         runs = [afo_sim.run("walk-dropfoot-afo", sets | patients.sets(k)) for k in range(2)]
         air = [run.metrics["air_per_stride"].value for run in runs]
         toe = [run.metrics["toe_clearance"].value for run in runs]
@@ -560,6 +565,15 @@ def test_the_best_design_is_told(uninterrupted: pathlib.Path) -> None:
     if good:
         assert row[OBJECTIVE] == min(r[OBJECTIVE] for r in good)
     assert best["fresh_patients"]["patients"] == 8
+    sets, patients = set_by(row), cases_of(plan.read(uninterrupted / "small.toml").patients)  # type: ignore[arg-type]
+    half = f"{as_run(afo_sim.load('scenario', 'walk-dropfoot-afo', sets)).timestep / 2.0!r} s"
+    each = [sets | patients.sets(k) | {"timestep": half} for k in range(2)]
+    runs = [afo_sim.run("walk-dropfoot-afo", one).metrics for one in each]
+    assert best["half_step"]["objective"] == pytest.approx(
+        sum(run["air_per_stride"].value for run in runs) / 2
+    )
+    lowest = min(run["toe_clearance"].value for run in runs)
+    assert best["half_step"]["limits"][0]["level"] == pytest.approx(lowest)
 
 
 def test_a_finished_search_computes_nothing(uninterrupted: pathlib.Path, call: Call) -> None:

@@ -35,6 +35,7 @@ from afo_sim.description import expand
 from afo_sim.metrics import OTHER, Metric, words
 from afo_sim.study import Outcome, Store, SweepProgress, engine, folder, replay, runner, store, sweep_plan
 from afo_sim.study.findings import indices
+from afo_sim.study.time_step import STEPS
 
 
 @pytest.fixture(scope="module")
@@ -292,7 +293,7 @@ def test_killed_it_goes_on_and_ends_with_the_same_rows(
     assert code == 0
     assert f"{len(afo_sim.study.read(out))} of 14 are done" in said
     assert_same(table(whole), table(out))
-    assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json"]
+    assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json", STEPS]
     before = (out / "results.parquet").stat().st_mtime_ns
     code, again, _ = call("sweep", *arguments)
     assert code == 0
@@ -316,7 +317,7 @@ def test_killed_between_the_results_and_taking_the_chunks_away(
     (out / ".results.parquet.abc").write_bytes(b"half")
     assert runner.run(opened(tmp_path / "sweep.toml", out)).new == 0
     assert_same(table(out), seated_table)
-    assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json"]
+    assert sorted(path.name for path in out.iterdir()) == ["results.parquet", "sweep.json", STEPS]
 
 
 def test_results_that_are_gone_are_computed_again(

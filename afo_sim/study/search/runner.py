@@ -109,17 +109,17 @@ def run(opened: Opened, who: Pool, report: Report | None = None) -> dict[str, An
         summary["fresh_patients"] = {
             "patients": len(fresh),
             "seed": fresh.plan.seed,
-            **_judged_again(opened, found),
+            **_judged_again(opened, found, search.aim(opened.units)),
         }
     if best[OUTSIDE][0] == 0.0:
-        summary["half_step"] = _judged_again(opened, _at_half_step(opened, best, who))
+        summary["half_step"] = _judged_again(opened, _at_half_step(opened, best, who), problem.aim)
     _write(opened, columns, summary)
     return summary
 
 
-def _judged_again(opened: Opened, found: Answers) -> dict[str, Any]:
+def _judged_again(opened: Opened, found: Answers, aim: Aim) -> dict[str, Any]:
     """What one design is with other patients, or at another step."""
-    again = opened.search.aim(opened.units).judge(found.metrics)
+    again = aim.judge(found.metrics)
     return {
         "lacking": int(again[LACKING][0]),
         "reason": str(found.reasons[0]),
@@ -132,8 +132,12 @@ def _at_half_step(opened: Opened, best: Columns, who: Pool) -> Answers:
     """The best design with its patients at half the time step that it was found with."""
     designs = opened.search.as_cases({p.name: best[p.name] for p in opened.problem.parameters})
     at_half = {key: longer(opened.scenario, designs.sets(0), 0.5)[key] for key in ("timestep", "record_rate")}
-    finer = replace(designs, plan=designs.plan.model_copy(update={"set": designs.plan.set | at_half}))
-    return answers(opened.scenario, finer, opened.patients, opened.problem.aim.metrics, who)
+    finer, patients = (
+        cases and replace(cases, plan=cases.plan.model_copy(update={"set": cases.plan.set | at_half}))
+        for cases in (designs, opened.patients)  # each sets what the search does
+    )
+    assert finer is not None
+    return answers(opened.scenario, finer, patients, opened.problem.aim.metrics, who)
 
 
 def _summary(opened: Opened, columns: Columns, best: Columns, converged: bool) -> dict[str, Any]:
