@@ -252,7 +252,8 @@ def test_the_knee_is_told_as_a_knee(tmp_path: pathlib.Path) -> None:
 def test_air_and_energy_balance_and_half_the_step_gives_the_same(joint: str, tmp_path: pathlib.Path) -> None:
     scenario = afo.load("scenario", "knee") if joint == "knee" else hip(tmp_path)
     run, fine = afo.run(scenario), afo.run(scenario.set({"timestep": "0.5 ms"}))
-    assert abs(run.metrics["energy_error"].value) < 1e-5  # [%]; an ankle's, seated, is 2e-6
+    left, of_fine = (abs(each.metrics["energy_error"].value) for each in (run, fine))
+    assert 3.0 * of_fine < left < 5e-5  # [%], of second order; an ankle's, seated at 1 ms, is 2e-5
     flow = run["valve/flexor_inlet/mass_flow"] - run["valve/flexor_outlet/mass_flow"]
     mass = run["chamber/flexor/mass"]
     assert mass[1:] - mass[0] == pytest.approx(np.cumsum(flow[:-1]) * scenario.timestep, abs=1e-12)

@@ -70,7 +70,7 @@ def test_the_site_has_every_page_and_what_tutorials_draw(site: pathlib.Path) -> 
     text = (site / "tutorials" / "1_first_walk.html").read_text(encoding="utf-8")
     assert "Does it lift the toe?" in text and 'src="1_first_walk/clearance.png"' in text
     shown = {
-        "commands": "--check-step",
+        "commands": "--step",
         "keys": "bladder_force",
         "columns": "ankle/angle",
         "names": "fit_torque",

@@ -1,8 +1,7 @@
-"""Random legal designs: each number is that of a quarter of the step, or the run says what is unsure."""
+"""Random legal designs: each number is that of an eighth of the step, or the run names it."""
 
 import json
 import pathlib
-import re
 from types import ModuleType
 
 import documents
@@ -15,30 +14,23 @@ def script() -> ModuleType:
     return documents.script("step_campaign")
 
 
-# What the device does: heights, angles, torques over 10 ms, air, pressures. Peaks of an instant stand beside.
-DONE = (
-    "toe_clearance|ball_clearance|lift_|peak_.*_angle|range_of_motion|ankle_range|at_contact|at_toe_off|against_push_off_|"
-    "dorsiflexion_torque|air_per|free_air|_pressure_|stance|clear|ankle/angle"
-)
-
-
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-def test_random_legal_designs_run_right_or_say_that_they_do_not(script: ModuleType) -> None:
-    """At the default step."""
+def test_random_legal_designs_run_right_or_name_what_is_not(script: ModuleType) -> None:
+    """At the default step, against an eighth of it."""
     seeds = range(size(10, 60))
     steps = {seed: script.design(seed)[1]["timestep"] for seed in seeds}
     found = [script.examined(seed) for seed in seeds if steps[seed] in ("1.0 ms", "2.0 ms")]
     assert len([each for each in found if each.outcome in ("within", "warned")]) > len(found) // 2
-    for each in found:
-        assert not [name for name in each.unsaid if re.search(DONE, name)], each
+    assert not [each for each in found if each.outcome == "silent"]
+    assert all(0.12 * each.step < each.taken <= 1.01 * each.step for each in found if each.taken)
 
 
 def test_a_campaign_goes_on_where_it_was_stopped(
     script: ModuleType, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out, asked = tmp_path / "found.jsonl", []
-    bad = script.Outcome(0, "seated", 2.0, True, "silent", [], {"rise_time": [None, 0.005]}, ["rise_time"])
+    bad = script.Outcome(0, "seated", 2.0, True, "silent", 2.0, {"rise_time": None}, {"rise_time": None})
     out.write_text(json.dumps(vars(bad)) + "\n")
     monkeypatch.setattr(script, "ProcessPoolExecutor", _Here)
     monkeypatch.setattr(
@@ -49,7 +41,7 @@ def test_a_campaign_goes_on_where_it_was_stopped(
     assert script.campaign(out, range(3), 1) == found and asked == [1, 2]
     lines = list(script.report(found))
     assert "default step: 1 designs: 1 silent" in lines and "other steps: 2 designs: 2 within" in lines
-    assert any("rise_time: inf times its bound, seed 0" in line for line in lines)
+    assert any("seed 0" in line and "rise_time" in line for line in lines)
 
 
 class _Here:
