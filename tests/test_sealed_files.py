@@ -50,6 +50,7 @@ from afo_sim.simulation import Recording, intact_picture, read_recording, recove
 from afo_sim.simulation.files import FORMAT, RUN_KEY
 from afo_sim.studio import Design, Document, opened, save
 from afo_sim.study import SWEEP, read, recover, runner, time_step
+from afo_sim.study.results import STEPS
 from afo_sim.study.search import store as search
 from afo_sim.walker import read_gait, save_table, write_gait
 
@@ -109,7 +110,7 @@ def files(run: pathlib.Path, seated: Recording) -> Files:
         "results": (results / "results.parquet", lambda: read(results)),
         "chunk": (chunk, lambda: read(place / "part")),
         "manifest": (results / "sweep.json", lambda: SWEEP.read(results)),
-        "time step": (results / time_step.STEPS, lambda: time_step.remark(results)),
+        "time step": (results / STEPS, lambda: time_step.remark(results)),
         "generation": (generation, lambda: search.read_generation(place, 0)),
         "designs": (place / "designs.parquet", lambda: search.read_designs(place)),
         "best design": (place / "best.json", lambda: search.read_best(place)),

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import pandas
 
 RESULTS, CHUNKS, MANIFEST = "results.parquet", "chunks", "sweep.json"
+STEPS = "time_step.json"  # what a sample of the cases says of their time step
 EVERY_ROW = ("case", "seed", "status", "reason")  # columns that are neither parameter nor metric …
 OVERRIDES = "overrides"  # … nor this: all that a case sets, as JSON by dotted key …
 OWN_SEED = "own seed"  # how the spread of a parameter is called that is every case's seed

@@ -16,7 +16,7 @@ from afo_sim.study.design import Cases, cases_of
 from afo_sim.study.engine import OK
 from afo_sim.study.folder import Changed
 from afo_sim.study.pool import pool
-from afo_sim.study.results import Results, read
+from afo_sim.study.results import STEPS, Results, read
 from afo_sim.study.store import SWEEP, Store, fingerprint
 from afo_sim.study.sweep_plan import Plan, check_metric
 from afo_sim.study.time_step import check_sample
@@ -111,10 +111,11 @@ def run(
                     report(state)
     if not store.finished and not store.pending():
         store.finish()
-        asked = Asked(frozenset(store.cases.plan.metrics)) if store.cases.plan.metrics else EVERYTHING
-        with pool(threads, workers) as who:
-            check_sample(read(store.folder), SWEEP.read(store.folder)["scenario"], asked, who)
     if store.finished:
+        if not (store.folder / STEPS).exists():  # nor where it was stopped before
+            asked = Asked(frozenset(store.cases.plan.metrics)) if store.cases.plan.metrics else EVERYTHING
+            with pool(threads, workers) as who:
+                check_sample(read(store.folder), SWEEP.read(store.folder)["scenario"], asked, who)
         store.tidy()
     return replace(state, done=count - left(store, part))
 

@@ -28,12 +28,22 @@ from afo_sim.study.design import Cases
 from afo_sim.study.engine import Jobs, Outcome
 from afo_sim.study.folder import AGAIN, PARTS, FolderKind
 from afo_sim.study.parameter import Choice, Joint, Normal, Range
-from afo_sim.study.results import CHUNKS, EVERY_ROW, MANIFEST, NOTICES, OVERRIDES, OWN_SEED, RESULTS, WARNINGS
+from afo_sim.study.results import (
+    CHUNKS,
+    EVERY_ROW,
+    MANIFEST,
+    NOTICES,
+    OVERRIDES,
+    OWN_SEED,
+    RESULTS,
+    STEPS,
+    WARNINGS,
+)
 from afo_sim.study.sweep_plan import Plan
 
 RECORDINGS = "recordings"  # folder of the cases that are kept
 _GATHERED = 64  # chunks in one row group of the results, or more
-SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, 7, (RESULTS, RECORDINGS), PARTS | {"chunk": int})
+SWEEP = FolderKind("sweep", MANIFEST, CHUNKS, 7, (RESULTS, RECORDINGS, STEPS), PARTS | {"chunk": int})
 
 
 @dataclass(frozen=True)
@@ -159,8 +169,9 @@ class Store:
     def tidy(self) -> None:
         """Take away what finished results make needless, or a killed process has left."""
         shutil.rmtree(self.folder / CHUNKS, ignore_errors=True)
-        for path in self.folder.glob(f".{RESULTS}.*"):
-            path.unlink(missing_ok=True)
+        for name in (RESULTS, STEPS):
+            for path in self.folder.glob(f".{name}.*"):
+                path.unlink(missing_ok=True)
 
     def _read(self, chunk: int) -> Any:
         """A chunk's rows, or None if they are not what `write` has written for this sweep."""

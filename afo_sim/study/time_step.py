@@ -15,9 +15,8 @@ from afo_sim.model import as_run
 from afo_sim.simulation import Asked, step_errors
 from afo_sim.study.engine import OK, Outcome
 from afo_sim.study.pool import Pool
-from afo_sim.study.results import Results
+from afo_sim.study.results import STEPS, Results
 
-STEPS = "time_step.json"  # beside a sweep's results
 EVERY, MOST = 4, 100  # one case of so many is checked, and no more than so many
 
 

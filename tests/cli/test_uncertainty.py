@@ -26,7 +26,8 @@ def test_a_run_prints_its_bands(call: Call, tmp_path: pathlib.Path) -> None:
     assert code == 0 and "What is not known, drawn together (20 draws)" in out
     assert "too few to show what explains the bands" in " ".join(out.split())
     told = read_recording(tmp_path / "run").studies["uncertainty"]
-    called = run("walk-dropfoot-afo", {"timestep": "4 ms", "duration": "4 s"}, uncertainty=20)
+    sets = {"timestep": "4 ms", "duration": "4 s"}
+    called = run("walk-dropfoot-afo", sets, step="controlled", uncertainty=20)
     assert json.dumps(told) == json.dumps(called.studies["uncertainty"])
 
 

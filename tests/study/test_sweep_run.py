@@ -35,7 +35,7 @@ from afo_sim.description import expand
 from afo_sim.metrics import OTHER, Metric, words
 from afo_sim.study import Outcome, Store, SweepProgress, engine, folder, replay, runner, store, sweep_plan
 from afo_sim.study.findings import indices
-from afo_sim.study.time_step import STEPS
+from afo_sim.study.results import STEPS
 
 
 @pytest.fixture(scope="module")

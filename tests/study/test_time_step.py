@@ -8,7 +8,8 @@ from command import Call
 import afo_sim
 from afo_sim.common import read_json
 from afo_sim.simulation import step_errors
-from afo_sim.study.time_step import STEPS, remark
+from afo_sim.study.results import STEPS
+from afo_sim.study.time_step import remark
 
 VALVES = {f"orthosis.chamber.dorsiflexor.{valve}": "sy9000" for valve in ("inlet", "outlet")}
 SWEEP = """
@@ -53,5 +54,11 @@ def test_numbers_that_twice_the_step_moves_are_named(
     assert told["worst"]["peak_flow"]["error"] == pytest.approx(worst.error)
 
 
-def test_where_no_sample_was_taken_nothing_is_said(tmp_path: pathlib.Path) -> None:
+def test_a_sample_that_was_not_taken_is_taken_by_the_next_call(tmp_path: pathlib.Path, call: Call) -> None:
     assert remark(tmp_path) == ""
+    (tmp_path / "sweep.toml").write_text(SWEEP.format(step=4.0))
+    words = ("sweep", tmp_path / "sweep.toml", "--out", tmp_path / "out", "--threads", "1")
+    assert call(*words)[0] == 0
+    told = (tmp_path / "out" / STEPS).read_bytes()
+    (tmp_path / "out" / STEPS).unlink()  # as where it is stopped once it has its results
+    assert call(*words)[0] == 0 and (tmp_path / "out" / STEPS).read_bytes() == told
