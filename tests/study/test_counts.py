@@ -65,7 +65,7 @@ def test_a_chunk_is_flushed_once_and_its_name_once(tmp_path: pathlib.Path, count
     for chunk in (12, 2):
         swept(tmp_path / str(chunk), SEATED, chunk=chunk, threads=1)
         flushes.append(counted.pop("fsync"))
-    assert flushes == [2 * (1 + 1 + 1), 2 * (1 + 6 + 1)]  # manifest, chunks, results
+    assert flushes == [2 * (1 + 1 + 1 + 1), 2 * (1 + 6 + 1 + 1)]  # manifest, chunks, results, time step
 
 
 def test_a_generation_is_flushed_once_and_its_name_once(
@@ -108,4 +108,4 @@ def test_python_calls_of_a_sweep_beside_its_simulations(tmp_path: pathlib.Path) 
         finally:
             sys.setprofile(None)
         calls.append(found["study"])
-    assert (calls[1] - calls[0]) / 16 <= 40, calls
+    assert (calls[1] - calls[0]) / 16 <= 1.5 * 40, calls  # a quarter is run at two more steps
