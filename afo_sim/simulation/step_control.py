@@ -1,10 +1,9 @@
 """The time step of a run, controlled: its numbers count where twice the step gives the same.
 
 A run at a step h stands beside one at 2 h. Where a number differs by more than it may be off, both halve,
-until all agree or a floor is reached; then a warning names those that do not. A difference that falls to a
-third or less from one pair to the next is that of a scheme of second order, and a third of it is left; of
-any other, and of a first pair, the whole of it counts as the numerical error. The first pair, whose order
-nobody knows, must agree within half of each bound: two steps may agree by chance.
+until all agree or a floor is reached; then a warning names those that do not. The whole difference counts as
+the numerical error of the finer run: of a scheme of second order it is three times as much, of first order
+as much. A first pair must agree within half of each bound, since two steps may agree by chance.
 """
 
 import dataclasses
@@ -26,7 +25,6 @@ Simulated = Callable[[Scenario, str], Recording]  # of a scenario, and what is d
 STEP_STUDY = "time_step"  # key of `Recording.studies`
 HALVINGS, SHORT = 3, 2e-4  # of the asked step, at most, or as many as lead down to so many seconds
 BY_CHANCE = 0.5  # of each bound, within which a first pair must agree
-SECOND_ORDER = 3.0  # times by which differences fall from pair to pair, from which on a third of one is left
 SHARE = 0.01  # of its value, that a metric may be off by [-]
 ABSOLUTE = ("deg", "mm")  # units of angles and heights, which may be off by their floor and no more
 _FLOORS = (  # what is too little to matter, in each of these units
@@ -67,29 +65,18 @@ class StepError:
         return abs(self.error) / self.bound if self.bound > 0.0 and math.isfinite(self.error) else math.inf
 
 
-def step_errors(
-    run: Mapping[str, Metric], longer: Mapping[str, Metric], longest: Mapping[str, Metric] | None = None
-) -> dict[str, StepError]:
-    """Errors of a run's metrics, from those at twice its step, and at four times where known.
-
-    Those of the method have none.
-    """
+def step_errors(run: Mapping[str, Metric], longer: Mapping[str, Metric]) -> dict[str, StepError]:
+    """Errors of a run's metrics: those at twice its step less its own; those of the method have none."""
     found = {}
     for name, metric in run.items():
         if name in OF_METHOD:
             continue
-        value, before, floor = float(metric), _value(longer, name), FLOORS.get(metric.unit, 0.0)
+        value, before = float(metric), float(longer.get(name, math.nan))
+        floor = FLOORS.get(metric.unit, 0.0)
         same = value == before or (math.isnan(value) and math.isnan(before))
         scale = 0.0 if metric.unit in ABSOLUTE or not math.isfinite(value) else SHARE * abs(value)
-        error = 0.0 if same else before - value
-        if longest is not None and abs(_value(longest, name) - before) >= SECOND_ORDER * abs(error):
-            error /= 3.0
-        found[name] = StepError(error, max(floor, scale), metric.unit)
+        found[name] = StepError(0.0 if same else before - value, max(floor, scale), metric.unit)
     return found
-
-
-def _value(metrics: Mapping[str, Metric], name: str) -> float:
-    return float(metrics.get(name, math.nan))
 
 
 def at_step(scenario: Scenario, step: float) -> Scenario:
@@ -106,21 +93,21 @@ def controlled(scenario: Scenario, simulate: Simulated, *, halvings: int = HALVI
     by a warning. Rows stay those of the asked step. A run that fails is returned as it is.
     """
     asked = as_run(scenario).timestep
-    longest, longer = None, _tried(scenario, 2.0 * asked, simulate)
+    longer, most = _tried(scenario, 2.0 * asked, simulate), BY_CHANCE
     run, step, errors = simulate(scenario, "simulating"), asked, dict[str, StepError]()
     shortest = min(asked / 2**halvings, SHORT) if halvings else asked
     while run.ok:
         if longer is not None:
-            errors = step_errors(run.metrics, longer.metrics, longest.metrics if longest else None)
-            most = 1.0 if longest else BY_CHANCE
+            errors = step_errors(run.metrics, longer.metrics)
             if all(error.times <= most for error in errors.values()):
                 break
+            most = 1.0
         if step < 2.0 * shortest * (1.0 - 1e-9):
             break
         finer = _tried(scenario, 0.5 * step, simulate)
         if finer is None:
             break
-        longest, longer, run, step = longer, run, finer, 0.5 * step
+        longer, run, step = run, finer, 0.5 * step
     resolved = with_person(scenario).resolved()
     return with_step_errors(dataclasses.replace(run, scenario=resolved), errors, step, asked)
 

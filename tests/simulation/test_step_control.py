@@ -108,14 +108,13 @@ def test_what_still_depends_on_the_step_is_named_worst_first_and_patterns_say_no
 
 
 @pytest.mark.parametrize(
-    ("scenario", "sets", "halved"),
-    [("seated", SHORT | {"timestep": "4 ms"}, 1), ("arm", SHORT, 1), ("walk-dropfoot-afo", WALK, 2)],
+    ("scenario", "sets"),
+    [("seated", SHORT | {"timestep": "4 ms"}), ("arm", SHORT), ("walk-dropfoot-afo", WALK)],
 )
 def test_no_number_is_further_off_an_eighth_of_the_step_than_it_may_be(
-    scenario: str, sets: dict[str, str], halved: int
+    scenario: str, sets: dict[str, str]
 ) -> None:
     run = afo.run(scenario, sets, step="controlled")
-    assert taken(run)[1] / taken(run)[0] == pytest.approx(halved)
     exact = run_scenario(at_step(afo.load("scenario", scenario, sets), 1e-3 * taken(run)[1] / 8.0))
     off = {name: each.times for name, each in step_errors(run.metrics, exact.metrics).items()}
     assert max(off.values()) <= 1.0, {name: times for name, times in off.items() if times > 1.0}
@@ -158,14 +157,6 @@ def test_bounds(unit: str, value: float, longer: float, bound: float) -> None:
     assert found.bound == pytest.approx(bound) and found.times <= 1.0
     beyond = step_errors({"x": Metric(value, unit)}, {"x": Metric(longer + 2.2 * bound, unit)})
     assert beyond["x"].times > 1.0
-
-
-@pytest.mark.parametrize(("longest", "error"), [(2.21, 0.1), (2.19, 0.3), (0.39, 0.1), (1.3, 0.3)])
-def test_a_third_is_left_of_differences_that_fall_to_a_third(longest: float, error: float) -> None:
-    """1.3 of twice the step less 1.0; of four times it the difference must be 0.9."""
-    values = [{"x": Metric(value, "N")} for value in (1.0, 1.3, longest)]
-    assert step_errors(*values)["x"].error == pytest.approx(error)
-    assert step_errors(*values[:2])["x"].error == pytest.approx(0.3)
 
 
 def test_what_no_run_defines_is_the_same() -> None:
