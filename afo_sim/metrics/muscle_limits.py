@@ -20,24 +20,9 @@ BRIEFLY = f"{peak.MEANING}; {USED}"
 @reported(
     SAFETY,
     ("muscle_share_of_pressure", "percent", "Highest muscle pressure as a share of its limit", USED),
-    (
-        "muscle_share_of_force",
-        "percent",
-        "Highest muscle force as a share of its limit",
-        BRIEFLY,
-    ),
-    (
-        "muscle_share_of_contraction",
-        "percent",
-        "Greatest contraction as a share of its limit",
-        BRIEFLY,
-    ),
-    (
-        "muscle_share_of_stretch",
-        "percent",
-        "Greatest stretch as a share of its limit",
-        BRIEFLY,
-    ),
+    ("muscle_share_of_force", "percent", "Highest muscle force as a share of its limit", BRIEFLY),
+    ("muscle_share_of_contraction", "percent", "Greatest contraction as a share of its limit", BRIEFLY),
+    ("muscle_share_of_stretch", "percent", "Greatest stretch as a share of its limit", BRIEFLY),
     of=Of.RUN,
 )
 def muscles(run: Run) -> Found:

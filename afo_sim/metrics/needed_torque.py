@@ -87,7 +87,7 @@ def torque_given(stride: Stride) -> Found:
     needed = stride[NEEDED_MOMENT]
     way = np.where(needed < 0.0, -1.0, 1.0)
     given = np.minimum(np.maximum(way * torque, 0.0), np.abs(needed))
-    if peak.highest(np.abs(needed)) > 0.0:
+    if np.abs(needed).max(initial=0.0) > peak.ROUNDING:
         yield "torque_covered", _share(float(given.sum()), float(np.abs(needed).sum()))
     yield "torque_missing", peak.highest_mean(np.abs(needed) - given, stride.timestep)
     yield "torque_unneeded", peak.highest_mean(np.abs(torque - way * given), stride.timestep)

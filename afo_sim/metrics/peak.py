@@ -64,11 +64,6 @@ def flow_peak(flow: np.ndarray, timestep: float) -> float:
     return float(max(behind.max(), before.max())) / length
 
 
-def highest(values: np.ndarray) -> float:
-    """Highest of some values (n,), at least zero."""
-    return clean(max(float(values.max()), 0.0)) if len(values) else 0.0
-
-
 def clean(value: float) -> float:
     """Without what rounding leaves where there is nothing."""
     return 0.0 if abs(value) < ROUNDING else value

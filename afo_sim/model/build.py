@@ -149,7 +149,7 @@ def build(
     )
     fill_hinge(model, scenario, size)
     stretch = _stretched(geometry, circuit, scenario.orthosis)
-    numbers, coarse = time_step_limits.check_stability(model, index, circuit, scenario)
+    numbers, coarse = time_step_limits.check_stability(model, index, scenario)
     stops = tuple(map(float, model.joint(ANKLE).range))
     guided = check_guides(scenario.orthosis, (stops[0], stops[1]))
     described = (*check_description(scenario), *implausible(scenario, model), *check_air_path(scenario))

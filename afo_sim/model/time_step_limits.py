@@ -3,7 +3,6 @@
 import mujoco
 import numpy as np
 
-from afo_sim import native
 from afo_sim.common import (
     AMBIENT_PRESSURE,
     AMBIENT_TEMPERATURE,
@@ -22,15 +21,14 @@ from afo_sim.physics import FRICTIONS, laminar_slope
 # Of rate × time step of a chamber's air. Measured on S1's muscles at 1 and 2 ms against 20 µs, filled and
 # vented through ideal valves of up to 40 dm³/(s·bar): up to 6 pressures are within 0.7 % of the supply's and
 # moments within 0.5 % of their swing; from 8 on pressures are up to 2.4 % off, moments 2 % and, at 50, 5 %.
-# What errs is the muscles' volume, which moves on once in a step. Rigid volumes stay within 0.02 % up to
-# 3000: there a step has as many parts as it may. At 4000 pressures were 5 % off, at 6000 temperatures 40 K.
-AIR_ACCURATE, RIGID_ACCURATE = 6.0, 2000.0
+# What errs is the muscles' volume, which moves on once in a step.
+AIR_ACCURATE = 6.0
 LONGEST_STEP = 0.01  # of any model [s]
 FRICTION_LIMIT = 0.5  # of rate × time step of friction that falls with speed
 
 
 def check_stability(
-    model: mujoco.MjModel, index: Index, circuit: native.Circuit, scenario: Scenario
+    model: mujoco.MjModel, index: Index, scenario: Scenario
 ) -> tuple[dict[str, float], list[str]]:
     """Rate × time step of the air and of friction; refuse or warn where the step is too long."""
     orthosis, friction = scenario.orthosis, 0.0
@@ -40,7 +38,6 @@ def check_stability(
         friction = float(np.max(scenario.timestep * (arm**2 @ falling) / inertia))
     check_friction(friction, scenario.timestep)
     air, warnings = check_air(orthosis, scenario.timestep)
-    warnings += check_volumes(circuit, scenario.timestep)
     drives, of_drives = check_drives(scenario)
     return {"air": air, "friction": friction} | drives, [*warnings, *of_drives]
 
@@ -84,34 +81,6 @@ def check_air(orthosis: Orthosis, step: float) -> tuple[float, list[Notice]]:
             )
             warnings.append(Notice("air-coarse", text, subject=name, number=step * rate, enough=enough))
     return air, warnings
-
-
-def check_volumes(circuit: native.Circuit, step: float) -> list[Notice]:
-    """Warnings of rigid volumes, ends of tubes among them, that are too small for what leads to them."""
-    if not (slopes := {volume.name: 0.0 for volume in circuit.volumes}):
-        return []
-    steepest = [(r.origin, r.end, r.steepest) for r in circuit.restrictions]
-    for chamber in circuit.chambers:
-        port = chamber.port or chamber.name
-        for valve, node in ((chamber.inlet, chamber.feed), (chamber.outlet, chamber.exhaust)):
-            row = valve.row
-            steepest.append((node, port, laminar_slope(row["conductance"], row["critical_ratio"])))
-    for origin, end, slope in steepest:
-        for node in {origin, end} & set(slopes):
-            slopes[node] += slope
-    warnings = []
-    stiff = circuit.heat_capacity_ratio * circuit.gas_constant * AMBIENT_TEMPERATURE
-    for volume in circuit.volumes:
-        number = step * stiff * slopes[volume.name] / volume.volume
-        if number > RIGID_ACCURATE:
-            least = volume.volume * number / RIGID_ACCURATE
-            text = (
-                f"the air of {{subject!r}}, {1e6 * volume.volume:.2g} ml, is too fast at this time step "
-                "(number {number:.3g}): its pressure may be off by several per cent, its temperature by "
-                f"tens of K; {1e6 * least:.2g} ml would do, or a smaller valve"
-            )
-            warnings.append(Notice("volume-too-fast", text, subject=volume.name, number=number, least=least))
-    return warnings
 
 
 def falling_frictions(orthosis: Orthosis, pressure: float) -> np.ndarray:

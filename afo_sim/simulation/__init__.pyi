@@ -70,6 +70,7 @@ from .simulate import simulate_together as simulate_together
 from .simulators import steps_in as steps_in
 from .step_control import STEP_STUDY as STEP_STUDY
 from .step_control import Step as Step
+from .step_control import StepError as StepError
 from .step_control import as_taken as as_taken
 from .step_control import at_step as at_step
 from .step_control import check_step as check_step

@@ -46,7 +46,7 @@ FLOORS = {unit: floor for floor, units in _FLOORS for unit in units.split()}
 OF_METHOD = {"strides_solved", "settled_air_change", "settled_angle_change", "walked_air_change"}
 OF_METHOD |= {"walked_clearance_change", "energy_error", "law_mismatch", "law_mismatch_share"}
 # Warnings that suspect the step by a pattern; beside an estimate they say nothing more.
-PATTERNS = {"air-coarse", "volume-too-fast", "air-temperature", "muscle-jumps"}
+PATTERNS = {"air-coarse", "air-temperature"}
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,9 @@
 """Warnings of a run: what is not to be believed, limits left, laws beyond their range, skin, a source.
 
-A time step that was too long shows in air, motion and energy.
+A time step that was too long shows in air and energy.
 """
 
 import itertools
-import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -19,12 +18,10 @@ from afo_sim.simulation.energy_balance import Columns, Energy, balance
 from afo_sim.simulation.facts import facts_of
 
 COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
-MOVED = 0.01  # of its length that a muscle may move in a step [-]
 MADE = 10.0  # of the air's net work that laws may give or take [percent]
 UNBALANCED = 0.01  # of the work that may be found nowhere [-]
 NOTHING = 1e-3  # work that is too little to judge [J]
 STRETCHES = 50  # stretches of a run, among which the one that closes least is looked for
-FINER = 4.0  # times as many steps, where nothing says how many would do
 NEGLIGIBLE = 0.01  # share of a muscle's force limit below which its law's range does not matter
 WHO = {"cuff": "it", "plate": "its strap"}  # presses on the skin
 GIVES = 0.1  # stretch of a cable that takes up all that a muscle can shorten [m]
@@ -32,10 +29,8 @@ SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 
 
 def validity_warnings(built: Built, columns: Columns, static: Columns, energy: Energy) -> Iterator[Notice]:
-    """Warnings of what no muscle does, with the time and a smaller step."""
-    step = built.scenario.timestep
+    """Warnings of what no muscle does, with the time."""
     yield from _air(built, columns)
-    yield from _motion(built, columns)
     done = energy.turnover + energy.damper_loss + abs(energy.law_mismatch)
     if done < NOTHING:
         return
@@ -52,13 +47,12 @@ def validity_warnings(built: Built, columns: Columns, static: Columns, energy: E
             yield Notice(
                 code,
                 "the energy balance does not close: {share:.1f} % {problem}, most of it near {time:.2f} s, "
-                "where {subject} moves; {step} would show more",
+                "where {subject} moves; a shorter time step would show more",
                 subject=muscle,
                 share=100.0 * found / done,
                 beyond=float(abs(found) / done),
                 problem=problem,
                 time=time,
-                step=_shorter(step, FINER),
             )
 
 
@@ -82,7 +76,7 @@ def mismatch_warning(energy: Mapping[str, Metric]) -> Iterator[Notice]:
 
 def _air(built: Built, columns: Columns) -> Iterator[Notice]:
     """Warnings of air hotter or colder than filling and venting make it."""
-    orthosis, step = built.scenario.orthosis, built.scenario.timestep
+    orthosis = built.scenario.orthosis
     for chamber in orthosis.chamber:
         temperature = columns[f"chamber/{chamber}/temperature"]
         beyond = np.maximum(COLDEST - temperature, temperature - HOTTEST)
@@ -92,34 +86,13 @@ def _air(built: Built, columns: Columns) -> Iterator[Notice]:
             yield Notice(
                 "air-temperature",
                 "{subject}: the air is at {temperature:.0f} K at {time:.3f} s, outside {coldest:.0f} to "
-                "{hottest:.0f} K; {step} would show more",
+                "{hottest:.0f} K; a shorter time step would show more",
                 subject=muscles,
                 temperature=float(temperature[worst]),
                 time=float(columns["time"][worst]),
                 coldest=COLDEST,
                 hottest=HOTTEST,
                 beyond=float(beyond[worst]),
-                step=_shorter(step, FINER),
-            )
-
-
-def _motion(built: Built, columns: Columns) -> Iterator[Notice]:
-    """Warnings of muscles that jump from step to step."""
-    step = built.scenario.timestep
-    for name in muscle_names(built.scenario.orthosis):
-        moved = np.abs(np.diff(columns[f"muscle/{name}/contraction"]))
-        worst = int(np.argmax(moved))
-        if not moved[worst] <= MOVED:
-            yield Notice(
-                "muscle-jumps",
-                "{subject} moves by {moved:.1f} % of its length in the step at {time:.3f} s, and more than "
-                "{most:.0f} % is not to be believed; {step} would do",
-                subject=name,
-                moved=100.0 * float(moved[worst]),
-                beyond=float(moved[worst]),
-                time=float(columns["time"][worst]),
-                most=100.0 * MOVED,
-                step=_shorter(step, moved[worst] / MOVED),
             )
 
 
@@ -134,14 +107,6 @@ def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str,
     _, part = max(found, key=lambda each: each[0])
     muscle = max(static, key=lambda name: float(np.ptp(part[f"muscle/{name}/contraction"])))
     return muscle, float(part["time"].mean())
-
-
-def _shorter(step: float, times: float) -> str:
-    """A time step that is at least so many times shorter, as people write it: 1, 2 or 5 in front."""
-    wanted = 1e3 * step / max(times, 1.0) if math.isfinite(times) else 1e3 * step / FINER
-    decade = 10.0 ** math.floor(math.log10(wanted) + 1e-9)
-    first = max(k for k in (1.0, 2.0, 5.0) if k * decade <= wanted * (1.0 + 1e-9))
-    return f"a time step of {first * decade:g} ms"
 
 
 def limit_warnings(

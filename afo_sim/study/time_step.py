@@ -12,7 +12,7 @@ from afo_sim.common import InputError, read_json, write_json
 from afo_sim.description import load
 from afo_sim.metrics import Metric
 from afo_sim.model import as_run
-from afo_sim.simulation import Asked, step_errors
+from afo_sim.simulation import Asked, StepError, step_errors
 from afo_sim.study.engine import OK, Outcome
 from afo_sim.study.pool import Pool
 from afo_sim.study.results import STEPS, Results
@@ -35,22 +35,21 @@ def check_sample(results: Results, scenario: Mapping[str, Any], asked: Asked, wh
     refused = [place for place, outcome in found.items() if outcome.status != OK]
     found |= dict(zip(refused, again(refused, 0.5), strict=True))
     beyond: dict[str, list[str]] = {}
-    worst: dict[str, dict[str, Any]] = {}
-    checked = 0
+    errors: list[tuple[float, str, int, StepError]] = []  # with how many times its bound, and whose it is
     for place, row in enumerate(rows):
-        other = found[place]
-        if other.status != OK:
+        if found[place].status != OK:
             continue
-        checked += 1
+        case = int(results["case"][row])
         own = {name: Metric(float(results[name][row]), unit) for name, unit in results.metrics.items()}
-        errors = step_errors(own, {name: Metric(m.value, m.unit) for name, m in other.metrics.items()})
-        for name, each in errors.items():
-            if each.times > max(worst.get(name, {}).get("times", 0.0), 1e-12):
-                times = each.times if math.isfinite(each.times) else None
-                worst[name] = {"case": int(results["case"][row]), "error": each.error, "times": times or 1e9}
-                worst[name] |= {"bound": each.bound, "unit": each.unit}
-        if names := [name for name, each in errors.items() if each.times > 1.0]:
-            beyond[str(results["case"][row])] = names
+        other = {name: Metric(m.value, m.unit) for name, m in found[place].metrics.items()}
+        each = [(error.times, name, case, error) for name, error in step_errors(own, other).items()]
+        beyond |= {str(case): names} if (names := [name for times, name, *_ in each if times > 1.0]) else {}
+        errors += each
+    worst = {
+        name: {"case": case, "error": error.error, "bound": error.bound, "unit": error.unit}
+        for _, name, case, error in sorted(errors, key=lambda each: each[:3])
+    }
+    checked = sum(outcome.status == OK for outcome in found.values())
     told = {"sample": len(rows), "checked": checked, "beyond": beyond, "worst": worst}
     write_json(results.folder / STEPS, told, "time step")
 
@@ -75,9 +74,13 @@ def remark(folder: pathlib.Path) -> str:
         return "time step: not checked, since no case of a sample runs at another step"
     if not told["beyond"]:
         return f"{begun}none has a number that twice the step puts beyond its bound"
-    name, most = max(told["worst"].items(), key=lambda item: item[1]["times"])
+    errors = {
+        name: StepError(math.nan if (error := each["error"]) is None else error, each["bound"], each["unit"])
+        for name, each in told["worst"].items()
+    }
+    name, most = max(errors.items(), key=lambda item: item[1].times)
     return (
         f"{begun}{len(told['beyond'])} have numbers that twice the step puts beyond their bounds, most "
-        f"{name} of case {most['case']} by {Metric(most['error'], most['unit'])} ({most['bound']:.2g} "
+        f"{name} of case {told['worst'][name]['case']} by {Metric(most.error, most.unit)} ({most.bound:.2g} "
         "allowed): set a shorter timestep, or run such a case alone, which controls its step"
     )

@@ -9,8 +9,7 @@ from air.native_network import behind_valve
 import afo_sim as afo
 from afo_sim.common import GAS_CONSTANT, HEAT_CAPACITY_RATIO
 from afo_sim.description import load
-from afo_sim.model import AIR_ACCURATE, check_air, circuit_of
-from afo_sim.model.time_step_limits import check_volumes
+from afo_sim.model import AIR_ACCURATE, check_air
 from afo_sim.native import air_block, air_step
 from afo_sim.native.air_block import NODE
 
@@ -67,17 +66,6 @@ def test_muscles_beyond_the_limit_are_off_by_what_is_told() -> None:
     assert coarse[2] > AIR_ACCURATE
     assert 0.01 * 4e5 < np.abs(coarse[0] - fine[0]).max() < 0.03 * 4e5
     assert np.abs(coarse[1] - fine[1]).max() < 0.05 * np.ptp(fine[1])
-
-
-def test_a_volume_too_small_for_its_valve_is_told_with_the_one_that_would_do() -> None:
-    def told(millilitres: float) -> list[str]:
-        sets = behind_valve(wide(10.0), {"volume": f"{millilitres} ml"}, [["10 ms", "0.2 s"]], "0.2 s")
-        return check_volumes(circuit_of(load("scenario", "seated", sets).orthosis), 2e-3)
-
-    (warning,) = told(0.08)
-    assert "'v', 0.08 ml" in warning
-    enough = float(warning.rpartition("; ")[2].split()[0])
-    assert told(1.05 * enough) == []
 
 
 @pytest.mark.parametrize("cubic", [0, 1])
