@@ -75,7 +75,7 @@ def remark(folder: pathlib.Path) -> str:
     if not told["beyond"]:
         return f"{begun}none has a number that twice the step puts beyond its bound"
     errors = {
-        name: StepError(math.nan if (error := each["error"]) is None else error, each["bound"], each["unit"])
+        name: StepError(math.inf if each["error"] is None else each["error"], each["bound"], each["unit"])
         for name, each in told["worst"].items()
     }
     name, most = max(errors.items(), key=lambda item: item[1].times)

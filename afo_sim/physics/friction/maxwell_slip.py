@@ -38,37 +38,25 @@ def _slip(force: float, pull: float, limit: float) -> tuple[float, float]:
 
 
 @register_jitable
-def maxwell_slip_rates(
-    yields: float,
-    travel: float,
-    f1: float,
-    f2: float,
-    f3: float,
-    f4: float,
-    dead_band: float,
-    stiffness: float,
-    timestep: float,
-) -> tuple[float, float, float, float]:
-    """Rates of four Maxwell-slip elements, such that an Euler step of h is exact: f_i → f_i + h ḟ_i.
+def maxwell_slip_elements(
+    yields: float, travel: float, f1: float, f2: float, f3: float, f4: float, stiffness: float
+) -> tuple[float, float, float, float, float]:
+    """Forces of four Maxwell-slip elements at the end of a step, and how many of them stick.
 
     f_i ← clamp(f_i + K Δκ, ±W_i): springs in series with sliding blocks, all side by side. Exact whatever the
     step, as long as κ goes one way in it and W stays; rate-independent, with non-local memory (a closed minor
     loop leaves no trace) and Masing's rule (a branch after a turning point is the virgin curve at twice its
     size). W_i is the share i of the yield force W, which falls with the pressure: a block then slips back and
-    turns what its spring has stored into heat.
+    turns what its spring has stored into heat. The springs are alike at every pressure. So over any path of κ
+    and p, and with any steps, Σ F Δκ is at least what they have stored, Σ f_i²/(2 K): friction never gives
+    energy that it was not given.
 
     Parameters
     ----------
     yields : W, force by which the dead band Q of pressure weakens the muscle now [N], not negative
     travel : Δκ over the step [-]
     f1, f2, f3, f4 : forces of the elements, the states [N]; 0 is a muscle never moved
-    dead_band : Q [Pa], which W stands for
     stiffness : K [N per unit of κ], `presliding_stiffness`
-    timestep : h [s]
-
-    Returns
-    -------
-    (ḟ1, ḟ2, ḟ3, ḟ4) [N/s]
 
     Source
     ------
@@ -76,44 +64,37 @@ def maxwell_slip_rates(
     feel the pressure and springs do not, and the division of the dead band, are this project's.
     """
     pull = stiffness * travel
-    return (
-        (_slip(f1, pull, ELEMENT_SHARES[0] * yields)[0] - f1) / timestep,
-        (_slip(f2, pull, ELEMENT_SHARES[1] * yields)[0] - f2) / timestep,
-        (_slip(f3, pull, ELEMENT_SHARES[2] * yields)[0] - f3) / timestep,
-        (_slip(f4, pull, ELEMENT_SHARES[3] * yields)[0] - f4) / timestep,
-    )
+    e1, stuck1 = _slip(f1, pull, ELEMENT_SHARES[0] * yields)
+    e2, stuck2 = _slip(f2, pull, ELEMENT_SHARES[1] * yields)
+    e3, stuck3 = _slip(f3, pull, ELEMENT_SHARES[2] * yields)
+    e4, stuck4 = _slip(f4, pull, ELEMENT_SHARES[3] * yields)
+    return e1, e2, e3, e4, stuck1 + stuck2 + stuck3 + stuck4
 
 
 @register_jitable
-def maxwell_slip_force(
+def maxwell_slip_rates(
     yields: float,
     travel: float,
     f1: float,
     f2: float,
     f3: float,
     f4: float,
-    dead_band: float,
-    stiffness: float,
+    band: float,
+    k: float,
+    step: float,
+) -> tuple[float, float, float, float]:
+    """Rates of the elements [N/s], such that an Euler step is exact; dead band, K and time step last."""
+    e1, e2, e3, e4, _ = maxwell_slip_elements(yields, travel, f1, f2, f3, f4, k)
+    return (e1 - f1) / step, (e2 - f2) / step, (e3 - f3) / step, (e4 - f4) / step
+
+
+@register_jitable
+def maxwell_slip_force(
+    yields: float, travel: float, f1: float, f2: float, f3: float, f4: float, band: float, k: float
 ) -> tuple[float, float]:
-    """Friction of four Maxwell-slip elements at the end of a step, F = Σ f_i.
-
-    The springs are alike at every pressure. So over any path of κ and p, and with any steps, Σ F Δκ is at
-    least what they have stored, Σ f_i²/(2 K): friction never gives energy that it was not given.
-
-    Parameters
-    ----------
-    yields, travel, f1, f2, f3, f4, dead_band, stiffness : as in `maxwell_slip_rates`
-
-    Returns
-    -------
-    (F [N], its derivative by Δκ [N]) : the derivative is K for each element that sticks.
-    """
-    pull = stiffness * travel
-    e1, stuck1 = _slip(f1, pull, ELEMENT_SHARES[0] * yields)
-    e2, stuck2 = _slip(f2, pull, ELEMENT_SHARES[1] * yields)
-    e3, stuck3 = _slip(f3, pull, ELEMENT_SHARES[2] * yields)
-    e4, stuck4 = _slip(f4, pull, ELEMENT_SHARES[3] * yields)
-    return e1 + e2 + e3 + e4, (stuck1 + stuck2 + stuck3 + stuck4) * stiffness
+    """F = Σ f_i at the end of a step [N], and its derivative by Δκ [N]; dead band and K last."""
+    e1, e2, e3, e4, stuck = maxwell_slip_elements(yields, travel, f1, f2, f3, f4, k)
+    return e1 + e2 + e3 + e4, stuck * k
 
 
 PARAMETERS = (
