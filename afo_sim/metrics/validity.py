@@ -61,7 +61,6 @@ CAPS: dict[str, tuple[Status, tuple[str, ...]]] = {  # {code of a warning: its c
     "step-matters": ("doubtful", _ALL),
     "energy-lost": ("doubtful", _ALL),
     "energy-from-friction": ("doubtful", _ALL),
-    "air-temperature": ("doubtful", _ALL),
     "source-freezes": ("unknown", (FLOW,)),
     "source-short": ("bad", (FLOW,)),
     "recovered": ("unknown", _ALL),

@@ -75,6 +75,7 @@ from .step_control import as_taken as as_taken
 from .step_control import at_step as at_step
 from .step_control import check_step as check_step
 from .step_control import controlled as controlled
+from .step_control import errors_of as errors_of
 from .step_control import found_step_errors as found_step_errors
 from .step_control import step_errors as step_errors
 from .step_control import step_line as step_line

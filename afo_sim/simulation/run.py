@@ -18,7 +18,7 @@ from afo_sim.common import InputError, Notice, shown, unique
 from afo_sim.control import Controller, make
 from afo_sim.description import Scenario, load
 from afo_sim.metrics import SOLVED, Metric, WalkMetrics, emptied, sag_of_both, settling_metrics, until_empty
-from afo_sim.model import AFTER, Built, as_run, start_up, two_strides, why_walked, with_person
+from afo_sim.model import AFTER, Built, start_up, two_strides, why_walked, with_person
 from afo_sim.model import supply_and_timer as schedule
 from afo_sim.model.build import build
 from afo_sim.simulation.examine import (
@@ -37,7 +37,7 @@ from afo_sim.simulation.rollout import FIELDS
 from afo_sim.simulation.sensed import check_sensors, sensor_columns
 from afo_sim.simulation.settle import Settled, settle
 from afo_sim.simulation.simulate import Progress, simulate
-from afo_sim.simulation.step_control import HALVINGS, Step, check_step, controlled, forgets, with_step_errors
+from afo_sim.simulation.step_control import HALVINGS, Step, check_step, controlled, forgets
 from afo_sim.simulation.stepping import Policy
 from afo_sim.simulation.stride_search import AIR, ANGLE
 from afo_sim.simulation.validity_checks import empty_warnings
@@ -111,12 +111,8 @@ def run(
         simulated = functools.partial(
             run_controlled, controller=controller, rate=rate, time_limit=time_limit, keeps=True
         )
-    if step == "controlled" and forgets(controller, policy):
-        recording = controlled(description, lambda scenario, what: simulated(scenario, progress=progress))
-    else:
-        recording = with_step_errors(
-            simulated(description, progress=progress), {}, as_run(description).timestep
-        )
+    halvings = HALVINGS if step == "controlled" and forgets(controller, policy) else None
+    recording = controlled(description, lambda at, _: simulated(at, progress=progress), halvings)
     return recording if with_bands is None else with_bands(recording)
 
 
@@ -199,9 +195,7 @@ def run_at_step(
         asked = at is scenario
         return run_scenario(at, progress=progress, watch=watch if asked else None, keeps=keeps and asked)
 
-    if step == "controlled":
-        return controlled(scenario, simulate, halvings=halvings)
-    return with_step_errors(simulate(scenario, "simulating"), {}, as_run(scenario).timestep)
+    return controlled(scenario, simulate, halvings if step == "controlled" else None)
 
 
 def run_built(

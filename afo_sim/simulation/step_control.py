@@ -45,8 +45,7 @@ FLOORS = {unit: floor for floor, units in _FLOORS for unit in units.split()}
 # How the settled stride was found; what balance and laws leave, which are shares of next to nothing.
 OF_METHOD = {"strides_solved", "settled_air_change", "settled_angle_change", "walked_air_change"}
 OF_METHOD |= {"walked_clearance_change", "energy_error", "law_mismatch", "law_mismatch_share"}
-# Warnings that suspect the step by a pattern; beside an estimate they say nothing more.
-PATTERNS = {"air-coarse", "air-temperature"}
+PATTERN = "air-coarse"  # the warning that suspects the step unseen; beside an estimate it says nothing more
 
 
 @dataclass(frozen=True)
@@ -86,13 +85,16 @@ def at_step(scenario: Scenario, step: float) -> Scenario:
     return scenario.with_values(timestep=step, record_rate=rate if step <= own.timestep else None)
 
 
-def controlled(scenario: Scenario, simulate: Simulated, *, halvings: int = HALVINGS) -> Recording:
+def controlled(scenario: Scenario, simulate: Simulated, halvings: int | None = HALVINGS) -> Recording:
     """A run at the step at which its metrics agree with those at twice that step, or at the shortest one.
 
     The step that was taken and the error of each metric are in `studies`; what is beyond its bound is named
-    by a warning. Rows stay those of the asked step. A run that fails is returned as it is.
+    by a warning. Rows stay those of the asked step. A run that fails is returned as it is; without `halvings`
+    the step is the asked one, and no error is known.
     """
     asked = as_run(scenario).timestep
+    if halvings is None:
+        return _with_errors(simulate(scenario, "simulating"), {}, asked, asked)
     longer, most = _tried(scenario, 2.0 * asked, simulate), BY_CHANCE
     run, step, errors = simulate(scenario, "simulating"), asked, dict[str, StepError]()
     shortest = min(asked / 2**halvings, SHORT) if halvings else asked
@@ -108,8 +110,8 @@ def controlled(scenario: Scenario, simulate: Simulated, *, halvings: int = HALVI
         if finer is None:
             break
         longer, run, step = run, finer, 0.5 * step
-    resolved = with_person(scenario).resolved()
-    return with_step_errors(dataclasses.replace(run, scenario=resolved), errors, step, asked)
+    run = dataclasses.replace(run, scenario=with_person(scenario).resolved())
+    return _with_errors(run, errors, step, asked)
 
 
 def _tried(scenario: Scenario, step: float, simulate: Simulated) -> Recording | None:
@@ -121,19 +123,17 @@ def _tried(scenario: Scenario, step: float, simulate: Simulated) -> Recording | 
     return run if run.ok else None
 
 
-def with_step_errors(
-    run: Recording, errors: Mapping[str, StepError], step: float, asked: float | None = None
-) -> Recording:
+def _with_errors(run: Recording, errors: Mapping[str, StepError], step: float, asked: float) -> Recording:
     """A run with its step [s] and the errors of its metrics in `studies`, none where unknown.
 
-    What patterns suspect is left out where errors are known; a warning names those beyond their bounds.
+    What was suspected is left out where errors are known; a warning names those beyond their bounds.
     """
     told = {name: dataclasses.asdict(error) for name, error in errors.items()}
-    study = {"step": step, "asked": asked or step, "metrics": told}
+    study = {"step": step, "asked": asked, "metrics": told}
     run = dataclasses.replace(run, studies={**run.studies, STEP_STUDY: study})
     if not errors:
         return run
-    kept = [one for one in run.warnings if not (isinstance(one, Notice) and one.code in PATTERNS)]
+    kept = [one for one in run.warnings if not (isinstance(one, Notice) and one.code == PATTERN)]
     beyond = sorted(
         (name for name, e in errors.items() if e.times > 1.0), key=lambda name: -errors[name].times
     )
@@ -159,7 +159,11 @@ def as_taken(scenario: Scenario, recording: Recording) -> Scenario:
 
 def found_step_errors(recording: Recording) -> dict[str, StepError]:
     """Errors of the metrics that a recording holds; none where none are known."""
-    table = recording.studies.get(STEP_STUDY, {}).get("metrics", {})
+    return errors_of(recording.studies.get(STEP_STUDY, {}).get("metrics", {}))
+
+
+def errors_of(table: Mapping[str, Mapping[str, Any]]) -> dict[str, StepError]:
+    """Errors as a file has them."""
     return {
         name: StepError(math.nan if each["error"] is None else each["error"], each["bound"], each["unit"])
         for name, each in table.items()

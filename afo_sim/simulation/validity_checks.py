@@ -1,6 +1,6 @@
 """Warnings of a run: what is not to be believed, limits left, laws beyond their range, skin, a source.
 
-A time step that was too long shows in air and energy.
+A time step that was too long shows in energy.
 """
 
 import itertools
@@ -17,7 +17,6 @@ from afo_sim.physics.static_force import static_force
 from afo_sim.simulation.energy_balance import Columns, Energy, balance
 from afo_sim.simulation.facts import facts_of
 
-COLDEST, HOTTEST = 150.0, 600.0  # of air that fills and vents muscles [K]
 MADE = 10.0  # of the air's net work that laws may give or take [percent]
 UNBALANCED = 0.01  # of the work that may be found nowhere [-]
 NOTHING = 1e-3  # work that is too little to judge [J]
@@ -30,7 +29,6 @@ SLIGHTLY = 0.01  # of a range's upper end, by which a law may be asked beyond it
 
 def validity_warnings(built: Built, columns: Columns, static: Columns, energy: Energy) -> Iterator[Notice]:
     """Warnings of what no muscle does, with the time."""
-    yield from _air(built, columns)
     done = energy.turnover + energy.damper_loss + abs(energy.law_mismatch)
     if done < NOTHING:
         return
@@ -72,28 +70,6 @@ def mismatch_warning(energy: Mapping[str, Metric]) -> Iterator[Notice]:
             net=float(energy["air_work"]),
             beyond=abs(share),
         )
-
-
-def _air(built: Built, columns: Columns) -> Iterator[Notice]:
-    """Warnings of air hotter or colder than filling and venting make it."""
-    orthosis = built.scenario.orthosis
-    for chamber in orthosis.chamber:
-        temperature = columns[f"chamber/{chamber}/temperature"]
-        beyond = np.maximum(COLDEST - temperature, temperature - HOTTEST)
-        worst = int(np.argmax(beyond))
-        if not beyond[worst] <= 0.0:
-            muscles = " and ".join(orthosis.muscles_of(chamber))
-            yield Notice(
-                "air-temperature",
-                "{subject}: the air is at {temperature:.0f} K at {time:.3f} s, outside {coldest:.0f} to "
-                "{hottest:.0f} K; a shorter time step would show more",
-                subject=muscles,
-                temperature=float(temperature[worst]),
-                time=float(columns["time"][worst]),
-                coldest=COLDEST,
-                hottest=HOTTEST,
-                beyond=float(beyond[worst]),
-            )
 
 
 def _least_closed(built: Built, columns: Columns, static: Columns) -> tuple[str, float]:

@@ -1,7 +1,6 @@
 """The time step of a sweep, judged on a sample of its cases: each again at twice its step, or at half."""
 
 import json
-import math
 import pathlib
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +11,7 @@ from afo_sim.common import InputError, read_json, write_json
 from afo_sim.description import load
 from afo_sim.metrics import Metric
 from afo_sim.model import as_run
-from afo_sim.simulation import Asked, StepError, step_errors
+from afo_sim.simulation import Asked, StepError, errors_of, step_errors
 from afo_sim.study.engine import OK, Outcome
 from afo_sim.study.pool import Pool
 from afo_sim.study.results import STEPS, Results
@@ -74,11 +73,7 @@ def remark(folder: pathlib.Path) -> str:
         return "time step: not checked, since no case of a sample runs at another step"
     if not told["beyond"]:
         return f"{begun}none has a number that twice the step puts beyond its bound"
-    errors = {
-        name: StepError(math.inf if each["error"] is None else each["error"], each["bound"], each["unit"])
-        for name, each in told["worst"].items()
-    }
-    name, most = max(errors.items(), key=lambda item: item[1].times)
+    name, most = max(errors_of(told["worst"]).items(), key=lambda item: item[1].times)
     return (
         f"{begun}{len(told['beyond'])} have numbers that twice the step puts beyond their bounds, most "
         f"{name} of case {told['worst'][name]['case']} by {Metric(most.error, most.unit)} ({most.bound:.2g} "

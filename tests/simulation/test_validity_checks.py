@@ -56,16 +56,6 @@ def test_the_forces_that_the_run_kept_are_those_of_the_law(seated: tuple[Built, 
     assert static["dorsiflexor_1"] == pytest.approx(asked, abs=1e-9)
 
 
-@pytest.mark.parametrize(("kelvin", "warned"), [(601.0, True), (599.0, False), (149.0, True), (151.0, False)])
-def test_air_beyond_150_to_600_kelvin(seated: tuple[Built, Rows, Rows], kelvin: float, warned: bool) -> None:
-    temperature = seated[1]["chamber/dorsiflexor/temperature"].copy()
-    temperature[300] = kelvin
-    found = doubts(seated, chamber__dorsiflexor__temperature=temperature)
-    assert len(found) == warned
-    for warning in found:
-        assert warning.startswith(f"dorsiflexor: the air is at {kelvin:.0f} K at 0.600 s")
-
-
 @pytest.mark.parametrize(
     ("stretch", "share"), [(0.003, 9e-4), (0.02, 0.0175)]
 )  # of its stiffness: the braid's
@@ -104,12 +94,6 @@ def test_a_balance_that_does_not_close_is_placed(seated: tuple[Built, Rows, Rows
     assert f"{share:.1f} % of the work is found nowhere" in found[0]
     near = re.search(r"near ([0-9.]+) s, where dorsiflexor_1 moves", found[0])
     assert near is not None and float(near[1]) == pytest.approx(columns["time"][at], abs=0.04)
-
-
-def test_a_number_that_is_none_is_warned_of(seated: tuple[Built, Rows, Rows]) -> None:
-    temperature = seated[1]["chamber/dorsiflexor/temperature"].copy()
-    temperature[10] = np.nan
-    assert len(doubts(seated, chamber__dorsiflexor__temperature=temperature)) == 1
 
 
 @pytest.mark.parametrize(
