@@ -3,6 +3,7 @@
 import json
 import pathlib
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -34,22 +35,24 @@ def check_sample(results: Results, scenario: Mapping[str, Any], asked: Asked, wh
     refused = [place for place, outcome in found.items() if outcome.status != OK]
     found |= dict(zip(refused, again(refused, 0.5), strict=True))
     beyond: dict[str, list[str]] = {}
-    errors: list[tuple[float, str, int, StepError]] = []  # with how many times its bound, and whose it is
+    worst: dict[str, tuple[int, StepError]] = {}  # of each metric, with the case that it is of
     for place, row in enumerate(rows):
         if found[place].status != OK:
             continue
         case = int(results["case"][row])
         own = {name: Metric(float(results[name][row]), unit) for name, unit in results.metrics.items()}
         other = {name: Metric(m.value, m.unit) for name, m in found[place].metrics.items()}
-        each = [(error.times, name, case, error) for name, error in step_errors(own, other).items()]
-        beyond |= {str(case): names} if (names := [name for times, name, *_ in each if times > 1.0]) else {}
-        errors += each
-    worst = {
-        name: {"case": case, "error": error.error, "bound": error.bound, "unit": error.unit}
-        for _, name, case, error in sorted(errors, key=lambda each: each[:3])
+        for name, error in step_errors(own, other).items():
+            if name not in worst or error.times > worst[name][1].times:
+                worst[name] = case, error
+            if error.times > 1.0:
+                beyond.setdefault(str(case), []).append(name)
+    told = {
+        "sample": len(rows),
+        "checked": sum(outcome.status == OK for outcome in found.values()),
+        "beyond": beyond,
+        "worst": {name: {"case": case, **asdict(error)} for name, (case, error) in worst.items()},
     }
-    checked = sum(outcome.status == OK for outcome in found.values())
-    told = {"sample": len(rows), "checked": checked, "beyond": beyond, "worst": worst}
     write_json(results.folder / STEPS, told, "time step")
 
 

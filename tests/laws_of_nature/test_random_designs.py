@@ -21,7 +21,7 @@ def test_random_legal_designs_run_right_or_name_what_is_not(script: ModuleType) 
     seeds = range(size(10, 60))
     steps = {seed: script.design(seed)[1]["timestep"] for seed in seeds}
     found = [script.examined(seed) for seed in seeds if steps[seed] in ("1.0 ms", "2.0 ms")]
-    assert len([each for each in found if each.outcome in ("within", "warned")]) > len(found) // 2
+    assert len([each for each in found if each.outcome in ("within", "warned")]) >= len(found) // 2
     assert not [each for each in found if each.outcome == "silent"]
     assert all(0.12 * each.step < each.taken <= 1.01 * each.step for each in found if each.taken)
 

@@ -18,7 +18,7 @@ from afo_sim.simulation.stride_search import AIR, ANGLE
 
 SHIPPED = ("walk-dropfoot-afo", "walk-dropfoot-afo-short", "walk-dropfoot", "walk-healthy")
 SHORT = "walk-dropfoot-afo-short"
-TORQUE, AIR_USED = "orthosis_peak_dorsiflexion_torque_10ms", "air_per_stride"
+TORQUE, AIR_USED = "orthosis_peak_dorsiflexion_torque", "air_per_stride"
 
 
 def scenario(name: str = "walk-dropfoot-afo", **sets: object) -> Scenario:

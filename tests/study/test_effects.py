@@ -64,8 +64,11 @@ def test_an_effect_is_the_difference_of_two_runs(
 
 @pytest.mark.slow
 def test_of_a_timer_too() -> None:
-    found = afo.effects(TIMER, TIMED)
-    one, other = afo.run(TIMER, TIMED), afo.run(TIMER, TIMED | {"timer.dorsiflexor.inlet[0][0]": "0.6 s"})
+    one = afo.run(TIMER, TIMED)
+    found, other = (
+        afo.effects(TIMER, TIMED, recording=one),
+        afo.run(TIMER, TIMED | {"timer.dorsiflexor.inlet[0][0]": "0.6 s"}),
+    )
     effect = step(found, "dorsiflexor inlet opens", "0.6 s")
     for metric in effect.differences:
         by = other.metrics[metric].value - one.metrics[metric].value
@@ -169,10 +172,13 @@ def test_a_table_of_all_steps(found: Effects) -> None:
 
 
 @pytest.mark.slow
-def test_threads_change_nothing_nor_does_who_runs_the_walk_and_progress_is_reported(found: Effects) -> None:
+def test_threads_change_nothing_nor_does_who_runs_the_walk_and_progress_is_reported() -> None:
+    """By itself it walks with its step controlled."""
     seen: list[tuple[int, int]] = []
     alone = afo.effects(WALK, FAST, threads=1, report=lambda done, total, what: seen.append((done, total)))
-    assert alone.to_json() == found.to_json()
+    controlled = afo.run(WALK, FAST, step="controlled")
+    assert alone.to_json() == afo.effects(WALK, FAST, recording=controlled).to_json()
+    assert alone.timestep == pytest.approx(controlled.studies["time_step"]["step"])
     assert [done for done, _ in seen] == list(range(1, seen[0][1] + 1))
 
 
