@@ -180,7 +180,7 @@ def examined(seed: int) -> Outcome:
         weaker = {"patient.dorsiflexor_strength": np.random.default_rng(seed).uniform(0.0, 0.5)}
         legs = described(scenario, None, left_sets=weaker) if kind.endswith("both") else (scenario,)
         for leg in legs:
-            runs = [afo.run(leg), afo.run(leg, step="fixed")]
+            runs = [afo.run(leg, step="controlled"), afo.run(leg, step="fixed")]
             runs.append(afo.run(at_step(leg, as_run(leg).timestep / FINER), step="fixed"))
             if not all(run.ok for run in runs):
                 return begun("failed", why="; ".join(run.status for run in runs))
