@@ -81,7 +81,7 @@ def step_errors(run: Mapping[str, Metric], longer: Mapping[str, Metric]) -> dict
 def at_step(scenario: Scenario, step: float) -> Scenario:
     """The scenario at another time step [s], with the rows of its own where that is a multiple."""
     own = as_run(scenario)
-    rate = scenario.record_rate if scenario.record_rate is not None else 1.0 / own.timestep
+    rate = 1.0 / (own.record_stride * own.timestep)
     return scenario.with_values(timestep=step, record_rate=rate if step <= own.timestep else None)
 
 
