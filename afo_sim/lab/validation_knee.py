@@ -193,4 +193,4 @@ def _one_stiffness() -> list[Row]:
     return rows("pin_knee", "one_stiffness", *first, *each, pair, *as_measured, *map(rms, unseen.values()))
 
 
-PARTS = (_rigid, _one_stiffness)
+PARTS = {"rigid": _rigid, "one_stiffness": _one_stiffness}

@@ -141,7 +141,7 @@ def _bolen() -> list[Row]:
     return rows("laws", "bolen", *found)
 
 
-PARTS = (_s3, _sarosi, _reynolds, _serres, _bolen)
+PARTS = {"s3": _s3, "sarosi": _sarosi, "reynolds": _reynolds, "serres": _serres, "bolen": _bolen}
 S2_LAWS = ("kerscher_2006", "maximum_force", "sarosi_2012", "polynomial")  # S2's four approximations
 
 
