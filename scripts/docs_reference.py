@@ -12,7 +12,6 @@ import afo_sim
 from afo_sim.cli import app
 from afo_sim.description import SETS, fields_of, of_chambers, schema, tables
 from afo_sim.description.schema import KINDS
-from afo_sim.lab import validation
 from afo_sim.metrics import GROUPS, UNITS
 from afo_sim.metrics.metric import METRICS, RENAMED, MetricEntry, load_all
 from afo_sim.metrics.peak import MEANING
@@ -56,7 +55,7 @@ SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.M)
 
 def pages(tell: Callable[[str], None] = print) -> Iterator[tuple[str, str]]:
     """(name, Markdown) of each page."""
-    for make in (commands, keys, metrics, columns, validated, names):
+    for make in (commands, keys, metrics, columns, names):
         tell(f"makes reference/{make.__name__}.md")
         yield make.__name__, make()
 
@@ -208,16 +207,6 @@ def columns() -> str:
         rows = [(code(name), plain(unit) or "–", plain(sign)) for name, (unit, sign) in found]
         lines += [f"## {group}", table(("column", "unit", "sign and meaning"), rows)]
     return "\n\n".join(lines) + "\n"
-
-
-def validated() -> str:
-    """Every published number beside the simulated one."""
-    rows = validation.validate()
-    body = table(validation.HEADER, ([plain(cell) for cell in row] for row in validation.table(rows)))
-    remarks = "\n".join(f"- {remark}" for remark in validation.remarks(rows))
-    below = [plain(text) for text in (validation.verdict(rows), validation.LEGEND, remarks)]
-    title = ["# Published and simulated numbers", "What `afo-sim validate` prints."]
-    return "\n\n".join([*title, body, *below]) + "\n"
 
 
 def names() -> str:

@@ -107,13 +107,6 @@ def test_help_and_documents_have_every_command_in_its_group() -> None:
         assert f"`{law}`" in PAGES["physics"]
 
 
-@pytest.mark.skipif(not NIGHTLY, reason="the four laws run in tests/laws_of_nature: at night")
-def test_the_study_of_the_arm_runs(tmp_path: pathlib.Path) -> None:
-    said = run([sys.executable, str(ROOT / "scripts" / "s2_arm.py")], tmp_path).stdout
-    assert "maximum force and exponential alike: reproduced" in said
-    assert (tmp_path / "runs" / "s2_arm" / "arm" / "comparison.png").stat().st_size > 1000
-
-
 @nightly("what lands a change builds the wheel and runs it")
 @pytest.mark.slow
 def test_wheel_carries_its_products_and_runs_alone(tmp_path: pathlib.Path) -> None:

@@ -1,4 +1,4 @@
-"""Commands of the laboratory: stand, fit, fit-run, fit-torque, validate."""
+"""Commands of the laboratory: stand, fit, fit-run, fit-torque, paper, validate."""
 
 import json
 import sys
@@ -295,10 +295,39 @@ def fit_torque_command(
     print(f"written to {out}; run it with: afo-sim run --set orthosis={place}")
 
 
+@app.command("paper")
+def paper_command(
+    name: Annotated[str, Argument(help="S0|S1|S2|S3", metavar="PAPER")] = "S1",
+    as_json: Annotated[bool, Option("--json", help="every number, cells too; no files")] = False,
+    out: Annotated[Path | None, Option(help="folder to write to; runs/paper-<paper> by default")] = None,
+) -> None:
+    """A paper beside the simulator: each claim, table and figure with both numbers, verdict and command."""
+    with progress("reading the paper") as report:
+        from afo_sim.common import json_text
+        from afo_sim.lab import markdown, paper
+
+        folder = out or Path("runs") / f"paper-{name}"
+        if not as_json:
+            check_folder(folder)
+        found = paper(name, lambda done, total: report(done, total, "simulating"))
+        files = []
+        if not as_json:
+            from afo_sim.show import write_paper
+
+            report(0, 0, "drawing")
+            files = write_paper(found, folder)
+    if as_json:
+        print(json_text(asdict(found)))
+    else:
+        print(markdown(found))
+        print(f"written: {', '.join(map(str, files))}")
+    if any(claim.outcome == "FAILED" for claim in found.claims):
+        sys.exit(1)
+
+
 @app.command("validate")
 def validate_command(
     as_json: Annotated[bool, Option("--json", help="every row, cells too, as a JSON list")] = False,
-    figures: Annotated[Path | None, Option(help="folder for S1's and S3's figures, redrawn")] = None,
     worn: Annotated[bool, Option("--worn", help="instead: others' devices, predicted with bands")] = False,
     bench: Annotated[bool, Option("--bench", help="instead: the shared recordings of muscles")] = False,
     data: Annotated[Path | None, Option(help="folder of the shared recordings")] = None,
@@ -308,32 +337,19 @@ def validate_command(
         bool, Option("--walker", help="instead: the responding walker, by measurement")
     ] = False,
 ) -> None:
-    """Every published number of the four papers against simulation; exit code 1 when one is missed."""
+    """Every published number in short; exit code 1 when one is missed. A paper's own page: afo-sim paper."""
     if worn or bench or air is not None:
         _ledger(as_json, worn, bench, data, air, scenario)
         return
     if walker:
         _walker(as_json)
         return
-    with progress("comparing with the papers") as report:
-        from afo_sim.common import check_writable
+    with progress("comparing with what was published") as report:
+        from afo_sim.common import json_text
         from afo_sim.lab import validation as v
 
-        if figures is not None:
-            check_writable(figures, "--figures")
-        rows = v.validate(report)
-        written = []
-        if figures is not None:
-            from afo_sim.show.validation_figures import write_figures
-
-            written = write_figures(figures)
-    if as_json:
-        print(json.dumps([v.record(row) for row in rows], indent=1, ensure_ascii=False))
-    else:
-        print_table("published and simulated", list(v.HEADER), v.table(rows), droppable=v.SOURCING)
-        print("\n".join([v.LEGEND, "", *v.remarks(rows), "", v.verdict(rows)]))
-    for path in written:
-        print(path, file=sys.stderr if as_json else sys.stdout)
+        rows = v.validate(lambda done, total: report(done, total, "simulating"))
+    print(json_text([asdict(row) for row in rows]) if as_json else v.summary(rows))
     if not all(row.passed for row in rows):
         sys.exit(1)
 

@@ -21,6 +21,7 @@ from .numbers import printed as printed
 from .numbers import undefined as undefined
 from .numbers import unseen as unseen
 from .panels import legend as legend
+from .paper_page import write_paper as write_paper
 from .report import write_report as write_report
 from .report_figures import WIDTH as WIDTH
 from .rerun.viewer import live_viewer as live_viewer

@@ -201,6 +201,7 @@ _PAGES: dict[str, Callable[[Any], _Parts]] = {
     "AirScheme": lambda it: (partial(show.write_air, it), *show.ways(it)),
     "Imported": lambda it: (partial(show.draw_leg, it.leg, it.name), *it.notes, ("", (), it.rows)),
     "Exported": lambda it: (*it.notes, ("", (), it.rows)),
-    "Validation": lambda it: (("not good", lab.HEADER, lab.table([r for r in it if r.outcome != "good"])),),
+    "Validation": lambda it: lab.summary(it).splitlines(),
+    "Paper": lambda it: lab.markdown(it).splitlines(),
     "Described": _described,
 }  # by the name of the class: showing one imports no other

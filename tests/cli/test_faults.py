@@ -49,7 +49,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "fit-torque": ("fit-torque", "GIVEN/torque.csv", *TORQUE, "--out", "OUT/new"),
     "gait import": ("gait", "import", *TRIAL, "--walker", "healthy", "--out", "OUT/new/gait.csv"),
     "gait show": ("gait", "show", "gatk_stride1", "--out", "OUT/new/gait.png"),
-    "validate": ("validate", "--figures", "OUT/new"),
+    "paper": ("paper", "S3", "--out", "OUT/new"),
     "replay": ("replay", "GIVEN/swept", "1", "--no-rrd", "--out", "OUT/new"),
     "sweep --show": ("sweep", "--show", "GIVEN/swept", "--metric", "range_of_motion", "--out", "OUT/new"),
     "new muscle": ("new", "muscle", "mine", "--out", "OUT"),

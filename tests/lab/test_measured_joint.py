@@ -52,7 +52,7 @@ def printed_force(test: KneeTest, kappa: float, pressure: float) -> float:
 
 @pytest.fixture(scope="module")
 def rows() -> list[Row]:
-    return [row for part in validation_knee.PARTS for row in part()]
+    return [row for part in validation_knee.PARTS.values() for row in part()]
 
 
 def test_path_is_that_of_the_knee() -> None:

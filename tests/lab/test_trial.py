@@ -5,7 +5,6 @@ import functools
 import json
 import math
 import pathlib
-import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -415,18 +414,3 @@ def test_command_steps_and_releases(
     assert "τ [ms]" in said
     assert pq.read_table(tmp_path / "y.parquet").num_rows < 30_000
     assert (tmp_path / "y.rrd").stat().st_size > 10_000
-
-
-@nightly("the published lines are asked of the stand itself")
-@pytest.mark.slow
-def test_study_of_s0_runs(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path
-) -> None:
-    import runpy
-
-    for test in ("isobaric", "isotonic", "step"):
-        monkeypatch.setattr(stand, test, functools.partial(usual, test))
-    monkeypatch.setattr(sys, "argv", ["static_load_study.py", str(tmp_path)])
-    runpy.run_path(str(ROOT / "scripts" / "static_load_study.py"), run_name="__main__")
-    assert "F_ce = 179.2 N" in capsys.readouterr().out
-    assert (tmp_path / "static_load.png").stat().st_size > 10_000

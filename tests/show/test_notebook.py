@@ -150,4 +150,4 @@ def test_a_validation_counts_its_rows() -> None:
     from afo_sim.lab.validation_laws import s0
 
     found = Validation(s0())
-    assert "good" in repr(found) and found == s0() and len(found._repr_html_() or "") < MOST
+    assert "lost" in repr(found) and found == s0() and len(found._repr_html_() or "") < MOST

@@ -1,4 +1,4 @@
-"""S1's figures 9 to 15 and S3's three characteristics, redrawn with ours on top of the printed points."""
+"""The papers' figures, redrawn: ours on top of the printed points, where there are any."""
 
 import functools
 import pathlib
@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.common import GRAVITY, check_writable, together
+from afo_sim.common import GRAVITY
 from afo_sim.description import Muscle, reader
 from afo_sim.lab import (
     CM,
     MISPRINT,
+    S2_LAWS,
     S3_A,
     S3_B,
     S3_N,
@@ -21,12 +22,17 @@ from afo_sim.lab import (
     characteristic,
     law_force,
     ours,
+    paper_values,
     s3_coefficients,
     s3_force,
     select,
+    set_point_text,
+    stand,
+    static_load,
 )
 from afo_sim.lab.validation_s1 import table
 from afo_sim.physics import LAWS, contractions
+from afo_sim.show.stand_figure import colour as shade
 from afo_sim.show.style import COLOURS, on_scale, write_pair
 
 _S1_OWN, _OURS = COLOURS[0], COLOURS[1]
@@ -34,16 +40,93 @@ _ISOBARS = (2.0, 3.0, 4.0, 5.0, 6.0)  # [bar]
 _ISOTONES = (50.0, 100.0, 200.0, 300.0)  # [N]
 _ISOMETERS = (0.0, 0.05, 0.11, 0.2)  # contraction ratios that the maker's table holds
 _S3_LAW = "takosoglu_2016_an"
+S2_ARMS = {"arm": ("S2 figure 5", (-40.0, 40.0)), "arm-short": ("S2 figure 6", (-8.0, 35.0))}
 
 
-def write_figures(folder: pathlib.Path) -> list[pathlib.Path]:
-    """Draw the validation's figures as PNG and as PDF, and return the files."""
-    check_writable(folder, "folder")
-    with together(folder) as scratch:
-        files = [
-            file for name, (size, fill) in FIGURES.items() for file in write_pair(scratch / name, size, fill)
-        ]
-    return [folder / file.name for file in files]
+def write_figures(name: str, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Draw a paper's figures as PNG and as PDF into a folder that is there, and return the files."""
+    return [
+        file
+        for title, (size, fill) in FIGURES[name].items()
+        for file in write_pair(folder / title, size, fill)
+    ]
+
+
+def _device(figure: Any) -> None:
+    """S1's figures 6 to 8: force of its models and of the measured muscle over the 8 s, and the angle."""
+    force, angle = figure.subplots(1, 2)
+    pair = paper_values.compared("seated-s1-simulated", ("chou_hannaford_1996", "tondu_lopez_2000"))
+    looks = zip(pair.values(), ("S1's geometric model", "S1's Hill model"), ("-", "--"), strict=True)
+    measured = paper_values.recorded({"scenario": "seated"})
+    for k, (run, label, style) in enumerate([*looks, (measured, "the measured muscle", "-")]):
+        look: dict[str, Any] = {"color": COLOURS[k], "ls": style, "label": label}
+        cycle = run["time"] <= 8.0
+        pulls = np.sum([run[f"muscle/dorsiflexor_{number}/force"] for number in (1, 2, 3)], axis=0)
+        force.plot(run["time"][cycle], pulls[cycle], **look)
+        angle.plot(run["time"][cycle], np.degrees(run["ankle/angle"][cycle]), **look)
+    force.set(
+        title="S1 figures 6, 7", xlabel="time [s]", ylabel="force of three muscles [N]", ylim=(0.0, None)
+    )
+    angle.set(title="S1 figure 8", xlabel="time [s]", ylabel="ankle angle [deg], dorsiflexion +")
+    figure.legend(*angle.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+
+
+def _isobars(figure: Any) -> None:
+    """S2's figure 4, S0's 4.8: the maker's points, and the shipped law where it holds."""
+    axis, data, muscle = figure.subplots(), characteristic(20), reader.load("muscle", "dmsp_20")
+    assert data.contraction is not None
+    kappa, levels = np.linspace(0.0, 0.25, 120), np.unique(data.pressure)
+    for pressure, colour in zip(levels, on_scale(np.linspace(0.0, 1.0, len(levels))), strict=True):
+        here = data.pressure == pressure
+        pulls = law_force(muscle, muscle.law, kappa, np.full(len(kappa), pressure))
+        _pair(axis, 100.0 * kappa, pulls, "-", colour, f"{pressure * 1e-5:g} bar")
+        axis.plot(100.0 * data.contraction[here], data.force[here], "o", ms=3.0, color=colour)
+    axis.set(xlabel="contraction [%]", ylabel="force [N]", xlim=(-3.5, 25.5), ylim=(0.0, None))
+    axis.set_title("20 mm muscle: the maker's table (points), law fitted here (lines)", loc="left")
+    axis.legend(loc="upper right")
+
+
+def _arms(figure: Any, scenarios: dict[str, tuple[str, tuple[float, float]]]) -> None:
+    """S2's figures 5 and 6: the arm with each of the four laws, on the paper's own axes."""
+    for axis, (name, (title, axis_ends)) in zip(figure.subplots(1, 2), scenarios.items(), strict=True):
+        for k, (law, run) in enumerate(paper_values.compared(name, S2_LAWS).items()):
+            axis.plot(run["time"], np.degrees(run["ankle/angle"]), color=COLOURS[k], label=law, lw=1.0)
+        axis.set(title=title, xlabel="time [s]", ylabel="arm's angle [deg]", xlim=(0.0, 11.0), ylim=axis_ends)
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+
+
+def _static_load(figure: Any) -> None:
+    """S0's figures 4.3 to 4.6 by two stand-ins: F_ce with its line, contraction under loads, open loop."""
+    for name, axes in zip(("reynolds_2003", "serres_2009"), figure.subplots(2, 3), strict=True):
+        isobaric, isotonic, step = (stand(test, name).trials[0] for test in ("isobaric", "isotonic", "step"))
+        found = static_load(isobaric)
+        line = np.array([found.pressure.min(), found.pressure.max()])
+        label = f"{found.start:.1f} N + {found.slope * 1e3:.3f} N/kPa p"
+        axes[0].plot(line * 1e-5, found.start + found.slope * line, color=COLOURS[0], label=label)
+        axes[0].plot(
+            found.pressure * 1e-5, found.contractile_force, "o", ms=4, color=COLOURS[1], label="stand"
+        )
+        axes[0].set(
+            title=name, xlabel="gauge pressure [bar]", ylabel="contractile force F_ce [N]", ylim=(0.0, None)
+        )
+        axes[0].legend(loc="lower right")
+        for k, columns in enumerate(isotonic.curves):
+            up = columns["branch"] == 0
+            text = set_point_text(isotonic, k)
+            tint = shade(isotonic, k)
+            axes[1].plot(
+                columns["pressure"][up] * 1e-5, 100.0 * columns["contraction"][up], color=tint, label=text
+            )
+        axes[1].set(title="under constant loads", xlabel="gauge pressure [bar]", ylabel="contraction [%]")
+        axes[1].legend(loc="lower right")
+        for k, columns in enumerate(step.curves):
+            tau = step.metrics[k]["fill_contraction_time_constant"].value
+            text = f"{set_point_text(step, k)}: τ = {tau:.2f} s"
+            axes[2].plot(columns["time"], 100.0 * columns["contraction"], color=shade(step, k), label=text)
+        axes[2].set(
+            title=f"open loop under {step.plan.load[0]:g} N", xlabel="time [s]", ylabel="contraction [%]"
+        )
+        axes[2].legend(loc="upper right")
 
 
 def _s1(figure: Any, bench: int, first: int, masses: tuple[float, ...], shape: tuple[int, int]) -> None:
@@ -176,14 +259,23 @@ def _pair(axis: Any, x: np.ndarray, y: np.ndarray, style: str, colour: Any, labe
     axis.plot(x, np.where(y >= 0.0, y, np.nan), style, color=colour, label=label or None)
 
 
-FIGURES: dict[str, tuple[tuple[float, float], Callable[[Any], None]]] = {
-    "s1_figures_9_to_12": (
-        (6.6, 5.4),
-        functools.partial(_s1, bench=1, first=9, masses=(1.0, 1.5, 2.0, 3.0), shape=(2, 2)),
-    ),
-    "s1_figures_13_to_15": (
-        (7.6, 3.3),
-        functools.partial(_s1, bench=2, first=13, masses=(1.5, 2.0, 3.0), shape=(1, 3)),
-    ),
-    "s3_characteristics": ((9.6, 3.6), _s3),
+_Fill = Callable[[Any], None]
+FIGURES: dict[str, dict[str, tuple[tuple[float, float], _Fill]]] = {
+    "S0": {"static_load": ((12.0, 6.4), _static_load), "isobaric": ((6.0, 4.2), _isobars)},
+    "S1": {
+        "figures_6_to_8": ((8.0, 3.6), _device),
+        "figures_9_to_12": (
+            (6.6, 5.4),
+            functools.partial(_s1, bench=1, first=9, masses=(1.0, 1.5, 2.0, 3.0), shape=(2, 2)),
+        ),
+        "figures_13_to_15": (
+            (7.6, 3.3),
+            functools.partial(_s1, bench=2, first=13, masses=(1.5, 2.0, 3.0), shape=(1, 3)),
+        ),
+    },
+    "S2": {
+        "figure_4": ((6.0, 4.2), _isobars),
+        "figures_5_and_6": ((9.0, 3.8), functools.partial(_arms, scenarios=S2_ARMS)),
+    },
+    "S3": {"characteristics": ((9.6, 3.6), _s3)},
 }

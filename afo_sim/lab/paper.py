@@ -1,0 +1,145 @@
+"""A paper, claim by claim: what it says, what the program says, how they agree, and which command shows it.
+
+Each file of `models/papers` is a paper. A `row` is a system, formula, table, experiment, figure or claim:
+    says     what stands there
+    here     what the program has for it, in words, where numbers do not say it
+    value    numbers beside each other: a table for each, with the keys of `afo_sim/lab/validation_row.py` and
+             of `afo_sim/lab/paper_values.py`
+    outcome  where no number decides: "shown" by its command, "lost" with the text, or "outside"; its `why`
+"""
+
+import functools
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from afo_sim.common import Shown, assets, unknown
+from afo_sim.lab import paper_values
+from afo_sim.lab.validation import brief
+from afo_sim.lab.validation_row import Row
+
+# The worst outcome of a row's numbers is the row's.
+ORDER = ("FAILED", "disagrees", "cannot tell", "erratum", "compared", "agrees", "shown", "lost", "outside")
+OUTCOMES = (
+    "Agrees: within what print and scatter allow. Cannot tell: a model that must do worse passes as often. "
+    "Compared: no agreement can be demanded. Shown: the command shows it, and the paper has no number. "
+    "Lost: not in the text that can be read. In brackets: what the paper implies, and does not print."
+)
+KINDS = {
+    "claim": "Claims",
+    "table": "Tables",
+    "figure": "Figures",
+    "formula": "Formulas",
+    "system": "Systems",
+    "experiment": "Experiments",
+}
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A row of a paper: what it says at a place, what is computed for it, and the command that shows it."""
+
+    number: int
+    kind: str
+    place: str
+    says: str
+    command: str
+    here: str
+    outcome: str
+    why: str
+    rows: tuple[Row, ...]
+
+    @property
+    def shown(self) -> list[Row]:
+        """The numbers without the cells of tables that agree."""
+        return [row for row in self.rows if not row.cell or row.outcome != "agrees"]
+
+
+@dataclass(frozen=True, repr=False)
+class Paper(Shown):
+    """A paper with its claims, in the order of their numbers."""
+
+    name: str
+    title: str
+    source: str
+    reading: str
+    claims: tuple[Claim, ...]
+
+    def __repr__(self) -> str:
+        return f"<Paper {self.name}: {self.verdict}>"
+
+    @property
+    def verdict(self) -> str:
+        """How many claims came out how."""
+        counted = Counter(claim.outcome for claim in self.claims)
+        return ", ".join(f"{counted[outcome]} {outcome}" for outcome in ORDER if counted[outcome])
+
+    def of(self, kind: str) -> list[Claim]:
+        """The claims of one kind."""
+        return [claim for claim in self.claims if claim.kind == kind]
+
+
+def paper(name: str, report: Callable[[int, int], None] | None = None) -> Paper:
+    """One of the four papers beside the simulator.
+
+    Parameters
+    ----------
+    name : "S0", "S1", "S2" or "S3"
+    report : called with (claims done, claims in all)
+
+    Returns
+    -------
+    Paper : its `claims`, each with what the paper says, the `rows` of numbers (published, simulated, error,
+        tolerance), the `outcome` and the `command` that shows it; `markdown(it)` is the page
+
+    Raises
+    ------
+    InputError
+        There is no such paper.
+    """
+    told = _told(name)
+    found = []
+    for done, row in enumerate(told["row"], 1):
+        found.append(_claim(row))
+        if report is not None:
+            report(done, len(told["row"]))
+    return Paper(name, told["title"], told["source"], told["reading"], tuple(found))
+
+
+@functools.cache
+def _told(name: str) -> dict[str, Any]:
+    files = {file.stem: file for file in (assets.folder("models") / "papers").glob("*.toml")}
+    if name not in files:
+        raise unknown(name, sorted(files), field="paper", problem="is no paper of this program")
+    return assets.read_toml(files[name])
+
+
+def _claim(told: dict[str, Any]) -> Claim:
+    same = {"source": told["place"], "why": told.get("why", ""), "quantity": ""}
+    rows = tuple(row for value in told.get("value", ()) for row in paper_values.rows_of(same | value))
+    outcome = min((row.outcome for row in rows), key=ORDER.index, default=told.get("outcome", ""))
+    outcome = told.get("outcome", outcome) if outcome != "FAILED" else outcome
+    texts = {key: told.get(key, "") for key in ("kind", "place", "says", "command", "here", "why")}
+    return Claim(told["number"], **texts, outcome=outcome, rows=rows)
+
+
+def markdown(of: Paper) -> str:
+    """The page of a paper, as the command prints it and the documentation shows it."""
+    return "\n".join(_lines(of)) + "\n"
+
+
+def _lines(of: Paper) -> Iterator[str]:
+    yield f"{of.title}. {of.source}."
+    yield from ("", of.reading, "", f"Of {len(of.claims)} rows: {of.verdict}. {OUTCOMES}")
+    for kind, title in KINDS.items():
+        if claims := of.of(kind):
+            yield from ("", f"## {title}", "")
+        for claim in claims:
+            yield f"- **{claim.number} · {claim.place}: {claim.outcome}.** {claim.says}."
+            numbers = "; ".join(brief(row, row) for row in claim.shown)
+            parts = [claim.here, numbers, claim.why and f"{claim.why[0].upper()}{claim.why[1:]}"]
+            if text := " ".join(f"{part}." for part in parts if part):
+                yield f"  {text}"
+            if claim.command:
+                yield f"  `{claim.command}`"
