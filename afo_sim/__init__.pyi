@@ -5,6 +5,7 @@ from .description.reader import Muscle as Muscle
 from .description.reader import Scenario as Scenario
 from .description.reader import load as load
 from .lab.law_result import fit as fit
+from .lab.paper import paper as paper
 from .lab.run_fit import fit_run as fit_run
 from .lab.stand import stand as stand
 from .lab.torque_fit import fit_torque as fit_torque

@@ -2,7 +2,6 @@
 
 Each file of `models/papers` is a paper. A `row` is a system, formula, table, experiment, figure or claim:
     says     what stands there
-    here     what the program has for it, in words, where numbers do not say it
     value    numbers beside each other: a table for each, with the keys of `afo_sim/lab/validation_row.py` and
              of `afo_sim/lab/paper_values.py`
     outcome  where no number decides: "shown" by its command, "lost" with the text, or "outside"; its `why`
@@ -45,7 +44,6 @@ class Claim:
     place: str
     says: str
     command: str
-    here: str
     outcome: str
     why: str
     rows: tuple[Row, ...]
@@ -120,7 +118,7 @@ def _claim(told: dict[str, Any]) -> Claim:
     rows = tuple(row for value in told.get("value", ()) for row in paper_values.rows_of(same | value))
     outcome = min((row.outcome for row in rows), key=ORDER.index, default=told.get("outcome", ""))
     outcome = told.get("outcome", outcome) if outcome != "FAILED" else outcome
-    texts = {key: told.get(key, "") for key in ("kind", "place", "says", "command", "here", "why")}
+    texts = {key: told.get(key, "") for key in ("kind", "place", "says", "command", "why")}
     return Claim(told["number"], **texts, outcome=outcome, rows=rows)
 
 
@@ -138,8 +136,7 @@ def _lines(of: Paper) -> Iterator[str]:
         for claim in claims:
             yield f"- **{claim.number} · {claim.place}: {claim.outcome}.** {claim.says}."
             numbers = "; ".join(brief(row, row) for row in claim.shown)
-            parts = [claim.here, numbers, claim.why and f"{claim.why[0].upper()}{claim.why[1:]}"]
-            if text := " ".join(f"{part}." for part in parts if part):
+            if text := " ".join(f"{part}." for part in (numbers, claim.why) if part):
                 yield f"  {text}"
             if claim.command:
                 yield f"  `{claim.command}`"
