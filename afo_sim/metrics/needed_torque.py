@@ -199,3 +199,40 @@ def against_push_off(stride: Stride) -> Found:
     given = increments(np.maximum(part.of(torque), 0.0), part.of(stride.columns["ankle/angle"]))
     taken = float(np.maximum(-given, 0.0).sum())
     yield "work_against_push_off", peak.clean(taken / stride.body_mass)
+
+
+GIVEN = f"of its plantarflexion torque, {OVER}"
+
+
+@reported(
+    PUSH_OFF,
+    peak.row("push_off_torque", "Plantarflexion torque in push-off", OVER),
+    peak.row("push_off_power", "Power given to push-off", GIVEN, "W/kg"),
+    ("push_off_work", "J/kg", "Work given to push-off", GIVEN),
+    ("share_of_push_off_work", "percent", "Share of biological push-off work", f"{RECORDED}, {OVER}"),
+    (
+        "work_against_dorsiflexion",
+        "J/kg",
+        "Work against dorsiflexion",
+        "that plantarflexion torque takes from dorsiflexion over the stride",
+    ),
+    of=Of.WORN,
+)
+def for_push_off(stride: Stride) -> Found:
+    """Plantarflexion torque of the orthosis in push-off, its work, and what it takes from dorsiflexion."""
+    part, columns = stride.between(HEEL_RISE, stride.toe_off), stride.columns
+    down = np.minimum(columns[ORTHOSIS], 0.0)
+    over_stride, over_part = (
+        increments(each.of(down), each.of(columns["ankle/angle"])) / stride.body_mass
+        for each in (stride.whole, part)
+    )
+    recorded = part.of(columns["gait/ankle_moment"]), part.of(columns["gait/ankle_angle"])
+    own = float(np.maximum(increments(*recorded), 0.0).sum()) / stride.body_mass
+    given = peak.clean(float(np.maximum(over_part, 0.0).sum()))
+    power = over_part / (stride.timestep * np.diff(part.places))
+    yield "push_off_torque", peak.highest_mean(-down, stride.timestep, part)
+    if len(power):
+        yield "push_off_power", peak.clean(max(peak.flow_peak(power, stride.timestep), 0.0))
+    yield "push_off_work", given
+    yield "share_of_push_off_work", _share(given, own)
+    yield "work_against_dorsiflexion", peak.clean(float(np.maximum(-over_stride, 0.0).sum()))

@@ -50,6 +50,25 @@ def test_push_off_ends_at_toe_off_and_not_at_a_row(step: float) -> None:
 
 
 @pytest.mark.parametrize("step", STEPS)
+def test_push_off_is_given_a_plantarflexion_torque_until_toe_off(step: float) -> None:
+    """The same torque the other way, by integral; the recorded ankle's power is 20 v²."""
+    values = found(step, lambda phase, _: -20.0 * phase)
+    assert values["push_off_torque"] == pytest.approx(20.0 * (TOE_OFF - 5e-3 / STRIDE), rel=1e-6)
+    turned = (math.cos(0.8 * math.pi) - math.cos(2.0 * math.pi * TOE_OFF)) / (2.0 * math.pi)
+    work = -20.0 * AMPLITUDE * (TOE_OFF * OVER[0] - 0.4 * OVER[1] - turned)
+    assert values["push_off_work"] == pytest.approx(work / MASS, rel=1e-4)
+    doubled = math.sin(4.0 * math.pi * TOE_OFF) - math.sin(1.6 * math.pi)
+    squared = 0.5 * (TOE_OFF - 0.4) + doubled / (8.0 * math.pi)
+    own = 20.0 * (AMPLITUDE * OMEGA) ** 2 * STRIDE * squared
+    assert values["share_of_push_off_work"] == pytest.approx(100.0 * work / own, rel=1e-3)
+    fine = np.linspace(0.4, TOE_OFF, 200_001)  # highest mean power of 10 ms, over a grid of 1.25 µs
+    power = 20.0 * fine * AMPLITUDE * OMEGA * np.abs(np.cos(2.0 * np.pi * fine))
+    means = np.convolve(power, np.full(8000, 1 / 8000), "valid")
+    assert values["push_off_power"] == pytest.approx(means.max() / MASS, rel=2e-3)
+    assert values["work_against_push_off"] == values["torque_against_push_off"] == 0.0
+
+
+@pytest.mark.parametrize("step", STEPS)
 def test_the_parts_of_swing_end_at_toe_off_upright_shank_and_heel_strike(step: float) -> None:
     """A need of 4 + 20 (φ − 0.6)², its means by integral: over swing, and over the 10 ms to its end."""
     values = found(step, lambda phase, _: np.where(phase < 0.95, 20.0 * phase, 0.0))
@@ -78,6 +97,7 @@ def test_a_spring_gives_back_in_a_stride_what_it_takes(step: float) -> None:
     values = found(step, lambda _, angle: -30.0 * angle)
     work = 30.0 * AMPLITUDE**2
     assert values["orthosis_positive_work"] == pytest.approx(work / MASS, rel=1e-3)
+    assert values["work_against_dorsiflexion"] == pytest.approx(0.5 * work / MASS, rel=1e-3)
     assert values["orthosis_negative_work"] == pytest.approx(-work / MASS, rel=1e-3)
     assert values["positive_work"] == pytest.approx(work, rel=1e-3)
     assert values["orthosis_peak_power"] == pytest.approx(0.5 * OMEGA * work / MASS, rel=1e-3)

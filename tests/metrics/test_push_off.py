@@ -24,6 +24,16 @@ def test_a_torque_elsewhere_or_the_other_way_is_not_against_push_off() -> None:
         assert found["torque_against_push_off"] == pytest.approx(0.0, abs=0.4)  # a row at each end
 
 
+def test_a_torque_elsewhere_or_the_other_way_gives_nothing_to_push_off() -> None:
+    columns = walk_columns()
+    phase = columns["gait/phase"]
+    for torque in (np.where((phase > 0.4) & (phase < 0.6), 3.0, -3.0), np.full_like(phase, 3.0)):
+        found = values(with_orthosis(columns, torque))
+        assert found["push_off_work"] == pytest.approx(0.0, abs=1e-4)
+        assert found["push_off_torque"] == pytest.approx(0.0, abs=0.4)  # a row at each end
+        assert found["share_of_push_off_work"] == pytest.approx(0.0, abs=0.1)
+
+
 def test_what_the_ankle_loses_is_the_recorded_ones_more() -> None:
     """The recorded sine is 3 degrees lower: less dorsiflexed, more plantarflexed at toe-off."""
     found = values(walk_columns())

@@ -200,6 +200,7 @@ PEAKS = (
     *(f"orthosis_peak_{side}_torque" for side in ("dorsiflexion", "plantarflexion")),
     *(f"needed_{part}_torque" for part in ("dorsiflexion", "plantarflexion", "swing", "terminal_swing")),
     "torque_against_push_off",
+    "push_off_torque",
     "torque_missing",
     "torque_unneeded",
     "peak_inversion_moment",
