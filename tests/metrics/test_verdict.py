@@ -165,13 +165,13 @@ def test_every_stride_must_clear_the_floor(heights: tuple[float, float, float], 
 def test_it_says_in_which_strides_the_toe_trips() -> None:
     begun = {k: {"toe_clearance": -5.0 + 2.0 * k} for k in range(5)}  # −5, −3, −1, 1, 3 mm
     answer = judge({"toe_clearance_stride_1": -5.0, "lowest_toe_clearance_first_ten": -5.0}, begun)["lift"]
-    assert answer.status == "bad" and answer.text.startswith("It trips in strides 1 to 3.")
+    assert answer.status == "bad" and answer.text.startswith("It trips in strides 1 to 3, 3 of 5.")
     apart = {k: {"toe_clearance": -1.0 if k in (1, 4, 5) else 12.0} for k in range(7)}
-    assert "trips in strides 2, 5 and 6." in judge(strides=apart)["lift"].text.replace(
+    assert "trips in strides 2, 5 and 6, 3 of 7." in judge(strides=apart)["lift"].text.replace(
         " and 5 and 6", ", 5 and 6"
     )
     one = {0: {"toe_clearance": -1.0}, 1: {"toe_clearance": 12.0}}
-    assert judge(strides=one)["lift"].text.startswith("It trips in stride 1.")
+    assert judge(strides=one)["lift"].text.startswith("It trips in stride 1, 1 of 2.")
     settled = judge({"toe_clearance": -9.2})["lift"]
     assert settled.text.startswith("It trips when settled.") and "−9.2 mm" in settled.text
 
