@@ -17,7 +17,8 @@ pytestmark = pytest.mark.slow
 
 SHARE = 1e-3  # of the air's work without its sign
 SOLVED = ("walk-dropfoot-afo", "walk-dropfoot-afo-short")
-DERIVING = (*SOLVED, "walk-dropfoot-afo-timer", "arm-s1", "seated", "seated-antagonist")
+TIMED = ("walk-dropfoot-afo-timer", "walk-dropfoot-afo-paper-timer")
+DERIVING = (*SOLVED, *TIMED, "arm-s1", "seated", "seated-antagonist")
 SCENARIOS = (*DERIVING, "arm", "arm-short", "knee")
 OWN_VOLUME = "tondu_lopez_2000_bladder"  # −p dV/dL of the braid's volume, where k = 1
 

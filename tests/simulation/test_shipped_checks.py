@@ -17,6 +17,7 @@ OTHERS = {
     "walk-dropfoot-afo": ("walk-dropfoot", "toe_clearance"),
     "walk-dropfoot-afo-short": ("walk-dropfoot", "toe_clearance"),
     "walk-dropfoot-afo-timer": ("walk-dropfoot", "toe_clearance"),
+    "walk-dropfoot-afo-paper-timer": ("walk-dropfoot-afo-timer", "lowest_toe_clearance_first_ten"),
     "arm": ("arm-short", "range_of_motion"),
     "arm-short": ("arm", "range_of_motion"),
     "arm-s1": ("arm", "ankle/angle"),

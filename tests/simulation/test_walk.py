@@ -142,6 +142,25 @@ def test_the_orthosis_gives_the_clearance_back(
     assert lifted.ok
 
 
+def test_s1s_printed_timer_lifts_by_its_valves_and_not_by_the_gait() -> None:
+    """Filled from 0 to 4 s of each 8 s. A separate computation had the toe caught in 6 of 14 strides."""
+    walk = afo_sim.run("walk-dropfoot-afo-paper-timer", {"timestep": "2 ms"})
+    stride = gait_file.read(assets.find_gait("bovi2011_natural")).stride_time
+    heights = {k: each["toe_clearance"].value for k, each in walk.strides.items()}
+    caught = {k for k, each in walk.strides.items() if each["swings_with_toe_contact"].value > 0.0}
+    caught |= {k for k, height in heights.items() if height < 0.0}
+    bare = walk.metrics["reference_toe_clearance"].value
+    for k, height in heights.items():
+        passed = (k + 0.86) * stride % 8.0  # of the timer, at the toe's event [s]
+        if 2.0 < passed < 4.0:
+            assert height > 10.0
+        if 6.0 < passed < 8.0:
+            assert k in caught and bare - 0.5 < height < -5.0
+    assert len([k for k in caught if k < 14]) == 6
+    assert min(heights.values()) == pytest.approx(-25.6, abs=0.1)
+    assert {answer.name: answer.status for answer in walk.verdict}["lift"] == "bad"
+
+
 def test_the_stop_holds_an_ankle_that_the_recorded_ground_bends() -> None:
     """Weak calf muscles under the recorded force: into the stop at 30°, which gives a little."""
     run = afo_sim.run("walk-dropfoot", WALKER | {"patient": "plantarflexor-weak", "duration": "2.4 s"})
