@@ -16,7 +16,7 @@ from afo_sim.simulation import balance
 pytestmark = pytest.mark.slow
 
 SHARE = 1e-3  # of the air's work without its sign
-SOLVED = ("walk-dropfoot-afo", "walk-dropfoot-afo-short")
+SOLVED = ("walk-dropfoot-afo", "walk-dropfoot-afo-short", "walk-dropfoot-afo-both")
 TIMED = ("walk-dropfoot-afo-timer", "walk-dropfoot-afo-paper-timer")
 DERIVING = (*SOLVED, *TIMED, "arm-s1", "seated", "seated-antagonist")
 SCENARIOS = (*DERIVING, "arm", "arm-short", "knee")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from synthetic_walk import MASS, STEP, UPRIGHT, walk_columns, with_orthosis
 
+import afo_sim
 from afo_sim.metrics import AGAINST, walk_metrics
 from afo_sim.metrics.metric import entry
 
@@ -61,3 +62,26 @@ def test_the_need_is_told_until_the_shank_is_upright_and_after_it() -> None:
     assert found["needed_terminal_swing_torque"] == 9.0
     assert found["needed_terminal_swing_torque_tissue"] == 9.0  # tissue that own strength holds is no need
     assert found["needed_dorsiflexion_torque"] == 9.0
+
+
+def test_what_filled_plantarflexors_give_is_force_by_arm_over_the_angle() -> None:
+    """Of the settled stride, by trapezoids of the muscles' own columns; the lift is that without them."""
+    sets = {"reference": None, "duration": "2.5 s", "timestep": "2 ms"}
+    both, lift = (afo_sim.run(name, sets) for name in ("walk-dropfoot-afo-both", "walk-dropfoot-afo"))
+    last = both["gait/stride"] == both["gait/stride"][both["gait/solved"] > 0.5][-2]
+    torque = sum(
+        both[f"muscle/{name}/force"] * both[f"muscle/{name}/moment_arm"]
+        for name in ("dorsiflexor_1", "dorsiflexor_2", "dorsiflexor_3", "plantarflexor_1", "plantarflexor_2")
+    )
+    angle, phase, torque = (each[last] for each in (both["ankle/angle"], both["gait/phase"], torque))
+    assert phase[0] < 0.01 and phase[-1] > 0.99
+    work = 0.5 * np.diff(angle) * (np.minimum(torque, 0.0)[1:] + np.minimum(torque, 0.0)[:-1]) / 68.5
+    toe_off = both.metrics["stance"].value / 100.0
+    pushing = (phase[1:] > 0.4) & (phase[1:] < toe_off)
+    found = {name: metric.value for name, metric in both.metrics.items()}
+    assert found["push_off_work"] == pytest.approx(np.maximum(work[pushing], 0.0).sum(), rel=0.02)
+    assert found["work_against_dorsiflexion"] == pytest.approx(np.maximum(-work, 0.0).sum(), rel=0.02)
+    assert found["push_off_torque"] == pytest.approx(-torque[phase > 0.4].min(), rel=0.02)
+    assert found["push_off_work"] > found["work_against_dorsiflexion"] > 0.0
+    assert found["toe_clearance"] == pytest.approx(lift.metrics["toe_clearance"].value, abs=0.1)
+    assert found["air_per_stride"] > 2.0 * lift.metrics["air_per_stride"].value

@@ -18,6 +18,7 @@ OTHERS = {
     "walk-dropfoot-afo-short": ("walk-dropfoot", "toe_clearance"),
     "walk-dropfoot-afo-timer": ("walk-dropfoot", "toe_clearance"),
     "walk-dropfoot-afo-paper-timer": ("walk-dropfoot-afo-timer", "lowest_toe_clearance_first_ten"),
+    "walk-dropfoot-afo-both": ("walk-dropfoot-afo", "push_off_torque"),
     "arm": ("arm-short", "range_of_motion"),
     "arm-short": ("arm", "range_of_motion"),
     "arm-s1": ("arm", "ankle/angle"),
