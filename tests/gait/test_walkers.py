@@ -8,10 +8,20 @@ import sys
 import numpy as np
 import pytest
 import real_trials
+import scipy.io
 from documents import ROOT, script
 
 from afo_sim.common import GRAVITY, assets
-from afo_sim.gait import COP_FORCE, KINEMATICS, Chain, FootShape, GaitCycle, closing_errors, with_derived_path
+from afo_sim.gait import (
+    COP_FORCE,
+    KINEMATICS,
+    Chain,
+    FootShape,
+    GaitCycle,
+    closing_errors,
+    stance,
+    with_derived_path,
+)
 from afo_sim.gait import file as gait
 from afo_sim.gait.hip_path import LOADED, ankle_path, rocking
 from afo_sim.gait_lab import Choices, import_gait
@@ -238,3 +248,63 @@ def test_foot_on_the_floor_against_recorded_strides(name: str) -> None:
     height, way = (z - table["ankle_z_m"])[held], (x - table["ankle_x_m"])[held]
     assert np.abs(height).max() < WITHIN
     assert np.abs(way - way.mean()).max() < WITHIN
+
+
+# --- the calf's share of a stride's work ---
+
+
+@pytest.mark.parametrize("name", ["bovi2011_natural", "gatk_mean", "opensim_walk"])
+def test_joint_powers_and_the_forces_at_the_ends_change_the_legs_energy(name: str) -> None:
+    """Shank and thigh: dE/dt is what the moments of ankle, knee and hip and both ends' forces give."""
+    calf, cycle = script("calf_share"), shipped(name)
+    time = calf.PHASE * cycle.stride_time
+    lean = {"shank": cycle.signal("shank_angle", calf.PHASE)}
+    lean["thigh"] = lean["shank"] - cycle.signal("knee_angle", calf.PHASE)
+    joint = cycle.signal("ankle_x", calf.PHASE) + 1j * cycle.signal("ankle_z", calf.PHASE)
+    ends, energy, force = [joint], np.zeros_like(time), np.zeros_like(joint)
+    lengths = Chain.of_height(cycle.body_height or 0.0)
+    for part in ("shank", "thigh"):
+        length, mass = getattr(lengths, part), calf.MASSES[part]
+        along = np.sin(lean[part]) + 1j * np.cos(lean[part])
+        centre = ends[-1] + calf.CENTRES[part] * length * along
+        speed, turn = np.gradient(centre, time), np.gradient(lean[part], time)
+        energy += 0.5 * mass * (np.abs(speed) ** 2 + (calf.GYRATION[part] * length * turn) ** 2)
+        energy += mass * GRAVITY * centre.imag
+        force += mass * (np.gradient(speed, time) + 1j * GRAVITY)
+        ends.append(ends[-1] + length * along)
+    forward, upward, _ = cycle.ground(calf.PHASE)
+    ankle, hip = (np.gradient(end, time) for end in (ends[0], ends[-1]))
+    pull = GRAVITY * (forward + 1j * upward) - calf.FOOT * (np.gradient(ankle, time) + 1j * GRAVITY)
+    given = (pull * ankle.conj() + (force - pull) * hip.conj()).real
+    powers = calf.joint_powers(cycle)
+    moment = np.interp(calf.PHASE, cycle.phase, cycle.ankle_moment)
+    given += powers["knee"] + powers["hip"] + moment * np.gradient(lean["shank"], time)
+    inner = slice(20, -20)  # differences are one-sided at the ends
+    assert np.abs(given - np.gradient(energy, time))[inner].max() < 1e-3 * np.abs(given).max()
+
+
+@needs_figures
+@pytest.mark.parametrize(
+    ("name", "start", "end"), [("gatk_stride1", 0.2003, 1.4036), ("gatk_stride2", 1.4036, 2.5917)]
+)
+def test_calf_share_is_near_that_of_the_trials_own_inverse_dynamics(
+    name: str, start: float, end: float
+) -> None:
+    """GaitAnalysisToolKit's results: angular velocities and moments of hip, knee, ankle, 100 a second.
+
+    Its hip turns against the recorded trunk, ours against an upright one, so the hip's work is not compared.
+    """
+    results = scipy.io.loadmat(FIGURES.parent / "gatk" / "gatk_ref.mat")["refresults"]
+    calf, cycle = script("calf_share"), shipped(name)
+    time = start + calf.PHASE * (end - start)
+    their = {
+        joint: np.interp(time, 0.01 * np.arange(len(results)), results[:, 3 + k] * results[:, 6 + k])
+        for k, joint in enumerate(("hip", "knee", "ankle"))
+    }
+    push_off = np.where((calf.PHASE > 0.40) & (stance(cycle) > calf.PHASE), their["ankle"], 0.0)
+    their_work = {joint: np.trapezoid(np.maximum(power, 0.0), time) for joint, power in their.items()}
+    work = calf.positive_work(cycle)
+    assert work["ankle"] == pytest.approx(their_work["ankle"], rel=0.05)
+    assert work["knee"] == pytest.approx(their_work["knee"], rel=0.10)
+    share = np.trapezoid(np.maximum(push_off, 0.0), time) / sum(their_work.values())
+    assert calf.share(work) == pytest.approx(share, abs=0.05)

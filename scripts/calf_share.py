@@ -1,0 +1,85 @@
+"""The calf's share of a stride's positive work, on each shipped stride.
+
+S1 says that the calf generates 80 % of the mechanical work of a gait cycle. A run has no moments of knee and
+hip, so the share is no metric. It is derived here from the recorded strides, by inverse dynamics of shank and
+thigh in the sagittal plane. Assumed: an average person's segments (Winter 2009, table 4.1 and figure 4.1),
+the foot's mass at the ankle, and a trunk that does not turn.
+
+    python scripts/calf_share.py
+"""
+
+import numpy as np
+
+from afo_sim.common import GRAVITY, assets
+from afo_sim.gait import Chain, GaitCycle, is_norm, stance
+from afo_sim.gait.file import read
+from afo_sim.metrics import HEEL_RISE
+
+FOOT = 0.0145  # of the body mass
+MASSES = {"shank": 0.0465, "thigh": 0.100}  # of the body mass
+CENTRES = {"shank": 0.567, "thigh": 0.567}  # from the distal joint, of the length
+GYRATION = {"shank": 0.302, "thigh": 0.323}  # about the centre of mass, of the length
+PHASE = np.linspace(0.0, 1.0, 2001)
+
+
+def joint_powers(cycle: GaitCycle) -> dict[str, np.ndarray]:
+    """Power of ankle, knee and hip over PHASE, per body mass [W/kg], each (n,).
+
+    Vectors are complex, forward + i upward. A segment that leans forward by q lies along i exp(−i q).
+    """
+    assert cycle.body_height is not None
+    angles = {n: [cycle.signal(f"{n}_angle", PHASE, k) for k in range(3)] for n in ("shank", "knee", "ankle")}
+    angles["thigh"] = [shank - knee for shank, knee in zip(angles["shank"], angles["knee"], strict=True)]
+    lengths = Chain.of_height(cycle.body_height)
+    forward, upward, _ = cycle.ground(PHASE)
+    acceleration = cycle.signal("ankle_x", PHASE, 2) + 1j * cycle.signal("ankle_z", PHASE, 2)
+    pull = GRAVITY * (forward + 1j * upward) - FOOT * (acceleration + 1j * GRAVITY)  # of what is below
+    below = np.interp(PHASE, cycle.phase, cycle.ankle_moment)  # moment of what is below, forward positive
+    powers = {"ankle": below * angles["ankle"][1]}
+    for name, joint, above in (("shank", "knee", angles["thigh"][1]), ("thigh", "hip", 0.0)):
+        lean, rate, turning = angles[name]
+        mass, length = MASSES[name], getattr(lengths, name)
+        along, moved = 1j * np.exp(-1j * lean), np.exp(-1j * lean) * (turning - 1j * rate**2)
+        centre = CENTRES[name] * length
+        weight = mass * (acceleration + centre * moved + 1j * GRAVITY) - pull  # force at the upper joint
+        levers = _moment(-centre * along, pull) + _moment((length - centre) * along, weight)
+        moment = mass * (GYRATION[name] * length) ** 2 * turning - below - levers
+        powers[joint] = moment * (rate - above)
+        acceleration, pull, below = acceleration + length * moved, -weight, -moment
+    return powers
+
+
+def _moment(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Moment of a force about a point, forward lean positive."""
+    moment: np.ndarray = -(np.conj(arm) * force).imag
+    return moment
+
+
+def positive_work(cycle: GaitCycle) -> dict[str, float]:
+    """Positive work of ankle, knee and hip over the stride, and of push-off, per body mass [J/kg]."""
+    powers = joint_powers(cycle)
+    powers["push-off"] = np.where((PHASE > HEEL_RISE) & (stance(cycle) > PHASE), powers["ankle"], 0.0)
+    return {name: _positive(power, cycle.stride_time * PHASE) for name, power in powers.items()}
+
+
+def _positive(power: np.ndarray, time: np.ndarray) -> float:
+    return float(np.trapezoid(np.maximum(power, 0.0), time))
+
+
+def share(work: dict[str, float]) -> float:
+    """The ankle's positive work in push-off over that of ankle, knee and hip in the stride [-]."""
+    return work["push-off"] / (work["ankle"] + work["knee"] + work["hip"])
+
+
+def main() -> None:
+    """Print a line a stride."""
+    for name in assets.gait_names():
+        if is_norm(assets.find_gait(name)):
+            continue
+        work = positive_work(read(assets.find_gait(name)))
+        joints = ", ".join(f"{joint} {work[joint]:.3f}" for joint in ("ankle", "knee", "hip"))
+        print(f"{name}: push-off {work['push-off']:.3f} J/kg of {joints} J/kg: {100.0 * share(work):.0f} %")
+
+
+if __name__ == "__main__":
+    main()
