@@ -11,6 +11,7 @@ A row's table names one of VALUES under `by`, and what that takes:
     force       of a muscle's law at a contraction and a pressure [N]
     described   a key of a description
     repeats     standard deviation of a sensor over ten fillings
+    calf_share  of a recorded stride's positive work [%]
 """
 
 import fnmatch
@@ -24,6 +25,7 @@ import numpy as np
 from afo_sim.common import format_quantity
 from afo_sim.description import load
 from afo_sim.lab import stand_trial, validation
+from afo_sim.lab.calf_share import calf_share
 from afo_sim.lab.law_fit import fit_law
 from afo_sim.lab.law_problem import pose, select
 from afo_sim.lab.stand import stand
@@ -31,8 +33,7 @@ from afo_sim.lab.validation_laws import characteristic, law_force
 from afo_sim.lab.validation_row import Row
 from afo_sim.model.build import build
 from afo_sim.physics import LAWS
-from afo_sim.simulation import Recording, angle_differences, sensor_columns
-from afo_sim.simulation.compare import compare_laws
+from afo_sim.simulation import Recording, angle_differences, compare_laws, sensor_columns
 from afo_sim.simulation.run import run
 
 Told = Mapping[str, Any]
@@ -147,6 +148,7 @@ VALUES: dict[str, Callable[[Told], Any]] = {
     "force": _force,
     "described": _described,
     "repeats": _repeats,
+    "calf_share": lambda told: calf_share(told["stride"]),
 }
 
 

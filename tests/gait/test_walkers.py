@@ -25,6 +25,7 @@ from afo_sim.gait import (
 from afo_sim.gait import file as gait
 from afo_sim.gait.hip_path import LOADED, ankle_path, rocking
 from afo_sim.gait_lab import Choices, import_gait
+from afo_sim.lab import calf_share as calf
 
 FIGURES = pathlib.Path(os.environ.get("AFO_SIM_WALKERS", ROOT.parent / "shared" / "data" / "walkers"))
 TASKS = ("xs", "s", "natural", "m", "l")
@@ -256,7 +257,7 @@ def test_foot_on_the_floor_against_recorded_strides(name: str) -> None:
 @pytest.mark.parametrize("name", ["bovi2011_natural", "gatk_mean", "opensim_walk"])
 def test_joint_powers_and_the_forces_at_the_ends_change_the_legs_energy(name: str) -> None:
     """Shank and thigh: dE/dt is what the moments of ankle, knee and hip and both ends' forces give."""
-    calf, cycle = script("calf_share"), shipped(name)
+    cycle = shipped(name)
     time = calf.PHASE * cycle.stride_time
     lean = {"shank": cycle.signal("shank_angle", calf.PHASE)}
     lean["thigh"] = lean["shank"] - cycle.signal("knee_angle", calf.PHASE)
@@ -295,7 +296,7 @@ def test_calf_share_is_near_that_of_the_trials_own_inverse_dynamics(
     Its hip turns against the recorded trunk, ours against an upright one, so the hip's work is not compared.
     """
     results = scipy.io.loadmat(FIGURES.parent / "gatk" / "gatk_ref.mat")["refresults"]
-    calf, cycle = script("calf_share"), shipped(name)
+    cycle = shipped(name)
     time = start + calf.PHASE * (end - start)
     their = {
         joint: np.interp(time, 0.01 * np.arange(len(results)), results[:, 3 + k] * results[:, 6 + k])
@@ -307,4 +308,4 @@ def test_calf_share_is_near_that_of_the_trials_own_inverse_dynamics(
     assert work["ankle"] == pytest.approx(their_work["ankle"], rel=0.05)
     assert work["knee"] == pytest.approx(their_work["knee"], rel=0.10)
     share = np.trapezoid(np.maximum(push_off, 0.0), time) / sum(their_work.values())
-    assert calf.share(work) == pytest.approx(share, abs=0.05)
+    assert calf.calf_share(name) == pytest.approx(100.0 * share, abs=5.0)

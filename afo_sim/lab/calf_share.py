@@ -1,17 +1,14 @@
 """The calf's share of a stride's positive work, on each shipped stride.
 
-S1 says that the calf generates 80 % of the mechanical work of a gait cycle. A run has no moments of knee and
-hip, so the share is no metric. It is derived here from the recorded strides, by inverse dynamics of shank and
-thigh in the sagittal plane. Assumed: an average person's segments (Winter 2009, table 4.1 and figure 4.1),
-the foot's mass at the ankle, and a trunk that does not turn.
-
-    python scripts/calf_share.py
+A run has no moments of knee and hip, so the share is no metric. It is derived from the recorded strides, by
+inverse dynamics of shank and thigh in the sagittal plane. Assumed: an average person's segments (Winter 2009,
+table 4.1 and figure 4.1), the foot's mass at the ankle, and a trunk that does not turn.
 """
 
 import numpy as np
 
 from afo_sim.common import GRAVITY, assets
-from afo_sim.gait import Chain, GaitCycle, is_norm, stance
+from afo_sim.gait import Chain, GaitCycle, stance
 from afo_sim.gait.file import read
 from afo_sim.metrics import HEEL_RISE
 
@@ -66,20 +63,7 @@ def _positive(power: np.ndarray, time: np.ndarray) -> float:
     return float(np.trapezoid(np.maximum(power, 0.0), time))
 
 
-def share(work: dict[str, float]) -> float:
-    """The ankle's positive work in push-off over that of ankle, knee and hip in the stride [-]."""
-    return work["push-off"] / (work["ankle"] + work["knee"] + work["hip"])
-
-
-def main() -> None:
-    """Print a line a stride."""
-    for name in assets.gait_names():
-        if is_norm(assets.find_gait(name)):
-            continue
-        work = positive_work(read(assets.find_gait(name)))
-        joints = ", ".join(f"{joint} {work[joint]:.3f}" for joint in ("ankle", "knee", "hip"))
-        print(f"{name}: push-off {work['push-off']:.3f} J/kg of {joints} J/kg: {100.0 * share(work):.0f} %")
-
-
-if __name__ == "__main__":
-    main()
+def calf_share(name: str) -> float:
+    """The ankle's positive work in push-off over that of ankle, knee and hip in a shipped stride [%]."""
+    work = positive_work(read(assets.find_gait(name)))
+    return 100.0 * work["push-off"] / (work["ankle"] + work["knee"] + work["hip"])
