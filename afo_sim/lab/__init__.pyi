@@ -27,7 +27,6 @@ from .run_problem import Channel as Channel
 from .run_problem import differences as differences
 from .run_report import SCENARIO as SCENARIO
 from .stand import Stand as Stand
-from .stand import stand as stand
 from .stand_table import SET as SET
 from .stand_table import Comparison as Comparison
 from .stand_table import printed as printed

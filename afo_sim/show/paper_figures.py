@@ -27,9 +27,9 @@ from afo_sim.lab import (
     s3_force,
     select,
     set_point_text,
-    stand,
     static_load,
 )
+from afo_sim.lab.stand import stand
 from afo_sim.lab.validation_s1 import table
 from afo_sim.physics import LAWS, contractions
 from afo_sim.show.stand_figure import colour as shade

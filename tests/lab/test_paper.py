@@ -9,7 +9,7 @@ from command import Call
 from documents import PAGES
 from typer.main import get_command
 
-from afo_sim.cli.commands import app
+from afo_sim.cli import app
 from afo_sim.common import InputError, assets
 from afo_sim.lab import KINDS, Claim, Paper, markdown, paper
 
