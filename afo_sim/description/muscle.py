@@ -197,6 +197,9 @@ class Muscle(Named, RestCurves, Draws):
     """Mass of muscle and fittings; at lengths.reference, where there are lengths."""
     limits: Limits
     """Limits beyond which a run warns."""
+    pieces: int = Field(default=1, ge=1, le=20)
+    """Equal muscles end to end that it consists of: lengths, dead_volume, mass and damper are of all
+    together, laws and frictions of one."""
     lengths: Lengths | None = None
     """Lengths that are made, and what follows from the length; laws and mass hold as they are by default."""
     covariance: FitCovariance | None = None
@@ -255,7 +258,7 @@ class Muscle(Named, RestCurves, Draws):
     @model_validator(mode="after")
     def _law_has_ends(self) -> Self:
         law = LAWS[self.law]
-        pull = law.kernel(0.0, self.test_pressure, *law.coefficients(self.braid, self.law_set.parameters))
+        pull = law.kernel(0.0, self.test_pressure, *law.coefficients(self.piece, self.law_set.parameters))
         problem = f"the law {law.name} does not pull at {amount(self.test_pressure, 'Pa')}"
         for key in ("free_contraction", "blocked_force"):
             if getattr(self, key) is not None and not pull > 0.0:
@@ -269,10 +272,10 @@ class Muscle(Named, RestCurves, Draws):
         if self.lengths is None:
             return self
         made = f"{amounts(self.lengths.shortest)} to {amounts(self.lengths.longest)} between the fittings"
-        for problem in self.lengths.problems(self.nominal_length):
+        for problem in self.lengths.problems(self.piece.nominal_length):
             raise refusal(problem, made, "total_length")
         if self.whole_mass <= 0.0:
-            least = self.lengths.mass_per_length * (self.lengths.reference - self.nominal_length)
+            least = self.mass - self.whole_mass
             raise refusal(
                 f"the fittings would have no mass: a braid of {amounts(self.lengths.reference)}, which the "
                 "mass belongs to, is heavier",
@@ -342,10 +345,10 @@ class Muscle(Named, RestCurves, Draws):
         law : name of a law
         parameters : of the law [SI]
         """
-        known, braid = LAWS[law], self.braid
+        known, braid = LAWS[law], self.piece
         factor = 1.0
         if self.lengths is not None and known.length != "own":
-            factor = self.lengths.factor(self.nominal_length)
+            factor = self.lengths.factor(braid.nominal_length)
             if known.length == "one":
                 braid = replace(braid, nominal_length=self.lengths.reference)
         found = known.coefficients(braid, parameters)
@@ -370,7 +373,7 @@ class Muscle(Named, RestCurves, Draws):
         """Arguments of the friction's kernel; none without friction."""
         if self.friction == "none":
             return ()
-        return FRICTIONS[self.friction].coefficients(self.braid, self.frictions[self.friction].parameters)
+        return FRICTIONS[self.friction].coefficients(self.piece, self.frictions[self.friction].parameters)
 
     @property
     def row(self) -> dict[str, Any]:
@@ -413,17 +416,23 @@ class Muscle(Named, RestCurves, Draws):
         """Mass of the muscle at its length: the braid's by the metre, and two fittings' [kg]."""
         if self.lengths is None:
             return self.mass
-        return self.mass + self.lengths.mass_per_length * (self.nominal_length - self.lengths.reference)
+        further = self.nominal_length - self.pieces * self.lengths.reference
+        return self.mass + self.lengths.mass_per_length * further
 
     @property
     def length_warning(self) -> str:
         """Warning of a length at which the force was not measured; "" without one."""
-        return "" if self.lengths is None else self.lengths.unmeasured(self.nominal_length)
+        return "" if self.lengths is None else self.lengths.unmeasured(self.piece.nominal_length)
 
     @property
     def braid(self) -> Braid:
         """Its geometry, as the laws take it."""
         return Braid(self.nominal_length, self.bore / 2.0, self.braid_angle)
+
+    @property
+    def piece(self) -> Braid:
+        """The braid of one of its pieces."""
+        return replace(self.braid, nominal_length=self.nominal_length / self.pieces)
 
 
 def _named(table: dict[str, Any], kind: str) -> Any:

@@ -93,7 +93,7 @@ def falling_frictions(orthosis: Orthosis, pressure: float) -> np.ndarray:
         muscle, fall = group.type, 0.0
         if muscle.friction in FRICTIONS:
             parameters = muscle.frictions[muscle.friction].parameters
-            fall = FRICTIONS[muscle.friction].steepest_fall(muscle.braid, parameters, pressure)
+            fall = FRICTIONS[muscle.friction].steepest_fall(muscle.piece, parameters, pressure)
         found += [fall] * group.count
     return np.array(found)
 

@@ -26,7 +26,7 @@ def muscle(muscle: Muscle) -> Findings:
         ("locks at a contraction of", f"{muscle.braid.lock:.4f}"),
     ]
     if muscle.lengths is not None:
-        factor = muscle.lengths.factor(muscle.nominal_length)
+        factor = muscle.lengths.factor(muscle.piece.nominal_length)
         against = f"{factor:.4g} of that at {100.0 * muscle.lengths.reference:g} cm"
         rows += [
             ("mass at this length", f"{1e3 * muscle.whole_mass:.4g} g"),
