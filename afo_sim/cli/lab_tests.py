@@ -32,7 +32,8 @@ class _Test:
     """Options of `stand`: muscles, and what is done to them."""
 
     test: Annotated[
-        str, Argument(help="isobaric|isotonic|isometric|step|release|replay, or all (the first three)")
+        str,
+        Argument(help="isobaric|isotonic|isometric (all: these)|auxotonic|sealed|step|release|replay"),
     ]
     muscles: Annotated[list[str], Argument(help="shipped muscles, or TOML files; of replay logs of a bench")]
     law: Annotated[list[str] | None, Option(help="force law; may be given several times")] = None
@@ -43,6 +44,8 @@ class _Test:
     load: Annotated[list[str] | None, Option(help='"200 N" or "20 kg"; several times')] = None
     contraction: Annotated[list[str] | None, Option(help='0.1 or "10 %"; several times')] = None
     length: Annotated[list[str] | None, Option(help="of the braid, instead of contraction")] = None
+    stiffness: Annotated[list[str] | None, Option(help='of auxotonic, "5 N/mm"; several times')] = None
+    series: Annotated[int | None, Option(help="so many of each muscle end to end")] = None
     valve: Annotated[str | None, Option(help="valve of step (mh1 by default) and release")] = None
     supply: Annotated[str | None, Option(help="pressure that there is; the muscle's limit")] = None
     time: Annotated[str | None, Option(help="of one way up or down; slow by default")] = None
@@ -57,6 +60,11 @@ class _Test:
     fit: Annotated[str, Option(help="of replay: settings to fit to the first log, with commas")] = ""
     out: Annotated[Path, Option(help="folder, .csv or .parquet")] = Path("runs/stand")
     rrd: RecordingOption = None
+
+
+# options that replay does not take
+_OF_A_TEST = ["law", "friction", "pressure", "load", "contraction", "length", "stiffness", "series"]
+_OF_A_TEST += ["valve", "supply"]
 
 
 @app.command("stand")
@@ -76,8 +84,7 @@ def stand_command(test: _Test) -> None:
             test.muscles,
             sets=read_sets(test.sets, example='damping="1e-4 m^2*s"'),
             report=report,
-            **picked(test, "law", "friction", "pressure", "load", "contraction", "length"),
-            **picked(test, "valve", "supply", "time", "static", "compare"),
+            **picked(test, *_OF_A_TEST, "time", "static", "compare"),
         )
         written = {}
         for kind in tests.kinds:
@@ -95,10 +102,7 @@ def _replay(test: _Test) -> None:
         from afo_sim.lab import fit_replay, replay
         from afo_sim.show import write_replays
 
-        others = picked(
-            test, "law", "friction", "pressure", "load", "contraction", "length", "valve", "supply"
-        )
-        if given := [name for name, value in others.items() if value]:
+        if given := [name for name, value in picked(test, *_OF_A_TEST).items() if value]:
             raise InputError("is nothing that replay takes", field=given[0], allowed="--bench or --set")
         check_folder(test.out)
         names = [name.strip() for name in test.fit.split(",") if name.strip()]

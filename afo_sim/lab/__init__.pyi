@@ -36,6 +36,7 @@ from .stand_table import write_parquet as write_parquet
 from .stand_table import write_summary as write_summary
 from .stand_trial import AXES as AXES
 from .stand_trial import COLUMNS as COLUMNS
+from .stand_trial import FURTHER as FURTHER
 from .stand_trial import Trial as Trial
 from .stand_trial import isobaric as isobaric
 from .stand_trial import isotonic as isotonic

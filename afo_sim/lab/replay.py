@@ -140,11 +140,11 @@ def _plan(log: BenchLog, muscle: Muscle) -> ReplayPlan:
     )
     ends = np.array([top]), np.array([[first, top]]), np.array([[np.min(start), np.max(start)]])
     step = bench.get("timestep", STEP)
-    one = np.array([weight]), np.array([first])
+    one = np.array([weight]), np.array([spring]), np.array([first])
     clock = step, math.ceil(log.time[-1] / step) * step, 1
     kind: Kind = "isometric" if inlet is None else "step"
-    parts = {"valve": inlet, "outlet": outlet, "spring": spring, "log": log}
-    return ReplayPlan(kind, muscle, laboratory, *ends, *one, *clock, **parts)
+    plan = kind, muscle, laboratory, *ends, *one
+    return ReplayPlan(*plan, *clock, valve=inlet, outlet=outlet, log=log)
 
 
 def _valves(log: BenchLog) -> tuple[native.CircuitValve, native.CircuitValve]:

@@ -18,23 +18,25 @@ from afo_sim.lab import stand_trial
 from afo_sim.lab.measured import Measured, read_measured
 from afo_sim.lab.stand_plan import KINDS, Laboratory
 from afo_sim.lab.stand_table import SET, Comparison, compare_trial, points_of, table_of
-from afo_sim.lab.stand_trial import AXES, Trial
+from afo_sim.lab.stand_trial import Trial
 
 Amount = str | float  # "3 bar", or a number in SI
 Amounts = Amount | Sequence[Amount] | None
 AnyMuscle = str | os.PathLike[str] | Mapping[str, Any] | Muscle
 
-CHARACTERISTICS = tuple(AXES)  # the tests of "all"
-AMOUNTS = ("pressure", "load", "contraction", "length")  # arguments
+CHARACTERISTICS = ("isobaric", "isotonic", "isometric")  # the tests of "all", of S3
+AMOUNTS = ("pressure", "load", "contraction", "length", "stiffness")  # arguments
 # Arguments that a test takes, beside those that all take.
 TAKES = {
     "isobaric": ("pressure", "contraction", "length"),
     "isotonic": ("load", "pressure"),
     "isometric": ("contraction", "length", "pressure"),
+    "auxotonic": ("stiffness", "load", "pressure"),
+    "sealed": ("pressure", "contraction", "length"),
     "step": ("pressure", "load", "contraction", "length", "valve"),
     "release": ("pressure", "load", "contraction", "length", "valve"),
 }
-UNITS = {"pressure": "Pa", "load": "N", "contraction": "", "length": "m", "supply": "Pa", "time": "s"}
+UNITS = dict(zip((*AMOUNTS, "supply", "time"), ("Pa", "N", "", "m", "N/m", "Pa", "s"), strict=True))
 
 
 @dataclass(frozen=True, repr=False)
@@ -79,6 +81,8 @@ def stand(
     load: Amounts = None,
     contraction: Amounts = None,
     length: Amounts = None,
+    stiffness: Amounts = None,
+    series: int | None = None,
     valve: str | None = None,
     supply: Amount | None = None,
     time: Amount | None = None,
@@ -91,13 +95,15 @@ def stand(
 
     Parameters
     ----------
-    test : isobaric, isotonic, isometric, step, release, or "all" (the first three)
+    test : isobaric, isotonic, isometric, auxotonic, sealed, step, release, or "all" (the first three)
     muscle : one or several: a shipped name, a path to a TOML file, a dict of the same shape, a Muscle
     law, friction : every muscle is tested with each
     pressure : gauge, "3 bar" or [Pa]; several: the curves, or from and to
-    load : "200 N", "20 kg" or [N]; the curves of isotonic, the weight of step and release
-    contraction : "10 %" or [-]; the curves of isometric, from and to of isobaric, held in step and release
+    load : "200 N", "20 kg" or [N]; the curves of isotonic, the weight of the others
+    contraction : "10 %" or [-]; the curves of isometric, from and to of isobaric and sealed, else held
     length : of the braid, instead of the contraction, "15 cm" or [m]
+    stiffness : of the springs of auxotonic, "5 N/mm" or [N/m]
+    series : so many of each muscle end to end; one by default
     valve : name of a shipped solenoid valve, for step ("mh1" by default) and release
     supply : gauge pressure that no test goes beyond; the muscle's limit by default
     time : of one way up or down
@@ -123,18 +129,21 @@ def stand(
     >>> len(tests.trials[0].curves), tests.table()["force"].max() > 900.0
     (2, np.True_)
     """
-    amounts = dict(zip(AMOUNTS, map(_several, (pressure, load, contraction, length)), strict=True))
+    amounts = dict(zip(AMOUNTS, map(_several, (pressure, load, contraction, length, stiffness)), strict=True))
     kinds = _kinds(test, [name for name, values in {**amounts, "valve": valve}.items() if values])
-    if compare is not None and not {*kinds} <= {*AXES}:
+    if compare is not None and not {*kinds} <= {*CHARACTERISTICS}:
         problem = "cannot be compared with a static characteristic"
-        raise InputError(problem, field="compare", value=test, allowed=", ".join(AXES))
+        raise InputError(problem, field="compare", value=test, allowed=", ".join(CHARACTERISTICS))
     data = read_measured(pathlib.Path(compare)) if isinstance(compare, str | os.PathLike) else compare
     top, duration = (
         None if x is None else _number(name, x) for name, x in (("supply", supply), ("time", time))
     )
     given: dict[str, Any] = {} if duration is None else {"duration": duration}
     given["laboratory"] = Laboratory(top, None if valve is None else load_description("valve", valve))
-    muscles, trials = _muscles(muscle, law, friction, sets), []
+    if series is not None and not 1 <= series <= 20:
+        raise InputError("is out of range", field="series", value=series, allowed="1 to 20")
+    muscles = [in_series(each, series or 1) for each in _muscles(muscle, law, friction, sets)]
+    trials = []
     for kind, (number, one) in itertools.product(kinds, enumerate(muscles, 1)):
         what, progress = f"{kind} {number} of {len(muscles)}: {one.name}, {one.law}", None
         if report is not None:
@@ -146,6 +155,26 @@ def stand(
             trials.append(stand_trial.static(plan) if static else stand_trial.run(plan, progress))
     compared = () if data is None else tuple(compare_trial(trial, data) for trial in trials)
     return Stand(tuple(trials), compared)
+
+
+def in_series(muscle: Muscle, count: int) -> Muscle:
+    """So many of a muscle end to end on one chamber: its force at κ and κ̇, times its length and volume.
+
+    The damping R p_abs κ̇ stays: tension and κ̇ of each are the chain's. A damper by speed is divided.
+    """
+    if count == 1:
+        return muscle
+    grown, damper = ("total_length", "end_length", "dead_volume", "mass"), muscle.damper
+    values: dict[str, Any] = {key: count * getattr(muscle, key) for key in grown}
+    if damper is not None:
+        lines = {key: getattr(damper, key) for key in ("contracting", "relaxing", "relaxing_above")}
+        less = {key: (b[0] / count, b[1] / count) for key, b in lines.items() if b is not None}
+        values["damper"] = damper.with_values(**less)
+    sources = dict(muscle.provenance)
+    for key, note in ((key, note) for key, note in sources.items() if key in grown):
+        kind = "derived" if note.kind == "published" else note.kind
+        sources[key] = note.model_copy(update={"kind": kind, "source": f"{count} × {note.source}"})
+    return muscle.with_values(pieces=count * muscle.pieces, provenance=sources, **values)
 
 
 def _forward(report: Callable[[int, int, str], None], what: str, done: int, total: int) -> None:
@@ -212,13 +241,15 @@ def _arguments(
         found = {"pressures": si["pressure"] or None, "load": _one("load", si["load"])}
         return found if held is None else found | {"contraction": held}
     points, start = points_of(kind, data, muscle) if data is not None else (None, None)
-    if kind != "isobaric":
+    if kind not in ("isobaric", "sealed"):
         span = _span(si["pressure"], None if kind == "isotonic" else 0.0)
     else:
         span = _span(si["contraction"], 0.0) if ends else None
         span = span if span or start is None else (start, None)
     name, _, _ = SET[kind]
-    return {f"{name}s": si[name] or points, "span": span}
+    hung = {"load": _one("load", si["load"])} if kind == "auxotonic" else {}
+    several = "stiffnesses" if kind == "auxotonic" else f"{name}s"
+    return {several: si[name] or points, "span": span} | hung
 
 
 def _span(values: list[float], start: float | None) -> tuple[float | None, float | None] | None:

@@ -19,13 +19,14 @@ from afo_sim.description import load as load_description
 from afo_sim.description.orthosis import Valve
 from afo_sim.physics import FRICTIONS, crossing
 
-Kind = Literal["isobaric", "isotonic", "isometric", "step", "release"]
-KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "step", "release")
+Kind = Literal["isobaric", "isotonic", "isometric", "auxotonic", "sealed", "step", "release"]
+KINDS: tuple[Kind, ...] = ("isobaric", "isotonic", "isometric", "auxotonic", "sealed", "step", "release")
 LOSS = 0.002  # of the greatest force: what the dampers may add at a sweep's mean speed
 SHORTEST_SWEEP = 8.0  # of one branch [s]
 ROWS = 400  # that are kept of a branch, about
 USUAL_LOAD = 0.2  # of the strength, where no load is given
 LEAST_LOAD = 1.0  # [N]: an unloaded muscle has no definite length
+STIFFEST = 1e6  # spring of the stand [N/m]; its frame has ten times that
 PULLING = 10.0  # force at zero contraction from which a muscle counts as pulling [N]
 LONGEST, SHORTEST = -0.5, 0.7  # contraction ratios between which anything is looked for
 
@@ -59,17 +60,17 @@ class StandPlan:
     cosine, so that motion starts and ends at rest. With a solenoid valve the pressure is the supply's:
     up opens the inlet, down the outlet.
 
-    set_points : what tells the curves apart: pressure [Pa], load [N] or contraction [-] (n,)
+    set_points : what tells the curves apart: pressure [Pa], load [N], contraction [-], stiffness [N/m] (n,)
     pressure : gauge, from and to [Pa] (n, 2)
     contraction : from and to [-] (n, 2); where the carriage hangs free, its start only
     load : weight on the carriage [N] (n,); NaN where the length is prescribed
+    spring : stiffness of a spring between frame and muscle, which pulls from rest length on [N/m] (n,)
     start_pressure : in the chamber before the test [Pa] (n,)
     timestep, duration : of a step, of one branch [s]
     branches : how many
     stride : every how many steps a row is kept; turning points are
     valve : solenoid valve at inlet and outlet; None is the regulator
     outlet : another valve at the outlet
-    spring : stiffness of a spring that the carriage is drawn against [N/m]
     """
 
     kind: Kind
@@ -79,6 +80,7 @@ class StandPlan:
     pressure: np.ndarray
     contraction: np.ndarray
     load: np.ndarray
+    spring: np.ndarray
     start_pressure: np.ndarray
     timestep: float
     duration: float
@@ -86,7 +88,6 @@ class StandPlan:
     stride: int = 1
     valve: Valve | native.CircuitValve | None = field(default=None)
     outlet: native.CircuitValve | None = None
-    spring: float = 0.0
 
     @property
     def inertia(self) -> float:
@@ -97,6 +98,10 @@ class StandPlan:
     def held(self) -> bool:
         """Whether the length is prescribed; otherwise a weight hangs on the muscle."""
         return bool(np.isnan(self.load[0]))
+
+    def carried(self, curve: int, contraction: np.ndarray) -> np.ndarray:
+        """Weight and spring on the muscle of a curve [N], at contractions [-]; NaN where it is held."""
+        return np.asarray(self.load[curve] + self.spring[curve] * self.muscle.nominal_length * contraction)
 
     def wave(self, time: np.ndarray) -> np.ndarray:
         """Share of the way from the first value to the second [-], over time [s]."""
@@ -112,8 +117,10 @@ class StandPlan:
     def coils(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Share of steps that start at times [s] for which the coils of inlet and outlet are on [-].
 
-        A regulator is always open.
+        A regulator is always open, but of a sealed muscle, which is shut in.
         """
+        if self.kind == "sealed":
+            return np.zeros_like(time), np.zeros_like(time)
         if self.kind != "step":
             return np.ones_like(time), np.zeros_like(time)
         venting = self.branch(time + 0.5 * self.timestep) % 2.0  # a branch is of whole steps
@@ -177,14 +184,50 @@ def plan_isotonic(
     lows = [0.0 if p < 1.0 else p for p in lows]
     start = np.array([hanging(muscle, load, p) for load, p in zip(points, lows, strict=True)])
     for load, p, kappa in zip(points, lows, start, strict=True):
-        if kappa <= muscle.braid.lock:
-            problem, value = f"the braid would lock under {load:g} N", f"{p * 1e-5:g} bar"
-            allowed = f"from {_lifting(muscle, load, limit, high) * 1e-5:.3g} bar"
-            raise InputError(problem, field="pressure", value=value, allowed=allowed)
+        _check_lock(muscle, load, p, kappa, high)
     if duration is None:
         way = max(hanging(muscle, load, high) - x for load, x in zip(points, start, strict=True))
         duration = 3.0 * _slow(muscle, high, way)
     return _plan("isotonic", muscle, laboratory, points, (lows, high), (start, start), duration, points)
+
+
+def plan_auxotonic(
+    muscle: Muscle,
+    stiffnesses: Sequence[float] | None = None,
+    span: tuple[float, float] | None = None,
+    load: float | None = None,
+    laboratory: Laboratory = USUAL,
+    duration: float | None = None,
+) -> StandPlan:
+    """Pressure from `span[0]` to `span[1]` [Pa] and back against springs [N/m], under one load [N]."""
+    low, high = span or (0.0, highest(muscle, laboratory))
+    _check_span(muscle, low, high, laboratory.supply)
+    hung = LEAST_LOAD if load is None else load
+    _check_loads(muscle, [hung], high)
+    slope = force_at(muscle, 0.0, high) / (muscle.nominal_length * _until_slack(muscle, high))
+    points = _points(stiffnesses, np.array([_two_digits(s * slope) for s in (0.1, 0.3, 1.0, 3.0, 10.0)]))
+    if wrong := [k for k in points if not 0.0 <= k <= STIFFEST]:
+        value, allowed = f"{1e-3 * wrong[0]:g} N/mm", f"0 to {1e-3 * STIFFEST:g} N/mm"
+        raise InputError("is out of range", field="stiffness", value=value, allowed=allowed)
+    start = np.array([hanging(muscle, hung, low, k) for k in points])
+    _check_lock(muscle, hung, low, float(start.min()), high)
+    if duration is None:
+        way = max(hanging(muscle, hung, high, k) - x for k, x in zip(points, start, strict=True))
+        duration = 3.0 * _slow(muscle, high, way)
+    return _plan("auxotonic", muscle, laboratory, points, (low, high), (start, start), duration, hung, points)
+
+
+def plan_sealed(
+    muscle: Muscle,
+    pressures: Sequence[float] | None = None,
+    span: tuple[float, float | None] | None = None,
+    laboratory: Laboratory = USUAL,
+    duration: float | None = None,
+) -> StandPlan:
+    """Filled to pressures [Pa] at `span[1]` [-] and shut in, then stretched to `span[0]` and back."""
+    plan = plan_isobaric(muscle, pressures, span, laboratory, duration)
+    ends = plan.contraction if span else plan.contraction[:, 1:] * np.array([0.4, 0.5])  # of the way to slack
+    return dataclasses.replace(plan, kind="sealed", contraction=ends[:, ::-1])
 
 
 def plan_step(
@@ -270,11 +313,12 @@ def _plan(
     contraction: Ends,
     duration: float,
     load: float | np.ndarray = np.nan,
+    spring: float | np.ndarray = 0.0,
 ) -> StandPlan:
     """A plan of whole cycles; a friction that remembers is run in for one more."""
     remembers = muscle.friction != "none" and FRICTIONS[muscle.friction].n_state > 0
-    rows = np.array(np.broadcast_arrays(*pressure, *contraction, load, points)[:5], float)
-    ways = (rows[:2].T, rows[2:4].T, rows[4], rows[0])
+    rows = np.array(np.broadcast_arrays(*pressure, *contraction, load, spring, points)[:6], float)
+    ways = (rows[:2].T, rows[2:4].T, rows[4], rows[5], rows[0])
     plan = StandPlan(kind, muscle, laboratory, points, *ways, 1.0, duration, 4 if remembers else 2)
     step = laboratory.timestep or _usual_step(plan)
     if not 10.0 * step <= duration <= 1e4:
@@ -292,7 +336,8 @@ def _usual_step(plan: StandPlan) -> float:
     if plan.held:
         return step
     mass = plan.inertia + float(plan.load.min()) / GRAVITY
-    rate = math.sqrt(plan.muscle.braid_stiffness / (plan.muscle.nominal_length * mass))
+    stiffness = plan.muscle.braid_stiffness / plan.muscle.nominal_length + float(plan.spring.max())
+    rate = math.sqrt(stiffness / mass)
     while step * rate > 0.7:
         step /= 2.0
     return step
@@ -344,6 +389,14 @@ def _check_loads(
             raise InputError(problem, field="load", value=value, allowed=allowed)
 
 
+def _check_lock(muscle: Muscle, load: float, pressure: float, contraction: float, highest: float) -> None:
+    """Refuse a gauge pressure [Pa] at which a load [N] stretches the braid to its lock."""
+    if contraction <= muscle.braid.lock:
+        problem, value = f"the braid would lock under {load:g} N", f"{pressure * 1e-5:g} bar"
+        allowed = f"from {_lifting(muscle, load, muscle.limits.contraction_min, highest) * 1e-5:.3g} bar"
+        raise InputError(problem, field="pressure", value=value, allowed=allowed)
+
+
 def _check_pressures(muscle: Muscle, pressures: np.ndarray, supply: float | None, *, pulls: bool) -> None:
     """Refuse gauge pressures [Pa] above supply or limit, or (`pulls`) at which the muscle does not pull."""
     top, told = muscle.limits.pressure, provenance_note(muscle.limits, "pressure")
@@ -387,9 +440,10 @@ def slack(muscle: Muscle, pressure: float) -> float:
     return _crossing(lambda x: force_at(muscle, x, pressure) - 1e-9, 0.0, SHORTEST)
 
 
-def hanging(muscle: Muscle, load: float, pressure: float) -> float:
-    """Contraction ratio at which a load [N] rests on a muscle at a gauge pressure [Pa]."""
-    return _crossing(lambda x: force_at(muscle, x, pressure) - load, LONGEST, SHORTEST)
+def hanging(muscle: Muscle, load: float, pressure: float, spring: float = 0.0) -> float:
+    """Contraction ratio at which a load [N] and a spring [N/m] rest on a muscle at a gauge pressure [Pa]."""
+    rise = spring * muscle.nominal_length
+    return _crossing(lambda x: force_at(muscle, x, pressure) - load - rise * x, LONGEST, SHORTEST)
 
 
 def _lifting(muscle: Muscle, load: float, contraction: float, highest: float) -> float:

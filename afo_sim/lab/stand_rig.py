@@ -9,7 +9,7 @@ actuators as everywhere.
 * A *prescribed length*: the carriage is given the inertia of a mountain and the force that moves the
   mountain as planned. No muscle can disturb it.
 * A *load*: a weight on the carriage, with its inertia; the carriage has that of half the muscle.
-* A *spring* holds the carriage from the muscle's nominal length on.
+* A *spring* holds the carriage; with the frame in series it is as stiff as planned, from rest length on.
 * Frame and hook give by `MOUNTING` between muscle and carriage. The muscle's own contraction is recorded.
 """
 
@@ -70,7 +70,7 @@ def _build_rig(plan: StandPlan) -> Rig:
     )
     inertia = MOUNTAIN if plan.held else plan.inertia
     slide = {"name": "slide", "type": mujoco.mjtJoint.mjJNT_SLIDE, "axis": [0.0, 0.0, 1.0]}
-    carriage.add_joint(**slide, armature=inertia, stiffness=plan.spring)
+    carriage.add_joint(**slide, armature=inertia)
     carriage.add_site(name="hook")
     tendon = spec.add_tendon(name=MUSCLE, width=muscle.bore / 2.0)
     tendon.wrap_site("frame")
@@ -124,15 +124,15 @@ def _hook(plan: StandPlan, k: int) -> np.ndarray:
     if plan.held:
         force = plan.muscle.force(plan.pressure[k, 1], contraction=contraction)
     else:
-        force = np.full(2, plan.load[k])
+        force = plan.carried(k, contraction)
     found: np.ndarray = contraction * plan.muscle.nominal_length - force / MOUNTING
     return found
 
 
 def _start(rig: Rig, plan: StandPlan, k: int) -> np.ndarray:
-    """mjSTATE_INTEGRATION row of a curve at rest: air at ambient temperature, the regulator open."""
+    """mjSTATE_INTEGRATION row of a curve at rest: air at ambient temperature, a regulator open."""
     data = mujoco.MjData(rig.model)
-    opened = float(plan.kind != "step")
+    opened = float(plan.kind not in ("step", "sealed"))
     data.qpos[0] = _hook(plan, k)[0]
     with native.installed():
         native.fill_chambers(rig.model, data, float(plan.start_pressure[k]))
@@ -141,11 +141,13 @@ def _start(rig: Rig, plan: StandPlan, k: int) -> np.ndarray:
 
 
 def _loaded(rig: Rig, plan: StandPlan, k: int) -> mujoco.MjModel:
-    """The stand with the weight of a curve on its carriage."""
+    """The stand with the weight and spring of a curve on its carriage."""
     if plan.held:
         return rig.model
     model = copy.copy(rig.model)
     model.body_mass[1] = plan.load[k] / GRAVITY
+    model.jnt_stiffness[0] = plan.spring[k] / (1.0 - plan.spring[k] / MOUNTING)
+    model.qpos_spring[0] = -plan.load[k] / MOUNTING
     # or the slide would keep the inertia it was compiled with
     mujoco.mj_setConst(model, mujoco.MjData(model))
     native.fill_inverse_masses(model)

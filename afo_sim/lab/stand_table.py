@@ -22,6 +22,8 @@ SET = {  # what tells the curves of a test apart: (quantity, form, factor from S
     "isobaric": ("pressure", "{:.3g} bar", 1e-5),
     "isotonic": ("load", "{:.3g} N", 1.0),
     "isometric": ("contraction", "{:.3g} %", 100.0),
+    "auxotonic": ("stiffness", "{:.3g} N/mm", 1e-3),
+    "sealed": ("pressure", "{:.3g} bar", 1e-5),
     "step": ("supply", "{:.3g} bar", 1e-5),
     "release": ("pressure", "{:.3g} bar", 1e-5),
 }
@@ -40,6 +42,19 @@ PRINTED = {  # columns of a printed table: (title, measure where there is one, f
         ("work lost", "work_lost_per_cycle", 1.0, "J"),
     ),
     "isometric": (("force", "greatest_force", 1.0, "N"), ("off formula", "off_formula_share", 1.0, "%")),
+    "auxotonic": (
+        ("contraction", "greatest_contraction", 100.0, "%"),
+        ("force", "greatest_force", 1.0, "N"),
+        ("off formula", "off_formula_share", 1.0, "%"),
+        ("loop", "loop_height", 100.0, "%"),
+        ("work lost", "work_lost_per_cycle", 1.0, "J"),
+    ),
+    "sealed": (
+        ("mean stiffness", "mean_stiffness", 1e-3, "N/mm"),
+        ("force", "greatest_force", 1.0, "N"),
+        ("pressure", "greatest_pressure", 1e-5, "bar"),
+        ("work lost", "loop_area", 1.0, "J"),  # to the wall's heat, too
+    ),
     "step": (  # held, or under a load
         ("dead time", "fill_force_dead_time", 1e3, "ms"),
         ("dead time", "fill_contraction_dead_time", 1e3, "ms"),

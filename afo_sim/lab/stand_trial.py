@@ -1,10 +1,11 @@
-"""The virtual muscle test stand: isobaric, isotonic, isometric, step and release tests of one muscle.
+"""The virtual muscle test stand: the tests of one muscle, run in the rig or by the formula.
 
 Each runs the compiled muscle in its rig, through valve and chamber (`stand_rig`); `static` gives the
 formula over the same lengths and pressures. `measures` are the numbers of a curve: errors, loops, time
 constants, speeds; `static_load` is S0's study of a three-element muscle.
 
-Source: the three characteristics after Takosoglu et al. 2016 (S3); open loop and static load after S0.
+Source: the tests but sealed, step and release after Takosoglu et al. 2016 (S3); open loop and static load
+after S0.
 At rest L = F_ce(p) − K(p) x: at each pressure the stand's isobaric curve is a straight line over the
 shortening x, whose start is F_ce and whose slope is −K. S0 draws F_ce over pressure with its line.
 """
@@ -25,10 +26,12 @@ from afo_sim.lab.stand_plan import (
     StandPlan,
     force_at,
     hanging,
+    plan_auxotonic,
     plan_isobaric,
     plan_isometric,
     plan_isotonic,
     plan_release,
+    plan_sealed,
     plan_step,
 )
 from afo_sim.lab.stand_rig import Progress, Rows, roll
@@ -44,7 +47,7 @@ COLUMNS = {
     "velocity": ("m/s", "lengthening positive"),
     "force": ("N", "tension of the muscle"),
     "static_force": ("N", "the formula at this contraction and pressure, without friction and damping"),
-    "load": ("N", "weight on the carriage; not a number where the length is prescribed"),
+    "load": ("N", "weight and spring on the carriage; not a number where the length is prescribed"),
     "air_mass": ("kg", "air in muscle and tube"),
     "volume": ("m^3", "muscle and tube"),
     "inflow": ("kg/s", "into the muscle, through either valve"),
@@ -57,7 +60,11 @@ AXES = {
     "isobaric": ("contraction", "", "force", "N"),
     "isotonic": ("pressure", "Pa", "contraction", ""),
     "isometric": ("pressure", "Pa", "force", "N"),
+    "auxotonic": ("pressure", "Pa", "contraction", ""),
+    "sealed": ("contraction", "", "force", "N"),
 }
+LOOP_AREA = {"isobaric": "N", "sealed": "J"}  # units
+FURTHER = {"auxotonic": ("force", "N"), "sealed": ("pressure", "Pa")}  # what is drawn below: (ordinate, unit)
 PULLING = 0.02  # of F_ce: below it the muscle goes slack and its curve is no line
 
 
@@ -76,7 +83,8 @@ class Trial(Shown):
     def name(self) -> str:
         """Muscle, law, and friction where there is one."""
         muscle = self.plan.muscle
-        parts = [muscle.name, muscle.law] + ([muscle.friction] if muscle.friction != "none" else [])
+        many = f" ({muscle.pieces} in series)" if muscle.pieces > 1 else ""
+        parts = [muscle.name + many, muscle.law] + ([muscle.friction] if muscle.friction != "none" else [])
         return " · ".join(dict.fromkeys(parts))
 
     def loop(self, curve: int) -> Rows:
@@ -90,6 +98,8 @@ PLANS: dict[str, Callable[..., StandPlan]] = {
     "isobaric": plan_isobaric,
     "isotonic": plan_isotonic,
     "isometric": plan_isometric,
+    "auxotonic": plan_auxotonic,
+    "sealed": plan_sealed,
     "step": plan_step,
     "release": plan_release,
 }
@@ -114,15 +124,13 @@ def _test(plan: Callable[..., StandPlan]) -> Callable[..., Trial]:
     return test
 
 
-isobaric, isotonic, isometric, step, release = map(_test, PLANS.values())
+isobaric, isotonic, isometric, auxotonic, sealed, step, release = map(_test, PLANS.values())
 
 
 def static(plan: StandPlan, rows: int = 200) -> Trial:
     """The formula along a plan's first way up: no rig, no friction, no damping."""
     if plan.kind in ("step", "release"):
-        raise InputError(
-            "has no static formula", field="kind", value=plan.kind, allowed="isobaric, isotonic, isometric"
-        )
+        raise InputError("has no static formula", field="kind", value=plan.kind, allowed=", ".join(AXES))
     start = time.perf_counter()
     times = np.linspace(0.0, plan.duration, rows + 1)
     wave = plan.wave(times)[:, None]
@@ -132,8 +140,12 @@ def static(plan: StandPlan, rows: int = 200) -> Trial:
     for k, (p, kappa) in enumerate(zip(pressure, contraction, strict=True)):
         if not plan.held:
             load = float(plan.load[k])
-            kappa = np.array([hanging(plan.muscle, load, float(x)) for x in p])
+            kappa = np.array([hanging(plan.muscle, load, float(x), float(plan.spring[k])) for x in p])
         volume = plan.laboratory.tube_volume + plan.muscle.volume(contraction=kappa, pressure=p)
+        shut_in = (p[0] + AMBIENT_PRESSURE) * volume[0]
+        for _ in range(20 if plan.kind == "sealed" else 0):  # isothermal; the volume hardly depends on p
+            p = shut_in / volume - AMBIENT_PRESSURE
+            volume = plan.laboratory.tube_volume + plan.muscle.volume(contraction=kappa, pressure=p)
         columns = {
             "time": times,
             "pressure": p,
@@ -157,7 +169,7 @@ def complete(plan: StandPlan, k: int, rows: Rows) -> Rows:
         "length": length * (1.0 - rows["contraction"]),
         "velocity": -length * rows["contraction_rate"],
         "static_force": plan.muscle.force(rows["pressure"], contraction=rows["contraction"]),
-        "load": np.full(len(rows["time"]), plan.load[k]),
+        "load": plan.carried(k, rows["contraction"]),
     }
     return {name: columns[name] for name in COLUMNS}
 
@@ -212,7 +224,7 @@ def measures(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> di
 
 def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict[str, Metric]:
     abscissa, _, ordinate, unit = AXES[plan.kind]
-    x, y = columns[abscissa], columns[ordinate]
+    x, y = columns["length" if plan.kind == "sealed" else abscissa], columns[ordinate]  # rises on the way up
     carried = columns["force"] if plan.held else columns["load"]
     off = float(np.abs(carried - columns["static_force"]).max(where=columns["force"] > 0.0, initial=0.0))
     # what the dampers and friction took: the formula alone gives back all that it takes
@@ -222,6 +234,13 @@ def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict
         "off_formula": Metric(off, "N"),
         "off_formula_share": Metric(100.0 * off / strongest, "%"),
     }
+    if plan.kind in FURTHER:
+        other, its_unit = FURTHER[plan.kind]
+        found[f"greatest_{other}"] = Metric(float(columns[other].max()), its_unit)
+    if plan.kind == "sealed":
+        turn = int(np.argmax(columns["branch"] % 2 == 1)) - 1
+        risen, longer = (columns[name][turn] - columns[name][0] for name in ("force", "length"))
+        found["mean_stiffness"] = Metric(float(risen / longer), "N/m")
     if plan.kind == "isobaric":
         wanted = plan.set_points[curve]
         found["pressure_off"] = Metric(100.0 * float(np.abs(columns["pressure"] / wanted - 1.0).max()), "%")
@@ -230,7 +249,7 @@ def _sweep(plan: StandPlan, curve: int, columns: Rows, strongest: float) -> dict
         return found
     return found | {
         "loop_height": Metric(loop_height(x, y, down), unit),
-        "loop_area": Metric(abs(float(np.trapezoid(y, x))), "N" if plan.kind == "isobaric" else "Pa"),
+        "loop_area": Metric(abs(float(np.trapezoid(y, x))), LOOP_AREA.get(plan.kind, "Pa")),
         "work_lost_per_cycle": Metric(float(lost), "J"),
     }
 

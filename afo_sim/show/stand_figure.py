@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from afo_sim.lab import AXES, SET, Comparison, Replay, Trial, set_point_text, static
+from afo_sim.lab import AXES, FURTHER, SET, Comparison, Replay, Trial, set_point_text, static
 from afo_sim.show.style import COLOURS, new_figure, on_scale, plain
 
 # Column → (label, factor from SI)
@@ -25,14 +25,15 @@ _COLUMNS = 3  # panels side by side
 def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: pathlib.Path) -> None:
     """Draw tests of one kind on one page."""
     kind = trials[0].plan.kind
-    tall = {"step": 3, "release": 2}.get(kind, 1)  # panels of a trial, under one another
+    tall = {"step": 3, "release": 2}.get(kind, 1 + (kind in FURTHER))  # panels of a trial, under one another
     across = min(len(trials), _COLUMNS)
     down = -(-len(trials) // across)
     height = _PANEL[1] * (0.72 if tall > 1 else 1.0) * tall * down
     with new_figure(path, (_PANEL[0] * across + 0.9, height + 0.4)) as figure:
         fill: Callable[..., None] = {"step": _step, "release": _release}.get(kind, _sweep)
         alike = len({trial.plan.muscle.name for trial in trials}) == 1 and kind in AXES
-        axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=alike)
+        rows: Any = alike and ("row" if tall > 1 else "all")
+        axes = figure.subplots(tall * down, across, squeeze=False, sharex=alike, sharey=rows)
         same = all(np.array_equal(t.plan.set_points, trials[0].plan.set_points) for t in trials)
         for k in range(down * across):
             row, column = divmod(k, across)
@@ -42,9 +43,8 @@ def draw_trials(trials: Sequence[Trial], compared: Sequence[Comparison], path: p
                     axis.set_axis_off()
                 continue
             fill(own, trials[k], compared[k] if compared else None)
-            plan = trials[k].plan
-            lines = [f"{plain(plan.muscle.name)} · {kind}{', formula' * trials[k].static}", plan.muscle.law]
-            lines += [plan.muscle.friction] if plan.muscle.friction != "none" else []
+            whose, *lines = trials[k].name.split(" · ")
+            lines = [f"{plain(whose)} · {kind}{', formula' * trials[k].static}", *lines]
             own[0].set_title("\n".join(lines), loc="left")
             own[0].tick_params(labelbottom=True, labelleft=True)
             if not same or k == across - 1:
@@ -70,8 +70,13 @@ def colour(trial: Trial, curve: int) -> Any:
 
 
 def _sweep(axes: np.ndarray, trial: Trial, compared: Comparison | None) -> None:
-    axis = axes[0]
-    abscissa, _, ordinate, _ = AXES[trial.plan.kind]
+    ordinates = AXES[trial.plan.kind][2], *FURTHER.get(trial.plan.kind, ())[:1]
+    for axis, ordinate in zip(axes, ordinates, strict=True):
+        _draw_sweep(axis, ordinate, trial, compared)
+
+
+def _draw_sweep(axis: Any, ordinate: str, trial: Trial, compared: Comparison | None) -> None:
+    abscissa = AXES[trial.plan.kind][0]
     (x_label, x_factor), (y_label, y_factor) = SHOWN[abscissa], SHOWN[ordinate]
     for k in range(len(trial.curves)):
         loop, shade = trial.loop(k), colour(trial, k)

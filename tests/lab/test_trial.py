@@ -13,11 +13,13 @@ import pytest
 from campaign import nightly, size
 from command import call
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from afo_sim.common import AMBIENT_PRESSURE, GRAVITY
 from afo_sim.description import load
 from afo_sim.lab import Trial, read_measured, static_load
 from afo_sim.lab import stand_trial as stand
+from afo_sim.lab.stand import in_series
 from afo_sim.lab.stand_plan import Laboratory, StandPlan, force_at, plan_isobaric, plan_release, slack
 from afo_sim.lab.stand_rig import roll
 
@@ -281,6 +283,94 @@ def test_release_against_a_load_ends_where_the_load_hangs() -> None:
         ) == pytest.approx(150.0, rel=2e-3)
 
 
+def test_filling_against_springs_ends_on_their_lines() -> None:
+    """The published law and F = load + k x are solved here; a spring of none is the isotonic test."""
+    stiffness, hung, length = [1e3, 1e4, 1e5], 20.0, 0.2
+    trial = stand.auxotonic("dmsp_20_200n", stiffness, (1e5, 6e5), load=hung)
+    strongest = exponential(np.array(0.0), np.array(6e5))
+    for k, columns in zip(stiffness, trial.curves, strict=True):
+        line = hung + k * length * columns["contraction"]
+        assert np.abs(columns["force"] - line).max() <= 1e-3 * strongest
+        for p in (2e5, 4e5, 6e5):
+            wanted = brentq(
+                lambda x, p=p, k=k: exponential(x, np.array(p)) - hung - k * length * x, 0.0, 0.35
+            )
+            up = columns["branch"] == 0
+            reached = np.interp(p, columns["pressure"][up], columns["contraction"][up])
+            assert reached == pytest.approx(wanted, abs=5e-4), (k, p)
+    free = stand.auxotonic("dmsp_20_200n", [0.0], (1e5, 6e5), load=hung)
+    isotonic = stand.isotonic("dmsp_20_200n", [hung], (1e5, 6e5))
+    assert np.allclose(free.curves[0]["contraction"], isotonic.curves[0]["contraction"], atol=1e-9)
+
+
+@pytest.mark.parametrize(("wall", "exponent"), [(0.0, 1.4), (1e4, 1.0)])
+def test_sealed_muscle_is_a_gas_spring(wall: float, exponent: float) -> None:
+    """p V^n of the shut-in air, with the ideal braid's volume and force typed in; n is the wall's."""
+    law = {"law": "chou_hannaford_1996", "laws.chou_hannaford_1996": {}, "damping": "0 m^2*s"}
+    muscle = load("muscle", "s1_215mm", law)
+    laboratory = Laboratory(wall_conductance=wall)
+    trial = stand.sealed(muscle, [3e5], (0.05, 0.2), laboratory=laboratory, duration=2.0)
+    (columns,) = trial.curves
+    left, angle, area = 1.0 - columns["contraction"], muscle.braid_angle, math.pi * 0.00575**2
+    braid = area * 0.1631 * left * (1.0 - (math.cos(angle) * left) ** 2) / math.sin(angle) ** 2
+    volume = 4e-6 + 1e-6 + braid
+    absolute = (3e5 + 101325.0) * (volume[0] / volume) ** exponent
+    assert columns["pressure"] == pytest.approx(absolute - 101325.0, rel=2e-3)
+    gauge = columns["pressure"]
+    tension = gauge * area * (3.0 * left**2 / math.tan(angle) ** 2 - 1.0 / math.sin(angle) ** 2)
+    assert columns["force"] == pytest.approx(tension, rel=2e-3)
+    assert np.ptp(columns["air_mass"]) == 0.0
+    found = {name: metric.value for name, metric in trial.metrics[0].items()}
+    way = int(np.argmin(columns["contraction"]))
+    stiffness = (tension[way] - tension[0]) / (0.1631 * (left[way] - left[0]))
+    assert found["mean_stiffness"] == pytest.approx(stiffness, rel=2e-3)
+    work = np.trapezoid(tension[: way + 1], 0.1631 * left[: way + 1])
+    assert found["loop_area"] < 2e-3 * work
+
+
+def test_sealed_air_that_cools_loses_work_and_stays_between_the_limits() -> None:
+    ends = (0.05, 0.17)
+    greatest = {}
+    for wall in (0.0, 0.2, 1e4):
+        laboratory = Laboratory(wall_conductance=wall)
+        trial = stand.sealed("s1_215mm", [3e5], ends, laboratory=laboratory, duration=1.0)
+        greatest[wall] = trial.metrics[0]["greatest_pressure"].value
+        if wall == 0.2:
+            assert trial.metrics[0]["loop_area"].value > 0.0
+    assert greatest[1e4] < greatest[0.2] < greatest[0.0]
+    isothermal = stand.static(stand.plan_sealed(load("muscle", "s1_215mm"), [3e5], ends))
+    assert isothermal.metrics[0]["greatest_pressure"].value == pytest.approx(greatest[1e4], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("dmsp_10", {"total_length": "15 cm", "friction": "hunt_2017"}),
+        ("s1_215mm", {"friction": "maxwell_slip"}),
+        ("serres_2009", {}),
+    ],
+)
+def test_muscles_in_series_have_the_force_of_one_and_all_their_strokes(
+    name: str, values: dict[str, str]
+) -> None:
+    """At equal contraction ratio and rate, friction and dampers included; under a load, three strokes."""
+    one = load("muscle", name, values)
+    three = in_series(one, 3)
+    fast = [stand.isobaric(muscle, [3e5], (0.02, 0.1), duration=1.0).curves[0] for muscle in (one, three)]
+    assert fast[1]["velocity"] == pytest.approx(3.0 * fast[0]["velocity"], abs=1e-3)
+    # at a turning point the frame gives way to the friction's jump, and takes most of the motion
+    moves = np.abs(fast[0]["velocity"]) > 0.05 * fast[0]["velocity"].max()
+    assert np.abs(fast[1]["force"] - fast[0]["force"])[moves].max() <= 2e-3 * fast[0]["force"].max()
+    tube = 4e-6
+    assert fast[1]["volume"] - tube == pytest.approx(3.0 * (fast[0]["volume"] - tube), rel=2e-3)
+    slow = [stand.isotonic(muscle, [60.0], (2e5, 3e5)).curves[0] for muscle in (one, three)]
+    strokes = [np.ptp(columns["length"]) for columns in slow]
+    assert strokes[1] == pytest.approx(3.0 * strokes[0], rel=5e-3)
+    assert three.whole_mass == pytest.approx(3.0 * one.whole_mass, rel=1e-12)
+    assert three.nominal_length == pytest.approx(3.0 * one.nominal_length, rel=1e-12)
+    assert three.provenance["total_length"].kind != "published"
+
+
 @pytest.mark.slow
 def test_static_load_gives_the_published_lines() -> None:
     """Reynolds 2003 and Serres 2009 typed in: F_ce within 0.1 %, K within 1 %."""
@@ -320,11 +410,19 @@ REFUSED = {
     "law": ("isobaric dmsp_20 --law sarosi", "unknown law", "did you mean 'sarosi_2012'"),
     "friction": ("isobaric dmsp_20_200n --friction hunt_2017", "no parameters for 'hunt_2017'", "none"),
     "test": ("isobar dmsp_20", "is not a valid test", "did you mean 'isobaric'"),
-    "option": ("isobaric dmsp_20 --load 5kg", "is nothing that isobaric takes", "isotonic, step, release"),
+    "option": (
+        "isobaric dmsp_20 --load 5kg",
+        "is nothing that isobaric takes",
+        "isotonic, auxotonic, step, release",
+    ),
     "formula": ("step dmsp_20 --static", "has no static formula", "isobaric, isotonic, isometric"),
     "table": ("isobaric dmsp_20 --out x.xls", "is not a table", ".csv or .parquet"),
     "unit": ("isobaric dmsp_20 --pressure 3", "has no unit", '"4 bar"'),
     "time": ("isobaric dmsp_20 --time 1ms", "out of range", "0.02 s to"),
+    "stiff": ("auxotonic dmsp_20 --stiffness 2000N/mm", "out of range", "0 to 1000 N/mm"),
+    "strain": ("auxotonic dmsp_20 --stiffness 5mm", "--stiffness = '5mm'", "N/m"),
+    "stretched": ("sealed dmsp_20 --contraction -15% --contraction 5%", "the braid locks", "above -0.108"),
+    "many": ("isobaric dmsp_20 --series 21", "--series = 21", "1 to 20"),
 }
 
 
