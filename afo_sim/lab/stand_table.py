@@ -27,6 +27,11 @@ SET = {  # what tells the curves of a test apart: (quantity, form, factor from S
     "step": ("supply", "{:.3g} bar", 1e-5),
     "release": ("pressure", "{:.3g} bar", 1e-5),
 }
+POWER = (
+    ("peak power", "peak_power", 1.0, "W"),
+    ("per mass", "power_per_mass", 1.0, "W/g"),
+    ("per volume", "power_per_volume", 1.0, "W/cm³"),
+)
 PRINTED = {  # columns of a printed table: (title, measure where there is one, factor, unit)
     "isobaric": (
         ("force", "greatest_force", 1.0, "N"),
@@ -66,6 +71,7 @@ PRINTED = {  # columns of a printed table: (title, measure where there is one, f
         ("force", "filled_force", 1.0, "N"),
         ("contraction", "filled_contraction", 100.0, "%"),
         ("air", "air_per_fill", 1.0, "g"),
+        *POWER,
     ),
     "release": (
         ("peak speed", "peak_speed", 1.0, "m/s"),
@@ -73,6 +79,7 @@ PRINTED = {  # columns of a printed table: (title, measure where there is one, f
         ("overshoot", "overshoot", 1.0, "%"),
         ("final contraction", "final_contraction", 100.0, "%"),
         ("lowest pressure", "lowest_pressure", 1e-5, "bar"),
+        *POWER,
     ),
 }
 # Largest distance of a point from its curve in pressure [Pa], load [N] or contraction [-].

@@ -35,7 +35,7 @@ from afo_sim.lab.stand_plan import (
     plan_step,
 )
 from afo_sim.lab.stand_rig import Progress, Rows, roll
-from afo_sim.metrics import Metric
+from afo_sim.metrics import Metric, highest_mean
 
 # Unit and meaning of every column.
 COLUMNS = {
@@ -208,6 +208,8 @@ def limits_left(plan: StandPlan, curves: tuple[Rows, ...]) -> Iterator[Notice]:
             shown = text.format(round(float(values[worst]), 6) + 0.0)
             said = "{subject}: {reached}, beyond its {limit}"
             yield Notice(code, said, subject=muscle.name, reached=shown, limit=limit)
+    if plan.kind in ("step", "release") and not plan.held and "assumed" in provenance_note(muscle, "mass"):
+        yield Notice("mass", "{subject}: its mass is assumed, so is power per mass", subject=muscle.name)
     if muscle.length_warning:
         text = "{subject}: {problem}"
         yield Notice("length", text, subject=muscle.name, problem=muscle.length_warning)
@@ -278,6 +280,8 @@ def _step(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
     found["filled_pressure"] = Metric(filled["pressure"], "Pa")
     found[f"filled_{response}"] = Metric(filled[response], unit)
     found["air_per_fill"] = Metric(1e3 * (filled["air_mass"] - float(columns["air_mass"][0])), "g")
+    if not plan.held:
+        found |= _power(plan, columns)
     before = int(np.searchsorted(columns["time"], 0.95 * plan.duration))
     moved = abs(filled[response] - float(columns[response][before]))
     found["still_moving"] = Metric(100.0 * moved / max(abs(filled[response]), 1e-12), "%")
@@ -308,6 +312,17 @@ def _release(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
         "final_contraction": Metric(float(contraction[-1]), ""),
         "overshoot": Metric(100.0 * float(contraction.max() - contraction[-1]) / way if way else 0.0, "%"),
         "lowest_pressure": Metric(float(columns["pressure"].min()), "Pa"),
+    } | _power(plan, columns)
+
+
+def _power(plan: StandPlan, columns: Rows) -> dict[str, Metric]:
+    """Peak of tension × shortening speed over 10 ms; per mass, and per air of the muscle at rest length."""
+    peak = highest_mean(-columns["force"] * columns["velocity"], plan.timestep)
+    mass, volume = plan.muscle.whole_mass, float(plan.muscle.volume(contraction=0.0))
+    return {
+        "peak_power": Metric(peak, "W"),
+        "power_per_mass": Metric(1e-3 * peak / mass if mass else math.nan, "W/g"),
+        "power_per_volume": Metric(1e-6 * peak / volume, "W/cm^3"),
     }
 
 

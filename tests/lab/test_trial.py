@@ -283,6 +283,25 @@ def test_release_against_a_load_ends_where_the_load_hangs() -> None:
         ) == pytest.approx(150.0, rel=2e-3)
 
 
+@pytest.mark.parametrize("series", [1, 3])
+def test_release_gives_the_power_that_its_load_receives(series: int) -> None:
+    """Work in a window is what kinetic and potential energy gain; mass and bore of S1's muscle typed in."""
+    muscle = in_series(load("muscle", "s1_215mm"), series)
+    (columns,), load_n = (trial := stand.release(muscle, [4e5], load=50.0)).curves, 50.0
+    mass, braid = 0.080 * series, 0.1631 * series
+    moved = load_n / GRAVITY + mass / 2.0
+    x, v = braid * columns["contraction"], braid * np.gradient(columns["contraction"], columns["time"])
+    energy = 0.5 * moved * v**2 + load_n * x
+    rows = round(0.010 / trial.plan.timestep)
+    peak = (energy[rows:] - energy[:-rows]).max() / 0.010
+    found = {name: metric.value for name, metric in trial.metrics[0].items()}
+    assert found["peak_power"] == pytest.approx(peak, rel=0.01)
+    assert found["power_per_mass"] == pytest.approx(peak / (1e3 * mass), rel=0.01)
+    air = math.pi / 4.0 * 1.15**2 * (100.0 * braid) + 1.0 * series  # cm³; 1 ml in its ends
+    assert found["power_per_volume"] == pytest.approx(peak / air, rel=0.01)
+    assert [notice.code for notice in trial.warnings] == ["mass"]
+
+
 def test_filling_against_springs_ends_on_their_lines() -> None:
     """The published law and F = load + k x are solved here; a spring of none is the isotonic test."""
     stiffness, hung, length = [1e3, 1e4, 1e5], 20.0, 0.2
