@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import afo_sim
+from afo_sim.common import InputError
 from afo_sim.control import Observation
 from afo_sim.description import load
 from afo_sim.model import supply_and_timer as schedule
@@ -46,6 +47,18 @@ def test_a_target_is_followed(followed: Recording) -> None:
     assert followed.ok
     assert pressure[(time > 1.0) & (time < 1.2)].mean() == pytest.approx(2e5, rel=0.05)
     assert pressure[(time > 2.2) & (time < 2.4)].mean() < 1.5e5  # it vents slowly
+
+
+def test_a_drive_behind_s3s_regulator_follows_and_pays_its_leakage() -> None:
+    """S3 prints at most 1.5 Nl/min: 0.0323 g/s at 1.293 kg/m³; the chambers take what they took."""
+    behind = {"supply.regulator": "pre_u2", "supply.line_pressure": "8 bar"}
+    run, plain = (driven("regulator", **sets) for sets in (behind, {}))
+    time, pressure = run["time"], run["chamber/dorsiflexor/pressure"]
+    assert pressure[(time > 1.0) & (time < 1.2)].mean() == pytest.approx(2e5, rel=0.05)
+    taken, bare = (one.metrics["air_per_cycle"].value for one in (run, plain))
+    assert taken - bare == pytest.approx(1.5 / 60.0 * 1.293 * 3.0, rel=0.02)
+    with pytest.raises(InputError, match="1 bar to 6 bar"):
+        driven("regulator", **behind, **{"supply.pressure": "0.8 bar"})
 
 
 def test_columns_tell_target_and_given_coils(followed: Recording) -> None:

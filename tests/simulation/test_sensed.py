@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from documents import PAGES
+from scipy.signal import lfilter, lfiltic
 
 import afo_sim as afo
 from afo_sim.common import InputError, assets
@@ -153,6 +155,39 @@ MOVES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 def reading(sensor: dict[str, Any]) -> np.ndarray:
     built = afo.build(load("scenario", "seated", {"duration": "0.6 s", "sensor": {"it": sensor}}))
     return sensor_columns(built, run().columns)["sensor/it"]
+
+
+# S3's instruments: column, V at its quantity [SI], accuracy [SI], by the ranges and outputs that S3 prints.
+S3: dict[str, tuple[str, Any, float]] = {
+    "cpl_1": (LENGTH, lambda x: 250.0 * (4e-3 + 16e-3 * (x - 0.1) / 0.18), 0.002 * 0.18),
+    "pe5": (PRESSURE, lambda p: 10.0 * p / 10e5, 0.001 * 10e5),
+    "tecsis_2kn": ("muscle/dorsiflexor_1/force", lambda f: 5.0 + 5.0 * f / 2000.0, 0.003 * 2000.0),
+}
+
+
+def test_s3s_instruments_read_a_run_within_the_accuracy_that_it_prints() -> None:
+    sensors = {name: {"column": column, "type": name} for name, (column, *_) in S3.items()}
+    read = afo.run("seated", {"duration": "4 s", "sensor": sensors})
+    assert read.ok
+    step, corner = 1e-5 * 30.5, {"cpl_1": 0.1, "pe5": 0.005 / np.log(9.0)}
+    for name, (column, volts, accuracy) in S3.items():
+        expected = volts(read[column])
+        if name in corner:  # a first order of S3's time constant, or of its response time from 10 to 90 %
+            share = -np.expm1(-(read["time"][1] - read["time"][0]) / corner[name])
+            start = lfiltic([share], [1.0, share - 1.0], expected[:1])
+            expected = lfilter([share], [1.0, share - 1.0], expected, zi=start)[0]
+        off = read[f"sensor/{name}/output"] - expected
+        assert np.abs(off).max() < 6.0 * step, name  # noise of a step, rounding
+        assert np.std(off) == pytest.approx(step, rel=0.15), name  # noise, and rounding's 0.29
+        settled = read["time"] > 3.8
+        assert np.abs((read[f"sensor/{name}"] - read[column])[settled]).max() < accuracy, name
+    for name in assets.names("sensor"):  # each number states its source, each sensor is on the page
+        sensor = load("sensor", name)
+        line = sensor.calibration.model_fields_set - {"provenance", "shape"} if sensor.calibration else set()
+        told = sensor.model_fields_set - {"name", "description", "unit", "provenance", "calibration"}
+        assert told == set(sensor.provenance), name
+        assert line == set(sensor.calibration.provenance if sensor.calibration else ()), name
+        assert f"`{name}`" in PAGES["sensors"], name
 
 
 def test_every_field_is_declared() -> None:
