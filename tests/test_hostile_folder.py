@@ -41,6 +41,7 @@ COMMANDS = {
     "stand": "isometric nothing",
     "fit-run": "nothing --scenario seated",
     "fit": "nothing --law sarosi_2012",
+    "calibrate": "nothing",
     "fit-torque": "nothing --orthosis s1",
     "validate": "--nothing",
     "sweep": "sweep.toml --workers 2 --out s",

@@ -1,4 +1,4 @@
-"""Commands of the laboratory: stand, fit, fit-run, fit-torque, paper, validate."""
+"""Commands of the laboratory: stand, fit, fit-run, fit-torque, calibrate, paper, validate."""
 
 import json
 import sys
@@ -19,6 +19,7 @@ from afo_sim.cli.common import (
     print_table,
     print_tables,
     progress,
+    quantity,
     read_sets,
 )
 from afo_sim.cli.overwriting import check_folder
@@ -246,6 +247,25 @@ def fit(
             write_fit_figure(found, folder)
     print_tables(law_result.tables(found), law_result.remarks(found))
     print(f"written to {out}")
+
+
+@app.command("calibrate")
+def calibrate_command(
+    log: Annotated[Path, Argument(help="CSV of reference [bar] and reading [V], in the order of reading")],
+    inverse: Annotated[bool, Option("--inverse", help="V = slope/x + intercept")] = False,
+    step: Annotated[str, Option(help="of the converter")] = "0.01 V",
+    out: Annotated[Path, Option(help="folder for sensor.toml")] = Path("runs/calibration"),
+) -> None:
+    """Calibrate a sensor by readings at known quantities; a scenario takes the written sensor.toml."""
+    from afo_sim.common import write_text
+    from afo_sim.lab import calibrate
+
+    check_folder(out)
+    found, sensor = calibrate(log, inverse=inverse, step=quantity("--step", step, "V", above=0.0))
+    rows = [[name, f"{value:.6g} {unit}"] for name, (value, unit) in found.items()]
+    print_table(f"V = slope{'/x' if inverse else ' x'} + intercept", ["", ""], rows)
+    write_text(out / "sensor.toml", sensor)
+    print(f'written: {out / "sensor.toml"}; in a scenario: type = "{out}"')
 
 
 @app.command("fit-torque")

@@ -1,3 +1,4 @@
+from .calibration import calibrate as calibrate
 from .identifiability import refused as refused
 from .identifiability import rms as rms
 from .law_fit import LawFit as LawFit

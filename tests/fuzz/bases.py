@@ -115,6 +115,8 @@ def _measured(folder: pathlib.Path) -> None:
     log = [f"{0.02 * k:g},{-30 + 0.1 * k:g},{0.05 * k:g}" for k in range(25)]
     title = "time [s], angle [deg], pressure dorsiflexor [bar]"
     (folder / "log.csv").write_text("\n".join([title, *log]) + "\n")
+    readings = [f"{p},{0.2 + 0.64 * p:.2f}" for p in (0, 1, 2, 3, 4, 3, 2, 1, 0)]
+    (folder / "readings.csv").write_text("\n".join(["reference [bar], reading [V]", *readings]) + "\n")
     (folder / "table.csv").write_text("pressure [bar], opens [ml]\n2, 5\n3, 8\n4, 3\n")
     keys = {"pressure.key": "supply.pressure", "opens.key": "orthosis.chamber.dorsiflexor.tube_volume"}
     head = 'scenario = "seated"\ndesign = "list"\nfile = "table.csv"\nmetrics = ["air_per_cycle"]\n'
@@ -159,6 +161,7 @@ BASES: dict[str, Base] = {
     "bench": Base(
         ("fit-torque", "bench.csv", "--orthosis", "arm_s1", "--chamber", "flexor"), "bench.csv", _measured, 4
     ),
+    "calibration": Base(("calibrate", "readings.csv", "--out", "own"), "readings.csv", _measured, 4),
     "log": Base(("fit-run", "log.csv", "--scenario", "seated"), "log.csv", _measured, 8),
     "parameters.csv": Base(("check", "sweep.toml"), "table.csv", _measured, 8),
 }  # fmt: skip
