@@ -34,7 +34,9 @@ class _Test:
 
     test: Annotated[
         str,
-        Argument(help="isobaric|isotonic|isometric (all: these)|auxotonic|sealed|step|release|replay"),
+        Argument(
+            help="isobaric|isotonic|isometric (all: these)|auxotonic|sealed|step|release|sensitivity|replay"
+        ),
     ]
     muscles: Annotated[list[str], Argument(help="shipped muscles, or TOML files; of replay logs of a bench")]
     law: Annotated[list[str] | None, Option(help="force law; may be given several times")] = None
@@ -74,6 +76,8 @@ def stand_command(test: _Test) -> None:
     """The muscle test stand: characteristics, steps, quick release; measured points and logs beside them."""
     if test.test == "replay":
         return _replay(test)
+    if test.test == "sensitivity":
+        return _sensitivity(test)
     with progress("compiling the muscles") as report:
         from afo_sim.lab.stand import stand
         from afo_sim.show import target, write_stand_files
@@ -93,6 +97,23 @@ def stand_command(test: _Test) -> None:
             written[kind] = write_stand_files(tests.of(kind), target(test.out, kind), rrd=drawn(test.rrd))
     for kind, files in written.items():
         _print_trials(tests.of(kind), files)
+
+
+def _sensitivity(test: _Test) -> None:
+    """What braid angle, length and bore do to each muscle at each pressure."""
+    from afo_sim.common import InputError
+    from afo_sim.description import load
+    from afo_sim.lab.stand import sensitivity
+
+    others = ("law", "friction", "load", "contraction", "length", "valve", "supply", "time", "compare")
+    if given := [name for name in others if getattr(test, name)]:
+        raise InputError("is nothing that sensitivity takes", field=given[0], allowed="--pressure or --set")
+    for name in test.muscles:
+        muscle = load("muscle", name, read_sets(test.sets))
+        for text in test.pressure or ["3 bar"]:
+            pressure = quantity("--pressure", text, "Pa", above=0.0, at_most=muscle.limits.pressure)
+            rows = [[key, *(f"{x:.4g}" for x in y)] for key, y in sensitivity(muscle, pressure).items()]
+            print_table(f"{muscle.name}, {muscle.law}, {text}", ["", "-10 %", "as it is", "+10 %"], rows)
 
 
 def _replay(test: _Test) -> None:

@@ -177,6 +177,30 @@ def in_series(muscle: Muscle, count: int) -> Muscle:
     return muscle.with_values(pieces=count * muscle.pieces, provenance=sources, **values)
 
 
+def sensitivity(muscle: Muscle, pressure: float, contraction: float = 0.0) -> dict[str, np.ndarray]:
+    """What braid angle, braid length and bore do to a muscle at rest; the law's own parameters are held.
+
+    Parameters
+    ----------
+    muscle : one of the three at a time is 90, 100 and 110 % of its own
+    pressure, contraction : gauge [Pa]; of force and stiffness [-]
+
+    Returns
+    -------
+    {"force [N] by bore", …: three values}; the stiffness is dF/dL at this pressure
+    """
+    found: dict[str, np.ndarray] = {}
+    for key, rest in (("braid_angle", 0.0), ("total_length", muscle.end_length), ("bore", 0.0)):
+        own = getattr(muscle, key) - rest
+        varied = [muscle.model_copy(update={key: rest + share * own}) for share in (0.9, 1.0, 1.1)]
+        pull = np.array([m.force(pressure, contraction=[contraction, contraction + 1e-6]) for m in varied])
+        free = np.array([m.contraction(pressure, force=0.0) for m in varied])
+        by = f"by {key.replace('total', 'braid').replace('_', ' ')}"
+        found |= {f"force [N] {by}": pull[:, 0], f"free contraction [-] {by}": free}
+        found[f"stiffness [N/m] {by}"] = -np.diff(pull)[:, 0] / [1e-6 * m.nominal_length for m in varied]
+    return found
+
+
 def _forward(report: Callable[[int, int, str], None], what: str, done: int, total: int) -> None:
     report(done, total, what)
 
