@@ -378,9 +378,7 @@ def validate_command(
     data: Annotated[Path | None, Option(help="folder of the shared recordings")] = None,
     air: Annotated[Path | None, Option(help="instead: a log's air per stride, beside its band")] = None,
     scenario: Annotated[str, Option(help="walk of that log")] = "walk-dropfoot-afo",
-    walker: Annotated[
-        bool, Option("--walker", help="instead: the responding walker, by measurement")
-    ] = False,
+    walker: Annotated[bool, Option("--walker", help="instead: the responding walker, measured")] = False,
 ) -> None:
     """Every published number in short; exit code 1 when one is missed. A paper's own page: afo-sim paper."""
     if worn or bench or air is not None:
@@ -406,20 +404,11 @@ def _walker(as_json: bool) -> None:
 
         rows = compare()
     if as_json:
-        values = [
-            {key: None if value != value else value for key, value in asdict(row).items()} for row in rows
-        ]
+        values = [{k: None if x != x else x for k, x in asdict(row).items()} for row in rows]
         print(json.dumps(values, ensure_ascii=False, indent=1))
         return
-    table = [
-        [
-            row.quantity,
-            *(f"{x:.3g}" if x == x else "–" for x in (row.measured, row.simulated)),
-            row.unit,
-            row.verdict,
-        ]
-        for row in rows
-    ]
+    cells = [[f"{x:.3g}" if x == x else "–" for x in (row.measured, row.simulated)] for row in rows]
+    table = [[row.quantity, *both, row.unit, row.verdict] for row, both in zip(rows, cells, strict=True)]
     print_table("measured, and the responding walker", ["", "measured", "walker", "", ""], table)
     print("\n".join(f"{row.quantity}: {row.why} ({row.source})" for row in rows))
 
