@@ -194,7 +194,7 @@ def test_options_that_the_documents_name_are_there() -> None:
     # of Slurm, of Dask, of pytest, and of scripts/
     foreign = {"--array", "--cpus-per-task", "--nthreads", "--nworkers", "--port", "--dist"}
     foreign |= {"--dashboard-address", "--host", "--protocol"}
-    foreign |= {"--check", "--cost", "--parts", "--walkers", "--write"}
+    foreign |= {"--check", "--cost", "--mjcf", "--parts", "--walkers", "--write"}
     known = options(get_command(app)) | {"--help"}
     assert not set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", TEXT)) - known - foreign
 

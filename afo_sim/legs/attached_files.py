@@ -41,10 +41,10 @@ DIGITS = 17  # with which a number reads again as it was
 ARRAYS = ("centre", "axes")
 HEAD = """
   {name}: with the orthosis {devices}, added by afo-sim.
-  Its muscles have no parameters in this file; they stand in {sidecar}. Load both in Python:
-      import afo_sim as afo
-      leg = afo.attached("{file}")
-  Loaded by MuJoCo alone its muscles carry no force, and nothing says so.
+  The callbacks of afo_sim compute the forces of its muscles, by parameters in {sidecar}. In Python:
+      leg = afo_sim.attached("{file}"); data = leg.data()
+      with leg.callbacks(): mujoco.mj_step(leg.model, data)
+  Loaded by MuJoCo alone its muscles carry no force (they are limp), and nothing says so.
 """
 
 _lock = threading.Lock()

@@ -1,7 +1,11 @@
 """An orthosis on a leg of a whole model: the physics of a scenario, whatever axes, and nothing lost."""
 
+import json
+import math
 import pathlib
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -483,6 +487,69 @@ def test_the_bare_file_is_limp_without_callbacks_and_refused_with_them(tmp_path:
         mujoco.mj_step(model, data)
     text = (tmp_path / "leg.xml").read_text(encoding="utf-8")
     assert "Loaded by MuJoCo alone its muscles carry no force" in text
+
+
+SHIPPED = ROOT / "models" / "mjcf" / "s1_afo.xml"
+PLAIN_MUJOCO = """
+import json, sys, mujoco
+model = mujoco.MjModel.from_xml_path(sys.argv[1])
+data, lengths = mujoco.MjData(model), {}
+for angle in json.loads(sys.argv[2]):
+    data.joint("ankle").qpos = angle
+    mujoco.mj_forward(model, data)
+    for k in range(model.ntendon):
+        lengths.setdefault(model.tendon(k).name, []).append(data.ten_length[k])
+for _ in range(100):
+    mujoco.mj_step(model, data)
+print(json.dumps([lengths, abs(data.actuator_force).max(), [n for n in sys.modules if "afo_sim" in n]]))
+"""
+
+
+def test_the_shipped_mjcf_opens_in_plain_mujoco_with_five_tendons_of_s1s_geometry(
+    tmp_path: pathlib.Path,
+) -> None:
+    """Their lengths are |o − R(θ) i| of the points in orthosis.toml, three in front and two behind."""
+    angles = [-0.3, 0.0, 0.25]  # dorsiflexion positive, about −y
+    alone = [sys.executable, "-I", "-c", PLAIN_MUJOCO, str(SHIPPED), json.dumps(angles)]
+    told = subprocess.run(alone, check=True, capture_output=True, text=True, cwd=tmp_path).stdout
+    lengths, force, ours = json.loads(told)
+    assert force == 0.0 and ours == []
+    ends = {
+        "dorsiflexor": ((0.06, 0.3), (0.065, -0.01), 3),
+        "plantarflexor": ((-0.06, 0.3), (-0.06, -0.03), 2),
+    }
+    assert len(lengths) == 5
+    for name, ((x, z), (u, w), count) in ends.items():
+        wanted = [
+            math.hypot(x - (u * math.cos(a) - w * math.sin(a)), z - (u * math.sin(a) + w * math.cos(a)))
+            for a in angles
+        ]
+        for k in range(1, count + 1):
+            assert lengths[f"afo_{name}_{k}"] == pytest.approx(wanted, abs=1e-6)
+
+
+def test_the_shipped_mjcf_is_what_the_package_builds() -> None:
+    """Else write it anew, as docs/attach.md says."""
+    command = re.findall(r"afo-sim attach adult_75kg .*models/mjcf/s1_afo.xml.*", PAGES["attach"])
+    assert command and 'orthosis s1 --side right --timestep "1 ms"' in command[0]
+    kept, now = afo.attached(SHIPPED), afo.attach("adult_75kg", "s1", side="right", timestep="1 ms")
+    seated = afo.build("seated").model
+    for one, other in ((kept.model, now.model), (kept.model, mujoco.MjModel.from_xml_path(str(SHIPPED)))):
+        assert [one.body(k).name for k in range(one.nbody)] == [
+            other.body(k).name for k in range(other.nbody)
+        ]
+        for part in ("body_mass", "body_inertia", "body_ipos", "body_pos", "site_pos", "jnt_range"):
+            np.testing.assert_allclose(getattr(one, part), getattr(other, part), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(kept.model.actuator_user, now.model.actuator_user)
+    states = [mujoco.MjData(model) for model in (kept.model, now.model, seated)]
+    for angle in (-0.3, 0.0, 0.25):
+        for model, data in zip((kept.model, now.model, seated), states, strict=True):
+            data.joint("ankle").qpos = angle
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_tendon(model, data)
+        lengths = [data.ten_length for data in states]
+        assert lengths[0] == pytest.approx(lengths[1], abs=1e-9)
+        assert lengths[0] == pytest.approx(lengths[2], abs=1e-6)
 
 
 def test_a_state_without_air_is_refused() -> None:
