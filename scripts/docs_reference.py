@@ -34,6 +34,7 @@ SOURCES = {
     "gvs_": BAKER,
     "needed_swing_torque": PERRY,
     "needed_terminal_swing_torque": PERRY,
+    "needed_loading_torque": PERRY,
     "orthosis_swing_torque": PERRY,
     "free_air_": "ISO 8778",
     "normal_litres_": "DIN 1343",

@@ -50,6 +50,7 @@ from .first_strides import share_left as share_left
 from .first_strides import strides_needed as strides_needed
 from .first_strides import undefined as undefined
 from .metric import GROUPS as GROUPS
+from .metric import NEED as NEED
 from .metric import OTHER as OTHER
 from .metric import REPORTED as REPORTED
 from .metric import Metric as Metric
@@ -70,6 +71,9 @@ from .metric_words import words as words
 from .needed_torque import HEEL_RISE as HEEL_RISE
 from .needed_torque import NEEDED_MOMENT as NEEDED_MOMENT
 from .peak import highest_mean as highest_mean
+from .needed_torque import SIDES as SIDES
+from .needed_torque import Need as Need
+from .needed_torque import needs as needs
 from .skin_pressure import skin_metrics as skin_metrics
 from .strides import INTERNAL as INTERNAL
 from .strides import ORTHOSIS as ORTHOSIS

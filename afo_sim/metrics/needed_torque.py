@@ -2,11 +2,13 @@
 
 import math
 import operator
+from dataclasses import dataclass
 
 import numpy as np
 
 from afo_sim.metrics import peak
 from afo_sim.metrics.facts import Columns, cut
+from afo_sim.metrics.heel_contact import LOADING
 from afo_sim.metrics.metric import NEED, PUSH_OFF, TORQUE, WORK, Found, Of, reported
 from afo_sim.metrics.strides import ORTHOSIS, Stride
 from afo_sim.metrics.window import increments
@@ -14,12 +16,45 @@ from afo_sim.metrics.window import increments
 NEEDED_MOMENT = "gait/needed_moment"
 NEEDED = "healthy ankle's active moment less what the patient gives"
 SWING = "from toe-off until the shank stands upright"
+LOADED = "from heel strike to 12 % of the stride, where the other foot leaves the floor"
+HEEL_RISE = 0.40  # begin of push-off: ankle power turns positive at some 43 % of the stride (Bovi 2011) [-]
+OVER = "from 40 % of the stride to toe-off"
 TERMINAL = "from the upright shank to heel strike, where the straight knee tightens the calf"
 TISSUE = "at the same instant, the part that only balances the ankle's own tissue"
 SIDES = {"dorsiflexion": 1.0, "plantarflexion": -1.0}  # sign of a torque that way
 RECORDED = "of the recorded ankle's"
 INVERSION = "ankle/moment/inversion"
 ON_FOOT = "of the muscles on the foot, about the forward axis through the ankle"
+
+
+@dataclass(frozen=True, eq=False)
+class Need:
+    """Torque needed to one side in a phase of the stride, over the recorded ankle's angle."""
+
+    phase: str
+    metric: str  # of the peak
+    side: str
+    angle: np.ndarray  # [rad] (n,)
+    torque: np.ndarray  # positive to the side [N·m] (n,)
+    peak: float  # largest mean over 10 ms [N·m]
+
+
+def needs(stride: Stride) -> list[Need]:
+    """What each phase needs of an orthosis; nothing in a patient's own walk: its healthy ankle is unknown.
+
+    Source: Loading response to 12 % of the stride, swing to the upright shank: Perry & Burnfield 2010.
+    """
+    found = []
+    for phase, metric, side, start, end in (
+        ("swing", "needed_swing_torque", "dorsiflexion", stride.toe_off, stride.upright),
+        ("loading response", "needed_loading_torque", "dorsiflexion", 0.0, LOADING),
+        ("push-off", "needed_push_off_torque", "plantarflexion", HEEL_RISE, stride.toe_off),
+    ):
+        if NEEDED_MOMENT in stride.columns:
+            part, needed = stride.between(start, end), SIDES[side] * stride.columns[NEEDED_MOMENT]
+            path = part.of(stride.columns["gait/ankle_angle"]), part.of(needed)
+            found.append(Need(phase, metric, side, *path, peak.highest_mean(needed, stride.timestep, part)))
+    return found
 
 
 @reported(
@@ -29,6 +64,8 @@ ON_FOOT = "of the muscles on the foot, about the forward axis through the ankle"
     peak.row("needed_swing_torque", "Dorsiflexion torque needed in swing", SWING),
     ("needed_swing_torque_mean", "N*m", "Dorsiflexion torque needed in swing, mean", SWING),
     ("needed_swing_torque_tissue", "N*m", "Torque needed in swing, part due to tissue", TISSUE),
+    peak.row("needed_loading_torque", "Dorsiflexion torque needed in loading response", LOADED),
+    peak.row("needed_push_off_torque", "Plantarflexion torque needed in push-off", OVER),
     peak.row("needed_terminal_swing_torque", "Dorsiflexion torque needed in terminal swing", TERMINAL),
     (
         "needed_terminal_swing_torque_tissue",
@@ -49,13 +86,13 @@ def torque_deficit(stride: Stride) -> Found:
     needed, passive = stride.columns[NEEDED_MOMENT], stride.columns["gait/passive_moment"]
     for side, sign in SIDES.items():
         yield f"needed_{side}_torque", peak.highest_mean(sign * needed[stride.rows], stride.timestep)
-    for name, part in (
-        ("needed_swing_torque", stride.between(stride.toe_off, stride.upright)),
-        ("needed_terminal_swing_torque", stride.between(stride.upright, 1.0)),
-    ):
-        yield name, peak.highest_mean(needed, stride.timestep, part)
-        if name == "needed_swing_torque":
-            yield f"{name}_mean", peak.clean(part.mean(needed))
+    for need in needs(stride):
+        yield need.metric, need.peak
+    terminal = stride.between(stride.upright, 1.0)
+    yield "needed_terminal_swing_torque", peak.highest_mean(needed, stride.timestep, terminal)
+    swing = stride.between(stride.toe_off, stride.upright)
+    yield "needed_swing_torque_mean", peak.clean(swing.mean(needed))
+    for name, part in (("needed_swing_torque", swing), ("needed_terminal_swing_torque", terminal)):
         lacking = part.of(needed)
         if len(lacking):
             k = int(np.argmax(lacking))
@@ -140,8 +177,6 @@ def _share(part: float, whole: float) -> float:
     return 100.0 * part / whole if whole > 0.0 else math.nan
 
 
-HEEL_RISE = 0.40  # begin of push-off: ankle power turns positive at some 43 % of the stride (Bovi 2011) [-]
-OVER = "from 40 % of the stride to toe-off"
 LOST = "recorded minus simulated"
 WHOSE = "by the orthosis or by the patient's own weakness: compare it with a run without orthosis"
 

@@ -85,3 +85,18 @@ def test_what_filled_plantarflexors_give_is_force_by_arm_over_the_angle() -> Non
     assert found["push_off_work"] > found["work_against_dorsiflexion"] > 0.0
     assert found["toe_clearance"] == pytest.approx(lift.metrics["toe_clearance"].value, abs=0.1)
     assert found["air_per_stride"] > 2.0 * lift.metrics["air_per_stride"].value
+
+
+def test_loading_response_and_push_off_have_needs_of_their_own() -> None:
+    """To 12 % of the stride, and from 40 % to toe-off at 60 %; what is needed between them is in neither."""
+    columns = walk_columns()
+    phase = columns["gait/phase"]
+    parts = [phase < 0.1, (phase > 0.13) & (phase < 0.38), (phase > 0.38) & (phase < 0.39), phase < 0.55]
+    needed = np.select([*parts[:3], (phase > 0.41) & parts[3]], [7.0, 20.0, -50.0, -30.0], 0.0)
+    columns["gait/needed_moment"] = needed
+    found = values(columns)
+    assert found["needed_loading_torque"] == pytest.approx(7.0)
+    assert found["needed_push_off_torque"] == pytest.approx(30.0)
+    assert found["needed_plantarflexion_torque"] == pytest.approx(50.0)
+    assert found["needed_swing_torque"] == pytest.approx(0.0, abs=1e-9)
+    assert found["needed_dorsiflexion_torque"] == pytest.approx(20.0)

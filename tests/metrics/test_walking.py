@@ -198,7 +198,8 @@ def test_a_torque_against_the_need_covers_nothing() -> None:
 
 PEAKS = (
     *(f"orthosis_peak_{side}_torque" for side in ("dorsiflexion", "plantarflexion")),
-    *(f"needed_{part}_torque" for part in ("dorsiflexion", "plantarflexion", "swing", "terminal_swing")),
+    *(f"needed_{side}_torque" for side in ("dorsiflexion", "plantarflexion")),
+    *(f"needed_{part}_torque" for part in ("swing", "terminal_swing", "loading", "push_off")),
     "torque_against_push_off",
     "push_off_torque",
     "torque_missing",
