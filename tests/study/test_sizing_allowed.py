@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from afo_sim import run
 from afo_sim.common import InputError
 from afo_sim.description import load
 from afo_sim.study import Candidate, Sizing
@@ -111,6 +112,30 @@ def test_what_is_wrong_is_refused_before_anything_runs(
 def test_a_metric_that_no_run_has_is_refused() -> None:
     with pytest.raises(InputError, match="is reported by no run"):
         size("pressure", "seated", SHORT, limits=["toe_clearance >= 10 mm"])
+
+
+@pytest.mark.parametrize("limit", ["needed_swing_torque <= 5 N*m", "stride_time <= 1 s"])
+def test_a_metric_that_does_not_depend_on_what_is_sized_is_refused(limit: str) -> None:
+    """What it names instead does: two walks by themselves differ in it."""
+    walk, coarse, ends = "walk-dropfoot-afo", {"timestep": "4 ms"}, ("2 bar", "3.5 bar")
+    with pytest.raises(InputError, match="does not depend on the pressure") as caught:
+        size("pressure", walk, coarse, limits=[limit], between=ends)
+    named = caught.value.allowed.split(", ")
+    low, high = (run(walk, coarse | {"supply.pressure": end}).metrics for end in ends)
+    assert caught.value.field == "limit" and len(named) == 8
+    for one, other in ((float(low[name]), float(high[name])) for name in named):
+        assert abs(one - other) > 0.005 * abs(one)
+    if limit.startswith("needed"):
+        assert "orthosis_mean_dorsiflexion_torque" in named  # one in N·m comes first
+        assert all(high[name].unit == "N*m" for name in named[:4])
+
+
+def test_a_metric_that_all_candidates_meet_alike_is_no_trouble() -> None:
+    coarse = {"timestep": "4 ms"}
+    found = size(
+        "pressure", "walk-dropfoot-afo", coarse, limits=["stride_time <= 2 s"], between=("2 bar", "3 bar")
+    )
+    assert found.best is not None and found.best.size == 2e5
 
 
 def test_limits_and_counts_as_people_write_them_in_python() -> None:

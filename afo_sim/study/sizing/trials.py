@@ -10,7 +10,7 @@ from typing import Any
 
 from afo_sim.common import InputError, with_code
 from afo_sim.description import USUAL_LIMITS, Scenario, load
-from afo_sim.metrics import is_filling
+from afo_sim.metrics import NEED, is_filling, words
 from afo_sim.model import check_air
 from afo_sim.physics import AIR
 from afo_sim.simulation import Asked
@@ -192,12 +192,28 @@ class Trials:
         tried = [each if each.reason else self._judged(each, next(outcomes), metrics) for each in tried]
         ran = [each for each in tried if each.status == "run"]
         for requirement in self.request.requirements:
-            name = requirement.metric  # a time to fill may simply not be reached
-            if ran and not is_filling(name) and all(math.isnan(each.values[name]) for each in ran):
+            values = [each.values[requirement.metric] for each in ran]
+            if not ran or is_filling(requirement.metric):  # a time to fill may simply not be reached
+                continue
+            if all(map(math.isnan, values)):
                 problem = "is reported by no run of this scenario"
                 allowed = "a metric that `afo-sim run --numbers` of it prints"
                 raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
+            same = len({*map(repr, values)}) == 1 < len(ran) and not requirement.met(values[0])
+            if same or words(requirement.metric).group == NEED:
+                problem = f"does not depend on the {self.request.kind}"
+                allowed = self._moved(cases[0], cases[-1], requirement.unit)
+                raise InputError(problem, field="limit", value=str(requirement), allowed=allowed)
         return tried
+
+    def _moved(self, first: dict[str, Any], last: dict[str, Any], unit: str) -> str:
+        """Metrics that two candidates differ most in, by a hundredth at least; those of a unit first."""
+        every, doing = Asked(doubts=False), "trying the extremes"
+        ran = self.who.in_order(self.scenario, [first, last], every, doing, self.report)
+        one, other = ({name: float(value) for name, value in each.metrics.items()} for each in ran)
+        moved = {name: abs(other.get(name, by) - by) / max(abs(by), 1e-9) for name, by in one.items()}
+        named = [name for name, by in moved.items() if by > 0.01 and words(name).group != NEED]
+        return ", ".join(sorted(named, key=lambda name: (words(name).unit != unit, -moved[name]))[:8])
 
     def _fine(self, candidate: Candidate) -> Candidate:
         """The candidate with half the time step, or half of that, where its air is coarse; else as it is."""
