@@ -30,6 +30,7 @@ from .simulation.recording import read_recording as read_recording
 from .simulation.run import run as run
 from .simulation.simulators import Simulator as Simulator
 from .simulation.simulators import Simulators as Simulators
+from .simulation.torque_maps import torque_map as torque_map
 from .study.effects import effects as effects
 from .study.parameter import span as span
 from .study.python_calls import optimise as optimise

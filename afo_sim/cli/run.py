@@ -123,14 +123,16 @@ def compare(
 
 @app.command("torque-map")
 def torque_map_command(
-    scenario: Scenario = "seated",
+    scenario: Scenario = "walk-dropfoot-afo",
     out: Annotated[Path, Option(help="folder to write to")] = Path("runs/torque-map"),
     sets: Sets = None,
+    walk: Annotated[str | None, Option(metavar="SCENARIO", help="walk that gives the need")] = None,
     angle: Annotated[
         tuple[str, str, str] | None,
-        Option(metavar="FROM TO STEP", help='"-20 deg" "25 deg" "1 deg" of an ankle, else all angles'),
+        Option(metavar="FROM TO STEP", help='"-20 deg" "25 deg" "1 deg"; else the range of motion'),
     ] = None,
     pressure: Annotated[list[str] | None, Option(help="gauge pressure; may be given several times")] = None,
+    uncertainty: Annotated[int, Option(help="draws of patient and walk, for bands of the need")] = 0,
 ) -> None:
     """Torque needed and torque available: joint angle × pressure → orthosis torque."""
     values = read_sets(sets)
@@ -140,59 +142,56 @@ def torque_map_command(
     if not (step > 0.0 and stop > start) or (stop - start) / step > 2000:
         given = " ".join(angle or ())
         raise InputError("is not a valid range", field="--angle", value=given, allowed="FROM < TO, STEP > 0")
+    check_folder(out)
     with progress("computing torques"):
         import numpy as np
 
         from afo_sim.common import together
-        from afo_sim.description import load
-        from afo_sim.model import torque_map as tm
-        from afo_sim.model.build import build
+        from afo_sim.model import write_csv
         from afo_sim.show import draw
+        from afo_sim.simulation import torque_map
+        from afo_sim.study.uncertainty.running import need_bands
 
-        built = build(load("scenario", scenario, values))
-        if not built.index.chambers:
-            problem = "has no chamber: there is no torque to map"
-            raise InputError(problem, field="orthosis", value=built.scenario.orthosis.name)
-        check_folder(out)
-        if angle is None and built.scenario.leg.joint != "ankle":
-            start, stop = built.scenario.orthosis.range_of_motion
-        angles = start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
-        supply = built.scenario.supply.pressure
-        tm.require_angles(built, angles)
-        maps = tm.torque_map(built, angles, np.array(sorted({*pressures, supply})))
-        warnings = tm.limit_warnings(built, maps)
-        title = f"{built.scenario.orthosis.name} on {built.scenario.leg.name}: static torque"
+        angles = None if angle is None else start + step * np.arange(int((stop - start) / step + 1.0 + 1e-9))
+        found = torque_map(scenario, values, walk=walk, angles=angles, pressures=pressures)
+        bands = need_bands(found.scenario, uncertainty) if uncertainty else {}
         with together(out) as scratch:
-            tm.write_csv(maps, scratch / "torque_map.csv")
+            write_csv(found.maps, scratch / "torque_map.csv")
             for suffix in ("png", "pdf"):
-                draw(maps, scratch / f"torque_map.{suffix}", title)
-        answers = tm.answer(maps, supply)
-    _print_torque_maps(maps, answers, supply, out)
-    for warning in warnings:
-        print(f"warning: {warning}")
+                draw(found, scratch / f"torque_map.{suffix}")
+    _print_torque_maps(found, bands, out)
 
 
-def _print_torque_maps(maps: list[Any], answers: dict[str, Any], supply: float, out: Path) -> None:
+def _print_torque_maps(found: Any, bands: dict[str, list[float]], out: Path) -> None:
     import numpy as np
 
     from afo_sim.description import JOINTS
+    from afo_sim.model import person_of
 
-    for found in maps:
-        chosen = np.unique(np.linspace(0, len(found.angles) - 1, 10).round().astype(int))
-        header = ["angle [deg]", *(f"{p * 1e-5:g} bar" for p in found.pressures)]
-        rows = [
-            [f"{np.degrees(found.angles[k]):.0f}", *(f"{t:.2f}" for t in found.torque[k])] for k in chosen
-        ]
-        positive = JOINTS[found.joint].directions[0]
-        print_table(f"{found.chamber}: orthosis torque [N·m], {positive} +", header, rows)
-    for chamber, needs in answers.items():
-        for need, span in needs.items():
-            reach = (
-                "nowhere"
-                if span is None
-                else f"from {np.degrees(span[0]):.0f} to {np.degrees(span[1]):.0f} deg"
-            )
-            print(f"{chamber}: enough for {need} {reach}, at the supply's {supply * 1e-5:g} bar")
+    for own in found.maps:
+        chosen = np.unique(np.linspace(0, len(own.angles) - 1, 10).round().astype(int))
+        header = ["angle [deg]", *(f"{p * 1e-5:g} bar" for p in own.pressures)]
+        rows = [[f"{np.degrees(own.angles[k]):.0f}", *(f"{t:.2f}" for t in own.torque[k])] for k in chosen]
+        positive = JOINTS[own.joint].directions[0]
+        print_table(f"{own.chamber}: orthosis torque [N·m], {positive} +", header, rows)
+    rows, header = [], ["phase", "needs [N·m]", "at [deg]", "chamber", "enough in", "short by"]
+    for chamber, need, lacking in found.lacking:
+        angle, asked, k = np.degrees(need.angle), need.torque > 0.0, int(lacking.argmax())
+        enough, band = asked & (lacking <= 0.0), " ({0:.2f} to {2:.2f})" if bands else ""
+        peak = f"{need.peak:.2f}" + band.format(*bands.get(need.phase, ()))
+        met = f"{100.0 * enough.sum() / asked.sum():.0f} %" if asked.any() else "nothing needed"
+        met += f", {angle[enough].min():.0f} to {angle[enough].max():.0f} deg" if enough.any() else ""
+        short = f"{lacking[k]:.2f} N·m at {round(angle[k])} deg" if lacking[k] > 0.0 else "–"
+        rows.append([need.phase, peak, f"{angle.min():.0f} to {angle.max():.0f}", chamber, met, short])
+    scenario = found.scenario
+    if rows:
+        title = f"torque needed by {person_of(scenario).body_mass:g} kg" + " (5 to 95 %)" * bool(bands)
+        print_table(f"{title}, at the supply's {scenario.supply.pressure * 1e-5:g} bar", header, rows)
+    elif scenario.leg.joint == "ankle":
+        why = "of a patient's own walk" if scenario.walking else "where nobody walks"
+        print(f"no need is known {why}: name another walk, such as --walk walk-dropfoot-afo")
+    for warning in found.warnings:
+        print(f"warning: {warning}")
     print(f"written to {out}")
 
 

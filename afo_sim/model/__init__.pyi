@@ -101,11 +101,7 @@ from .time_step_limits import check_air as check_air
 from .time_step_limits import check_friction as check_friction
 from .time_step_limits import check_longest as check_longest
 from .time_step_limits import falling_frictions as falling_frictions
-from .torque_map import NEEDS as NEEDS
 from .torque_map import TorqueMap as TorqueMap
-from .torque_map import answer as answer
-from .torque_map import limit_warnings as limit_warnings
-from .torque_map import require_angles as require_angles
 from .torque_map import write_csv as write_csv
 from .walk import JOINTS as JOINTS
 from .walk import Walk as Walk

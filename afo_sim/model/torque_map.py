@@ -1,4 +1,4 @@
-"""Static torque over ankle angle and pressure of each chamber alone: is there enough?"""
+"""Static torque over joint angle and pressure of each chamber alone."""
 
 import pathlib
 from dataclasses import dataclass
@@ -7,12 +7,9 @@ import mujoco
 import numpy as np
 
 from afo_sim import native
-from afo_sim.common import InputError, Notice, write_text
+from afo_sim.common import Notice, write_text
 from afo_sim.description import JointName, MuscleGroup
 from afo_sim.model.build import Built
-
-# Dorsiflexion torque that a drop foot needs, from and to [N·m] (computed for this project from gait).
-NEEDS = {"swing": (4.0, 6.0), "loading response": (10.0, 13.0)}
 
 
 @dataclass(frozen=True)
@@ -54,27 +51,6 @@ def torque_map(built: Built, angles: np.ndarray, pressures: np.ndarray) -> list[
     return maps
 
 
-def require_angles(built: Built, angles: np.ndarray) -> None:
-    """Refuse angles beyond the joint's stops."""
-    lower, upper = np.degrees(built.model.joint("ankle").range)
-    if np.degrees(angles.min()) < lower - 1e-6 or np.degrees(angles.max()) > upper + 1e-6:
-        raise InputError(
-            f"goes beyond the {built.scenario.leg.joint}'s stops",
-            field="angles",
-            value=f"{np.degrees(angles.min()):g} to {np.degrees(angles.max()):g} deg",
-            allowed=f"{lower:g} deg to {upper:g} deg",
-        )
-
-
-def limit_warnings(built: Built, maps: list[TorqueMap]) -> list[Notice]:
-    """Warnings of pressures beyond a muscle's limit."""
-    found = []
-    for entry in maps:
-        for name, group in built.scenario.orthosis.muscles_of(entry.chamber).items():
-            found += beyond_pressure(name, group, float(entry.pressures.max()))
-    return found
-
-
 def beyond_pressure(name: str, group: MuscleGroup, pressure: float) -> list[Notice]:
     """A warning of a gauge pressure [Pa] beyond the limit of a group's muscles."""
     limit = group.type.limits.pressure
@@ -110,19 +86,3 @@ def write_csv(maps: list[TorqueMap], path: pathlib.Path) -> None:
             for pressure, torque in zip(found.pressures * 1e-5, row, strict=True):
                 lines.append(f"{found.chamber},{angle:.6g},{pressure:.6g},{torque:.6g}")
     write_text(path, "\n".join(lines) + "\n")
-
-
-def answer(maps: list[TorqueMap], pressure: float) -> dict[str, dict[str, tuple[float, float] | None]]:
-    """Over which ankle angles each need is met at a pressure, by muscles that are not overstretched."""
-    found: dict[str, dict[str, tuple[float, float] | None]] = {}
-    for entry in maps:
-        column = int(np.argmin(np.abs(entry.pressures - pressure)))
-        torque = np.where(entry.contraction[:, column] >= 0.0, entry.torque[:, column], -np.inf)
-        if entry.joint != "ankle" or entry.torque.max() <= -entry.torque.min():
-            continue
-        found[entry.chamber] = {}
-        for need, (least, _) in NEEDS.items():
-            enough = entry.angles[torque >= least]
-            span = (float(enough.min()), float(enough.max())) if len(enough) else None
-            found[entry.chamber][need] = span
-    return found

@@ -84,5 +84,8 @@ from .stepping import Moment as Moment
 from .stepping import Policy as Policy
 from .stepping import StopEarly as StopEarly
 from .stepping import fixed as fixed
+from .torque_maps import TorqueMaps as TorqueMaps
+from .torque_maps import needs_of as needs_of
+from .torque_maps import torque_map as torque_map
 from .walk_columns import LOWEST as LOWEST
 from .walk_columns import NARROWEST as NARROWEST

@@ -191,13 +191,33 @@ def test_failed_simulation_is_exit_3_with_its_rows(
 
 @pytest.mark.slow
 def test_torque_map_answers_the_question(tmp_path: pathlib.Path, call: Call) -> None:
-    code, printed, complaint = call("torque-map", "--out", tmp_path, "--angle", "-10 deg", "20 deg", "5 deg")
+    asked = ("--angle", "-10 deg", "20 deg", "5 deg", "--uncertainty", "20")
+    code, printed, complaint = call("torque-map", "--out", tmp_path, *asked)
     assert code == 0, complaint
-    assert "enough for swing" in printed
+    assert "by 68.5 kg (5 to 95 %)" in printed
+    needs = {phase: float(peak) for phase, peak in re.findall(r"^([a-z -]+?) +(\d+\.\d+) \(", printed, re.M)}
+    assert needs == {"swing": 5.22, "loading response": 8.45, "push-off": 0.0}
     assert {p.name for p in tmp_path.iterdir()} == {"torque_map.csv", "torque_map.png", "torque_map.pdf"}
     header, *rows = (tmp_path / "torque_map.csv").read_text().splitlines()
     assert header == "chamber,ankle_angle [deg],pressure [bar],orthosis_torque [N*m]"
     assert len(rows) == 2 * 7 * 4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ("seated", "no need is known where nobody walks: name another walk, such as --walk"),
+        ("walk-dropfoot-afo --set gait.walker=patient", "no need is known of a patient's own walk"),
+        ("knee", ""),
+    ],
+)
+def test_torque_map_asks_for_a_walk_where_no_need_is_known(
+    arguments: str, says: str, tmp_path: pathlib.Path, call: Call
+) -> None:
+    angles = () if arguments == "knee" else ("--angle", "-5 deg", "5 deg", "5 deg")
+    code, printed, complaint = call("torque-map", *arguments.split(), "--out", tmp_path, *angles)
+    assert code == 0, complaint
+    assert says in printed and ("--walk" in printed) is bool(says) and "needed by" not in printed
 
 
 @pytest.fixture

@@ -62,6 +62,15 @@ REFUSED = [
     ("torque-map --pressure '-1 bar'", "--pressure"),
     ("torque-map --pressure '50 bar'", "--pressure"),
     ("torque-map walk-healthy", "has no chamber: there is no torque to map"),
+    (
+        "torque-map knee --walk walk-dropfoot-afo",
+        "--walk = 'walk-dropfoot-afo': is not a walk on the same leg",
+    ),
+    ("torque-map seated --walk seated", "--walk"),
+    ("torque-map seated --walk walk-dropfoot-af", "--walk = 'walk-dropfoot-af': there is no such scenario"),
+    ("torque-map --uncertainty 5", "--uncertainty = 5"),
+    ("torque-map --uncertainty -5", "--uncertainty = -5"),
+    ("torque-map seated --uncertainty 20", "nobody walks"),
     # files that are not there, or something else
     (f"view {ROOT}/README.md --screenshot x.png", "README.md"),
     (f"view {ROOT}/models {ROOT}/README.md --screenshot x.png", "README.md"),

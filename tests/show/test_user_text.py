@@ -16,7 +16,7 @@ from afo_sim.common import assets
 from afo_sim.gait import file as gait
 from afo_sim.lab import Stand, Trial
 from afo_sim.lab.stand import stand
-from afo_sim.metrics import Metric
+from afo_sim.metrics import Metric, Need
 from afo_sim.model import TorqueMap
 from afo_sim.show import (
     RunView,
@@ -34,7 +34,7 @@ from afo_sim.show import (
 )
 from afo_sim.show.numbers import readable
 from afo_sim.show.style import plain
-from afo_sim.simulation import Recording
+from afo_sim.simulation import Recording, TorqueMaps
 from afo_sim.study import OBJECTIVE, Limit, Problem, read
 from afo_sim.study.findings import effects_of
 from afo_sim.study.parameter import Parameter, Range
@@ -120,7 +120,12 @@ def test_figure_of_a_torque_map(tmp_path: pathlib.Path, drawn: list[Figure]) -> 
     angles, pressures = np.radians([-5.0, 0.0, 5.0]), np.array([1e5, 2e5])
     torque = np.outer([3.0, 2.0, 1.0], [1.0, 2.0])
     found = TorqueMap(NAME, angles, pressures, torque, np.full((3, 2), 0.1))
-    torque_map_figure.draw([found], tmp_path / "a.png", NAME)
+    scenario = afo_sim.load("scenario", "seated")
+    scenario = scenario.model_copy(update={"leg": scenario.leg.model_copy(update={"name": NAME})})
+    need = Need("swing", "needed_swing_torque", "dorsiflexion", angles, np.array([1.0, 2.0, 3.0]), 3.0)
+    maps = TorqueMaps(scenario, [found], [need], [(NAME, need, np.zeros(3))], [])
+    torque_map_figure.draw(maps, tmp_path / "a.png")
+    assert_plain(drawn[0], f"s1 on {NAME}: static torque; needed by 75 kg")
     assert_plain(drawn[0], f"{NAME} chamber alone")
 
 

@@ -14,7 +14,7 @@ from afo_sim.description import Scenario, load
 from afo_sim.metrics import BELOW, HELP, LIFT, ORTHOSIS, Metric, settled, words
 from afo_sim.metrics.strides import strides
 from afo_sim.model import person_of
-from afo_sim.simulation import Asked, Recording, as_taken
+from afo_sim.simulation import Asked, Recording, as_taken, needs_of
 from afo_sim.study.engine import CYCLE, OK, UNSETTLED, Outcome
 from afo_sim.study.pool import Report, pool
 from afo_sim.study.uncertainty.draw import Applied, Column, Draws, applied, draw
@@ -188,6 +188,15 @@ def uncertainty(
         outcomes = who.in_order(at, cases, asked, "drawing what is not known", report)
     found = Found(drawn, tuple(outcomes))
     return {"spreads": spreads} | _bands_of(found, recording)
+
+
+def need_bands(scenario: Scenario, draws: int) -> dict[str, list[float]]:
+    """5, 50, 95 % quantiles of what each phase needs [N·m]: patient and walk are drawn, the device is not."""
+    drawn, found = draw(check_draws(scenario, draws, "usual"), scenario, draws), []
+    for k in range(draws):
+        sets = {key: text for key, text in drawn.sets(k).items() if not key.startswith("orthosis.")}
+        found.append({need.phase: need.peak for need in needs_of(scenario.set(sets))[1]})
+    return {phase: quantiles(np.array([each[phase] for each in found])) for phase in found[0]}
 
 
 def _bands_of(found: Found, recording: Recording) -> dict[str, Any]:

@@ -1,0 +1,123 @@
+"""Torque available over joint angle and pressure, beside the torque that a patient's walk needs."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from afo_sim.common import InputError, Notice
+from afo_sim.description import Scenario, load
+from afo_sim.metrics import SIDES, Need, needs
+from afo_sim.metrics.strides import strides
+from afo_sim.model import ANKLE, JOINTS, UNDRIVEN, Built, TorqueMap, two_strides
+from afo_sim.model import torque_map as static
+from afo_sim.model.build import build
+from afo_sim.simulation.columns import columns_of
+from afo_sim.simulation.reference_walk import OPEN
+from afo_sim.simulation.rollout import Rollout
+
+OF_WALK = ("gait", "ground", "patient", "shoe")  # tables of who walks how
+DEVICE = ("leg", "orthosis", "supply", "timestep")  # what is worn in another walk
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueMaps:
+    """A map of each chamber alone; what each phase needs, and what the chambers of its side lack of it."""
+
+    scenario: Scenario  # whose body wears the device
+    maps: list[TorqueMap]
+    needs: list[Need]
+    lacking: list[tuple[str, Need, np.ndarray]]  # chamber, or "none"; at the supply's pressure [N·m] (n,)
+    warnings: list[Notice]
+
+
+def torque_map(
+    scenario: str | os.PathLike[str] | Scenario | Mapping[str, Any] = "walk-dropfoot-afo",
+    sets: Mapping[str, Any] | None = None,
+    *,
+    walk: str | os.PathLike[str] | Scenario | Mapping[str, Any] | None = None,
+    angles: Sequence[float] | np.ndarray | None = None,
+    pressures: Sequence[float] = (1e5, 2e5, 3e5, 4e5),
+) -> TorqueMaps:
+    """Torque available and torque needed: is the device strong enough for this patient's walk?
+
+    Parameters
+    ----------
+    scenario : a shipped name, a path to a TOML file, a dict of the same shape, or a Scenario
+    sets : dotted keys and values laid over it; those of gait, ground, patient and shoe over `walk`
+    walk : a walk on the same leg, whose body wears the device and gives the need; else the scenario's own
+    angles : of the joint [rad] (n,); by default the orthosis' range of motion
+    pressures : gauge [Pa] (m,); the supply's is added
+
+    Returns
+    -------
+    TorqueMaps; the peaks of its needs are metrics of the walk, none is known of a patient's own walk
+
+    Examples
+    --------
+    >>> found = torque_map("walk-dropfoot-afo", angles=[-0.1, 0.0, 0.1])
+    >>> [need.phase for need in found.needs], found.maps[0].torque.shape
+    (['swing', 'loading response', 'push-off'], (3, 4))
+    """
+    own = dict(sets or {})
+    of_walk = {key: own.pop(key) for key in [*own] if walk is not None and key.split(".")[0] in OF_WALK}
+    described = load("scenario", scenario, own)
+    if not described.orthosis.chamber:
+        problem = "has no chamber: there is no torque to map"
+        raise InputError(problem, field="orthosis", value=described.orthosis.name)
+    if walk is not None:
+        try:
+            other = load("scenario", walk, of_walk)
+        except InputError as error:
+            raise (error if error.file else error.replaced(field="walk")) from None
+        leg, joint = described.leg.name, described.leg.joint
+        if not other.walking or (other.leg.name, other.leg.joint) != (leg, joint):
+            problem, allowed = "is not a walk on the same leg", f"a walk of the ankle on {leg}"
+            raise InputError(problem, field="walk", value=other.name, allowed=allowed)
+        worn: dict[str, Any] = {name: getattr(described, name) for name in DEVICE}
+        worn["phases"] = dict.fromkeys(described.orthosis.chamber, OPEN)
+        described = other.with_values(**{**UNDRIVEN, **worn})
+    built, needed = needs_of(described)
+    if angles is None:
+        low, high = described.orthosis.range_of_motion
+        angles = low + np.radians(np.arange(int(np.degrees(high - low) + 1.0 + 1e-9)))
+    angles, supply = np.asarray(angles, float), described.supply.pressure
+    stops = built.model.joint(ANKLE).range
+    least, most = np.degrees([angles.min(initial=np.inf), angles.max(initial=-np.inf)])
+    lower, upper = np.degrees(stops)
+    if not lower - 1e-6 <= least <= most <= upper + 1e-6:
+        problem, value = f"goes beyond the {described.leg.joint}'s stops", f"{least:g} to {most:g} deg"
+        raise InputError(problem, field="angles", value=value, allowed=f"{lower:g} deg to {upper:g} deg")
+    maps = static.torque_map(built, angles, np.array(sorted({*pressures, supply})))
+    strongest = static.torque_map(built, stops, maps[0].pressures[-1:])
+    sides = {one.chamber: np.sign(one.torque.sum()) for one in strongest}
+    lacking: list[tuple[str, Need, np.ndarray]] = []
+    for need in needed:
+        asked, before = np.maximum(need.torque, 0.0), len(lacking)
+        for one in static.torque_map(built, need.angle, np.array([supply])):
+            if (side := sides[one.chamber]) == SIDES[need.side]:  # a stretched braid counts for nothing
+                given = np.where(one.contraction >= 0.0, side * one.torque, 0.0)[:, 0]
+                lacking.append((one.chamber, need, np.where(asked > 0.0, asked - given, 0.0)))
+        if len(lacking) == before:
+            lacking.append(("none", need, asked))
+    warnings = []
+    for name, group in described.orthosis.muscle.items():
+        warnings += static.beyond_pressure(name, group, float(maps[0].pressures.max()))
+    return TorqueMaps(described, maps, needed, lacking, warnings)
+
+
+def needs_of(scenario: Scenario) -> tuple[Built, list[Need]]:
+    """A compiled scenario, and what its mean stride needs as recorded: nothing is simulated."""
+    gait = scenario.gait
+    if gait is None:
+        return build(scenario), []
+    even = gait.model_copy(update={"variability": 0.0, "pace": ()})
+    built = build(two_strides(scenario.model_copy(update={"gait": even})))
+    assert built.walk is not None
+    n, timestep = built.scenario.n_step, built.scenario.timestep
+    qpos = np.zeros((n, built.model.nq))
+    qpos[:, built.model.joint(JOINTS[2]).qposadr[0]] = built.walk.pose[1:-1, 2]
+    columns = columns_of(built, Rollout({"time": np.arange(n), "qpos": qpos}, np.empty((n, 0))))
+    return built, needs(strides(columns, timestep, built.body_mass)[-1])
