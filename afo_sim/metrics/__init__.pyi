@@ -70,10 +70,10 @@ from .metric_words import unit as unit
 from .metric_words import words as words
 from .needed_torque import HEEL_RISE as HEEL_RISE
 from .needed_torque import NEEDED_MOMENT as NEEDED_MOMENT
-from .peak import highest_mean as highest_mean
 from .needed_torque import SIDES as SIDES
 from .needed_torque import Need as Need
 from .needed_torque import needs as needs
+from .peak import highest_mean as highest_mean
 from .skin_pressure import skin_metrics as skin_metrics
 from .strides import INTERNAL as INTERNAL
 from .strides import ORTHOSIS as ORTHOSIS
